@@ -1,0 +1,63 @@
+"""Every error that seatrial raises on purpose.
+
+SeatrialError                 what happened, to what, what to do: one sentence a user can act on
+├── ConfigError               a vehicle file or a setting
+├── LinkError                 a port or a network link
+│   ├── LinkTimeout           nothing arrived within the time allowed
+│   └── LinkLost              the port or the peer went away
+├── FrameError                bytes that had to be a frame and are not
+├── ParamError                the vehicle's parameters
+│   ├── ParamUnknown          the vehicle does not have it
+│   ├── ParamRejected         the vehicle refused it, or it was never fit to send
+│   └── ParamUnverified       no independent read-back within the deadline
+├── LogError                  a recording that can't be read or written
+└── FitError                  an identification that can't be made
+"""
+
+
+class SeatrialError(Exception):
+    """Base of all errors raised on purpose; its text is shown to the user as it is."""
+
+
+class ConfigError(SeatrialError):
+    """A vehicle file or a setting is wrong."""
+
+
+class LinkError(SeatrialError):
+    """A port or a network link does not work."""
+
+
+class LinkTimeout(LinkError):
+    """Nothing arrived within the time allowed."""
+
+
+class LinkLost(LinkError):
+    """The port or the peer went away."""
+
+
+class FrameError(SeatrialError):
+    """Bytes that had to be a frame are not one."""
+
+
+class ParamError(SeatrialError):
+    """The vehicle's parameters could not be read or written."""
+
+
+class ParamUnknown(ParamError):
+    """The vehicle does not have this parameter."""
+
+
+class ParamRejected(ParamError):
+    """The vehicle refused the value, or the value was never fit to send."""
+
+
+class ParamUnverified(ParamError):
+    """No independent read-back confirmed the write within the deadline."""
+
+
+class LogError(SeatrialError):
+    """A recording can't be read or written."""
+
+
+class FitError(SeatrialError):
+    """An identification can't be made from this recording."""

@@ -1,0 +1,25 @@
+"""What every link can do."""
+
+from typing import Protocol
+
+
+class Link(Protocol):
+    """A two-way carrier of bytes, read by one reader only."""
+
+    @property
+    def name(self) -> str:
+        """How a person names it: `serial:/dev/ttyUSB0:115200`, `udpin:127.0.0.1:14550`."""
+        ...
+
+    def read(self, timeout_s: float) -> bytes:
+        """Bytes that are there, waiting up to `timeout_s` for the first; b"" for none.
+
+        Raises LinkLost when the port or the peer has gone.
+        """
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send all of `data`. Raises LinkLost when the port or the peer has gone."""
+        ...
+
+    def close(self) -> None: ...

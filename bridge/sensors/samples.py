@@ -1,0 +1,112 @@
+"""What a sensor says, in SI units. Times are boot time in seconds, of validity where the device tells it.
+
+A parser gives samples in the device's own axes; `bridge.sensors.mounting` turns them into the body's
+(FRD: x forward, y right, z down).
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+NAN3: Vector3 = (float("nan"), float("nan"), float("nan"))
+
+
+@dataclass(frozen=True, slots=True)
+class ImuSample:
+    """Specific force (m/s2), rate of turn (rad/s) and, where given, attitude (w x y z) of one instant."""
+
+    time_s: float
+    specific_force: Vector3
+    rate: Vector3
+    attitude: Quaternion | None = None
+    temperature_c: float | None = None
+    magnetic_field: Vector3 | None = None
+    clipped: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FogBlock:
+    """A run of rates about the gyro's own axis: `time_s` (n,) s, `rate` (n,) rad/s, `valid` (n,) bool."""
+
+    time_s: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class DvlSample:
+    """Velocity over the bottom (m/s) at the transducer; NaN without bottom lock.
+
+    `sigma` is the device's own figure of merit (m/s), NaN where it states none; `ranges` are along the
+    beams (m), NaN where a beam has none; `altitude_m` is vertical, NaN where unknown.
+    """
+
+    time_s: float
+    velocity: Vector3
+    sigma: float
+    altitude_m: float
+    ranges: tuple[float, ...] = ()
+
+    @property
+    def locked(self) -> bool:
+        return not any(v != v for v in self.velocity)
+
+
+@dataclass(frozen=True, slots=True)
+class PressureSample:
+    """Absolute pressure (Pa) and water temperature (deg C)."""
+
+    time_s: float
+    pressure_pa: float
+    temperature_c: float
+
+
+@dataclass(frozen=True, slots=True)
+class EscSample:
+    """What one speed controller reports; `rpm` is mechanical and has no sign on the wire."""
+
+    time_s: float
+    index: int
+    rpm: float
+    voltage_v: float
+    current_a: float
+    temperature_c: float
+    consumed_mah: float
+
+
+@dataclass(frozen=True, slots=True)
+class GnssSample:
+    """A surface fix: degrees, metres, m/s, course in radians; `fix_type` as in MAVLink's GPS_FIX_TYPE."""
+
+    time_s: float
+    fix_type: int
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    horizontal_sigma_m: float
+    speed_m_s: float
+    course_rad: float
+    satellites: int
+
+
+Sample = ImuSample | FogBlock | DvlSample | PressureSample | EscSample | GnssSample
+
+
+class Parser(Protocol):
+    """Incremental parser of one device's byte stream.
+
+    `counts` holds how many samples came ("good") and how many faults of each kind ("checksum",
+    "overlong", "unknown", "out of range", "slip" ...).
+    """
+
+    counts: Counter[str]
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples that `data`, whose last byte arrived at boot time `time_s`, completes."""
+        ...

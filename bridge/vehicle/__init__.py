@@ -1,0 +1,1 @@
+"""What the vehicle is: configuration, coefficients, dynamics, thrusters, references, controller, feed-forward."""

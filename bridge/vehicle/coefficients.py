@@ -1,0 +1,63 @@
+"""The only list of hydrodynamic coefficients: name, symbol, unit, bounds and parameter id of each.
+
+Total mass and inertia (rigid body plus added) and linear damping of the six degrees of freedom, in
+Fossen's notation; added mass is derived from the total and is no parameter of its own.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+Kind = Literal["mass", "damping"]
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficient:
+    """One coefficient of the nominal model M nu_dot + C(nu) nu + D nu + g(eta) = tau.
+
+    `dof` indexes `DOFS`; `low` and `high` bound what may ever be fitted or sent to a vehicle.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    kind: Kind
+    dof: int
+    low: float
+    high: float
+    sentence: str
+
+    def parameter_id(self, configuration: int) -> str:
+        """The MAVLink parameter that holds it for a configuration index: `FF0_M_U`."""
+        return f"FF{configuration}_{self.name.upper()}"
+
+
+def _mass(name: str, dof: int) -> Coefficient:
+    linear = dof < 3
+    return Coefficient(
+        name,
+        f"{name[0]}_{name[2]}",
+        "kg" if linear else "kg m2",
+        "mass",
+        dof,
+        0.1 if linear else 1e-3,
+        1e5,
+        f"total {'mass' if linear else 'inertia'} in {DOFS[dof]}: rigid body plus added",
+    )
+
+
+def _damping(name: str, dof: int) -> Coefficient:
+    linear = dof < 3
+    unit = "N/(m/s)" if linear else "N m/(rad/s)"
+    return Coefficient(
+        name, f"{name[0]}_{name[2]}", unit, "damping", dof, 0.0, 1e5, f"linear damping in {DOFS[dof]}"
+    )
+
+
+MASSES = tuple(_mass(name, dof) for dof, name in enumerate(("M_u", "M_v", "M_w", "I_p", "I_q", "I_r")))
+DAMPINGS = tuple(_damping(name, dof) for dof, name in enumerate(("D_u", "D_v", "D_w", "D_p", "D_q", "D_r")))
+COEFFICIENTS = MASSES + DAMPINGS
+BY_NAME = {coefficient.name: coefficient for coefficient in COEFFICIENTS}
+
+ADDED_MASS_NAMES = ("X_udot", "Y_vdot", "Z_wdot", "K_pdot", "M_qdot", "N_rdot")

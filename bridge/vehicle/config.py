@@ -1,0 +1,207 @@
+"""A vehicle file: YAML to frozen dataclasses, all that a crew knows of its vehicle before it dives."""
+
+import hashlib
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import BY_NAME
+
+Vector3 = tuple[float, float, float]
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+GRAVITY_M_S2 = 9.80665
+
+
+@dataclass(frozen=True)
+class Water:
+    """The water of the dive; the surface pressure is zeroed before every dive."""
+
+    density_kg_m3: float = 998.2
+    surface_pressure_hpa: float = 1013.25
+    gravity_m_s2: float = GRAVITY_M_S2
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """Where a thruster sits and which way positive thrust pushes, in body axes (FRD) from the origin."""
+
+    direction: Vector3
+    position_m: Vector3
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        length = math.sqrt(sum(c * c for c in self.direction))
+        if not 0.99 < length < 1.01:
+            raise ValueError(f"direction must have length 1, this one has {length:.3f}")
+
+
+@dataclass(frozen=True)
+class ThrustCurve:
+    """Which curve turns PWM into thrust: a table under configs/thrusters (or beside the vehicle file), or a law.
+
+    kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
+    kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
+    `lag_s` is the first-order lag between command and thrust; `max_n` also scales the quadratic law.
+    `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, where shaft speed is needed.
+    """
+
+    kind: Literal["table", "quadratic"] = "table"
+    file: str = "t200.csv"
+    voltage_v: float = 16.0
+    lag_s: float = 0.0
+    max_n: float = 50.0
+    span_us: float = 400.0
+    dead_band_us: float = 0.0
+    forward_n_s2: float = 0.01427
+    reverse_n_s2: float = 0.01135
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """One shape of the vehicle. `veh_cfg` is the VEH_CFG value that means it (its place in the list if left out).
+
+    `inertia_kgm2`: rigid body, about x y z. `model` holds coefficients by name (`M_u` ... `D_r`): what the
+    feed-forward starts from. `gains` names the controller's gain table.
+    """
+
+    dry_mass_kg: float
+    inertia_kgm2: Vector3
+    thrusters: tuple[Thruster, ...]
+    centre_of_gravity_below_buoyancy_m: float = 0.0
+    net_buoyancy_n: float = 0.0
+    thruster_limit_n: float = 40.0
+    veh_cfg: int | None = None
+    model: dict[str, float] = field(default_factory=dict)
+    gains: str = "conservative"
+
+    def __post_init__(self) -> None:
+        if self.dry_mass_kg <= 0:
+            raise ValueError(f"dry_mass_kg must be positive, it is {self.dry_mass_kg}")
+        if min(self.inertia_kgm2) <= 0:
+            raise ValueError(f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}")
+        for name in self.model:
+            if name not in BY_NAME:
+                raise ValueError(f"model: unknown coefficient '{name}'; known: {', '.join(BY_NAME)}")
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """How a device sits: body = R(rotation) * signs * device axes, rotation Rz(yaw) Ry(pitch) Rx(roll)."""
+
+    rotation_deg: Vector3 = (0.0, 0.0, 0.0)
+    signs: Vector3 = (1.0, 1.0, 1.0)
+    position_m: Vector3 = (0.0, 0.0, 0.0)
+
+
+DeviceKind = Literal["wayfinder", "a50", "mti300", "kvh1750", "kvh1760", "esc", "ublox", "bar30"]
+
+
+@dataclass(frozen=True)
+class Device:
+    """One device aboard: what it is, the port that it speaks on (`bus:address` for I2C), how late it is."""
+
+    kind: DeviceKind
+    port: str = ""
+    baud: int = 115200
+    latency_s: float = 0.0
+    mounting: Mounting = field(default_factory=Mounting)
+    rate_hz: float = 0.0
+    poles: int = 14
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What this vehicle has; each may be absent."""
+
+    dvl: Device | None = None
+    imu: Device | None = None
+    fog: Device | None = None
+    depth: Device | None = None
+    esc: Device | None = None
+    gnss: Device | None = None
+
+    def present(self) -> dict[str, Device]:
+        slots = ("dvl", "imu", "fog", "depth", "esc", "gnss")
+        return {name: device for name in slots if (device := getattr(self, name)) is not None}
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A vehicle: water, thruster curve, sensors and its configurations by name, in the file's order."""
+
+    name: str
+    configurations: dict[str, Configuration]
+    water: Water = field(default_factory=Water)
+    thrust_curve: ThrustCurve = field(default_factory=ThrustCurve)
+    sensors: Sensors = field(default_factory=Sensors)
+    system_id: int = 1
+    component_id: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.configurations:
+            raise ValueError("configurations: a vehicle needs at least one")
+        indices = [self.veh_cfg(name) for name in self.configurations]
+        if len(set(indices)) != len(indices):
+            raise ValueError(f"configurations: two share a VEH_CFG value ({indices}); give each its own veh_cfg")
+
+    def veh_cfg(self, name: str) -> int:
+        """The VEH_CFG value of a configuration."""
+        given = self.configurations[name].veh_cfg
+        return list(self.configurations).index(name) if given is None else given
+
+    def configuration_named(self, name: str) -> str:
+        """`name`, checked. Raises ConfigError where the vehicle has no such configuration."""
+        if name not in self.configurations:
+            raise ConfigError(
+                f"vehicle '{self.name}' has no configuration '{name}'; it has {', '.join(self.configurations)}"
+            )
+        return name
+
+    def configuration_at(self, veh_cfg: int | None) -> str:
+        """The name of the configuration that VEH_CFG means. Raises ConfigError where it means none.
+
+        None (a recording without VEH_CFG) means the only configuration there is.
+        """
+        for name in self.configurations:
+            if self.veh_cfg(name) == veh_cfg:
+                return name
+        if veh_cfg is None and len(self.configurations) == 1:
+            return next(iter(self.configurations))
+        known = ", ".join(f"{self.veh_cfg(n)} {n}" for n in self.configurations)
+        said = "says no VEH_CFG" if veh_cfg is None else f"says VEH_CFG {veh_cfg}"
+        raise ConfigError(
+            f"the recording {said}, vehicle '{self.name}' has {known}; name one: --vehicle FILE:CONFIGURATION"
+        )
+
+
+@dataclass(frozen=True)
+class VehicleFile:
+    """A loaded vehicle file: the vehicle, the configuration that the user named, if any, and its hash."""
+
+    path: Path
+    vehicle: Vehicle
+    configuration: str | None
+    sha256: str
+
+
+def load_vehicle(argument: str) -> VehicleFile:
+    """The vehicle of `FILE[:CONFIGURATION]`; a bare name is looked up in configs/vehicles.
+
+    Raises ConfigError with the file, the key and the nearest known key.
+    """
+    text, configuration = argument, None
+    head, _, tail = argument.rpartition(":")
+    if head and not Path(argument).exists() and "/" not in tail and "\\" not in tail:
+        text, configuration = head, tail
+    path = Path(text)
+    bundled = CONFIGS / "vehicles" / f"{text}.yaml"
+    if not path.exists() and bundled.exists():
+        path = bundled
+    data = schema.load_yaml(path)
+    vehicle = schema.build(Vehicle, data, str(path))
+    if configuration is not None:
+        vehicle.configuration_named(configuration)
+    return VehicleFile(path, vehicle, configuration, hashlib.sha256(path.read_bytes()).hexdigest())

@@ -1,0 +1,1 @@
+"""Shipped data: vehicles, thruster curves, column maps. `bridge.vehicle.config.CONFIGS` is its path."""

@@ -1,0 +1,1 @@
+"""The ground: record, replay, parameters (plan, apply, verify, roll back), doctor, the MAVProxy adapter."""

@@ -1,0 +1,127 @@
+"""The dataset type: what one vehicle said during one dive, as SI arrays on the vehicle's own clock."""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples of one quantity: `time_s` (n,) rising boot time in s, `value` (n, k) in SI units.
+
+    A NaN in `value` means that the vehicle said that it does not know (a DVL without bottom lock).
+    """
+
+    time_s: Array
+    value: Array
+
+    def __post_init__(self) -> None:
+        if self.time_s.ndim != 1 or self.value.ndim != 2 or len(self.time_s) != len(self.value):
+            raise ValueError(f"a signal is (n,) times and (n, k) values, not {self.time_s.shape}, {self.value.shape}")
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def rate_hz(self) -> float:
+        """Median rate; 0 for fewer than two samples."""
+        if len(self) < 2:
+            return 0.0
+        return float(1.0 / max(np.median(np.diff(self.time_s)), 1e-9))
+
+    def between(self, start_s: float, end_s: float) -> "Signal":
+        keep = (self.time_s >= start_s) & (self.time_s < end_s)
+        return Signal(self.time_s[keep], self.value[keep])
+
+    def held_at(self, time_s: Array) -> Array:
+        """The latest value at each time, (m, k); NaN before the first."""
+        index = np.searchsorted(self.time_s, time_s, side="right") - 1
+        out = np.full((len(time_s), self.value.shape[1]), np.nan)
+        known = index >= 0
+        out[known] = self.value[index[known]]
+        return out
+
+    def at(self, time_s: Array) -> Array:
+        """Linear interpolation over the finite samples, (m, k), held at the ends; NaN where there are none."""
+        out = np.full((len(time_s), self.value.shape[1]), np.nan)
+        for column in range(self.value.shape[1]):
+            good = np.isfinite(self.value[:, column])
+            if good.any():
+                out[:, column] = np.interp(time_s, self.time_s[good], self.value[good, column])
+        return out
+
+
+@dataclass(frozen=True)
+class Dive:
+    """One recording. Body frame FRD, radians, boot time; None for a signal that the recording lacks.
+
+    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity; `velocity_is_filtered` where it
+    comes from an autopilot's own filter, turned from north-east-down into body axes.
+    gyro: (n, 3) rad/s. fog: (n, 1) rad/s, mean since the sample before. specific_force: (n, 3) m/s2.
+    attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only where the recording states
+    depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm: (n, thrusters), signed.
+    voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity,
+    acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
+    gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
+    notes: what could not be recovered, in sentences for the user.
+    """
+
+    name: str
+    source: Path
+    sha256: str
+    velocity: Signal | None = None
+    gyro: Signal | None = None
+    fog: Signal | None = None
+    specific_force: Signal | None = None
+    attitude: Signal | None = None
+    pressure: Signal | None = None
+    depth: Signal | None = None
+    altitude: Signal | None = None
+    pwm: Signal | None = None
+    rpm: Signal | None = None
+    voltage: Signal | None = None
+    tau_pid: Signal | None = None
+    tau_ff: Signal | None = None
+    tau_cmd: Signal | None = None
+    nu_fb: Signal | None = None
+    nu_ref: Signal | None = None
+    ff_mode: Signal | None = None
+    veh_cfg: Signal | None = None
+    armed: Signal | None = None
+    gnss: Signal | None = None
+    velocity_is_filtered: bool = False
+    unix_at_boot_s: float | None = None
+    notes: tuple[str, ...] = ()
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def signals(self) -> dict[str, Signal]:
+        """The signals that the recording has, by name."""
+        return {name: value for name, value in vars(self).items() if isinstance(value, Signal)}
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """First and last boot time over all signals; (0, 0) for an empty dive."""
+        present = [s.time_s for s in self.signals().values() if len(s)]
+        if not present:
+            return 0.0, 0.0
+        return min(float(t[0]) for t in present), max(float(t[-1]) for t in present)
+
+    @property
+    def duration_s(self) -> float:
+        start, end = self.span_s
+        return end - start
+
+    def between(self, start_s: float, end_s: float) -> "Dive":
+        """The part of the dive in [start_s, end_s)."""
+        return replace(self, **{name: signal.between(start_s, end_s) for name, signal in self.signals().items()})
+
+    def configuration_index(self) -> int | None:
+        """The VEH_CFG value that held for most of the dive, None where it was never said."""
+        if self.veh_cfg is None or len(self.veh_cfg) == 0:
+            return None
+        values, counts = np.unique(self.veh_cfg.value[:, 0], return_counts=True)
+        return int(values[np.argmax(counts)])

@@ -1,0 +1,1 @@
+"""The operator's faces: the `seatrial` command (cli) and what it shows."""
