@@ -1,0 +1,55 @@
+# make install   the environment, in .venv
+# make demo      one dive end to end with the simulated vehicle
+# make test      every test
+# make check     format, lint, types, import rules, then every test
+
+PYTHON ?= python3
+PIP_FLAGS ?=
+PYTEST_FLAGS ?= -n 2 --dist loadfile
+
+BIN := .venv/bin
+STAMP := .venv/.installed
+TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
+
+.PHONY: install demo test lint check format bench clean
+
+install: $(STAMP)
+
+$(STAMP): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "seatrial needs Python 3.11 or newer and $(PYTHON) is none; name one: make $(or $(MAKECMDGOALS),install) PYTHON=python3.12" >&2; \
+	  exit 1; }
+	@test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv || { \
+	  echo "$(PYTHON) can't make a virtual environment; install its venv package (Debian, Ubuntu: python3-venv)" >&2; \
+	  exit 1; }
+	@echo "installing into .venv (PyTorch $(TORCH), its CPU build where there is one) ..."
+	@$(PIP) "torch==$(TORCH)+cpu" 2>/dev/null || $(PIP) "torch==$(TORCH)"
+	@$(PIP) --editable '.[dev]'
+	@touch $(STAMP)
+	@echo "installed; try: $(BIN)/seatrial --help"
+
+demo: $(STAMP)
+	@$(BIN)/seatrial demo
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
+
+lint: $(STAMP)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+check: lint test
+
+format: $(STAMP)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(STAMP)
+	$(BIN)/python -m bench
+
+clean:
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,32 @@
+"""In CI nothing may be skipped, except for data beside the checkout where that folder is absent."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+SHARED = Path(__file__).resolve().parents[1].parent / "shared"
+
+
+def unexcused(skips: list[str], shared_is_there: bool) -> list[str]:
+    """The reasons, of those given, that CI does not take."""
+    return [reason for reason in skips if shared_is_there or "shared" not in reason]
+
+
+def _skips(config: pytest.Config) -> list[str]:
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    reports = reporter.stats.get("skipped", []) if reporter else []
+    return unexcused([str(r.longrepr[-1] if r.longrepr else "") for r in reports], SHARED.is_dir())
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    on_a_worker = hasattr(session.config, "workerinput")
+    if os.environ.get("CI") == "true" and not on_a_worker and session.exitstatus == 0 and _skips(session.config):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    if os.environ.get("CI") == "true":
+        for reason in _skips(config):
+            terminalreporter.write_line(f"skipped, and CI takes no skip: {reason}", red=True)

@@ -1,0 +1,121 @@
+"""The `seatrial` command: finds the verb, reads its arguments, turns errors into one sentence and an exit code."""
+
+import argparse
+import difflib
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import NoReturn, Protocol, cast
+
+from bridge.errors import SeatrialError
+from tui import exit_codes
+
+VERBS = {
+    "demo": "dive, record, identify, upload and dive again with a simulated vehicle",
+    "bridge": "run on the vehicle: read its sensors, stream MAVLink, hold its parameters",
+    "simulate": "dive a mission with a simulated vehicle and its simulated devices",
+    "record": "record every frame of one or more links into a dive folder",
+    "import": "say what a recording holds and file it as a dive folder",
+    "identify": "identify mass and damping from dives, with intervals",
+    "params": "show, compare, upload and roll back the parameters of a vehicle",
+    "validate": "tracking errors of dives in acceleration, steady state and deceleration",
+    "replay": "send a recorded dive to a link, on its own clock",
+    "doctor": "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
+}
+
+
+class Command(Protocol):
+    """What a module of `tui.commands` holds."""
+
+    EXAMPLE: str
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None: ...
+
+    def run(self, arguments: argparse.Namespace) -> int: ...
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaints are a UsageError: one sentence that names the help to read."""
+
+    def error(self, message: str) -> NoReturn:
+        raise exit_codes.UsageError(f"{message}; see {self.prog} --help")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command line and answer its exit code."""
+    try:
+        return _run(sys.argv[1:] if argv is None else list(argv))
+    except SeatrialError as error:
+        return _complain(str(error), exit_codes.of(error))
+    except BrokenPipeError:  # the reader of a pipe, such as `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return exit_codes.DONE
+    except OSError as error:
+        what = f"{error.filename}: " if error.filename else ""
+        return _complain(f"{what}{error.strerror or error}; check the path, its permissions and the disk",
+                         exit_codes.BAD_INPUT)  # fmt: skip
+    except KeyboardInterrupt:
+        return _complain("stopped before it was done", exit_codes.INTERRUPTED)
+
+
+def load(verb: str) -> Command:
+    """The module of a verb; `import` is a word of Python's own, so its file has another name."""
+    return cast(Command, importlib.import_module(f"tui.commands.{'import_' if verb == 'import' else verb}"))
+
+
+def verb_parser(verb: str) -> argparse.ArgumentParser:
+    """The parser of one verb."""
+    command = load(verb)
+    parser = _Parser(
+        prog=f"seatrial {verb}",
+        description=f"{VERBS[verb][0].upper()}{VERBS[verb][1:]}.",
+        epilog=f"example:\n  {command.EXAMPLE}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    command.add_arguments(parser)
+    return parser
+
+
+def _run(argv: list[str]) -> int:
+    try:
+        parser = _top_parser()
+        verb = parser.parse_args(argv[:1]).verb
+        if verb is None:
+            parser.print_help(sys.stderr)
+            return exit_codes.BAD_INPUT
+        if verb not in VERBS:
+            near = difflib.get_close_matches(verb, VERBS, n=1)
+            hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
+            raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
+        return load(verb).run(verb_parser(verb).parse_args(argv[1:]))
+    except SystemExit as stop:
+        return int(stop.code or 0)
+
+
+def _top_parser() -> argparse.ArgumentParser:
+    verbs = "\n".join(f"  {name:<10} {sentence}" for name, sentence in VERBS.items())
+    codes = "\n".join(f"  {code}  {meaning}" for code, meaning in exit_codes.MEANINGS.items())
+    parser = _Parser(
+        prog="seatrial",
+        usage="seatrial VERB ...",
+        description="Identify an underwater vehicle's hydrodynamics from a dive, and fly the better for it.",
+        epilog=f"verbs:\n{verbs}\n\nexit codes:\n{codes}\n\nexample:\n  seatrial demo\n  seatrial identify --help",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"seatrial {_version()}")
+    parser.add_argument("verb", nargs="?", metavar="VERB", help="one of the verbs below")
+    return parser
+
+
+def _version() -> str:
+    try:
+        return version("seatrial")
+    except PackageNotFoundError:
+        return "(not installed)"
+
+
+def _complain(sentence: str, code: int) -> int:
+    print(f"seatrial: {' '.join(sentence.split())}", file=sys.stderr)
+    return code

@@ -1,0 +1,91 @@
+"""`seatrial identify`: coefficients with intervals from dives."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bridge.vehicle.config import VehicleFile
+    from identify.dive import Dive
+    from identify.identification import Estimate, Identification
+
+EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("dives", nargs="+", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv")
+    parser.add_argument(
+        "--vehicle",
+        required=True,
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
+        " configuration where none is named",
+    )
+    parser.add_argument("--method", default="likelihood", help="likelihood (default) or paper")
+    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
+    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+    parser.add_argument("--report", metavar="HTML", help="write a report with plots")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.vehicle.config import load_vehicle
+    from identify.estimators.table import METHODS
+    from identify.ingest.open import read_dive
+    from tui import show
+
+    if arguments.method not in METHODS:
+        raise exit_codes.UsageError(f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}")
+    file = load_vehicle(arguments.vehicle)
+    columns = Path(arguments.columns) if arguments.columns else None
+    dives = [read_dive(Path(path), columns, file.vehicle) for path in arguments.dives]
+    chosen = [file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives]
+    answers = [
+        identify(dive, file, configuration, arguments.method)
+        for dive, configuration in zip(dives, chosen, strict=True)
+    ]
+    console = show.results(arguments.json)
+    for dive, answer in zip(dives, answers, strict=True):
+        tell(console, dive, answer)
+    found = [answer.to_json() for answer in answers]
+    show.write_json(found[0] if len(found) == 1 else found, arguments.json)
+    if arguments.report:
+        report(Path(arguments.report), dives, file, answers)
+        show.words().print(f"report: {arguments.report}", soft_wrap=True)
+    return exit_codes.DONE if all(answer.values() for answer in answers) else exit_codes.NO
+
+
+def identify(dive: "Dive", file: "VehicleFile", configuration: str, method: str) -> "Identification":
+    """One dive through one estimator, with a progress bar."""
+    from identify.estimators.table import METHODS
+    from tui import show
+
+    with show.progress(f"identify {dive.name}") as progress:
+        return METHODS[method](dive, file, configuration, progress)
+
+
+def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
+    """The result as a table, and what to know about it."""
+    from tui import show
+
+    console.print(
+        show.table(
+            f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}",
+            ("name", "value", "low 95 %", "high 95 %", "unit", "identifiable"),
+            [_row(parameter) for parameter in answer.parameters],
+            numbers=("value", "low 95 %", "high 95 %"),
+        )
+    )
+    for note in (*dive.notes, *answer.notes):
+        console.print(f"note: {note}", soft_wrap=True)
+
+
+def _row(parameter: "Estimate") -> tuple[str, ...]:
+    from tui import show
+
+    values = (parameter.value, parameter.low95, parameter.high95)
+    why = "yes" if parameter.identifiable else f"no: {parameter.reason}"
+    return parameter.name, *(show.number(value) for value in values), parameter.unit, why

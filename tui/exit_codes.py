@@ -1,0 +1,30 @@
+"""What the exit code of every verb means: the one list, shown by `seatrial --help` and in docs/commands.md."""
+
+from bridge.errors import FitError, LinkError, ParamError, SeatrialError
+
+DONE = 0
+NO = 1
+BAD_INPUT = 2
+LINK = 3
+INTERRUPTED = 4
+
+MEANINGS = {
+    DONE: "done",
+    NO: "it ran and the answer is no: nothing identifiable, a check failed, the vehicle refused",
+    BAD_INPUT: "wrong usage, or a file that can't be read or used",
+    LINK: "a port or a network link does not work, or no vehicle answers on it",
+    INTERRUPTED: "stopped by the user before it was done",
+}
+
+
+class UsageError(SeatrialError):
+    """The command line asks for something that can't be."""
+
+
+def of(error: SeatrialError) -> int:
+    """The exit code of an error that ends a verb."""
+    if isinstance(error, LinkError):
+        return LINK
+    if isinstance(error, ParamError | FitError):
+        return NO
+    return BAD_INPUT
