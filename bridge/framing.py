@@ -1,0 +1,275 @@
+"""MAVLink byte stream to frames and back, MAVLink 1 and 2, resynchronising by CRC.
+
+A frame whose id the dialect knows is checked by CRC-16/MCRF4XX with the message's own extra byte. An id that
+it does not know can't be checked: such a frame passes as `known=False`, to be recorded and never acted upon.
+"""
+
+import re
+import struct
+from collections import Counter
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Final
+
+from fastcrc.crc16 import mcrf4xx
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+MAGIC_1: Final = 0xFE
+MAGIC_2: Final = 0xFD
+SIGNED: Final = 0x01
+SIGNATURE_BYTES: Final = 13
+LONGEST_FRAME: Final = 10 + 255 + 2 + SIGNATURE_BYTES
+INCOMPLETE: Final = -1
+IMPOSSIBLE: Final = 0
+
+ESC_INFO: Final = 290
+ESC_STATUS: Final = 291
+
+_MAGIC = re.compile(rb"[\xfd\xfe]")
+_CRC_EXTRA: Final = {number: bytes((kind.crc_extra,)) for number, kind in dialect.mavlink_map.items()} | {
+    ESC_INFO: bytes((251,)),
+    ESC_STATUS: bytes((10,)),
+}
+_FULL_BYTES: Final = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
+_HEADER_2 = struct.Struct("<BBBBBBBHB")  # magic, length, flags, sequence, sender, 24-bit id
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One whole MAVLink frame as it came; `known` says that its id is known and its CRC right."""
+
+    raw: bytes
+    message_id: int
+    system: int
+    component: int
+    sequence: int
+    known: bool
+
+    @property
+    def payload(self) -> bytes:
+        """The payload as sent: MAVLink 2 cuts its trailing zero bytes."""
+        start = 10 if self.raw[0] == MAGIC_2 else 6
+        return self.raw[start : start + self.raw[1]]
+
+
+def measure(data: bytes, start: int) -> int:
+    """Length of the frame that would begin at `start`; INCOMPLETE header, or IMPOSSIBLE as a frame."""
+    have = len(data) - start
+    if have < 1:
+        return INCOMPLETE
+    magic = data[start]
+    if magic == MAGIC_2:
+        if have >= 3 and data[start + 2] & ~SIGNED:
+            return IMPOSSIBLE
+        if have < 10:
+            return INCOMPLETE
+        return data[start + 1] + (12 + SIGNATURE_BYTES if data[start + 2] else 12)
+    if magic == MAGIC_1:
+        if have < 6:
+            return INCOMPLETE
+        # MAVLink 1 does not cut zeros, so a wrong length shows at once.
+        full = _FULL_BYTES.get(data[start + 5])
+        return IMPOSSIBLE if full is not None and data[start + 1] > full else data[start + 1] + 8
+    return IMPOSSIBLE
+
+
+def frame_at(data: bytes, start: int, length: int) -> Frame | None:
+    """The frame of a known id in `data[start:start + length]`; None where id or CRC is wrong.
+
+    `length` comes from `measure`, and `data` holds that much.
+    """
+    if data[start] == MAGIC_2:
+        number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
+        extra = _CRC_EXTRA.get(number)
+        if extra is None:
+            return None
+        end = start + 10 + data[start + 1]
+        if mcrf4xx(data[start + 1 : end] + extra) != data[end] | data[end + 1] << 8:
+            return None
+        raw = data[start : start + length]
+        return Frame(raw, number, data[start + 5], data[start + 6], data[start + 4], True)
+    number = data[start + 5]
+    extra = _CRC_EXTRA.get(number)
+    end = start + 6 + data[start + 1]
+    if extra is None or mcrf4xx(data[start + 1 : end] + extra) != data[end] | data[end + 1] << 8:
+        return None
+    raw = data[start : start + length]
+    return Frame(raw, number, data[start + 3], data[start + 4], data[start + 2], True)
+
+
+def unchecked_frame_at(data: bytes, start: int, length: int) -> Frame:
+    """The same bytes as a frame whose CRC nobody can check."""
+    raw = data[start : start + length]
+    if data[start] == MAGIC_2:
+        return Frame(
+            raw, message_id_at(data, start), data[start + 5], data[start + 6], data[start + 4], False
+        )
+    return Frame(raw, data[start + 5], data[start + 3], data[start + 4], data[start + 2], False)
+
+
+def message_id_at(data: bytes, start: int) -> int:
+    """The message id in the complete header at `start`."""
+    if data[start] == MAGIC_2:
+        return data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
+    return data[start + 5]
+
+
+def has_known_id(data: bytes, start: int) -> bool:
+    """Whether the complete header at `start` names a message whose CRC can be checked."""
+    return message_id_at(data, start) in _CRC_EXTRA
+
+
+def find_magic(data: bytes, start: int, end: int) -> int:
+    """Where the next byte that can begin a frame lies in `data[start:end]`; -1 for none."""
+    found = _MAGIC.search(data, start, end)
+    return found.start() if found else -1
+
+
+class Framer:
+    """Incremental parser: `feed` bytes as they come, `flush` where the stream paused or ended.
+
+    The frames found do not depend on how the stream was split. `counts`: "good", "unknown" (frames),
+    "checksum" (frames that stood where one was due, and were damaged), "skipped" (bytes of no frame).
+    """
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self._rest = b""
+        self._in_step = True
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Frames that `data` completes."""
+        return self._take(data, final=False)
+
+    def flush(self) -> list[Frame]:
+        """Frames held back by a start that was never completed; call where the stream paused or ended."""
+        return self._take(b"", final=True)
+
+    def _take(self, more: bytes, final: bool) -> list[Frame]:
+        data = self._rest + more if self._rest else bytes(more)
+        frames: list[Frame] = []
+        position, end = 0, len(data)
+        while position < end:
+            length = measure(data, position)
+            frame = None
+            if length > 0 and position + length <= end:
+                frame = frame_at(data, position, length)
+            if frame is None and length != IMPOSSIBLE:
+                verdict = self._judge(data, position, length, final)
+                if verdict is _Verdict.WAIT:
+                    break
+                if verdict is _Verdict.YES:
+                    frame = unchecked_frame_at(data, position, length)
+            if frame is None:
+                position = self._skip(data, position, end)
+            else:
+                frames.append(frame)
+                self.counts["good" if frame.known else "unknown"] += 1
+                self._in_step = True
+                position += length
+        self._rest = data[position:]
+        return frames
+
+    def _judge(self, data: bytes, position: int, length: int, final: bool) -> "_Verdict":
+        """Whether a frame that can't be checked stands at `position`."""
+        undecided = _Verdict.NO if final else _Verdict.WAIT
+        if length == INCOMPLETE:
+            return undecided
+        after = position + length
+        whole = after <= len(data)
+        if has_known_id(data, position):
+            if whole and self._in_step:
+                self.counts["checksum"] += 1
+            return _Verdict.NO if whole else undecided
+        hidden = _known_within(data, position + 1, min(after, len(data)))
+        if hidden is _Verdict.YES:
+            return _Verdict.NO
+        if not whole or (hidden is _Verdict.WAIT and not final):
+            return undecided
+        if after == len(data):
+            return _Verdict.YES if final and self._in_step else undecided
+        if self._in_step:
+            return _Verdict.YES if data[after] in (MAGIC_1, MAGIC_2) else _Verdict.NO
+        follower = _known(data, after)
+        return undecided if follower is _Verdict.WAIT else follower
+
+    def _skip(self, data: bytes, position: int, end: int) -> int:
+        following = find_magic(data, position + 1, end)
+        following = end if following < 0 else following
+        self.counts["skipped"] += following - position
+        self._in_step = False
+        return following
+
+
+class _Verdict(Enum):
+    NO = 0
+    YES = 1
+    WAIT = 2
+
+
+def _known(data: bytes, start: int) -> _Verdict:
+    """Whether a frame with a right CRC begins at `start`."""
+    length = measure(data, start)
+    if length == INCOMPLETE:
+        return _Verdict.WAIT
+    if length == IMPOSSIBLE or not has_known_id(data, start):
+        return _Verdict.NO
+    if start + length > len(data):
+        return _Verdict.WAIT
+    return _Verdict.YES if frame_at(data, start, length) else _Verdict.NO
+
+
+def _known_within(data: bytes, start: int, end: int) -> _Verdict:
+    """Whether one begins anywhere in `data[start:end]`."""
+    open_question = _Verdict.NO
+    position = find_magic(data, start, end)
+    while position >= 0:
+        found = _known(data, position)
+        if found is _Verdict.YES:
+            return found
+        if found is _Verdict.WAIT:
+            open_question = found
+        position = find_magic(data, position + 1, end)
+    return open_question
+
+
+_DECODER = dialect.MAVLink(None)
+
+
+def decode(frame: Frame) -> Any | None:
+    """The pymavlink message of a frame; None where its id is unknown to pymavlink or it can't be read."""
+    if not frame.known or frame.message_id not in _FULL_BYTES:
+        return None
+    try:
+        return _DECODER.decode(bytearray(frame.raw))
+    except (dialect.MAVError, struct.error, UnicodeDecodeError):
+        return None
+
+
+class Encoder:
+    """Packs messages into MAVLink 2 frames of one sender, numbered in its own sequence."""
+
+    def __init__(self, system: int, component: int) -> None:
+        self.system = system
+        self.component = component
+        self._packer = dialect.MAVLink(None, srcSystem=system, srcComponent=component)
+
+    def encode(self, message: Any) -> bytes:
+        """The frame of a pymavlink message. Raises struct.error where a value does not fit its field."""
+        raw: bytes = message.pack(self._packer)
+        self._packer.seq = (self._packer.seq + 1) & 0xFF
+        return raw
+
+    def frame(self, message_id: int, payload: bytes) -> bytes:
+        """The frame of a payload in wire order, for the messages that come most often.
+
+        Raises KeyError for an id whose CRC extra nobody knows.
+        """
+        extra = _CRC_EXTRA[message_id]
+        body = payload.rstrip(b"\0") or payload[:1]
+        high, low = divmod(message_id, 0x10000)
+        sequence = self._packer.seq
+        self._packer.seq = (sequence + 1) & 0xFF
+        head = _HEADER_2.pack(MAGIC_2, len(body), 0, 0, sequence, self.system, self.component, low, high)
+        unsealed = head + body
+        return unsealed + mcrf4xx(unsealed[1:] + extra).to_bytes(2, "little")

@@ -1,0 +1,208 @@
+"""The framer finds every intact frame, whatever surrounds it and however the stream is split."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import ESC_STATUS, LONGEST_FRAME, Encoder, Framer, decode
+
+BATTERY = [16000] + [65535] * 9
+
+
+def messages() -> list[dialect.MAVLink_message]:
+    return [
+        dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3),
+        dialect.MAVLink_statustext_message(6, b"hello"),
+        dialect.MAVLink_debug_float_array_message(7, b"TAU_CMD", 256, [float(i) for i in range(58)]),
+        dialect.MAVLink_param_value_message(b"FF_MODE", 2.0, 9, 27, 3),
+        dialect.MAVLink_battery_status_message(0, 0, 0, 32767, BATTERY, 20, -1, -1, 90),
+        dialect.MAVLink_system_time_message(1_790_000_000_000_000, 0xFDFEFDFE),
+    ]
+
+
+def stream(count: int = 60) -> list[bytes]:
+    encoder = Encoder(1, 1)
+    every = messages()
+    return [encoder.encode(every[i % len(every)]) for i in range(count)]
+
+
+def unknown_frame(payload: bytes, sequence: int = 0) -> bytes:
+    number = 60_123
+    head = bytes((0xFD, len(payload), 0, 0, sequence, 7, 8)) + number.to_bytes(3, "little")
+    return head + payload + b"\x12\x34"
+
+
+def take(chunks: list[bytes]) -> list[bytes]:
+    framer = Framer()
+    frames = [frame.raw for chunk in chunks for frame in framer.feed(chunk)]
+    return frames + [frame.raw for frame in framer.flush()]
+
+
+def test_the_frames_are_the_same_at_every_split_of_the_stream() -> None:
+    wanted = stream(6)
+    data = b"\xfd\xfe" + b"".join(wanted) + unknown_frame(b"\xfd" * 20) + wanted[0] + b"\xfd\x09"
+    whole = take([data])
+    assert whole == [*wanted, unknown_frame(b"\xfd" * 20), wanted[0]]
+    for cut in range(len(data)):
+        assert take([data[:cut], data[cut:]]) == whole, cut
+    assert take([data[i : i + 1] for i in range(len(data))]) == whole
+
+
+def test_a_frame_is_read_as_the_message_that_was_packed() -> None:
+    for message, raw in zip(messages(), stream(6), strict=True):
+        (frame,) = Framer().feed(raw)
+        assert (frame.system, frame.component, frame.message_id, frame.known) == (
+            1,
+            1,
+            type(message).id,
+            True,
+        )
+        decoded = decode(frame)
+        assert decoded is not None
+        assert decoded.to_dict() == message.to_dict()
+
+
+def test_the_sequence_counts_frames_of_both_kinds_of_packing_and_wraps() -> None:
+    encoder = Encoder(1, 1)
+    payload = b"\x01" * 9
+    data = b"".join(encoder.frame(0, payload) if i % 2 else encoder.encode(messages()[0]) for i in range(300))
+    assert [frame.sequence for frame in Framer().feed(data)] == [i % 256 for i in range(300)]
+
+
+def test_mavlink_1_and_signed_frames_are_read_too() -> None:
+    link = dialect.MAVLink(None, srcSystem=3, srcComponent=4)
+    old = messages()[3].pack(link, force_mavlink1=True)
+    link.signing.secret_key, link.signing.sign_outgoing = b"k" * 32, True
+    signed = messages()[3].pack(link)
+    frames = Framer().feed(old + signed + old)
+    assert [frame.raw for frame in frames] == [old, signed, old]
+    assert all(frame.known and frame.system == 3 and frame.component == 4 for frame in frames)
+    assert all(decode(frame).param_id == "FF_MODE" for frame in frames)
+    assert len(frames[0].payload) == 25
+
+
+def test_a_mavlink_1_frame_that_spells_a_wrong_length_hides_nothing() -> None:
+    good = stream(1)[0]
+    heartbeat_of_200_bytes = bytes((0xFE, 200, 0, 1, 1, 0))
+    assert [frame.raw for frame in Framer().feed(heartbeat_of_200_bytes + good)] == [good]
+
+
+def test_esc_status_is_known_though_pymavlink_has_no_such_message() -> None:
+    (frame,) = Framer().feed(Encoder(1, 1).frame(ESC_STATUS, bytes(range(57))))
+    assert frame.known
+    assert decode(frame) is None
+
+
+def test_every_intact_frame_survives_one_flipped_bit_in_a_thousand_bytes() -> None:
+    rng = random.Random(4)
+    frames = stream(3000)
+    damaged = bytearray(b"".join(frames))
+    hurt = set()
+    starts, at = [], 0
+    for frame in frames:
+        starts.append(at)
+        at += len(frame)
+    owner = [i for i, frame in enumerate(frames) for _ in frame]
+    for block in range(0, len(damaged), 1000):
+        place = min(block + rng.randrange(1000), len(damaged) - 1)
+        damaged[place] ^= 1 << rng.randrange(8)
+        hurt.add(owner[place])
+    found = [f.raw for f in _feed_in_pieces(bytes(damaged), 4096) if f.known]
+    assert found == [frame for i, frame in enumerate(frames) if i not in hurt]
+
+
+def _feed_in_pieces(data: bytes, size: int) -> list:
+    framer = Framer()
+    frames = [frame for i in range(0, len(data), size) for frame in framer.feed(data[i : i + size])]
+    return frames + framer.flush()
+
+
+def test_a_frame_of_an_unknown_id_passes_unchecked_and_in_its_place() -> None:
+    a, b = stream(2)
+    strange = unknown_frame(bytes(40), 5)
+    framer = Framer()
+    frames = framer.feed(a + strange + b)
+    assert [(f.raw, f.known) for f in frames] == [(a, True), (strange, False), (b, True)]
+    assert (frames[1].message_id, frames[1].system, frames[1].component, frames[1].sequence) == (
+        60_123,
+        7,
+        8,
+        5,
+    )
+    assert framer.counts == {"good": 2, "unknown": 1}
+    assert decode(frames[1]) is None
+
+
+def test_a_false_start_with_an_unknown_id_never_swallows_good_frames() -> None:
+    good = stream(12)
+    false_start = bytes((0xFD, 255, 0, 0, 0, 1, 1)) + (60_123).to_bytes(3, "little")
+    for junk in (false_start, false_start + b"x" * 30, b"\xfd", b"\xfe\xff", good[0][:-1]):
+        assert take([junk + b"".join(good)]) == good
+        assert take([good[0] + junk + b"".join(good)]) == [good[0], *good]
+
+
+def test_a_damaged_frame_is_counted_and_named() -> None:
+    a, b, c = stream(3)
+    framer = Framer()
+    hurt = b[:-1] + bytes((b[-1] ^ 1,))
+    assert [f.raw for f in framer.feed(a + hurt + c)] == [a, c]
+    assert framer.counts == {"good": 2, "checksum": 1, "skipped": len(b)}
+
+
+def test_a_pause_frees_what_a_broken_start_held_back() -> None:
+    a, b = stream(2)
+    broken_length = bytes((a[0], 250)) + a[2:]
+    framer = Framer()
+    assert framer.feed(broken_length + b) == []
+    assert [f.raw for f in framer.flush()] == [b]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_fuzzed_bytes_raise_nothing_and_stay_bounded_and_the_next_frames_are_found(seed: int) -> None:
+    rng = random.Random(seed)
+    good = stream(40)
+    framer = Framer()
+    for _ in range(100):
+        kind = rng.randrange(3)
+        if kind == 0:
+            junk = rng.randbytes(1000)
+        elif kind == 1:
+            junk = bytes(rng.choice(b"\xfd\xfe\x00\x01\xff") for _ in range(1000))
+        else:
+            junk = bytearray(b"".join(good)[:1000])
+            for _ in range(30):
+                junk[rng.randrange(len(junk))] = rng.randrange(256)
+        framer.feed(bytes(junk))
+        assert len(framer._rest) < 3 * LONGEST_FRAME
+    framer.flush()
+    assert [f.raw for f in framer.feed(b"".join(good)) if f.known] == good
+
+
+def test_payloads_of_noise_under_a_right_checksum_decode_without_raising() -> None:
+    rng = random.Random(1)
+    framer, encoder = Framer(), Encoder(1, 1)
+    known = sorted(dialect.mavlink_map)
+    for _ in range(3000):
+        number = rng.choice(known)
+        (frame,) = framer.feed(encoder.frame(number, rng.randbytes(rng.randrange(1, 256))))
+        assert frame.known
+        decode(frame)
+    assert framer.counts["good"] == 3000
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(
+        st.one_of(
+            st.binary(max_size=40), st.sampled_from(stream(6)), st.binary(max_size=60).map(unknown_frame)
+        ),
+        max_size=12,
+    ),
+    st.integers(1, 50),
+)
+def test_no_stream_depends_on_its_split(pieces: list[bytes], size: int) -> None:
+    data = b"".join(pieces)
+    assert take([data[i : i + size] for i in range(0, len(data), size)]) == take([data])
