@@ -1,0 +1,187 @@
+"""PWM to thrust and back, thrust to wrench and back: what the propellers of a vehicle can do.
+
+The T200 figures are Blue Robotics' public performance data of September 2019 (bollard pull).
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve
+
+Array = NDArray[np.float64]
+NEUTRAL_US = 1500.0
+
+
+class Curve(Protocol):
+    """The static curve of one thruster between `min_n` and `max_n`."""
+
+    @property
+    def min_n(self) -> float: ...
+
+    @property
+    def max_n(self) -> float: ...
+
+    def thrust(self, pwm_us: ArrayLike) -> Array:
+        """Thrust (N) at each pulse width, held at the ends of the curve."""
+        ...
+
+    def pwm(self, thrust_n: ArrayLike) -> Array:
+        """The pulse width that gives each thrust, held at the ends; zero thrust is 1500 us."""
+        ...
+
+
+class TableCurve:
+    """A measured curve: straight lines between the points of a table.
+
+    The inverse jumps over the dead zone: any thrust above zero lies beyond its edge.
+    """
+
+    def __init__(self, pwm_us: Array, thrust_n: Array) -> None:
+        forward, reverse = pwm_us >= NEUTRAL_US, pwm_us <= NEUTRAL_US
+        rising = np.maximum.accumulate(np.maximum(thrust_n[forward], 0.0))
+        falling = np.minimum.accumulate(np.minimum(thrust_n[reverse][::-1], 0.0))
+        self._pwm_us = np.concatenate([pwm_us[reverse], pwm_us[forward]])
+        self._thrust_n = np.concatenate([falling[::-1], rising])
+        self._forward = _inverse(pwm_us[forward], rising)
+        self._reverse = _inverse(pwm_us[reverse][::-1], -falling)
+
+    @property
+    def min_n(self) -> float:
+        return float(self._thrust_n[0])
+
+    @property
+    def max_n(self) -> float:
+        return float(self._thrust_n[-1])
+
+    def thrust(self, pwm_us: ArrayLike) -> Array:
+        return np.asarray(np.interp(np.asarray(pwm_us, dtype=float), self._pwm_us, self._thrust_n))
+
+    def pwm(self, thrust_n: ArrayLike) -> Array:
+        wanted = np.asarray(thrust_n, dtype=float)
+        ahead = np.interp(wanted, *self._forward)
+        astern = np.interp(-wanted, *self._reverse)
+        return np.where(wanted > 0, ahead, np.where(wanted < 0, astern, NEUTRAL_US))
+
+
+def _inverse(pwm_us: Array, magnitude_n: Array) -> tuple[Array, Array]:
+    """Rising thrust magnitudes and their pulse widths, from the outer edge of the dead zone on."""
+    edge = max(int(np.count_nonzero(magnitude_n <= 0)) - 1, 0)
+    return magnitude_n[edge:], pwm_us[edge:]
+
+
+@dataclass(frozen=True)
+class QuadraticCurve:
+    """thrust = limit_n o |o| with o = (pwm - 1500) / span_us, nothing within the dead band.
+
+    A thrust smaller than the step at the band's edge can't be had: its pulse width lies inside the band.
+    """
+
+    limit_n: float
+    span_us: float
+    dead_band_us: float
+
+    @property
+    def max_n(self) -> float:
+        return self.limit_n
+
+    @property
+    def min_n(self) -> float:
+        return -self.limit_n
+
+    def thrust(self, pwm_us: ArrayLike) -> Array:
+        offset = np.asarray(pwm_us, dtype=float) - NEUTRAL_US
+        o = np.clip(offset / self.span_us, -1.0, 1.0)
+        return np.where(np.abs(offset) <= self.dead_band_us, 0.0, self.limit_n * o * np.abs(o))
+
+    def pwm(self, thrust_n: ArrayLike) -> Array:
+        share = np.clip(np.asarray(thrust_n, dtype=float) / self.limit_n, -1.0, 1.0)
+        return NEUTRAL_US + self.span_us * np.sign(share) * np.sqrt(np.abs(share))
+
+
+def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
+    """The curve of a vehicle file that lies in `directory`.
+
+    Raises ConfigError for a table that is missing, malformed, or lacks the voltage.
+    """
+    if curve.kind == "quadratic":
+        return QuadraticCurve(curve.max_n, curve.span_us, curve.dead_band_us)
+    path = directory / curve.file
+    if not path.exists():
+        path = CONFIGS / "thrusters" / curve.file
+    return TableCurve(*_table_at(path, curve.voltage_v))
+
+
+def _table_at(path: Path, voltage_v: float) -> tuple[Array, Array]:
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        raise ConfigError(f"{path}: can't read this thrust table; check thrust_curve: file") from None
+    rows = [line for line in lines if line.strip() and not line.startswith("#")]
+    if not rows or rows[0].replace(" ", "") != "voltage_v,pwm_us,thrust_n":
+        raise ConfigError(f"{path}: a thrust table starts with 'voltage_v,pwm_us,thrust_n'; add that line")
+    try:
+        table = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]]).reshape(-1, 3)
+    except ValueError:
+        raise ConfigError(f"{path}: a line holds something else than three numbers; mend it") from None
+    voltages = np.unique(table[:, 0])
+    if not len(voltages) or not voltages[0] <= voltage_v <= voltages[-1]:
+        known = f"{voltages[0]:g} to {voltages[-1]:g} V" if len(voltages) else "no voltage at all"
+        raise ConfigError(
+            f"{path}: the table holds {known}, not {voltage_v:g} V; change thrust_curve: voltage_v"
+        )
+    above = voltages[np.searchsorted(voltages, voltage_v)]
+    below = voltages[np.searchsorted(voltages, voltage_v, side="right") - 1]
+    low, high = (_sorted(table[table[:, 0] == v]) for v in (below, above))
+    pwm_us = np.union1d(np.union1d(low[:, 1], high[:, 1]), [NEUTRAL_US])
+    share = (voltage_v - below) / (above - below) if above > below else 0.0
+    at_low, at_high = (np.interp(pwm_us, t[:, 1], t[:, 2]) for t in (low, high))
+    return pwm_us, (1 - share) * at_low + share * at_high
+
+
+def _sorted(table: Array) -> Array:
+    return table[np.argsort(table[:, 1])]
+
+
+def shaft_speed(curve: ThrustCurve, thrust_n: ArrayLike) -> Array:
+    """Signed shaft speed in rev/s from T = k n |n|, k by direction."""
+    thrust = np.asarray(thrust_n, dtype=float)
+    k = np.where(thrust >= 0, curve.forward_n_s2, curve.reverse_n_s2)
+    speed: Array = np.sign(thrust) * np.sqrt(np.abs(thrust) / k)
+    return speed
+
+
+def allocation_matrix(configuration: Configuration) -> Array:
+    """(6, n): the wrench about the origin of one newton of each thruster, its gain included."""
+    columns = []
+    for thruster in configuration.thrusters:
+        force = np.array(thruster.direction)
+        columns.append(thruster.gain * np.concatenate([force, np.cross(thruster.position_m, force)]))
+    return np.array(columns).T if columns else np.zeros((6, 0))
+
+
+class Allocator:
+    """Wrench to thrusts by the pseudo-inverse, all scaled down together where one would pass its limit."""
+
+    def __init__(self, configuration: Configuration, curve: Curve) -> None:
+        self.matrix = allocation_matrix(configuration)
+        self.high_n = min(configuration.thruster_limit_n, curve.max_n)
+        self.low_n = max(-configuration.thruster_limit_n, curve.min_n)
+        self._inverse = np.linalg.pinv(self.matrix, rcond=1e-6)
+
+    def reach(self) -> Array:
+        """(6,): the largest magnitude of each component of the wrench, N and N m."""
+        return np.asarray(np.abs(self.matrix).sum(axis=1) * min(self.high_n, -self.low_n))
+
+    def allocate(self, tau: ArrayLike) -> tuple[Array, Array, float]:
+        """Thrusts (n,) in N, the wrench (6,) that they make, and the scale (1 where nothing was limited)."""
+        thrust = self._inverse @ np.asarray(tau, dtype=float)
+        worst = max(
+            1.0, float(thrust.max(initial=0.0)) / self.high_n, float(thrust.min(initial=0.0)) / self.low_n
+        )
+        thrust = thrust / worst
+        return thrust, self.matrix @ thrust, 1.0 / worst

@@ -1,0 +1,126 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
+from bridge.vehicle.thrusters import (
+    Allocator,
+    Curve,
+    QuadraticCurve,
+    allocation_matrix,
+    shaft_speed,
+    thrust_curve,
+)
+
+T200 = thrust_curve(ThrustCurve(), CONFIGS)
+RUVIFIST = load_vehicle("ruvifist").vehicle
+
+
+@pytest.mark.parametrize("configuration", ["survey", "hovering"])
+def test_a_wrench_within_the_limits_comes_out_as_it_went_in(configuration: str) -> None:
+    tau = [12.0, 0.5, -6.0, 0.3, -0.4, 2.0]
+    thrusts, wrench, scale = Allocator(RUVIFIST.configurations[configuration], T200).allocate(tau)
+    np.testing.assert_allclose(wrench, tau, atol=1e-9)
+    assert scale == 1.0
+    assert len(thrusts) == 8
+
+
+def test_a_wrench_beyond_the_limit_keeps_its_direction_and_puts_the_busiest_thruster_at_the_limit() -> None:
+    hovering = RUVIFIST.configurations["hovering"]
+    tau = np.array([300.0, 60.0, 0.0, 0.0, 0.0, 20.0])
+    thrusts, wrench, scale = Allocator(hovering, T200).allocate(tau)
+    np.testing.assert_allclose(wrench, scale * tau, atol=1e-9)
+    assert 0 < scale < 1
+    assert max(thrusts.max() / 40.0, thrusts.min() / T200.min_n) == pytest.approx(1.0)
+
+
+def test_a_wrench_that_no_thruster_can_make_is_told_as_zero() -> None:
+    one = Configuration(10.0, (1.0, 1.0, 1.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),))
+    _, wrench, _ = Allocator(one, T200).allocate([3.0, 5.0, 0.0, 0.0, 0.0, 1.0])
+    np.testing.assert_allclose(wrench, [3.0, 0, 0, 0, 0, 0], atol=1e-12)
+
+
+def test_the_allocation_matrix_holds_force_and_moment_of_one_newton() -> None:
+    half = Thruster((0.0, 1.0, 0.0), (0.4, 0.0, 0.1), gain=0.5)
+    matrix = allocation_matrix(Configuration(10.0, (1.0, 1.0, 1.0), (half,)))
+    np.testing.assert_allclose(matrix[:, 0], [0.0, 0.5, 0.0, -0.05, 0.0, 0.2])
+
+
+@pytest.mark.parametrize(
+    ("pwm_us", "thrust_n"), [(1100, -39.908), (1472, 0), (1500, 0), (1528, 0), (1900, 51.436)]
+)
+def test_the_t200_at_16_v_gives_its_published_thrust(pwm_us: float, thrust_n: float) -> None:
+    assert T200.thrust(pwm_us) == pytest.approx(thrust_n)
+
+
+@given(st.floats(-39.9, 51.4))
+@settings(max_examples=100)
+def test_the_inverse_of_the_table_gives_back_every_thrust(thrust_n: float) -> None:
+    assert T200.thrust(T200.pwm(thrust_n)) == pytest.approx(thrust_n, abs=1e-9)
+
+
+def test_the_inverse_jumps_over_the_dead_zone_and_rests_at_1500() -> None:
+    np.testing.assert_array_less(1528.0, T200.pwm([1e-6, 0.1]))
+    np.testing.assert_array_less(T200.pwm([-1e-6, -0.1]), 1472.0)
+    assert T200.pwm(0.0) == 1500.0
+
+
+def test_thrust_beyond_the_table_is_held_at_its_ends() -> None:
+    np.testing.assert_allclose(T200.pwm([-100.0, 100.0]), [1100.0, 1900.0])
+    np.testing.assert_allclose(T200.thrust([900.0, 2000.0]), [-39.908, 51.436])
+
+
+def test_a_voltage_between_two_of_the_table_lies_between_them_in_proportion() -> None:
+    at = {
+        v: thrust_curve(ThrustCurve(voltage_v=v), CONFIGS).thrust([1200.0, 1533.0, 1700.0])
+        for v in (14, 15.5, 16)
+    }
+    np.testing.assert_allclose(at[15.5], 0.25 * at[14] + 0.75 * at[16])
+
+
+@pytest.mark.parametrize("voltage_v", [10.0, 12.0, 14.0, 18.0, 20.0])
+def test_every_voltage_of_the_table_can_be_inverted(voltage_v: float) -> None:
+    curve = thrust_curve(ThrustCurve(voltage_v=voltage_v), CONFIGS)
+    wanted = np.linspace(curve.min_n, curve.max_n, 173)
+    np.testing.assert_allclose(curve.thrust(curve.pwm(wanted)), wanted, atol=1e-9)
+
+
+def test_the_quadratic_law_is_its_formula_with_a_dead_band() -> None:
+    law: Curve = QuadraticCurve(50.0, 400.0, 25.0)
+    np.testing.assert_allclose(law.thrust([1300, 1480, 1700, 1900, 2000]), [-12.5, 0.0, 12.5, 50.0, 50.0])
+    np.testing.assert_allclose(law.pwm([-12.5, 0.0, 12.5, 80.0]), [1300, 1500, 1700, 1900])
+
+
+def test_shaft_speed_follows_the_square_root_of_thrust_with_its_sign() -> None:
+    curve = ThrustCurve(forward_n_s2=0.01, reverse_n_s2=0.04)
+    np.testing.assert_allclose(shaft_speed(curve, [4.0, -4.0, 0.0]), [20.0, -10.0, 0.0])
+
+
+def test_a_table_beside_the_vehicle_file_goes_before_the_shipped_one(tmp_path: Path) -> None:
+    (tmp_path / "t200.csv").write_text(
+        "# mine\nvoltage_v,pwm_us,thrust_n\n16,1100,-4\n16,1500,0\n16,1900,4\n"
+    )
+    assert thrust_curve(ThrustCurve(), tmp_path).thrust(1700) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "can't read"),
+        ("pwm,thrust\n", "starts with"),
+        ("voltage_v,pwm_us,thrust_n\n16,x,3\n", "three numbers"),
+        ("voltage_v,pwm_us,thrust_n\n", "no voltage at all"),
+        ("voltage_v,pwm_us,thrust_n\n12,1500,0\n", "not 16 V"),
+    ],
+)
+def test_a_table_that_cannot_serve_is_refused_with_what_to_do(
+    tmp_path: Path, text: str | None, says: str
+) -> None:
+    if text is not None:
+        (tmp_path / "own.csv").write_text(text)
+    with pytest.raises(ConfigError, match=says):
+        thrust_curve(ThrustCurve(file="own.csv"), tmp_path)
