@@ -1,0 +1,178 @@
+"""Parameter files, both ways: `NAME,value`, `NAME value`, and the tab form of QGroundControl.
+
+The whole file is read and judged before anything is done with it. Values are written with the shortest text
+that reads back to the same float32, so that two files can be compared by eye.
+"""
+
+import os
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import ParamRejected
+from gcs_plugin.params import float32
+
+LARGEST_FILE_BYTES: Final = 4_000_000
+NAME_LENGTH: Final = 16
+REAL32: Final = 9
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)(\(.*\))?", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One line of a file; `system` and `component` are None where the format has none."""
+
+    name: str
+    value: float
+    line: int
+    system: int | None = None
+    component: int | None = None
+
+
+def parse(text: str, source: str) -> list[Entry]:
+    """Every entry of a file's text; `source` names the file in messages.
+
+    Raises ParamRejected with the line number for anything that is not a name and a finite float32.
+    """
+    entries = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        content = line.split("#", 1)[0].strip()
+        if content:
+            entries.append(_entry(content, number, source))
+    if not entries:
+        raise ParamRejected(f"{source}: holds no parameters; give a file with lines such as 'FF0_M_U,24.4'")
+    return entries
+
+
+def _entry(content: str, line: int, source: str) -> Entry:
+    where = f"{source}, line {line}"
+    parts = [part for part in re.split(r"[\s,]+", content) if part]
+    if len(parts) == 5 and parts[0].isdecimal() and parts[1].isdecimal() and parts[4].isdecimal():
+        return Entry(
+            _name(parts[2], where), _value(parts[2], parts[3], where), line, int(parts[0]), int(parts[1])
+        )
+    if len(parts) != 2:
+        raise ParamRejected(f"{where}: '{_shown(content)}' is not a name and a value; mend that line")
+    return Entry(_name(parts[0], where), _value(parts[0], parts[1], where), line)
+
+
+def _name(word: str, where: str) -> str:
+    if not _NAME.fullmatch(word):
+        raise ParamRejected(
+            f"{where}: '{_shown(word)}' is no parameter name (letters, digits, _); mend that line"
+        )
+    if len(word) > NAME_LENGTH:
+        raise ParamRejected(
+            f"{where}: '{_shown(word)}' is longer than {NAME_LENGTH} characters; mend that line"
+        )
+    return word
+
+
+def _value(name: str, word: str, where: str) -> float:
+    if _NOT_FINITE.fullmatch(word):
+        raise ParamRejected(
+            f"{where}: {name} is {word}, not a finite number; nothing was sent, mend that line"
+        )
+    if not _NUMBER.fullmatch(word):
+        raise ParamRejected(f"{where}: {name} has '{_shown(word)}' for a number; mend that line")
+    try:
+        return float32.rounded(float(word))
+    except ValueError as error:
+        raise ParamRejected(f"{where}: {name}: {error}; mend that line") from None
+
+
+def _shown(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text[:40])
+
+
+def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
+    """The values of a file by name, each exactly a float32; of one `component` where lines name several.
+
+    Raises ParamRejected for a file that can't be read, a malformed line, NaN, or a name that is given twice.
+    """
+    try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE_BYTES:
+            raise ParamRejected(f"{path}: {size} bytes is too long for a parameter file; give another")
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise ParamRejected(f"{path}: no such file; check the name") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ParamRejected(f"{path}: can't be read as text ({error}); give a .param file") from None
+    lines: dict[str, int] = {}
+    values: dict[str, float] = {}
+    for entry in parse(text, str(path)):
+        if component is not None and entry.component not in (None, component):
+            continue
+        if entry.name in values:
+            both = f"{lines[entry.name]} and {entry.line}"
+            raise ParamRejected(f"{path}: {entry.name} is given twice, on lines {both}; keep one")
+        lines[entry.name], values[entry.name] = entry.line, entry.value
+    if not values:
+        raise ParamRejected(f"{path}: holds no parameters of component {component}; name another component")
+    return values
+
+
+def param_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
+    """The form of Mission Planner and MAVProxy: `NAME,value`."""
+    head = [f"# {comment}" for comment in comments]
+    return "\n".join(head + [f"{name},{float32.text(value)}" for name, value in values.items()]) + "\n"
+
+
+def parm_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
+    """The classic form: name padded to 16, a blank, value."""
+    head = [f"# {comment}" for comment in comments]
+    lines = [f"{name:<{NAME_LENGTH}} {float32.text(value)}" for name, value in values.items()]
+    return "\n".join(head + lines) + "\n"
+
+
+def qgc_text(values: Mapping[str, float], system: int, component: int, comments: Iterable[str] = ()) -> str:
+    """QGroundControl's form: system, component, name, value and type, apart by tabs."""
+    head = [f"# Onboard parameters for Vehicle {system}", "#", *(f"# {comment}" for comment in comments)]
+    head.append("# Vehicle-Id Component-Id Name Value Type")
+    lines = [
+        f"{system}\t{component}\t{name}\t{float32.text(value)}\t{REAL32}" for name, value in values.items()
+    ]
+    return "\n".join(head + lines) + "\n"
+
+
+def write_parameters(
+    path: Path, values: Mapping[str, float], comments: Iterable[str] = (), system: int = 1, component: int = 1
+) -> None:
+    """Write a file whole or not at all, in the form that its suffix names (.param, .parm, .params).
+
+    Raises ParamRejected for another suffix, a value that is not finite, or a place that can't be written.
+    """
+    words = tuple(" ".join(comment.split()) for comment in comments)
+    try:
+        if path.suffix == ".param":
+            text = param_text(values, words)
+        elif path.suffix == ".parm":
+            text = parm_text(values, words)
+        elif path.suffix == ".params":
+            text = qgc_text(values, system, component, words)
+        else:
+            raise ParamRejected(f"{path}: a parameter file ends in .param, .parm or .params; name it so")
+    except ValueError as error:
+        raise ParamRejected(f"{path}: not written, {error}; mend the value") from None
+    replace_text(path, text)
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Put `text` where `path` is, whole or not at all. Raises ParamRejected where that fails."""
+    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with partial.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise ParamRejected(f"{path}: can't be written ({error.strerror}); choose another place") from None

@@ -1,0 +1,148 @@
+"""The plan of an upload, made before anything is sent: what changes, what is so already, what can not be."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Final
+
+from bridge.errors import ParamRejected, ParamUnknown
+from bridge.vehicle.coefficients import COEFFICIENTS
+from gcs_plugin.params import float32
+
+COMMIT: Final = "FF_COMMIT"
+ACTIVE: Final = "FF_ACTIVE"
+MODE: Final = "FF_MODE"
+VERSION: Final = "FF_VERSION"
+READ_ONLY: Final = {
+    COMMIT: "the upload raises it itself, last of all",
+    ACTIVE: "the vehicle alone says which set is active",
+    VERSION: "the vehicle alone says which version it speaks",
+}
+
+_STAGED = re.compile(r"FF(\d+)_(.+)")
+_BOUNDS: Final = {
+    coefficient.name.upper(): (coefficient.low, coefficient.high) for coefficient in COEFFICIENTS
+}
+
+
+class Verdict(Enum):
+    """What an upload does with one line; the value is the word that the operator reads."""
+
+    CHANGED = "changed"
+    SAME = "same"
+    UNKNOWN = "not on the vehicle"
+    READ_ONLY = "read-only"
+    REFUSED = "refused"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the plan; `present` is None where the vehicle has no such parameter."""
+
+    name: str
+    present: float | None
+    target: float
+    verdict: Verdict
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Every line of the file with its verdict; `present` holds all that the vehicle said it has."""
+
+    rows: tuple[Row, ...]
+    present: Mapping[str, float]
+
+    def named(self, verdict: Verdict) -> dict[str, float]:
+        """Targets of the rows with one verdict."""
+        return {row.name: row.target for row in self.rows if row.verdict is verdict}
+
+    @property
+    def changes(self) -> dict[str, float]:
+        return self.named(Verdict.CHANGED)
+
+    def count(self, verdict: Verdict) -> int:
+        return sum(row.verdict is verdict for row in self.rows)
+
+    def summary(self) -> str:
+        """One sentence that skips nobody."""
+        parts = [f"{self.count(verdict)} {verdict.value}" for verdict in Verdict if self.count(verdict)]
+        return f"{len(self.rows)} parameters: {', '.join(parts) or 'none'}"
+
+    def chosen(self, names: Iterable[str]) -> "Plan":
+        """The plan for these lines alone. Raises ParamUnknown for a name that it does not hold."""
+        wanted = list(names)
+        known = {row.name for row in self.rows}
+        for name in wanted:
+            if name not in known:
+                raise ParamUnknown(f"the plan has no line {name}; it has {', '.join(sorted(known))}")
+        return replace(self, rows=tuple(row for row in self.rows if row.name in wanted))
+
+    def check(self) -> None:
+        """Raise where any line can't be sent: then nothing is sent."""
+        for row in self.rows:
+            if row.verdict is Verdict.REFUSED:
+                raise ParamRejected(f"{row.name}: {row.reason}; nothing was sent, mend the value")
+        missing = self.named(Verdict.UNKNOWN)
+        if missing:
+            raise ParamUnknown(
+                f"the vehicle has no {', '.join(missing)}; nothing was sent, choose lines that it has"
+            )
+
+
+def bounds_of(name: str) -> tuple[float, float] | None:
+    """What a parameter may be, None where nothing is known of it."""
+    if name == MODE:
+        return 0.0, 3.0
+    match = _STAGED.fullmatch(name)
+    return _BOUNDS.get(match.group(2)) if match else None
+
+
+def is_staged(name: str) -> bool:
+    """Whether a parameter waits in the vehicle's staging until a commit."""
+    match = _STAGED.fullmatch(name)
+    return bool(match and match.group(2) in _BOUNDS)
+
+
+def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:
+    """The plan of bringing a vehicle that holds `present` to `targets`."""
+    return Plan(tuple(_row(name, target, present) for name, target in targets.items()), dict(present))
+
+
+def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
+    now = present.get(name)
+    try:
+        # Adding zero makes of -0 the 0 that every vehicle stores.
+        value = float32.rounded(target) + 0.0
+    except ValueError as error:
+        return Row(name, now, target, Verdict.REFUSED, str(error))
+    if name in READ_ONLY:
+        return Row(name, now, value, Verdict.READ_ONLY, READ_ONLY[name])
+    bounds = bounds_of(name)
+    if bounds and not bounds[0] <= value <= bounds[1]:
+        low, high = bounds
+        return Row(name, now, value, Verdict.REFUSED, f"{value:g} is outside {low:g} to {high:g}")
+    if now is None:
+        return Row(name, None, value, Verdict.UNKNOWN, "the vehicle has no such parameter")
+    if float32.same(now, value):
+        return Row(name, now, value, Verdict.SAME)
+    return Row(name, now, value, Verdict.CHANGED)
+
+
+def printable(plan: Plan) -> list[tuple[str, str, str, str]]:
+    """Name, present value, target and verdict with its reason, as text, in the order of the file."""
+    lines = []
+    for row in plan.rows:
+        present = "-" if row.present is None else value_text(row.present)
+        verdict = f"{row.verdict.value}: {row.reason}" if row.reason else row.verdict.value
+        lines.append((row.name, present, value_text(row.target), verdict))
+    return lines
+
+
+def value_text(value: float) -> str:
+    """A value as a person compares it; NaN and inf as they are."""
+    try:
+        return float32.text(value)
+    except ValueError:
+        return str(value)

@@ -1,0 +1,72 @@
+"""The sidecar of a parameter file: JSON beside it that says where its values came from."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from bridge import schema
+from bridge.errors import ConfigError, ParamRejected
+from gcs_plugin.params.files import replace_text
+
+FORMAT: Final = 1
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Where a value came from and how sure it is: 95 % interval in `unit`."""
+
+    coefficient: str
+    unit: str
+    low95: float
+    high95: float
+
+
+@dataclass(frozen=True)
+class Sidecar:
+    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id."""
+
+    dive_sha256: str
+    vehicle_sha256: str
+    configuration: str
+    method: str
+    version: str
+    intervals: dict[str, Interval] = field(default_factory=dict)
+    format: int = FORMAT
+
+
+def sidecar_path(path: Path) -> Path:
+    """`hovering.param` -> `hovering.param.json`."""
+    return path.with_name(path.name + ".json")
+
+
+def write_sidecar(path: Path, sidecar: Sidecar) -> Path:
+    """Write the sidecar of the parameter file `path` and return where it lies."""
+    beside = sidecar_path(path)
+    replace_text(beside, json.dumps(asdict(sidecar), indent=2, allow_nan=False) + "\n")
+    return beside
+
+
+def read_sidecar(path: Path) -> Sidecar | None:
+    """The sidecar of the parameter file `path`, None without one. Raises ParamRejected for a damaged one."""
+    beside = sidecar_path(path)
+    if not beside.exists():
+        return None
+    try:
+        data: Any = json.loads(beside.read_text(encoding="utf-8"))
+        return schema.build(Sidecar, data, str(beside))
+    except (OSError, ValueError, ConfigError) as error:
+        raise ParamRejected(f"{beside}: not a sidecar ({error}); remove it or identify again") from None
+
+
+def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, str]) -> dict[str, Interval]:
+    """The intervals of an identification's JSON, by parameter id; `parameter_ids`: coefficient name to id."""
+    found = {}
+    for estimate in identification.get("parameters", []):
+        name = estimate.get("name")
+        if name in parameter_ids and estimate.get("low95") is not None and estimate.get("high95") is not None:
+            found[parameter_ids[name]] = Interval(
+                name, str(estimate.get("unit", "")), float(estimate["low95"]), float(estimate["high95"])
+            )
+    return found

@@ -1,0 +1,43 @@
+"""From an identification's JSON to the parameters that a vehicle's feed-forward takes."""
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from bridge.errors import ParamRejected
+from bridge.vehicle.coefficients import BY_NAME
+from gcs_plugin.params import float32
+
+
+def parameters_from_identification(
+    data: Mapping[str, Any], veh_cfg: int, names: Collection[str] | None = None
+) -> dict[str, float]:
+    """Parameter id to float32 value, for every identifiable coefficient; `names` narrows it to some.
+
+    Derived values (added mass) and what is not identifiable are left out. Raises ParamRejected for a value
+    that is not finite or out of its bounds, and where nothing is left to send.
+    """
+    estimates = data.get("parameters")
+    if not isinstance(estimates, list):
+        raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
+    found = {}
+    for estimate in estimates:
+        if not isinstance(estimate, dict):
+            raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
+        coefficient = BY_NAME.get(str(estimate.get("name")))
+        if coefficient is None or (names is not None and coefficient.name not in names):
+            continue
+        if estimate.get("identifiable") is not True:
+            continue
+        value = estimate.get("value")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise ParamRejected(f"{coefficient.name} is {value}, not a finite number; identify again")
+        if not coefficient.low <= value <= coefficient.high:
+            raise ParamRejected(
+                f"{coefficient.name} = {value:g} {coefficient.unit} is outside {coefficient.low:g} to "
+                f"{coefficient.high:g}; nothing of this identification is fit to send"
+            )
+        found[coefficient.parameter_id(veh_cfg)] = float32.rounded(value)
+    if not found:
+        raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
+    return found

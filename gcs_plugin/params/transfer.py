@@ -1,0 +1,280 @@
+"""The parameter transfer: a pure state machine, without I/O and without a clock of its own.
+
+A task is done only when a read-back, asked for after the last write and after a quiet period, answers the target
+as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period. What ends the attempts
+is a deadline, not a count, except where the vehicle itself shows, twice, that it keeps another value.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Final
+
+from gcs_plugin.params import float32
+from gcs_plugin.params.deadline import Timing, is_past, retry_delay_s
+
+Source = tuple[int, int]
+
+DOES_NOT_EXIST: Final = 1
+COMPONENT_NOT_FOUND: Final = 4
+ERROR_SENTENCES: Final = {
+    1: "the vehicle has no such parameter",
+    2: "the vehicle holds the value to be out of range",
+    3: "the vehicle does not permit it now",
+    4: "the vehicle has no such component",
+    5: "the vehicle says that it is read-only",
+    6: "the vehicle does not support its type",
+    7: "the vehicle expects another type",
+    8: "the vehicle could not read it",
+}
+REFUSALS_THAT_SETTLE: Final = 2
+
+
+class Outcome(Enum):
+    """How one parameter, or a whole upload, ended; the value is the sentence that a user reads."""
+
+    APPLIED = "applied: an independent read-back equals it"
+    SAME = "already so: nothing was written"
+    REFUSED = "refused by the vehicle"
+    UNVERIFIED = "unverified: no read-back confirmed it within the deadline"
+    ROLLED_BACK = "rolled back to the value before the upload"
+    NOT_SENT = "not sent"
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Bring `name` to `value`: write it to `write_to` (None: never write), then read `name` back."""
+
+    name: str
+    value: float
+    write_to: str | None
+
+
+def write(name: str, value: float) -> Task:
+    """Set a parameter and see it so."""
+    return Task(name, float32.rounded(value), name)
+
+
+def confirm(name: str, value: float) -> Task:
+    """See that a parameter is so, and never write it."""
+    return Task(name, float32.rounded(value), None)
+
+
+@dataclass(frozen=True, slots=True)
+class SetValue:
+    """A PARAM_SET to send."""
+
+    name: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReadValue:
+    """A PARAM_REQUEST_READ to send."""
+
+    name: str
+
+
+Send = SetValue | ReadValue
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What became of one task: `seen` is the last read-back's answer, None where none came."""
+
+    outcome: Outcome
+    sentence: str
+    seen: float | None
+
+
+class _State(Enum):
+    WRITE = auto()
+    ECHO = auto()
+    QUIET = auto()
+    READ = auto()
+    ANSWER = auto()
+    DONE = auto()
+
+
+@dataclass
+class _Item:
+    task: Task
+    state: _State
+    due_s: float
+    attempt: int = 0
+    heard_echo: bool = False
+    last_write_s: float | None = None
+    refusals: int = 0
+    refusal: str = ""
+    seen: float | None = None
+    result: Result | None = None
+
+
+@dataclass
+class Transfer:
+    """Several tasks under one deadline with one vehicle component.
+
+    Feed it `on_value`, `on_error` and `on_reboot` as they arrive, and send what `tick` returns. `unmatched`
+    counts what was not for it: another source, or a parameter that no task waits for.
+    """
+
+    tasks: Iterable[Task]
+    source: Source
+    start_s: float
+    timing: Timing
+    unmatched: Counter[str] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self._items = [
+            _Item(task, _State.READ if task.write_to is None else _State.WRITE, self.start_s)
+            for task in self.tasks
+        ]
+        self._by_check = {item.task.name: item for item in self._items}
+        self._by_write = {item.task.write_to: item for item in self._items if item.task.write_to}
+        if len(self._by_check) != len(self._items):
+            raise ValueError("two tasks of one transfer have the same name")
+
+    @property
+    def done(self) -> bool:
+        return all(item.state is _State.DONE for item in self._items)
+
+    @property
+    def results(self) -> dict[str, Result]:
+        """Results so far, by the name that is read back."""
+        return {item.task.name: item.result for item in self._items if item.result is not None}
+
+    @property
+    def succeeded(self) -> bool:
+        return self.done and all(result.outcome is Outcome.APPLIED for result in self.results.values())
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Tasks done, tasks in all."""
+        return sum(item.state is _State.DONE for item in self._items), len(self._items)
+
+    @property
+    def last_write_s(self) -> float | None:
+        """When the last write was sent."""
+        return max((item.last_write_s for item in self._items if item.last_write_s is not None), default=None)
+
+    def failure(self) -> Result | None:
+        """The first result that is no success."""
+        return next((r for r in self.results.values() if r.outcome is not Outcome.APPLIED), None)
+
+    def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
+        """A PARAM_VALUE arrived."""
+        if source != self.source:
+            self.unmatched["source"] += 1
+            return
+        matched = False
+        writing = self._by_write.get(name)
+        if writing is not None and writing.state is _State.ECHO:
+            writing.heard_echo = True
+            self._be_quiet(writing)
+            matched = True
+        reading = self._by_check.get(name)
+        if reading is not None and reading.state is _State.ANSWER:
+            self._judge(reading, value, time_s)
+            matched = True
+        if not matched:
+            self.unmatched["unasked"] += 1
+
+    def on_error(self, name: str, code: int, source: Source) -> None:
+        """A PARAM_ERROR arrived; a read-back still has the last word where one is possible."""
+        item = self._by_write.get(name) or self._by_check.get(name)
+        if source != self.source or item is None or item.state not in (_State.ECHO, _State.ANSWER):
+            self.unmatched["error"] += 1
+            return
+        sentence = ERROR_SENTENCES.get(code, f"the vehicle answers error {code}")
+        if code in (DOES_NOT_EXIST, COMPONENT_NOT_FOUND):
+            self._finish(item, Outcome.REFUSED, f"{name} refused: {sentence}")
+        elif item.state is _State.ECHO:
+            item.refusal = sentence
+            item.heard_echo = True
+            self._be_quiet(item)
+
+    def on_reboot(self, time_s: float) -> None:
+        """The vehicle started again: what was proved before is proved anew."""
+        for item in self._items:
+            refused = item.result is not None and item.result.outcome is not Outcome.APPLIED
+            if refused or item.state is _State.WRITE:
+                continue
+            item.state, item.result, item.attempt, item.heard_echo = _State.QUIET, None, 0, False
+            item.due_s = time_s + self.timing.quiet_s
+
+    def abort(self, sentence: str) -> None:
+        """End at once; what is not proved stays unverified, what was never written was not sent."""
+        for item in self._items:
+            if item.state is not _State.DONE:
+                sent = item.last_write_s is not None
+                self._finish(item, Outcome.UNVERIFIED if sent else Outcome.NOT_SENT, sentence)
+
+    def tick(self, time_s: float) -> list[Send]:
+        """What to send now."""
+        if is_past(time_s, self.start_s, self.timing.deadline_s):
+            for item in self._items:
+                if item.state is not _State.DONE:
+                    self._expire(item)
+            return []
+        sends: list[Send] = []
+        flying = sum(item.state in (_State.ECHO, _State.ANSWER) for item in self._items)
+        for item in self._items:
+            if item.state is _State.DONE or time_s < item.due_s:
+                continue
+            if item.state is _State.QUIET:
+                item.state, item.attempt = _State.READ, 0
+            if item.state in (_State.WRITE, _State.READ):
+                if flying >= self.timing.window:
+                    continue
+                flying += 1
+            sends.append(self._send(item, time_s))
+        return sends
+
+    def _send(self, item: _Item, time_s: float) -> Send:
+        item.attempt += 1
+        item.due_s = time_s + retry_delay_s(item.attempt, self.timing)
+        if item.state in (_State.WRITE, _State.ECHO) and item.task.write_to is not None:
+            item.state, item.last_write_s = _State.ECHO, time_s
+            return SetValue(item.task.write_to, item.task.value)
+        item.state = _State.ANSWER
+        return ReadValue(item.task.name)
+
+    def _be_quiet(self, item: _Item) -> None:
+        item.state, item.attempt = _State.QUIET, 0
+        item.due_s = (item.last_write_s or self.start_s) + self.timing.quiet_s
+
+    def _judge(self, item: _Item, value: float, time_s: float) -> None:
+        item.seen = value
+        if float32.same(value, item.task.value):
+            sentence = f"{item.task.name} = {float32.text(item.task.value)}"
+            self._finish(item, Outcome.APPLIED, sentence)
+            return
+        if item.task.write_to is None:
+            self._finish(
+                item, Outcome.REFUSED, f"{item.task.name} holds {value:.9g}, not {item.task.value:.9g}"
+            )
+            return
+        if item.heard_echo:
+            item.refusals += 1
+        if item.refusals and (item.refusal or item.refusals >= REFUSALS_THAT_SETTLE):
+            why = item.refusal or f"the vehicle keeps {value:.9g}"
+            self._finish(
+                item, Outcome.REFUSED, f"{item.task.write_to} = {item.task.value:.9g} refused: {why}"
+            )
+            return
+        # Quiet again, so that a duplicate of this answer can't pass for the echo of the next write.
+        item.state, item.attempt, item.heard_echo = _State.WRITE, 0, False
+        item.due_s = time_s + self.timing.quiet_s
+
+    def _expire(self, item: _Item) -> None:
+        if item.last_write_s is None and item.task.write_to is not None:
+            self._finish(item, Outcome.NOT_SENT, f"{item.task.name} was not sent before the deadline")
+            return
+        last = f", last seen {item.seen:.9g}" if item.seen is not None else ""
+        allowed = self.timing.deadline_s
+        sentence = f"{item.task.name} was not read back as {item.task.value:.9g} within {allowed:.0f} s{last}"
+        self._finish(item, Outcome.UNVERIFIED, sentence)
+
+    def _finish(self, item: _Item, outcome: Outcome, sentence: str) -> None:
+        item.state, item.result = _State.DONE, Result(outcome, sentence, item.seen)
