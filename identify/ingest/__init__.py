@@ -1,1 +1,5 @@
-"""Recordings to dives: `open.read_dive` looks at a file or folder and hands it to the reader of its format."""
+"""Recordings into dives: `open` chooses the reader; `tlog`, `dataflash` and `table` read one form each.
+
+`frames` decodes MAVLink by message id, `messages` picks the vehicle's own and puts them on its boot clock, `rotation`
+turns vectors between axes, `gaps` says what a recording lacks.
+"""

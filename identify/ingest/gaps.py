@@ -1,0 +1,75 @@
+"""What a recording lacks, and what therefore can't be identified from it: sentences for the user."""
+
+import numpy as np
+
+from identify.dive import Array, Dive, Signal
+
+SLOWEST_COMMAND_HZ = 5.0
+SLOWEST_VELOCITY_HZ = 2.0
+SLOWEST_GYRO_HZ = 5.0
+SHORTEST_GAP_S = 2.0
+
+
+def gaps(dive: Dive) -> tuple[str, ...]:
+    """One sentence for each thing that the recording lacks or says too rarely."""
+    return (*_velocity(dive), *_rates(dive), *_forces(dive), *_attitude(dive))
+
+
+def _velocity(dive: Dive) -> list[str]:
+    signal = dive.velocity
+    if signal is None or not np.isfinite(signal.value).any():
+        return ["No velocity is recorded: mass and damping in surge, sway and heave can't be identified."]
+    notes = []
+    if signal.rate_hz < SLOWEST_VELOCITY_HZ:
+        notes.append(f"Velocity comes at {signal.rate_hz:.1f} Hz, too slow to identify masses.")
+    share = float(np.mean(~np.isfinite(signal.value).all(axis=1)))
+    if share > 0.01:
+        notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
+    if dive.velocity_is_filtered:
+        notes.append(
+            "Velocity comes from the autopilot's own filter, which smooths and delays it: masses are less certain than "
+            "the intervals say."
+        )
+    return notes
+
+
+def _rates(dive: Dive) -> list[str]:
+    fastest = max((s.rate_hz for s in (dive.gyro, dive.fog) if s is not None), default=0.0)
+    if fastest == 0.0:
+        return ["No rate of turn is recorded: inertia and damping in yaw can't be identified."]
+    if fastest < SLOWEST_GYRO_HZ:
+        return [f"Rates of turn come at {fastest:.1f} Hz, too slow to identify inertia in yaw."]
+    return []
+
+
+def _forces(dive: Dive) -> list[str]:
+    if dive.pwm is None and dive.tau_cmd is None:
+        return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
+    notes = []
+    signal = dive.pwm if dive.pwm is not None else dive.tau_cmd
+    assert signal is not None
+    if signal.rate_hz < SLOWEST_COMMAND_HZ:
+        notes.append(
+            f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: "
+            "masses can't be identified. Ask the vehicle for 10 Hz or more."
+        )
+    hole = longest_gap_s(signal.time_s)
+    if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
+        notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
+    if dive.armed is not None and not _ever(dive.armed):
+        notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
+    return notes
+
+
+def _attitude(dive: Dive) -> list[str]:
+    if dive.attitude is None:
+        return ["No attitude is recorded: the vehicle is taken to be level."]
+    return []
+
+
+def longest_gap_s(time_s: Array) -> float:
+    return float(np.diff(time_s).max(initial=0.0))
+
+
+def _ever(signal: Signal) -> bool:
+    return bool((signal.value > 0).any())

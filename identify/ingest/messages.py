@@ -1,0 +1,234 @@
+"""The messages of one vehicle out of a recording of many senders, on that vehicle's boot clock.
+
+A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start; the one
+that says most sets the clock, the others are shifted by their times of arrival, and so are messages that carry no
+time. Time of arrival minus boot time is at its least where the link was quickest, so the least of every ten seconds
+is taken for the difference of the clocks.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import LogError
+from identify.dive import Array
+from identify.ingest.frames import Frames
+
+Rows = NDArray[np.int64]
+
+GROUND_STATION = 6
+CLEARLY_MORE = 5.0
+REBOOT_S = 5.0
+LONGEST_BOOT_S = 1e9
+BLOCK_S = 10.0
+WRAP_S = 2**32 * 1e-6
+
+# Sent by what is aboard alone, so that whoever sends them is a vehicle.
+TELEMETRY = (
+    "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW",
+    "DEBUG_FLOAT_ARRAY", "LOCAL_POSITION_NED", "SCALED_IMU2", "RAW_IMU", "SCALED_PRESSURE2", "GLOBAL_POSITION_INT",
+    "DISTANCE_SENSOR",
+)  # fmt: skip
+# What sets the clock: every message of these states boot time.
+TIMED = (
+    "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS", "LOCAL_POSITION_NED",
+    "SCALED_IMU2", "SCALED_PRESSURE2", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR", "NAMED_VALUE_FLOAT", "SYSTEM_TIME",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _ClockOffset:
+    """Time of arrival minus boot time as a function of the row, in seconds."""
+
+    row: Array
+    offset_s: Array
+
+    def at(self, rows: Rows) -> Array:
+        return np.interp(rows, self.row, self.offset_s)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Messages of one kind: boot times (n,) strictly rising in s, and a structured array (n,)."""
+
+    time_s: Array
+    fields: NDArray[Any]
+
+    def columns(self, *names: str) -> Array:
+        """(n, k) of the fields named."""
+        return np.column_stack([self.fields[name].astype(np.float64) for name in names])
+
+
+@dataclass(frozen=True)
+class Messages:
+    """One vehicle's messages; `taken` are the rows of its longest run without a restart."""
+
+    frames: Frames
+    system: int
+    primary: int
+    taken: slice
+    clocks: dict[int, _ClockOffset]
+    notes: tuple[str, ...]
+
+    def get(self, name: str, **equal: Any) -> Batch | None:
+        """The messages called `name`; None where there are none.
+
+        `equal` asks for fields of a certain value (`id=0`). Of several components the one that sends most is taken.
+        """
+        rows, decoded = self._own(name)
+        keep = np.ones(len(rows), np.bool_)
+        for field, value in equal.items():
+            keep &= decoded[field] == value
+        return self._batch(rows[keep], decoded[keep])
+
+    def by_name(self, name: str) -> dict[str, Batch]:
+        """The messages called `name` apart by their own field `name`, as NAMED_VALUE_FLOAT has it."""
+        rows, decoded = self._own(name)
+        batches = {}
+        for value in np.unique(decoded["name"]):
+            of_value = decoded["name"] == value
+            batch = self._batch(rows[of_value], decoded[of_value])
+            if batch is not None:
+                batches[value.decode("ascii", "replace")] = batch
+        return batches
+
+    def get_from_anyone(self, name: str) -> Batch | None:
+        """As `get`, from whichever system, timed by arrival: a driver may speak under a ground station's name."""
+        rows = self._rows(name)
+        if len(rows) == 0:
+            return None
+        return _rising(self._arrival_boot_s(rows), self.frames.decode(name, rows))
+
+    def _own(self, name: str) -> tuple[Rows, NDArray[Any]]:
+        rows = self._rows(name)
+        rows = rows[self.frames.system[rows] == self.system]
+        return rows, self.frames.decode(name, rows)
+
+    def _batch(self, rows: Rows, decoded: NDArray[Any]) -> Batch | None:
+        if len(rows) == 0:
+            return None
+        senders, counts = np.unique(self.frames.component[rows], return_counts=True)
+        sender = int(senders[np.argmax(counts)])
+        own = self.frames.component[rows] == sender
+        return _rising(self._boot_s(rows[own], decoded[own], sender), decoded[own])
+
+    def _rows(self, name: str) -> Rows:
+        rows = self.frames.rows(name)
+        return rows[(rows >= self.taken.start) & (rows < self.taken.stop)]
+
+    def _arrival_boot_s(self, rows: Rows) -> Array:
+        return self.frames.arrival_s[rows] - self.clocks[self.primary].at(rows)
+
+    def _boot_s(self, rows: Rows, decoded: NDArray[Any], component: int) -> Array:
+        by_arrival = self._arrival_boot_s(rows)
+        own_clock = self.clocks.get(component)
+        if own_clock is None:
+            return by_arrival
+        shift = own_clock.at(rows) - self.clocks[self.primary].at(rows)
+        stated = stated_s(decoded) + shift
+        if "time_usec" in (decoded.dtype.names or ()) and decoded.dtype["time_usec"] == np.dtype("<u4"):
+            stated += np.round((by_arrival - stated) / WRAP_S) * WRAP_S
+        return np.where(np.isfinite(stated), stated, by_arrival)
+
+
+def stated_s(decoded: NDArray[Any]) -> Array:
+    """The boot time that each message states, in s; NaN where it states none, or a Unix time."""
+    names = decoded.dtype.names or ()
+    if "time_boot_ms" in names:
+        return decoded["time_boot_ms"].astype(np.float64) * 1e-3
+    if "time_usec" not in names:
+        return np.full(len(decoded), np.nan)
+    time_s = decoded["time_usec"].astype(np.float64) * 1e-6
+    return np.where(time_s < LONGEST_BOOT_S, time_s, np.nan)
+
+
+def vehicle_messages(frames: Frames, source: str) -> Messages:
+    """The messages of the one vehicle in `frames`. Raises LogError where there is none, or more than one."""
+    system, system_notes = _vehicle_system(frames, source)
+    timed = {component: _timed_rows(frames, system, component) for component in _components(frames, system)}
+    timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
+    if not timed:
+        raise LogError(
+            f"{source}: none of system {system}'s messages carries a boot time; record its full telemetry"
+        )
+    primary = max(timed, key=lambda component: len(timed[component][0]))
+    taken, restart_notes = _longest_run(len(frames), *timed[primary])
+    clocks = {}
+    for component, (rows, time_s) in timed.items():
+        inside = (rows >= taken.start) & (rows < taken.stop)
+        if inside.any():
+            clocks[component] = _clock(frames, rows[inside], time_s[inside])
+    return Messages(frames, system, primary, taken, clocks, system_notes + restart_notes)
+
+
+def _vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
+    rows = np.concatenate([frames.rows(name) for name in TELEMETRY])
+    systems, counts = np.unique(frames.system[rows], return_counts=True)
+    if len(systems) == 0:
+        raise LogError(
+            f"{source}: holds {len(frames)} MAVLink frames but no vehicle's telemetry; record the vehicle's own link"
+        )
+    order = np.argsort(-counts)
+    best, rest = int(order[0]), order[1:]
+    if len(rest) == 0:
+        return int(systems[best]), ()
+    said = ", ".join(f"system {systems[i]} ({counts[i]} messages)" for i in order)
+    if counts[best] < CLEARLY_MORE * counts[rest[0]]:
+        raise LogError(
+            f"{source}: several vehicles speak in it, {said}; split the recording, one vehicle a file"
+        )
+    return int(systems[best]), (f"Several senders of telemetry: {said}; system {systems[best]} is taken.",)
+
+
+def _components(frames: Frames, system: int) -> list[int]:
+    return [int(c) for c in np.unique(frames.component[frames.system == system])]
+
+
+def _timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array]:
+    all_rows: list[Rows] = []
+    all_times: list[Array] = []
+    for name in TIMED:
+        rows = frames.rows(name)
+        rows = rows[(frames.system[rows] == system) & (frames.component[rows] == component)]
+        if len(rows) == 0:
+            continue
+        time_s = stated_s(frames.decode(name, rows))
+        good = np.isfinite(time_s)
+        all_rows.append(rows[good])
+        all_times.append(time_s[good])
+    if not all_rows:
+        return np.zeros(0, np.int64), np.zeros(0)
+    joined, times = np.concatenate(all_rows), np.concatenate(all_times)
+    order = np.argsort(joined, kind="stable")
+    return joined[order], times[order]
+
+
+def _longest_run(total: int, rows: Rows, time_s: Array) -> tuple[slice, tuple[str, ...]]:
+    """The rows of the longest stretch without boot time running back."""
+    back = np.flatnonzero(np.diff(time_s) < -REBOOT_S) + 1
+    if len(back) == 0:
+        return slice(0, total), ()
+    starts, ends = np.concatenate(([0], back)), np.concatenate((back, [len(rows)]))
+    spans = [time_s[a:b].max() - time_s[a:b].min() for a, b in zip(starts, ends, strict=True)]
+    best = int(np.argmax(spans))
+    first = 0 if best == 0 else int(rows[starts[best]])
+    last = total if best == len(spans) - 1 else int(rows[ends[best]])
+    return slice(first, last), (
+        f"The vehicle restarted {len(back)} time{'s' if len(back) > 1 else ''} during the recording; "
+        f"the longest run, {spans[best]:.0f} s, is used.",
+    )
+
+
+def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
+    offset = frames.arrival_s[rows] - time_s
+    blocks = max(1, int((time_s.max() - time_s.min()) / BLOCK_S))
+    starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
+    return _ClockOffset(rows[starts].astype(np.float64), np.minimum.reduceat(offset, starts))
+
+
+def _rising(time_s: Array, decoded: NDArray[Any]) -> Batch:
+    """Sorted by time, the first of equal times kept: a recording of two links holds messages twice."""
+    unique_s, first = np.unique(time_s, return_index=True)
+    return Batch(unique_s, decoded[first])

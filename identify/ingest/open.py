@@ -1,0 +1,85 @@
+"""Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, or `.csv` with its column map."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bridge.errors import LogError
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.ingest.dataflash import read_dataflash
+from identify.ingest.gaps import gaps
+from identify.ingest.table import column_map, read_table
+from identify.ingest.tlog import read_tlog
+
+FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
+
+
+def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
+    """The dive that a recording holds, with notes on what it lacks.
+
+    `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns. With `vehicle` the
+    notes also say whether the recording fits it.
+    Raises LogError, one sentence, where nothing can be read; ConfigError for a column map that is wrong.
+    """
+    files = _files(path)
+    dive = Dive(name=_name(path), source=path, sha256=_sha256(files), **_fields(files, columns, str(path)))
+    return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
+
+
+def _files(path: Path) -> list[Path]:
+    """The files of one recording: itself, or a dive folder's recordings in the order in which they were begun."""
+    if not path.exists():
+        raise LogError(f"{path}: no such file or folder; check the name")
+    if not path.is_dir():
+        return [path]
+    found = sorted(file for file in path.iterdir() if file.name.endswith((".tlog", ".tlog.gz")))
+    own = [file for file in found if file.name.startswith("telemetry")] or found
+    if not own:
+        raise LogError(f"{path}: holds no .tlog; {FORMS}")
+    return own
+
+
+def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[str, Any]:
+    name = files[0].name.lower()
+    if name.endswith((".tlog", ".tlog.gz")):
+        return read_tlog(files, source)
+    if name.endswith(".bin"):
+        return read_dataflash(files[0])
+    if name.endswith(".csv"):
+        if columns is None:
+            raise LogError(f"{source}: a table needs a column map; give one with --columns FILE")
+        return read_table(files[0], column_map(columns))
+    raise LogError(f"{source}: can't tell what this is by its ending; {FORMS}")
+
+
+def _name(path: Path) -> str:
+    name = path.resolve().name
+    for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv"):
+        name = name.removesuffix(ending)
+    return name
+
+
+def _sha256(files: Sequence[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        try:
+            digest.update(file.read_bytes())
+        except OSError as error:
+            raise LogError(f"{file}: can't be read ({error.strerror}); check its rights") from None
+    return digest.hexdigest()
+
+
+def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
+    if vehicle is None or dive.pwm is None:
+        return ()
+    outputs = dive.pwm.value.shape[1]
+    fewest = min(len(c.thrusters) for c in vehicle.vehicle.configurations.values())
+    if outputs < fewest:
+        return (
+            f"The recording has {outputs} thruster outputs, vehicle '{vehicle.vehicle.name}' has {fewest} thrusters: "
+            "check that this is its recording.",
+        )
+    return ()

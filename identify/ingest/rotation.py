@@ -1,0 +1,42 @@
+"""Attitude as quaternions w x y z (body to north-east-down), many at once."""
+
+import numpy as np
+
+from identify.dive import Array, Signal
+
+
+def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
+    """(n, 4) from angles in radians, turned about z, then y, then x (Fossen 2011, eq. 2.72)."""
+    cr, sr = np.cos(roll / 2), np.sin(roll / 2)
+    cp, sp = np.cos(pitch / 2), np.sin(pitch / 2)
+    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
+    return np.column_stack(
+        (
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        )
+    )
+
+
+def headings(quaternion: Array) -> Array:
+    """(n,) heading in radians, unwrapped, of (n, 4) quaternions."""
+    w, x, y, z = quaternion.T
+    return np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def attitude_at(attitude: Signal, time_s: Array) -> Array:
+    """(m, 4) unit quaternions between the samples, along the shorter way."""
+    q = attitude.value
+    flips = np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0)
+    continuous = q * np.concatenate(([1.0], np.cumprod(flips)))[:, None]
+    between = Signal(attitude.time_s, continuous).at(time_s)
+    return between / np.linalg.norm(between, axis=1, keepdims=True)
+
+
+def to_body(quaternion: Array, north_east_down: Array) -> Array:
+    """(n, 3) vectors in body axes from north-east-down ones, at (n, 4) attitudes."""
+    w, r = quaternion[:, :1], -quaternion[:, 1:]
+    turned = 2.0 * np.cross(r, north_east_down)
+    return north_east_down + w * turned + np.cross(r, turned)

@@ -1,0 +1,261 @@
+"""A dive from a `.tlog`: the telemetry contract (version 1), and where it is silent what ArduSub says instead."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bridge.vehicle.config import GRAVITY_M_S2
+from identify.dive import Array, Dive, Signal
+from identify.ingest import rotation
+from identify.ingest.frames import Frames, load_frames, message_name
+from identify.ingest.messages import Batch, Messages, vehicle_messages
+
+CONTRACT_VERSION = 1
+GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
+FRAME_LOCAL_FRD, FRAME_BODY_FRD = 20, 12
+DOWNWARD = 25
+ARMED = 128
+AUTOPILOTS = (3, 12, 0)  # ArduPilot, PX4, generic
+FIX_2D = 2
+HAS_DATE_S = 1e9
+MILLI_G = GRAVITY_M_S2 * 1e-3
+
+_ARRAYS = {"TAU_PID": 6, "TAU_FF": 6, "TAU_CMD": 6, "NU_FB": 6, "NU_REF": 14}
+
+
+def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
+    """The fields of a Dive (all but its name, source and hash) that the files of one recording hold.
+
+    Raises LogError where they hold no frame, no vehicle, or several; `source` names the recording there.
+    """
+    frames = load_frames(paths)
+    messages = vehicle_messages(frames, source)
+    signals: dict[str, Signal | None] = _contract(messages)
+    filtered = False
+    for field, signal in _ardusub(messages).items():
+        if signals.get(field) is None:
+            signals[field] = signal
+    if signals.get("velocity") is None:
+        signals["velocity"] = _velocity_from_deltas(messages)
+    if signals.get("velocity") is None:
+        signals["velocity"] = _velocity_from_local_position(messages, signals.get("attitude"))
+        filtered = signals["velocity"] is not None
+    return {
+        **{field: signal for field, signal in signals.items() if signal is not None},
+        "velocity_is_filtered": filtered,
+        "unix_at_boot_s": _unix_at_boot_s(messages),
+        "notes": messages.notes + _damage(frames),
+        "counts": _counts(frames, messages.system),
+    }
+
+
+def _contract(messages: Messages) -> dict[str, Signal | None]:
+    imu = messages.get("HIGHRES_IMU", id=0)
+    arrays = messages.by_name("DEBUG_FLOAT_ARRAY")
+    arrays = {k: b for k, b in arrays.items() if b.fields["array_id"][0] // 256 == CONTRACT_VERSION}
+    named = messages.by_name("NAMED_VALUE_FLOAT")
+    pwm = _outputs(messages.get("ACTUATOR_OUTPUT_STATUS"))
+    signals = {
+        "velocity": _velocity_from_odometry(messages.get("ODOMETRY")),
+        "gyro": _updated(imu, GYRO_BITS, ("xgyro", "ygyro", "zgyro")),
+        "specific_force": _updated(imu, ACCELERATION_BITS, ("xacc", "yacc", "zacc")),
+        "fog": _updated(messages.get("HIGHRES_IMU", id=1), FOG_BIT, ("zgyro",)),
+        "attitude": _attitude(messages),
+        "pressure": _columns(messages.get("SCALED_PRESSURE2"), ("press_abs",), 100.0),
+        "altitude": _altitude(messages.get("DISTANCE_SENSOR", orientation=DOWNWARD)),
+        "pwm": pwm,
+        "rpm": _rpm(arrays.get("RPM"), pwm),
+        "voltage": _pack_voltage(messages.get("BATTERY_STATUS", id=0)),
+        "ff_mode": _columns(named.get("FF_MODE"), ("value",)),
+        "veh_cfg": _columns(named.get("VEH_CFG"), ("value",)),
+        "armed": _armed(messages),
+        "gnss": _gnss(messages.get("GPS_RAW_INT")),
+    }
+    for name, width in _ARRAYS.items():
+        batch = arrays.get(name)
+        signals[name.lower()] = None if batch is None else Signal(batch.time_s, _data(batch)[:, :width])
+    return signals
+
+
+def _ardusub(messages: Messages) -> dict[str, Signal | None]:
+    """What ArduSub says where it lacks the contract's own message. Its simulator's truth is not looked at."""
+    gyro, force = _scaled_imu(messages)
+    depth = _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
+    if depth is None:
+        depth = _columns(messages.get("VFR_HUD"), ("alt",), -1.0)
+    return {
+        "gyro": gyro,
+        "specific_force": force,
+        "depth": depth,
+        "pwm": _servos(messages.get("SERVO_OUTPUT_RAW", port=0)),
+        "voltage": _columns(messages.get("SYS_STATUS"), ("voltage_battery",), 1e-3),
+    }
+
+
+def _columns(batch: Batch | None, names: tuple[str, ...], scale: float = 1.0) -> Signal | None:
+    return None if batch is None else Signal(batch.time_s, batch.columns(*names) * scale)
+
+
+def _data(batch: Batch) -> Array:
+    return batch.fields["data"].astype(np.float64)
+
+
+def _where(time_s: Array, value: Array, good: Array) -> Signal | None:
+    keep = good.astype(np.bool_)
+    return Signal(time_s[keep], value[keep]) if keep.any() else None
+
+
+def _updated(batch: Batch | None, bits: int, names: tuple[str, ...]) -> Signal | None:
+    """The fields of the messages that say, in `fields_updated`, that these are new."""
+    if batch is None:
+        return None
+    return _where(batch.time_s, batch.columns(*names), batch.fields["fields_updated"] & bits == bits)
+
+
+def _velocity_from_odometry(batch: Batch | None) -> Signal | None:
+    if batch is None:
+        return None
+    velocity = batch.columns("vx", "vy", "vz")
+    velocity[batch.fields["quality"] < 0] = np.nan
+    agreed = (batch.fields["frame_id"] == FRAME_LOCAL_FRD) & (
+        batch.fields["child_frame_id"] == FRAME_BODY_FRD
+    )
+    return _where(batch.time_s, velocity, agreed)
+
+
+def _velocity_from_deltas(messages: Messages) -> Signal | None:
+    """Mean velocity over each VISION_POSITION_DELTA, at the middle of it; a DVL driver's own word."""
+    batch = messages.get_from_anyone("VISION_POSITION_DELTA")
+    if batch is None:
+        return None
+    step_s = batch.fields["time_delta_usec"].astype(np.float64) * 1e-6
+    with np.errstate(divide="ignore", invalid="ignore"):
+        velocity = batch.fields["position_delta"].astype(np.float64) / step_s[:, None]
+    return _where(batch.time_s - step_s / 2, velocity, step_s > 0)
+
+
+def _velocity_from_local_position(messages: Messages, attitude: Signal | None) -> Signal | None:
+    batch = messages.get("LOCAL_POSITION_NED")
+    if batch is None or attitude is None or len(attitude) < 2:
+        return None
+    inside = (batch.time_s >= attitude.time_s[0]) & (batch.time_s <= attitude.time_s[-1])
+    quaternion = rotation.attitude_at(attitude, batch.time_s)
+    return _where(batch.time_s, rotation.to_body(quaternion, batch.columns("vx", "vy", "vz")), inside)
+
+
+def _attitude(messages: Messages) -> Signal | None:
+    """ATTITUDE_QUATERNION, or ATTITUDE where that comes faster."""
+    quaternion = _columns(messages.get("ATTITUDE_QUATERNION"), ("q1", "q2", "q3", "q4"))
+    euler = messages.get("ATTITUDE")
+    if euler is None or (quaternion is not None and len(quaternion) >= len(euler.time_s)):
+        return quaternion
+    angles = euler.columns("roll", "pitch", "yaw")
+    return Signal(euler.time_s, rotation.quaternions_from_euler(*angles.T))
+
+
+def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
+    """Gyro and specific force of the fastest among SCALED_IMU2, SCALED_IMU, RAW_IMU; else ATTITUDE's rates."""
+    candidates = [messages.get("SCALED_IMU2"), messages.get("SCALED_IMU"), messages.get("RAW_IMU", id=0)]
+    # A second IMU that the board lacks is reported as zeros.
+    batches = [b for b in candidates if b is not None and b.columns("xacc", "yacc", "zacc").any()]
+    imu = max(batches, key=lambda batch: len(batch.time_s), default=None)
+    force = _columns(imu, ("xacc", "yacc", "zacc"), MILLI_G)
+    attitude = messages.get("ATTITUDE")
+    if attitude is not None and (imu is None or len(attitude.time_s) > 1.5 * len(imu.time_s)):
+        return _columns(attitude, ("rollspeed", "pitchspeed", "yawspeed")), force
+    return _columns(imu, ("xgyro", "ygyro", "zgyro"), 1e-3), force
+
+
+def _outputs(batch: Batch | None) -> Signal | None:
+    if batch is None:
+        return None
+    return _used_columns(batch.time_s, batch.fields["actuator"].astype(np.float64))
+
+
+def _servos(batch: Batch | None) -> Signal | None:
+    """One column an output, up to the first that is never driven; microseconds."""
+    if batch is None:
+        return None
+    return _used_columns(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
+
+
+def _used_columns(time_s: Array, pwm_us: Array) -> Signal | None:
+    idle = np.flatnonzero(~(pwm_us > 0).any(axis=0))
+    width = int(idle[0]) if len(idle) else pwm_us.shape[1]
+    return Signal(time_s, pwm_us[:, :width]) if width else None
+
+
+def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
+    if batch is None:
+        return None
+    used = np.flatnonzero(_data(batch).any(axis=0))
+    width = pwm.value.shape[1] if pwm is not None else int(used.max(initial=0)) + 1
+    return Signal(batch.time_s, _data(batch)[:, :width])
+
+
+def _altitude(batch: Batch | None) -> Signal | None:
+    if batch is None:
+        return None
+    cm = batch.columns("current_distance")
+    cm[(cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
+    return Signal(batch.time_s, cm * 1e-2)
+
+
+def _pack_voltage(batch: Batch | None) -> Signal | None:
+    """Cells that the autopilot lists apart add up; 65535 means that there is none."""
+    if batch is None:
+        return None
+    cells = batch.fields["voltages"].astype(np.float64)
+    cells[cells == 65535] = 0.0
+    pack_v = cells.sum(axis=1, keepdims=True) * 1e-3
+    return _where(batch.time_s, pack_v, pack_v[:, 0] > 0)
+
+
+def _armed(messages: Messages) -> Signal | None:
+    """From the heartbeats of who commands the thrusters: an autopilot before an onboard computer."""
+    autopilots = (messages.get("HEARTBEAT", autopilot=kind) for kind in AUTOPILOTS)
+    batch = next((found for found in autopilots if found is not None), None) or messages.get("HEARTBEAT")
+    if batch is None:
+        return None
+    return Signal(batch.time_s, ((batch.fields["base_mode"] & ARMED) != 0).astype(np.float64)[:, None])
+
+
+def _gnss(batch: Batch | None) -> Signal | None:
+    if batch is None:
+        return None
+    fields = batch.fields
+    value = batch.columns("lat", "lon", "vel", "cog") * np.array([1e-7, 1e-7, 1e-2, np.pi / 18000])
+    value[fields["vel"] == 65535, 2] = np.nan
+    value[fields["cog"] == 65535, 3] = np.nan
+    return _where(batch.time_s, value, fields["fix_type"] >= FIX_2D)
+
+
+def _unix_at_boot_s(messages: Messages) -> float | None:
+    batch = messages.get("SYSTEM_TIME")
+    if batch is None:
+        return None
+    unix_s = batch.fields["time_unix_usec"].astype(np.float64) * 1e-6
+    dated = unix_s > HAS_DATE_S
+    return float(np.median((unix_s - batch.time_s)[dated])) if dated.any() else None
+
+
+def _counts(frames: Frames, system: int) -> dict[str, int]:
+    """Messages of the vehicle by name, and what the reader counted."""
+    numbers, counts = np.unique(frames.message[frames.system == system], return_counts=True)
+    by_name = {message_name(int(number)): int(count) for number, count in zip(numbers, counts, strict=True)}
+    return by_name | frames.counts
+
+
+def _damage(frames: Frames) -> tuple[str, ...]:
+    lost, skipped = frames.counts.get("checksum", 0), frames.counts.get("skipped", 0)
+    notes = []
+    if lost:
+        notes.append(
+            f"{lost} stretches ({skipped} bytes) are damaged or of another dialect and were skipped; "
+            f"{len(frames)} messages were read."
+        )
+    if frames.counts.get("cut"):
+        notes.append("The recording ends in the middle of a record; what comes before is used.")
+    return tuple(notes)
