@@ -1,0 +1,209 @@
+"""Teledyne Wayfinder DVL: binary packets over a serial line, little-endian.
+
+Source: Teledyne's open driver (github Teledyne-Marine/Wayfinder, MIT) for the layout, the maker's
+"Binary Interface Packet Protocol" page for the framing. A data packet carries two checksums, one of the
+structure and one of the packet; both must hold.
+
+Instrument axes: x from beam 1 to beam 2, y from beam 4 to beam 3, z away from the bottom; the velocity is
+that of the instrument over the bottom.
+
+Time: the packet holds the DVL's own clock, but that has a resolution of 10 ms, no zone, and is set by hand to
+the second. So a sample's time is the arrival of the packet less the configured latency.
+"""
+
+import math
+import struct
+from collections import Counter
+from datetime import datetime
+
+from bridge.sensors.samples import DvlSample, Sample, Vector3
+
+ENTER_COMMAND_MODE = 0x0000000F  # stops pinging
+EXIT_COMMAND_MODE = 0x00000010  # starts pinging
+SOFTWARE_TRIGGER = 0x00000011
+SET_TIME = 0x1F000002
+GET_SYSTEM = 0x81000001
+SET_SOUND_SPEED = 0x86000003
+
+BEAM, INSTRUMENT, SHIP, EARTH = range(4)
+
+_PACKET_START = b"\xaa\x10\x01"
+_OVERHEAD = 7  # start, version, id, length and checksum
+_APPLICATION_VERSION = 2
+_COMMAND, _RESPONSE, _DATA = 3, 4, 5
+_MAX_PACKET = 4096  # far above every packet known; bounds what one false length can withhold
+_FASTEST_M_S = 20.0
+_FARTHEST_M = 1000.0
+
+# id, version, size; type, subtype, firmware; date; ms; coordinates; velocity, error; ranges, mean, speed of
+# sound; status, BIT count, BIT code; voltages, current; serial number, reserved, checksum
+_DATA_LAYOUT = struct.Struct("<BBI6B6BHB4f6fHBB3f6s4x")
+_OLD_DATA_SIZE = 79  # structure version 0x10 may end before the serial number
+_DATA_VERSIONS = (0x10, 0x11)
+_VELOCITY_AND_RANGES = struct.Struct("<B9f")
+_COORDINATES_AT = 20
+_COORDINATE_NAMES = {BEAM: "beam coordinates", SHIP: "ship coordinates", EARTH: "earth coordinates"}
+
+
+def encode_packet(kind: int, payload: bytes) -> bytes:
+    """A whole packet around the payload of application type `kind` (3 command, 4 response, 5 data)."""
+    application = struct.pack("<BBH", _APPLICATION_VERSION, kind, len(payload) + 4) + payload
+    body = _PACKET_START + struct.pack("<H", len(application) + _OVERHEAD) + application
+    return body + struct.pack("<H", sum(body) & 0xFFFF)
+
+
+def encode_command(command: int, arguments: bytes = b"") -> bytes:
+    """A command to the DVL; `encode_command(EXIT_COMMAND_MODE)` starts it pinging."""
+    return encode_packet(_COMMAND, struct.pack("<I", command) + arguments)
+
+
+def encode_sound_speed(sound_speed_m_s: float) -> bytes:
+    """The command that sets the speed of sound for the pings to come, 1400 to 1600 m/s."""
+    return encode_command(SET_SOUND_SPEED, struct.pack("<f", sound_speed_m_s))
+
+
+def encode_set_time(when: datetime) -> bytes:
+    """The command that sets the DVL's clock, to the second: send it as that second begins."""
+    stamp = bytes((when.year - 2000, when.month, when.day, when.hour, when.minute, when.second))
+    return encode_command(SET_TIME, struct.pack("<BBI", 0x23, 0x10, 12) + stamp)
+
+
+def encode_response(command: int, major: int = 1, minor: int = 0) -> bytes:
+    """The DVL's answer to a command; `major` 1 is accepted, 7 not allowed while pinging."""
+    return encode_packet(_RESPONSE, struct.pack("<IBB", command, major, minor))
+
+
+def encode_wayfinder(
+    velocity: Vector3,
+    ranges: tuple[float, float, float, float],
+    altitude_m: float,
+    when: datetime,
+    *,
+    error_velocity: float = 0.0,
+    coordinates: int = INSTRUMENT,
+    sound_speed_m_s: float = 1500.0,
+    structure_version: int = 0x11,
+    serial_number: bytes = b"001234",
+) -> bytes:
+    """A data packet as the device writes it; NaN marks what is invalid."""
+    structure = bytearray(
+        _DATA_LAYOUT.pack(
+            0xAA, structure_version, _DATA_LAYOUT.size,
+            76, 0, 1, 0, 0, 24,
+            when.year - 2000, when.month, when.day, when.hour, when.minute, when.second,
+            when.microsecond // 1000,
+            coordinates, *velocity, error_velocity,
+            *ranges, altitude_m, sound_speed_m_s,
+            0, 0, 0,
+            24.0, 23.5, 0.25,
+            serial_number if structure_version >= 0x11 else bytes(6),
+        )
+    )  # fmt: skip
+    structure[-2:] = struct.pack("<H", sum(structure[:-2]) & 0xFFFF)
+    return encode_packet(_DATA, bytes(structure))
+
+
+class WayfinderParser:
+    """Velocity in instrument axes; the mean range to the bottom is taken for the altitude.
+
+    counts: good, checksum, length, overlong, skipped bytes, unknown, response, refused, out of range, and
+    "beam coordinates" (also ship, earth): a DVL set to these gives no sample, as its numbers are not x y z.
+    """
+
+    def __init__(self, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._latency_s = latency_s
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples of the packets that `data` completes."""
+        samples: list[Sample] = []
+        buffer = self._buffer
+        buffer += data
+        at = 0
+        while True:
+            start = _find_start(buffer, at)
+            if start > at:
+                self.counts["skipped bytes"] += start - at
+                at = start
+            if len(buffer) - at < 5:
+                break
+            length = int.from_bytes(buffer[at + 3 : at + 5], "little")
+            if not _OVERHEAD + 4 <= length <= _MAX_PACKET:
+                self.counts["overlong" if length > _MAX_PACKET else "length"] += 1
+                at = self._skip(at)
+                continue
+            if len(buffer) - at < 9:
+                break
+            if int.from_bytes(buffer[at + 7 : at + 9], "little") != length - _OVERHEAD:
+                self.counts["length"] += 1
+                at = self._skip(at)
+                continue
+            if len(buffer) - at < length:
+                break
+            packet = bytes(buffer[at : at + length])
+            if sum(packet[:-2]) & 0xFFFF != int.from_bytes(packet[-2:], "little"):
+                self.counts["checksum"] += 1
+                at = self._skip(at)
+                continue
+            at += length
+            sample = self._application(packet[5:-2], time_s)
+            if sample is not None:
+                samples.append(sample)
+        del buffer[:at]
+        return samples
+
+    def _skip(self, at: int) -> int:
+        self.counts["skipped bytes"] += 1
+        return at + 1
+
+    def _application(self, application: bytes, time_s: float) -> DvlSample | None:
+        version, kind = application[0], application[1]
+        payload = application[4:]
+        if version != _APPLICATION_VERSION:
+            self.counts["unknown"] += 1
+        elif kind == _DATA:
+            return self._data(payload, time_s)
+        elif kind == _RESPONSE and len(payload) >= 6:
+            self.counts["response" if payload[4] == 1 else "refused"] += 1
+        else:
+            self.counts["unknown"] += 1
+        return None
+
+    def _data(self, structure: bytes, time_s: float) -> DvlSample | None:
+        if len(structure) < _OLD_DATA_SIZE or int.from_bytes(structure[2:6], "little") != len(structure):
+            self.counts["length"] += 1
+            return None
+        if sum(structure[:-2]) & 0xFFFF != int.from_bytes(structure[-2:], "little"):
+            self.counts["checksum"] += 1
+            return None
+        if structure[1] not in _DATA_VERSIONS:
+            self.counts["unknown"] += 1
+            return None
+        coordinates, *values = _VELOCITY_AND_RANGES.unpack_from(structure, _COORDINATES_AT)
+        if coordinates != INSTRUMENT:
+            self.counts[_COORDINATE_NAMES.get(coordinates, "unknown")] += 1
+            return None
+        too_fast = any(abs(v) > _FASTEST_M_S for v in values[:3])
+        if too_fast or any(v < 0 or v > _FARTHEST_M for v in values[4:]):
+            self.counts["out of range"] += 1
+            return None
+        self.counts["good"] += 1
+        return DvlSample(
+            time_s=time_s - self._latency_s,
+            velocity=(values[0], values[1], values[2]),
+            sigma=math.nan,
+            altitude_m=values[8],
+            ranges=tuple(values[4:8]),
+        )
+
+
+def _find_start(buffer: bytearray, at: int) -> int:
+    """Where a packet may start: the whole marker, or as much of it as the end of the buffer shows."""
+    found = buffer.find(_PACKET_START, at)
+    if found >= 0:
+        return found
+    for kept in (2, 1):
+        if len(buffer) - at >= kept and buffer.endswith(_PACKET_START[:kept]):
+            return len(buffer) - kept
+    return len(buffer)

@@ -1,0 +1,199 @@
+"""Vectors: the commands are the maker's worked examples; LOCKED and LOST are SYNTHETIC (built from the field
+table and decoded by Teledyne's own driver; no capture of a real device was to be had)."""
+
+import math
+import random
+import struct
+from datetime import datetime
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
+
+from bridge.sensors.samples import DvlSample
+from bridge.sensors.wayfinder import (
+    BEAM,
+    EARTH,
+    EXIT_COMMAND_MODE,
+    GET_SYSTEM,
+    SHIP,
+    SOFTWARE_TRIGGER,
+    WayfinderParser,
+    encode_command,
+    encode_packet,
+    encode_response,
+    encode_set_time,
+    encode_sound_speed,
+    encode_wayfinder,
+)
+
+LOCKED = bytes.fromhex(
+    "aa1001620002055b00aa11570000004c00010000181a0b14023703fa00010000003f000080be0000003e000000000000404066664640"
+    "9a993940333343403d0a27400080bb44000000000000c0410000bc410000803e30303132333400001c0fc610"
+)
+LOST = bytes.fromhex(
+    "aa1001620002055b00aa11570000004c00010000181a0b14023703fa00010000c07f0000c07f0000c07f0000c07f000040400000c07f"
+    "0000c07f0000c07f0000c07f0080bb44000000000000c0410000bc410000803e3030313233340000c4121915"
+)
+WHEN = datetime(2026, 11, 20, 2, 55, 3, 250_000)
+NAN = math.nan
+
+
+def samples(data: bytes) -> list[DvlSample]:
+    return WayfinderParser().feed(data, 10.0)
+
+
+def test_the_locked_vector_decodes_to_its_stated_values_at_arrival_less_latency():
+    parser = WayfinderParser(latency_s=0.125)
+    (sample,) = parser.feed(LOCKED, 10.0)
+    assert sample.time_s == 9.875
+    assert sample.velocity == (0.5, -0.25, 0.125)
+    assert sample.ranges == pytest.approx((3.0, 3.1, 2.9, 3.05), rel=1e-6)
+    assert sample.altitude_m == pytest.approx(2.61, rel=1e-6)
+    assert math.isnan(sample.sigma)
+    assert sample.locked
+    assert parser.counts == {"good": 1}
+
+
+def test_a_lost_lock_is_nan_and_keeps_the_one_beam_that_ranged():
+    (sample,) = samples(LOST)
+    assert not sample.locked
+    assert all(map(math.isnan, sample.velocity))
+    assert sample.ranges[0] == 3.0
+    assert all(map(math.isnan, (*sample.ranges[1:], sample.altitude_m)))
+
+
+def test_the_encoder_writes_the_vectors_byte_for_byte():
+    assert encode_wayfinder((0.5, -0.25, 0.125), (3.0, 3.1, 2.9, 3.05), 2.61, WHEN) == LOCKED
+    lost = encode_wayfinder((NAN, NAN, NAN), (3.0, NAN, NAN, NAN), NAN, WHEN, error_velocity=NAN)
+    assert lost == LOST
+
+
+def test_commands_are_the_makers_worked_examples():
+    assert encode_command(GET_SYSTEM).hex() == "aa10010f0002030800010000815901"
+    assert encode_command(SOFTWARE_TRIGGER).hex() == "aa10010f000203080011000000e800"
+
+
+def test_the_command_that_starts_pinging_leaves_command_mode():
+    assert encode_command(EXIT_COMMAND_MODE)[9:13] == b"\x10\x00\x00\x00"
+
+
+def test_set_commands_carry_their_arguments():
+    assert encode_sound_speed(1500.0)[9:17] == struct.pack("<If", 0x86000003, 1500.0)
+    assert encode_set_time(WHEN)[9:-2] == bytes.fromhex("0200001f 2310 0c000000 1a0b14023703")
+
+
+def test_a_packet_may_arrive_in_any_pieces():
+    whole = samples(LOCKED)
+    for pieces in (*splits(LOCKED), tuple(bytewise(LOCKED))):
+        parser = WayfinderParser()
+        (sample,) = fed(parser, pieces)
+        assert (sample.velocity, sample.ranges) == (whole[0].velocity, whole[0].ranges)
+        assert parser.counts == {"good": 1}
+
+
+@pytest.mark.parametrize(
+    "noise", [b"\xaa", b"\xaa\x10", b"\xaa\x10\x01", b"\xaa\x10\x01\x62\x00", bytes(50), LOCKED[:60]]
+)
+def test_noise_before_and_between_packets_costs_no_packet(noise):
+    parser = WayfinderParser()
+    found = fed(parser, [noise + LOCKED + noise + LOCKED + noise])
+    assert [s.velocity for s in found] == [(0.5, -0.25, 0.125)] * 2
+    assert parser.counts["skipped bytes"] >= 2 * len(noise)
+
+
+def test_packets_are_found_in_random_noise_however_it_is_cut():
+    rng = random.Random(3)
+    for _ in range(100):
+        stream = rng.randbytes(rng.randint(0, 60)) + LOCKED + rng.randbytes(rng.randint(0, 60)) + LOCKED
+        found = fed(WayfinderParser(), random_chunks(stream, rng))
+        assert [s.velocity for s in found] == [(0.5, -0.25, 0.125)] * 2
+
+
+def test_no_single_flipped_bit_gives_a_sample():
+    for bad in flips(LOCKED):
+        parser = WayfinderParser()
+        assert parser.feed(bad, 0.0) == []
+        assert "good" not in parser.counts
+
+
+def test_a_packet_after_a_broken_one_is_kept():
+    for bad in list(flips(LOCKED))[::7]:
+        assert [s.velocity for s in samples(bad + LOCKED + LOCKED)][-1] == (0.5, -0.25, 0.125)
+
+
+def test_a_false_length_withholds_no_more_than_the_packets_that_it_spans():
+    liar = b"\xaa\x10\x01\xff\x0f\x02\x05\xf8\x0f"
+    found = samples(liar + LOCKED * 45)
+    assert len(found) == 45
+
+
+def test_a_length_beyond_every_packet_is_counted_and_passed_over():
+    parser = WayfinderParser()
+    assert len(parser.feed(b"\xaa\x10\x01\xff\xff" + LOCKED, 0.0)) == 1
+    assert parser.counts["overlong"] == 1
+
+
+def test_a_structure_with_a_bad_checksum_inside_a_good_packet_is_refused():
+    structure = bytearray(LOCKED[9:-2])
+    structure[21] ^= 1
+    parser = WayfinderParser()
+    assert parser.feed(encode_packet(5, bytes(structure)), 0.0) == []
+    assert parser.counts == {"checksum": 1}
+
+
+@pytest.mark.parametrize(("coordinates", "name"), [(BEAM, "beam"), (SHIP, "ship"), (EARTH, "earth")])
+def test_other_coordinates_are_counted_and_never_passed_on_as_xyz(coordinates, name):
+    parser = WayfinderParser()
+    packet = encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, coordinates=coordinates)
+    assert parser.feed(packet, 0.0) == []
+    assert parser.counts == {f"{name} coordinates": 1}
+
+
+def test_the_old_structure_without_a_serial_number_is_read():
+    (sample,) = samples(encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, structure_version=0x10))
+    assert sample.velocity == (0.5, 0.0, 0.0)
+
+
+def test_an_unknown_structure_version_is_counted():
+    parser = WayfinderParser()
+    packet = encode_wayfinder((0.5, 0.0, 0.0), (3.0,) * 4, 2.6, WHEN, structure_version=0x20)
+    assert parser.feed(packet, 0.0) == []
+    assert parser.counts == {"unknown": 1}
+
+
+def test_answers_are_counted_by_what_they_say():
+    parser = WayfinderParser()
+    parser.feed(encode_response(EXIT_COMMAND_MODE) + encode_response(GET_SYSTEM, major=7), 0.0)
+    assert parser.counts == {"response": 1, "refused": 1}
+
+
+@pytest.mark.parametrize("velocity", [(math.inf, 0.0, 0.0), (0.0, -25.0, 0.0)])
+def test_velocities_that_no_vehicle_has_are_counted_out_of_range(velocity):
+    parser = WayfinderParser()
+    assert parser.feed(encode_wayfinder(velocity, (3.0,) * 4, 2.6, WHEN), 0.0) == []
+    assert parser.counts == {"out of range": 1}
+
+
+speeds = st.floats(-19, 19, width=32) | st.just(NAN)
+ranges = st.floats(0, 80, width=32) | st.just(NAN)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.tuples(speeds, speeds, speeds), st.tuples(ranges, ranges, ranges, ranges), ranges)
+def test_what_is_encoded_is_what_is_parsed(velocity, beams, altitude_m):
+    (sample,) = samples(encode_wayfinder(velocity, beams, altitude_m, WHEN))
+    assert repr((sample.velocity, sample.ranges, sample.altitude_m)) == repr((velocity, beams, altitude_m))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.binary(max_size=300) | st.just(LOCKED[:20]), max_size=10))
+def test_no_bytes_raise(chunks):
+    assert fed(WayfinderParser(), chunks) == []
+
+
+def test_memory_stays_bounded_in_noise():
+    rng = random.Random(1)
+    assert largest_buffer(WayfinderParser, rng) <= 4096
+    assert largest_buffer(WayfinderParser, rng, alphabet=b"\xaa\x10\x01\x02\x0f") <= 4096
