@@ -18,7 +18,7 @@ def messages() -> list[dialect.MAVLink_message]:
         dialect.MAVLink_statustext_message(6, b"hello"),
         dialect.MAVLink_debug_float_array_message(7, b"TAU_CMD", 256, [float(i) for i in range(58)]),
         dialect.MAVLink_param_value_message(b"FF_MODE", 2.0, 9, 27, 3),
-        dialect.MAVLink_battery_status_message(0, 0, 0, 32767, BATTERY, 20, -1, -1, 90),
+        dialect.MAVLink_battery_status_message(0, 0, 0, 32767, BATTERY, 20, -1, -1, 90, voltages_ext=[0] * 4),
         dialect.MAVLink_system_time_message(1_790_000_000_000_000, 0xFDFEFDFE),
     ]
 

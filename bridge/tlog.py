@@ -1,0 +1,264 @@
+"""The recording: 8-byte big-endian Unix microseconds, then the raw frame, repeated; no header.
+
+Writing is unbuffered: what was written survives the death of the program. Reading salvages: whatever was cut,
+flipped or inserted, every intact frame comes out, with the best time that the file still tells.
+"""
+
+import os
+import struct
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from types import TracebackType
+from typing import Final
+
+from bridge.errors import LogError
+from bridge.framing import (
+    INCOMPLETE,
+    MAGIC_1,
+    MAGIC_2,
+    Frame,
+    find_magic,
+    frame_at,
+    has_known_id,
+    measure,
+    unchecked_frame_at,
+)
+
+Record = tuple[int, Frame]
+
+STAMP_BYTES: Final = 8
+LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
+OUTLIER_US: Final = 100_000
+UNFOLD_BYTES: Final = 1024  # small, because zlib throws away all that came from the piece that ends in damage
+MOST_BYTES: Final = 4 << 30  # a recording is untrusted: a gzip file may unfold without end
+_STAMP = struct.Struct(">Q")
+
+
+class TlogWriter:
+    """A new recording at `path`; each record is in the operating system's hands when `write` returns.
+
+    Raises LogError where the file exists, can't be made or can't be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+        except FileExistsError:
+            raise LogError(f"{path}: exists already and is never overwritten; give another name") from None
+        except OSError as error:
+            raise LogError(
+                f"{path}: can't be made ({error.strerror}); check the folder and its rights"
+            ) from None
+
+    def write(self, unix_us: int, raw: bytes) -> None:
+        """Append one record, whole."""
+        record = _STAMP.pack(unix_us) + raw
+        try:
+            while record:
+                record = record[os.write(self._file, record) :]
+        except OSError as error:
+            raise LogError(
+                f"{self.path}: can't be written ({error.strerror}); free disk space and start a new file"
+            ) from None
+
+    def sync(self) -> None:
+        """Wait until all of it is on the disk: about 3 ms, so keep it off the receive path."""
+        try:
+            os.fsync(self._file)
+        except OSError as error:
+            raise LogError(
+                f"{self.path}: can't be put on the disk ({error.strerror}); check the disk"
+            ) from None
+
+    def close(self) -> None:
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+    def __enter__(self) -> "TlogWriter":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def read_tlog(path: Path) -> Iterator[Record]:
+    """Every intact record of a `.tlog` or `.tlog.gz` as (Unix microseconds, frame).
+
+    Raises LogError where there is no such file, or no MAVLink frame in it.
+    """
+    return iter(TlogReader(path))
+
+
+class TlogReader:
+    """The records of a `.tlog` or `.tlog.gz`, to be iterated over; `counts` is complete after the first pass.
+
+    `counts`: "records"; "unknown" (records whose id nobody can check); "checksum" (records lost to damage);
+    "skipped" (bytes of no record); "stamps mended" (records whose time was damaged, given their neighbour's);
+    "cut" (1 where the file ends within a record, or its compression does).
+
+    Raises LogError where there is no such file, it is empty, or no MAVLink frame is in it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.counts: Counter[str] = Counter()
+        self._data, gzip_whole = load_bytes(path)
+        if not self._data:
+            raise LogError(f"{path}: is empty, nothing was recorded in it; give another recording")
+        if not any(True for _ in _salvage(self._data, Counter())):
+            raise LogError(f"{path}: holds no MAVLink frame; give a .tlog recording")
+        self._gzip_cut = 0 if gzip_whole else 1
+
+    def __iter__(self) -> Iterator[Record]:
+        self.counts.clear()
+        if self._gzip_cut:
+            self.counts["cut"] = 1
+        return _mend_stamps(_salvage(self._data, self.counts), self.counts)
+
+
+def load_bytes(path: Path) -> tuple[bytes, bool]:
+    """What a file holds, unfolded where it is gzip, and whether it was whole. Raises LogError."""
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise LogError(f"{path}: no such file; check the name") from None
+    except OSError as error:
+        raise LogError(f"{path}: can't be read ({error.strerror}); give a recording that can") from None
+    if not data.startswith(b"\x1f\x8b"):
+        return data, True
+    return _unfold(data)
+
+
+def _unfold(data: bytes) -> tuple[bytes, bool]:
+    """All that a gzip file gives up to where it was cut or damaged, and whether it was whole."""
+    parts: list[bytes] = []
+    size = 0
+    while data:
+        unfolder = zlib.decompressobj(wbits=31)
+        at = 0
+        while at < len(data) and not unfolder.eof:
+            try:
+                parts.append(unfolder.decompress(data[at : at + UNFOLD_BYTES]))
+            except zlib.error:
+                return b"".join(parts), False
+            at += UNFOLD_BYTES
+            size += len(parts[-1])
+            if size > MOST_BYTES:
+                return b"".join(parts), False
+        if not unfolder.eof:
+            return b"".join(parts), False
+        data = unfolder.unused_data + data[at:]
+    return b"".join(parts), True
+
+
+def _salvage(data: bytes, counts: Counter[str]) -> Iterator[tuple[int | None, Frame]]:
+    """Every intact record, its stamp None where that is lost or can't be one."""
+    position, end = 0, len(data)
+    records = 0
+    unpack = _STAMP.unpack_from
+    while position < end:
+        start = position + STAMP_BYTES
+        length = measure(data, start)
+        if length > 0 and start + length <= end:
+            frame = frame_at(data, start, length) or _unchecked(data, start, length, counts)
+            if frame is not None:
+                stamp = unpack(data, position)[0]
+                records += 1
+                yield (stamp if stamp < LATEST_US else None), frame
+                position = start + length
+                continue
+        found = _next_known(data, position, end)
+        if found is None:
+            _count_tail(data, position, counts)
+            break
+        start, frame = found
+        begin = start - STAMP_BYTES
+        counts["checksum"] += 1
+        counts["skipped"] += max(begin, position) - position
+        stamp = unpack(data, begin)[0] if begin >= position else LATEST_US
+        records += 1
+        yield (stamp if stamp < LATEST_US else None), frame
+        position = start + len(frame.raw)
+    counts["records"] += records
+
+
+def _unchecked(data: bytes, start: int, length: int, counts: Counter[str]) -> Frame | None:
+    """A frame of an unknown id, where stamps stand before and after it and no known one hides in it."""
+    if has_known_id(data, start) or _STAMP.unpack_from(data, start - STAMP_BYTES)[0] >= LATEST_US:
+        return None
+    after = start + length
+    if after < len(data):
+        following = after + STAMP_BYTES
+        if following >= len(data) or data[following] not in (MAGIC_1, MAGIC_2):
+            return None
+        if _STAMP.unpack_from(data, after)[0] >= LATEST_US:
+            return None
+    if _next_known(data, start + 1, after) is not None:
+        return None
+    counts["unknown"] += 1
+    return unchecked_frame_at(data, start, length)
+
+
+def _next_known(data: bytes, start: int, end: int) -> tuple[int, Frame] | None:
+    """Where the first frame with a right CRC begins in `data[start:end]`, and the frame."""
+    position = find_magic(data, start, end)
+    while position >= 0:
+        length = measure(data, position)
+        if length > 0 and position + length <= len(data):
+            frame = frame_at(data, position, length)
+            if frame is not None:
+                return position, frame
+        position = find_magic(data, position + 1, end)
+    return None
+
+
+def _count_tail(data: bytes, position: int, counts: Counter[str]) -> None:
+    start = position + STAMP_BYTES
+    length = measure(data, start)
+    if length == INCOMPLETE or start + length > len(data):
+        counts["cut"] = 1
+    else:
+        counts["checksum"] += 1
+    counts["skipped"] += len(data) - position
+
+
+def _mend_stamps(records: Iterator[tuple[int | None, Frame]], counts: Counter[str]) -> Iterator[Record]:
+    """Give a record whose stamp is lost, or lies far outside its neighbours', the time of the one before."""
+    before: int | None = None
+    waiting: list[tuple[int | None, Frame]] = []
+    for stamp, frame in chain(records, [_END]):
+        if stamp is None:
+            waiting.append((stamp, frame))
+            continue
+        following = None if frame is _END[1] else stamp
+        for doubtful, earlier in waiting:
+            before = _mended(doubtful, before, following)
+            if before != doubtful:
+                counts["stamps mended"] += 1
+            yield before, earlier
+        waiting = [(stamp, frame)]
+
+
+_END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
+
+
+def _mended(stamp: int | None, before: int | None, following: int | None) -> int:
+    neighbours = [near for near in (before, following) if near is not None]
+    if stamp is None:
+        return neighbours[0] if neighbours else 0
+    if before is None:
+        low, high = None, following
+    elif following is None:
+        low, high = before, None
+    else:
+        low, high = min(neighbours), max(neighbours)
+    if (low is not None and stamp < low - OUTLIER_US) or (high is not None and stamp > high + OUTLIER_US):
+        return neighbours[0]
+    return stamp

@@ -1,0 +1,273 @@
+"""A recording gives back every intact frame, whatever happened to the file."""
+
+import gzip
+import os
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.errors import LogError
+from bridge.framing import Encoder
+from bridge.tlog import TlogReader, TlogWriter, read_tlog
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+START_US = 1_790_000_000_000_000
+
+
+def records(count: int) -> list[tuple[int, bytes]]:
+    encoder = Encoder(1, 1)
+    every = (
+        dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3),
+        dialect.MAVLink_named_value_float_message(5, b"FF_MODE", 2.5),
+        dialect.MAVLink_statustext_message(6, b"ready"),
+    )
+    return [(START_US + 5000 * i, encoder.encode(every[i % len(every)])) for i in range(count)]
+
+
+def to_bytes(log: list[tuple[int, bytes]]) -> bytes:
+    return b"".join(stamp.to_bytes(8, "big") + raw for stamp, raw in log)
+
+
+def read(path: Path) -> list[tuple[int, bytes]]:
+    return [(stamp, frame.raw) for stamp, frame in read_tlog(path)]
+
+
+def unknown_frame(payload: bytes) -> bytes:
+    return bytes((0xFD, len(payload), 0, 0, 0, 7, 8)) + (60_123).to_bytes(3, "little") + payload + b"\x12\x34"
+
+
+def test_what_is_written_is_read_and_is_in_the_file_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "dive.tlog"
+    with TlogWriter(path) as writer:
+        for i, (stamp, raw) in enumerate(records(20)):
+            writer.write(stamp, raw)
+            assert path.read_bytes() == to_bytes(records(20)[: i + 1])
+        writer.sync()
+    assert read(path) == records(20)
+
+
+def test_a_recording_is_never_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(b"precious")
+    with pytest.raises(LogError, match="never overwritten"):
+        TlogWriter(path)
+    assert path.read_bytes() == b"precious"
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="No such file or directory"):
+        TlogWriter(tmp_path / "nowhere" / "dive.tlog")
+
+
+def test_a_full_disk_is_an_error_that_names_the_file() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no /dev/full")
+    writer = TlogWriter.__new__(TlogWriter)
+    writer.path, writer._file = Path("dive.tlog"), os.open("/dev/full", os.O_WRONLY)
+    with writer, pytest.raises(LogError, match=r"dive\.tlog.*No space left"):
+        writer.write(START_US, b"x")
+
+
+def test_a_killed_writer_loses_nothing_that_it_had_acknowledged(tmp_path: Path) -> None:
+    code = (
+        "import sys; from pathlib import Path; from bridge.tlog import TlogWriter\n"
+        "from bridge.framing import Encoder\n"
+        "w, e = TlogWriter(Path(sys.argv[1])), Encoder(1, 1)\n"
+        "for i in range(10**6):\n"
+        "    w.write(1790000000000000 + i, e.frame(0, b'123456789'))\n"
+        "    sys.stdout.write(f'{i}\\n'); sys.stdout.flush()\n"
+    )
+    path = tmp_path / "dive.tlog"
+    child = subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE)
+    assert child.stdout is not None
+    acknowledged = [int(child.stdout.readline()) for _ in range(300)]
+    child.kill()
+    rest = child.stdout.read().split(b"\n")[:-1]
+    child.stdout.close()
+    child.wait()
+    stamps = [stamp - START_US for stamp, _ in read(path)]
+    assert stamps[: 300 + len(rest)] == acknowledged + [int(line) for line in rest]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_file_cut_at_any_byte_gives_every_whole_record(tmp_path: Path, packed: bool) -> None:
+    log = records(9)
+    whole = to_bytes(log)
+    ends = [len(to_bytes(log[: i + 1])) for i in range(len(log))]
+    path = tmp_path / ("cut.tlog.gz" if packed else "cut.tlog")
+    for cut in range(ends[0], len(whole) + 1):
+        path.write_bytes(_gzip_without_end(whole[:cut]) if packed else whole[:cut])
+        reader = TlogReader(path)
+        assert [(s, f.raw) for s, f in reader] == log[: sum(end <= cut for end in ends)], cut
+        assert reader.counts["cut"] == int(packed or cut not in ends), cut
+        assert reader.counts["checksum"] == 0
+
+
+def _gzip_without_end(data: bytes) -> bytes:
+    return gzip.compress(data, compresslevel=0)[:-8]
+
+
+def test_a_gzip_file_cut_anywhere_gives_what_is_there(tmp_path: Path) -> None:
+    log = records(3000)
+    packed = gzip.compress(to_bytes(log))
+    path = tmp_path / "cut.tlog.gz"
+    for cut in range(1500, len(packed), 997):
+        path.write_bytes(packed[:cut])
+        found = read(path)
+        assert found == log[: len(found)]
+        assert len(found) > 0.5 * len(log) * cut / len(packed)
+    path.write_bytes(packed)
+    assert read(path) == log
+
+
+def test_a_flipped_bit_in_a_gzip_file_costs_only_what_follows_it(tmp_path: Path) -> None:
+    rng = random.Random(3)
+    log = [(stamp, Encoder(1, 1).frame(105, rng.randbytes(62))) for stamp, _ in records(3000)]
+    packed = bytearray(gzip.compress(to_bytes(log)))
+    packed[len(packed) // 2] ^= 1
+    path = tmp_path / "flipped.tlog.gz"
+    path.write_bytes(packed)
+    found = read(path)
+    assert found[:1400] == log[:1400]
+
+
+def test_one_flipped_bit_in_a_thousand_bytes_costs_only_the_frames_it_hit(tmp_path: Path) -> None:
+    rng = random.Random(8)
+    log = records(4000)
+    damaged = bytearray(to_bytes(log))
+    owner = [(i, byte < 8) for i, (_, raw) in enumerate(log) for byte in range(8 + len(raw))]
+    hurt, late = set(), set()
+    for block in range(0, len(damaged), 1000):
+        place = min(block + rng.randrange(1000), len(damaged) - 1)
+        damaged[place] ^= 1 << rng.randrange(8)
+        record, in_stamp = owner[place]
+        (late if in_stamp else hurt).add(record)
+    path = tmp_path / "flipped.tlog"
+    path.write_bytes(damaged)
+    reader = TlogReader(path)
+    intact = [(stamp, raw) for i, (stamp, raw) in enumerate(log) if i not in hurt]
+    found = [(stamp, frame.raw) for stamp, frame in reader if frame.known]
+    assert [raw for _, raw in found] == [raw for _, raw in intact]
+    assert len(late) > 5
+    assert all(abs(got - true) <= 110_000 for (got, _), (true, _) in zip(found, intact, strict=True))
+    # A flipped length may reach past the next frame: one loss then covers two.
+    assert 0 < reader.counts["checksum"] + reader.counts["unknown"] <= len(hurt)
+
+
+@pytest.mark.parametrize(
+    "junk", [b"\xfd" * 37, b"\x00" * 11, bytes(range(256)), unknown_frame(bytes(9))[:-4]]
+)
+def test_inserted_bytes_cost_no_record(tmp_path: Path, junk: bytes) -> None:
+    log = records(12)
+    path = tmp_path / "inserted.tlog"
+    path.write_bytes(to_bytes(log[:5]) + junk + to_bytes(log[5:]))
+    assert read(path) == log
+
+
+def test_missing_bytes_cost_one_record(tmp_path: Path) -> None:
+    log = records(12)
+    head, tail = to_bytes(log[:5]), to_bytes(log[5:])
+    path = tmp_path / "missing.tlog"
+    path.write_bytes(head + tail[20:])
+    assert read(path) == log[:5] + log[6:]
+
+
+def test_a_stamp_that_lost_a_byte_takes_its_neighbours_time(tmp_path: Path) -> None:
+    log = records(12)
+    path = tmp_path / "stamp.tlog"
+    path.write_bytes(to_bytes(log[:5]) + to_bytes(log[5:])[1:])
+    assert read(path) == [*log[:5], (log[4][0], log[5][1]), *log[6:]]
+
+
+def test_a_clock_that_was_set_during_the_dive_is_left_as_it_was(tmp_path: Path) -> None:
+    log = [(stamp + (86_400_000_000 if 4 <= i < 8 else 0), raw) for i, (stamp, raw) in enumerate(records(12))]
+    path = tmp_path / "steps.tlog"
+    path.write_bytes(to_bytes(log))
+    assert read(path) == log
+
+
+def test_a_link_number_in_the_low_bits_disturbs_nothing(tmp_path: Path) -> None:
+    log = [(stamp & ~3 | i % 4, raw) for i, (stamp, raw) in enumerate(records(12))]
+    path = tmp_path / "mavproxy.tlog"
+    path.write_bytes(to_bytes(log))
+    assert read(path) == log
+
+
+def test_an_unknown_id_is_kept_unchecked(tmp_path: Path) -> None:
+    log = records(4)
+    log.insert(2, (log[1][0] + 1, unknown_frame(b"\xfd" * 30)))
+    path = tmp_path / "unknown.tlog"
+    path.write_bytes(to_bytes(log))
+    reader = TlogReader(path)
+    found = list(reader)
+    assert [(stamp, frame.raw) for stamp, frame in found] == log
+    assert [frame.known for _, frame in found] == [True, True, False, True, True]
+    assert reader.counts == {"records": 5, "unknown": 1}
+
+
+@pytest.mark.parametrize("content", [b"", b"time,u,v\n1,2,3\n" * 50, bytes(1000), b"\x1f\x8bnot gzip at all"])
+def test_what_is_no_recording_is_named_in_one_sentence(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "notes.tlog"
+    path.write_bytes(content)
+    with pytest.raises(LogError, match=r"notes\.tlog: .*; give") as caught:
+        read(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"gone\.tlog: no such file"):
+        read(tmp_path / "gone.tlog")
+    with pytest.raises(LogError, match="can't be read"):
+        read(tmp_path)
+
+
+def test_random_bytes_raise_nothing_else(tmp_path: Path) -> None:
+    rng = random.Random(5)
+    path = tmp_path / "noise.tlog"
+    for _ in range(20):
+        path.write_bytes(rng.randbytes(5000))
+        with pytest.raises(LogError, match="no MAVLink frame"):
+            read(path)
+
+
+def test_pymavlink_reads_our_recording_alike(tmp_path: Path) -> None:
+    path = tmp_path / "dive.tlog"
+    with TlogWriter(path) as writer:
+        for stamp, raw in records(30):
+            writer.write(stamp, raw)
+    stock = mavutil.mavlink_connection(str(path))
+    found = []
+    while (message := stock.recv_match()) is not None:
+        found.append((round(message._timestamp * 1e6), bytes(message.get_msgbuf())))
+    stock.close()
+    assert [raw for _, raw in found] == [raw for _, raw in records(30)]
+    assert all(abs(a - b[0]) < 4 for (a, _), b in zip(found, records(30), strict=True))
+
+
+def test_mavlogdump_opens_our_recording(tmp_path: Path) -> None:
+    path = tmp_path / "dive.tlog"
+    with TlogWriter(path) as writer:
+        for stamp, raw in records(6):
+            writer.write(stamp, raw)
+    tool = Path(sys.executable).with_name("mavlogdump.py")
+    if not tool.exists():
+        pytest.skip("pymavlink's tools are not installed beside this Python")
+    done = subprocess.run([sys.executable, str(tool), str(path)], capture_output=True, text=True, check=True)
+    assert done.stdout.count("HEARTBEAT") == 2
+    assert "FF_MODE, value : 2.5" in done.stdout
+
+
+@pytest.mark.parametrize("dive", ["open_1/dive", "d/check"])
+def test_a_foreign_recording_is_read_whole(dive: str) -> None:
+    path = SHARED / "sealed" / f"{dive}.tlog.gz"
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    reader = TlogReader(path)
+    total = sum(len(frame.raw) + 8 for _, frame in reader)
+    assert total == len(gzip.decompress(path.read_bytes()))
+    assert set(reader.counts) == {"records"}
