@@ -1,8 +1,22 @@
 """One control tick: navigation and reference to wrenches and thruster commands."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.navigation import Navigation
+from bridge.vehicle.config import Vehicle
+from bridge.vehicle.controller import GAINS, Controller, load_gains
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode, feedforward
 from bridge.vehicle.references import Reference, Six
+from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Curve, thrust_curve
+
+RATE_HZ = 20.0
+
+ParameterProvider = Callable[[int], Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,3 +38,91 @@ class Actuation:
     pwm_us: tuple[float, ...]
     mode: int
     veh_cfg: int
+
+
+class Autopilot:
+    """The controller of one vehicle in one configuration, stepped at 20 Hz.
+
+    `parameters(veh_cfg)` gives the active coefficients by name. `directory` is where the vehicle file lies.
+    Below the gain table's `straight_below_n`, thrusts run straight to 1500 us: like a curve fitted without
+    the dead zone, it leaves the first part of every start to the dead zone (the paper's 0.3 s).
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        configuration: str,
+        parameters: ParameterProvider,
+        directory: Path,
+        mode: Mode = Mode.OFF,
+        gains: Path = GAINS,
+    ) -> None:
+        self.mode = mode
+        self.veh_cfg = vehicle.veh_cfg(vehicle.configuration_named(configuration))
+        shape = vehicle.configurations[configuration]
+        table = load_gains(shape.gains, gains)
+        curve = thrust_curve(vehicle.thrust_curve, directory)
+        self._parameters = parameters
+        self._allocator = Allocator(shape, curve)
+        self._reach = tuple(float(limit) for limit in self._allocator.reach())
+        self._controller = Controller(table, shape, self._reach)
+        self._pulses = _Pulses(curve, table.straight_below_n)
+        self._saturated = False
+        self._time_s = float("nan")
+        self._faults: tuple[str, ...] = ()
+        self._texts: list[str] = []
+
+    def step(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
+        """The commands of the tick at `time_s`."""
+        dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
+        self._time_s = time_s
+        pid = self._controller.step(navigation, reference, dt_s, self._saturated)
+        if not self.mode.applies_pid:
+            self._controller.reset(FEEDFORWARD_DOFS)
+            pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
+        term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
+        self._report(term.faults)
+        ff = np.array(term.tau) if self.mode.applies_feedforward else np.zeros(6)
+        thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff)
+        self._saturated = scale < 1.0
+        x, y, z, k, m, n = commanded.tolist()
+        return Actuation(
+            time_s=time_s,
+            tau_pid=pid,
+            tau_ff=term.tau,
+            tau_cmd=(x, y, z, k, m, n),
+            nu_fb=(*navigation.velocity, *navigation.rate),
+            reference=reference,
+            pwm_us=tuple(self._pulses(thrust).tolist()),
+            mode=int(self.mode),
+            veh_cfg=self.veh_cfg,
+        )
+
+    def take_texts(self) -> list[str]:
+        """Status texts since the last call: each change in what the feed-forward can't do, said once."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def _report(self, faults: tuple[str, ...]) -> None:
+        if faults != self._faults:
+            self._texts += [fault for fault in faults if fault not in self._faults]
+            self._faults = faults
+
+
+class _Pulses:
+    """Thrusts to pulse widths, straight to neutral below `straight_below_n`."""
+
+    def __init__(self, curve: Curve, straight_below_n: float) -> None:
+        self._curve = curve
+        self._below = straight_below_n
+        if straight_below_n > 0:
+            ahead, astern = curve.pwm([straight_below_n, -straight_below_n]) - NEUTRAL_US
+            self._slopes = float(ahead) / straight_below_n, float(-astern) / straight_below_n
+
+    def __call__(self, thrust: NDArray[np.float64]) -> NDArray[np.float64]:
+        pwm = self._curve.pwm(thrust)
+        if self._below > 0:
+            ahead, astern = self._slopes
+            straight = NEUTRAL_US + thrust * np.where(thrust > 0, ahead, astern)
+            pwm = np.where(np.abs(thrust) < self._below, straight, pwm)
+        return pwm

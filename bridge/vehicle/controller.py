@@ -1,0 +1,155 @@
+"""The gain-scheduled PID: a gain table for each configuration; its gains run over the reference's speed."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.navigation import Navigation
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import CONFIGS, Configuration
+from bridge.vehicle.references import Reference, Six
+
+GAINS = CONFIGS / "gains.yaml"
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Proportional, integral and derivative gain at each speed of the table, per unit of mass or inertia."""
+
+    kp: tuple[float, ...]
+    ki: tuple[float, ...]
+    kd: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class GainTable:
+    """One table of configs/gains.yaml, as that file explains it.
+
+    No integral grows beyond `integral_share` of the reach.
+    """
+
+    speeds_m_s: tuple[float, ...]
+    surge: Gains
+    sway: Gains
+    heave: Gains
+    roll: Gains
+    pitch: Gains
+    yaw: Gains
+    straight_below_n: float = 0.0
+    integral_share: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not self.speeds_m_s or list(self.speeds_m_s) != sorted(set(self.speeds_m_s)):
+            raise ValueError(f"speeds_m_s must rise, it is {list(self.speeds_m_s)}")
+        for dof in DOFS:
+            gains: Gains = getattr(self, dof)
+            for row in (gains.kp, gains.ki, gains.kd):
+                if len(row) != len(self.speeds_m_s) or min(row) < 0:
+                    raise ValueError(f"{dof}: every gain needs {len(self.speeds_m_s)} values, none negative")
+
+
+def load_gains(name: str, path: Path = GAINS) -> GainTable:
+    """The table of that name. Raises ConfigError with the names there are."""
+    data = schema.load_yaml(path)
+    if not isinstance(data, dict) or name not in data:
+        known = ", ".join(data) if isinstance(data, dict) else "none"
+        raise ConfigError(
+            f"{path}: no gain table '{name}'; there are {known}; correct the vehicle file's 'gains'"
+        )
+    return schema.build(GainTable, data[name], f"{path}: {name}")
+
+
+class Controller:
+    """PID on six degrees of freedom: velocity in surge and sway, depth, roll, pitch and heading elsewhere.
+
+    `reach` (6,) is the largest wrench of the vehicle in N and N m; the output stays within it.
+    """
+
+    def __init__(self, table: GainTable, configuration: Configuration, reach: Sequence[float]) -> None:
+        self._table = table
+        self._gains = tuple(getattr(table, dof) for dof in DOFS)
+        self._scale = (configuration.dry_mass_kg,) * 3 + configuration.inertia_kgm2
+        self._reach = tuple(float(limit) for limit in reach)
+        self._integral = [0.0] * 6
+
+    def reset(self, dofs: Sequence[int]) -> None:
+        """Forget the integrals of these degrees of freedom."""
+        for dof in dofs:
+            self._integral[dof] = 0.0
+
+    def step(self, navigation: Navigation, reference: Reference, dt_s: float, saturated: bool) -> Six:
+        """The wrench of this tick, N and N m; an axis whose measurement is not there yet gets zero.
+
+        While the thrusters were `saturated` in the tick before, integrals may shrink but not grow.
+        """
+        place = self._place(math.hypot(reference.nu[0], reference.nu[1]))
+        errors = _errors(navigation, reference)
+        x, y, z, k, m, n = (self._axis(i, *errors[i], place, dt_s, saturated) for i in range(6))
+        return x, y, z, k, m, n
+
+    def _place(self, speed_m_s: float) -> tuple[int, int, float]:
+        """Two neighbours in the table and the share of the second."""
+        speeds = self._table.speeds_m_s
+        right = min(bisect_right(speeds, speed_m_s), len(speeds) - 1)
+        left = max(right - 1, 0)
+        if right == left:
+            return left, right, 0.0
+        return left, right, min(max((speed_m_s - speeds[left]) / (speeds[right] - speeds[left]), 0.0), 1.0)
+
+    def _axis(
+        self,
+        dof: int,
+        error: float,
+        slope: float,
+        place: tuple[int, int, float],
+        dt_s: float,
+        saturated: bool,
+    ) -> float:
+        if not (math.isfinite(error) and math.isfinite(slope)):
+            return 0.0
+        gains, scale, reach = self._gains[dof], self._scale[dof], self._reach[dof]
+        kp, ki, kd = (scale * _between(row, place) for row in (gains.kp, gains.ki, gains.kd))
+        before = self._integral[dof]
+        bound = self._table.integral_share * reach
+        after = min(max(before + ki * error * dt_s, -bound), bound)
+        total = kp * error + after + kd * slope
+        if abs(after) > abs(before) and (saturated or abs(total) > reach):
+            after = before
+        self._integral[dof] = after
+        return min(max(kp * error + after + kd * slope, -reach), reach)
+
+
+def _between(row: Sequence[float], place: tuple[int, int, float]) -> float:
+    left, right, share = place
+    return (1 - share) * row[left] + share * row[right]
+
+
+def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, float], ...]:
+    """Error and its derivative of each degree of freedom.
+
+    Velocity loops have no derivative: that of a DVL's velocity is noise. Roll and pitch are wanted level.
+    """
+    u, v, w = navigation.velocity
+    p, q, r = navigation.rate
+    roll, pitch = roll_pitch(navigation.attitude)
+    nu = reference.nu
+    return (
+        (nu[0] - u, 0.0),
+        (nu[1] - v, 0.0),
+        (reference.depth_m - navigation.depth_m, nu[2] - w),
+        (-roll, -p),
+        (-pitch, -q),
+        (reference.heading_rad - navigation.heading_rad, nu[5] - r),
+    )
+
+
+def roll_pitch(attitude: Sequence[float]) -> tuple[float, float]:
+    """Roll and pitch (rad) of an attitude w x y z."""
+    w, x, y, z = attitude
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    sine = 2 * (w * y - z * x)
+    return roll, math.asin(min(max(sine, -1.0), 1.0)) if math.isfinite(sine) else math.nan

@@ -1,0 +1,77 @@
+"""The feed-forward term: tau_ff = M nu_dot_d + D nu_d in surge, sway and yaw (paper eqs 14 to 16, M total).
+
+In yaw the inertia is in it, which the paper left out.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.references import Reference, Six
+
+AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
+FEEDFORWARD_DOFS = tuple(dof for dof, _, _ in AXES)
+
+
+class Mode(IntEnum):
+    """FF_MODE: whether the feed-forward is applied, and whether the PID of its axes is."""
+
+    OFF = 0
+    SHADOW = 1
+    ALONE = 2
+    BOTH = 3
+
+    @property
+    def applies_feedforward(self) -> bool:
+        return self in (Mode.ALONE, Mode.BOTH)
+
+    @property
+    def applies_pid(self) -> bool:
+        """In surge, sway and yaw; the PID of heave, roll and pitch always works."""
+        return self is not Mode.ALONE
+
+
+@dataclass(frozen=True, slots=True)
+class FeedForward:
+    """The wrench, N and N m, and for each axis that stays at zero a sentence that says why."""
+
+    tau: Six
+    faults: tuple[str, ...]
+
+
+def feedforward(
+    coefficients: Mapping[str, float], reference: Reference, reach: Sequence[float]
+) -> FeedForward:
+    """The wrench that the reference needs, within +-`reach` (6,) N and N m.
+
+    An axis whose coefficients are missing, not finite or out of bounds, or whose reference is not finite,
+    gets zero; nothing raises.
+    """
+    tau = [0.0] * 6
+    faults = []
+    for dof, mass_name, damping_name in AXES:
+        fault = _fault(coefficients, mass_name) or _fault(coefficients, damping_name)
+        if not fault:
+            force = (
+                coefficients[mass_name] * reference.nu_dot[dof]
+                + coefficients[damping_name] * reference.nu[dof]
+            )
+            tau[dof] = min(max(force, -reach[dof]), reach[dof]) if math.isfinite(force) else 0.0
+            fault = "" if math.isfinite(force) else "its reference is not finite"
+        if fault:
+            faults.append(f"FF {DOFS[dof]} off: {fault}")
+    return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults))
+
+
+def _fault(coefficients: Mapping[str, float], name: str) -> str:
+    """Why a coefficient can't be used, "" where it can. Short enough for a STATUSTEXT of 50 characters."""
+    value, bounds = coefficients.get(name), BY_NAME[name]
+    if value is None:
+        return f"{name} is missing"
+    if not math.isfinite(value):
+        return f"{name} is {value}"
+    if not bounds.low <= value <= bounds.high:
+        return f"{name} {value:g} out of bounds"
+    return ""
