@@ -34,7 +34,7 @@ def words() -> Console:
 
 
 def _console(*, to_errors: bool) -> Console:
-    console = Console(stderr=to_errors, highlight=False, emoji=False)
+    console = Console(stderr=to_errors, highlight=False, emoji=False, markup=False)
     if not console.is_terminal:
         console.width = 160
     return console

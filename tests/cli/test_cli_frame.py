@@ -1,0 +1,120 @@
+"""The frame of the `seatrial` command: verbs, help, exit codes, one sentence an error."""
+
+import argparse
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bridge.errors import ConfigError, FitError, LinkLost, LogError, ParamUnverified
+from tui import cli, exit_codes
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+
+
+def section(verb):
+    found = re.search(rf"^## {verb}\n(.*?)(?=^## |\Z)", COMMANDS, re.M | re.S)
+    return found.group(1) if found else ""
+
+
+def options(parser):
+    """Every option and sub-command of a parser, those of its sub-parsers included."""
+    for action in parser._actions:
+        yield from (o for o in action.option_strings if o.startswith("--") and o != "--help")
+        if isinstance(action, argparse._SubParsersAction):
+            for name, sub in action.choices.items():
+                yield name
+                yield from options(sub)
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_every_verb_has_help_with_an_example_that_it_takes(verb, capsys):
+    assert cli.main([verb, "--help"]) == exit_codes.DONE
+    shown = capsys.readouterr().out
+    example = cli.load(verb).EXAMPLE
+    assert example in shown
+    words = example.split()
+    assert words[:2] == ["seatrial", verb]
+    cli.verb_parser(verb).parse_args(words[2:])
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_every_verb_and_each_of_its_options_is_documented(verb):
+    text = section(verb)
+    assert text, f"docs/commands.md has no section '## {verb}'"
+    missing = [option for option in options(cli.verb_parser(verb)) if option not in text]
+    assert not missing
+
+
+def test_every_exit_code_is_documented():
+    assert all(f"| {code} | {meaning} |" in COMMANDS for code, meaning in exit_codes.MEANINGS.items())
+
+
+def test_top_help_names_every_verb(capsys):
+    assert cli.main(["--help"]) == exit_codes.DONE
+    shown = capsys.readouterr().out
+    assert all(f"  {verb} " in shown for verb in cli.VERBS)
+
+
+def test_no_verb_shows_help_and_is_wrong_usage(capsys):
+    assert cli.main([]) == exit_codes.BAD_INPUT
+    assert "verbs:" in capsys.readouterr().err
+
+
+def test_a_misspelt_verb_names_the_nearest(capsys):
+    assert cli.main(["identfy"]) == exit_codes.BAD_INPUT
+    assert capsys.readouterr().err == "seatrial: unknown verb 'identfy'; did you mean 'identify'?\n"
+
+
+def test_a_missing_argument_is_one_sentence_that_names_the_help(capsys):
+    assert cli.main(["identify", "x.tlog"]) == exit_codes.BAD_INPUT
+    error = capsys.readouterr().err
+    assert error.startswith("seatrial: ")
+    assert error.count("\n") == 1
+    assert "--vehicle" in error
+    assert "seatrial identify --help" in error
+
+
+class Failing:
+    """A verb that ends in whatever it is given."""
+
+    EXAMPLE = "seatrial demo"
+
+    def __init__(self, error):
+        self.error = error
+
+    def add_arguments(self, parser):
+        pass
+
+    def run(self, arguments):
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (ConfigError("a"), exit_codes.BAD_INPUT),
+        (LogError("b"), exit_codes.BAD_INPUT),
+        (LinkLost("c"), exit_codes.LINK),
+        (FitError("d"), exit_codes.NO),
+        (ParamUnverified("e"), exit_codes.NO),
+        (PermissionError(13, "Permission denied", "/f"), exit_codes.BAD_INPUT),
+        (KeyboardInterrupt(), exit_codes.INTERRUPTED),
+    ],
+)
+def test_each_error_has_its_exit_code_and_one_line(error, code, monkeypatch, capsys):
+    monkeypatch.setattr(cli, "load", lambda verb: Failing(error))
+    assert cli.main(["demo"]) == code
+    shown = capsys.readouterr().err
+    assert shown.startswith("seatrial: ")
+    assert shown.count("\n") == 1
+
+
+def test_the_installed_command_runs():
+    done = subprocess.run(
+        [Path(sys.executable).with_name("seatrial"), "--version"], capture_output=True, text=True, check=True
+    )
+    assert re.fullmatch(r"seatrial \d+\.\d+\.\d+\n", done.stdout)
