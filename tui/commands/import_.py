@@ -1,0 +1,80 @@
+"""`seatrial import`: what a recording holds, and a dive folder made of it."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from identify.dive import Dive, Signal
+
+EXAMPLE = "seatrial import 00000042.BIN --out dives/lake-42"
+
+GAP_PERIODS = 5.0
+SHORTEST_GAP_S = 0.5
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder")
+    parser.add_argument("--out", metavar="FOLDER", help="the dive folder to make; without it, only say what there is")
+    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file to name in the dive folder")
+    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
+    parser.add_argument("--json", metavar="FILE", help="write what it holds as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.vehicle.config import load_vehicle
+    from identify.ingest.open import read_dive
+    from tui import show
+
+    file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
+    columns = Path(arguments.columns) if arguments.columns else None
+    dive = read_dive(Path(arguments.file), columns, file)
+    holds = contents(dive)
+    console = show.results(arguments.json)
+    console.print(
+        show.table(
+            f"{dive.name}: {dive.duration_s:.1f} s",
+            ("signal", "samples", "rate Hz", "gaps", "longest s", "unknown %"),
+            [
+                (s["name"], str(s["samples"]), show.number(s["rate_hz"], 3), str(s["gaps"]),
+                 show.number(s["longest_gap_s"], 3), show.number(s["unknown_percent"], 2))
+                for s in holds["signals"]
+            ],
+            numbers=("samples", "rate Hz", "gaps", "longest s", "unknown %"),
+        )
+    )  # fmt: skip
+    for note in dive.notes:
+        console.print(f"note: {note}", soft_wrap=True)
+    show.write_json(holds, arguments.json)
+    return exit_codes.DONE
+
+
+def contents(dive: "Dive") -> dict[str, Any]:
+    """What a dive holds, as plain data."""
+    return {
+        "name": dive.name,
+        "sha256": dive.sha256,
+        "duration_s": dive.duration_s,
+        "signals": [_signal(name, signal) for name, signal in dive.signals().items()],
+        "counts": dive.counts,
+        "notes": list(dive.notes),
+    }
+
+
+def _signal(name: str, signal: "Signal") -> dict[str, Any]:
+    import numpy as np
+
+    steps = np.diff(signal.time_s)
+    usual = 1.0 / signal.rate_hz if signal.rate_hz else 0.0
+    gaps = steps[steps > max(GAP_PERIODS * usual, SHORTEST_GAP_S)]
+    unknown = ~np.isfinite(signal.value).all(axis=1)
+    return {
+        "name": name,
+        "samples": len(signal),
+        "rate_hz": signal.rate_hz,
+        "gaps": len(gaps),
+        "longest_gap_s": float(gaps.max(initial=0.0)),
+        "unknown_percent": 100.0 * float(unknown.mean()) if len(signal) else 0.0,
+    }
