@@ -1,0 +1,174 @@
+"""The wrench of a dive as a function of time: thruster commands through curve, lag and geometry, or TAU_CMD.
+
+A command holds from its own time to the next one's. All thrusters share one first-order lag, so the lag acts on the
+wrench: between two commands it is W + (w - W) exp(-s / lag), with W what the command asks for, w the wrench at the
+command and s the time since. That is exact, and so is its integral.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import CONFIGS, Vehicle, VehicleFile
+from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
+from identify.dive import Array, Dive, Signal
+
+NOTABLE_DIFFERENCE = 0.05
+LEAST_WRENCH = 1e-3
+
+
+@dataclass(frozen=True)
+class WrenchHistory:
+    """The thrusters' wrench about the body's origin, N and N m, at any time.
+
+    `time_s` (n,) command times; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the wrench at
+    each command; `integral` (n, 6) from the first command on. Before the first command it is held.
+    `differs_rms` (6,): wrench from PWM minus TAU_CMD, where a recording has both.
+    """
+
+    time_s: Array
+    asked: Array
+    state: Array
+    integral: Array
+    lag_s: float
+    source: Literal["pwm", "tau_cmd"]
+    differs_rms: Array | None = None
+    notes: tuple[str, ...] = ()
+
+    def at(self, time_s: Array) -> Array:
+        """(m, 6) at the times (m,)."""
+        index, since_s = self._segment(time_s)
+        asked = self.asked[index]
+        value: Array = asked + (self.state[index] - asked) * _decay(since_s, self.lag_s)[:, None]
+        return value
+
+    def mean_between(self, start_s: Array, end_s: Array) -> Array:
+        """(m, 6) mean over each interval [start, end]; the value itself where an interval is empty."""
+        span_s = end_s - start_s
+        empty = span_s <= 0
+        area = self._integral_to(end_s) - self._integral_to(start_s)
+        mean = area / np.where(empty, 1.0, span_s)[:, None]
+        return np.where(empty[:, None], self.at(start_s), mean)
+
+    def _segment(self, time_s: Array) -> tuple[NDArray[np.intp], Array]:
+        index = np.maximum(np.searchsorted(self.time_s, time_s, side="right") - 1, 0)
+        return index, time_s - self.time_s[index]
+
+    def _integral_to(self, time_s: Array) -> Array:
+        index, since_s = self._segment(time_s)
+        area: Array = self.integral[index] + _area(self.asked[index], self.state[index], since_s, self.lag_s)
+        return area
+
+
+def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) -> WrenchHistory:
+    """The wrench that the thrusters of a configuration made during a dive.
+
+    From PWM where the recording has an output for every thruster, else from TAU_CMD. A thrust table beside the
+    vehicle file is found only by way of its VehicleFile.
+    Raises FitError where the recording has neither, ConfigError for a thrust table that can't be read.
+    """
+    if isinstance(vehicle, VehicleFile):
+        vehicle, directory = vehicle.vehicle, vehicle.path.parent
+    else:
+        directory = CONFIGS / "thrusters"
+    from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name)
+    commanded = dive.tau_cmd if dive.tau_cmd is not None and len(dive.tau_cmd) else None
+    lag_s = vehicle.thrust_curve.lag_s
+    if from_pwm is not None:
+        if commanded is None:
+            return _history(from_pwm, lag_s, "pwm", None, notes)
+        differs = _rms_difference(from_pwm, commanded)
+        return _history(from_pwm, lag_s, "pwm", differs, notes + _said_of(differs, commanded))
+    if commanded is None:
+        raise FitError(
+            f"{dive.source}: neither thruster commands that fit the vehicle nor wrenches are recorded; "
+            "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters"
+        )
+    return _history(commanded, lag_s, "tau_cmd", None, (*notes, "The wrench is TAU_CMD as recorded."))
+
+
+def _asked_by_pwm(
+    dive: Dive, vehicle: Vehicle, directory: Path, name: str
+) -> tuple[Signal | None, tuple[str, ...]]:
+    configuration = vehicle.configurations[name]
+    thrusters = len(configuration.thrusters)
+    if dive.pwm is None or len(dive.pwm) == 0:
+        return None, ("No thruster commands are recorded.",)
+    if thrusters == 0:
+        return None, (f"The vehicle file names no thrusters for '{name}'.",)
+    outputs = dive.pwm.value.shape[1]
+    if outputs < thrusters:
+        return None, (f"{outputs} thruster outputs are recorded, the vehicle file names {thrusters}.",)
+    notes: tuple[str, ...] = ()
+    pwm_us = dive.pwm.value[:, :thrusters]
+    silent = ~(pwm_us > 0)
+    if silent.any():
+        notes = (
+            f"{silent.any(axis=1).sum()} commands leave a thruster without a pulse: taken to be at rest.",
+        )
+        pwm_us = np.where(silent, NEUTRAL_US, pwm_us)
+    thrust_n = thrust_curve(vehicle.thrust_curve, directory).thrust(pwm_us)
+    return Signal(dive.pwm.time_s, thrust_n @ allocation_matrix(configuration).T), notes
+
+
+def _history(
+    asked: Signal,
+    lag_s: float,
+    source: Literal["pwm", "tau_cmd"],
+    differs_rms: Array | None,
+    notes: tuple[str, ...],
+) -> WrenchHistory:
+    step_s = np.diff(asked.time_s)
+    decay = _decay(step_s, lag_s)
+    state = _lagged(asked.value, decay)
+    areas = _area(asked.value[:-1], state[:-1], step_s, lag_s)
+    integral = np.concatenate((np.zeros((1, 6)), np.cumsum(areas, axis=0)))
+    return WrenchHistory(asked.time_s, asked.value, state, integral, lag_s, source, differs_rms, notes)
+
+
+def _lagged(asked: Array, decay: Array) -> Array:
+    """w[0] = W[0], w[k + 1] = decay[k] w[k] + (1 - decay[k]) W[k], as a scan in log2(n) passes."""
+    factor = np.concatenate(([0.0], decay))
+    state = np.concatenate((asked[:1], (1 - decay)[:, None] * asked[:-1]))
+    reach = 1
+    while reach < len(state):
+        state[reach:] = state[reach:] + factor[reach:, None] * state[:-reach]
+        factor[reach:] = factor[reach:] * factor[:-reach]
+        reach *= 2
+    return state
+
+
+def _decay(since_s: Array, lag_s: float) -> Array:
+    """What is left of a difference after `since_s`; before the first command nothing has begun to change."""
+    since_s = np.maximum(since_s, 0.0)
+    return np.exp(-since_s / lag_s) if lag_s > 0 else np.zeros_like(since_s)
+
+
+def _area(asked: Array, state: Array, since_s: Array, lag_s: float) -> Array:
+    left = lag_s * (1 - _decay(since_s, lag_s))
+    return asked * since_s[:, None] + (state - asked) * left[:, None]
+
+
+def _rms_difference(from_pwm: Signal, commanded: Signal) -> Array:
+    held = from_pwm.held_at(commanded.time_s)
+    difference = (held - commanded.value)[np.isfinite(held[:, 0])]
+    rms: Array = np.sqrt(np.mean(difference**2, axis=0)) if len(difference) else np.full(6, np.nan)
+    return rms
+
+
+def _said_of(differs_rms: Array, commanded: Signal) -> tuple[str, ...]:
+    scale = np.sqrt(np.mean(commanded.value**2, axis=0))
+    notes = []
+    for dof in (0, 1, 5):
+        if scale[dof] > LEAST_WRENCH and differs_rms[dof] > NOTABLE_DIFFERENCE * scale[dof]:
+            unit = "N" if dof < 3 else "N m"
+            notes.append(
+                f"In {DOFS[dof]} the wrench from PWM differs from TAU_CMD by {differs_rms[dof]:.2g} {unit} rms "
+                f"of {scale[dof]:.2g} {unit}; the one from PWM is used."
+            )
+    return tuple(notes)
