@@ -1,8 +1,8 @@
 """The wrench of a dive as a function of time: thruster commands through curve, lag and geometry, or TAU_CMD.
 
-A command holds from its own time to the next one's. All thrusters share one first-order lag, so the lag acts on the
-wrench: between two commands it is W + (w - W) exp(-s / lag), with W what the command asks for, w the wrench at the
-command and s the time since. That is exact, and so is its integral.
+A command holds from its own time to the next one's. All thrusters share one first-order lag, so the lag
+acts on the wrench: between two commands it is W + (w - W) exp(-s / lag), with W what the command asks for,
+w the wrench at the command and s the time since. That is exact, and so is its integral.
 """
 
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ LEAST_WRENCH = 1e-3
 class WrenchHistory:
     """The thrusters' wrench about the body's origin, N and N m, at any time.
 
-    `time_s` (n,) command times; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the wrench at
-    each command; `integral` (n, 6) from the first command on. Before the first command it is held.
-    `differs_rms` (6,): wrench from PWM minus TAU_CMD, where a recording has both.
+    `time_s` (n,) command times; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
+    wrench at each command; `integral` (n, 6) from the first command on. Before the first command it is
+    held. `differs_rms` (6,): wrench from PWM minus TAU_CMD, where a recording has both.
     """
 
     time_s: Array
@@ -68,12 +68,12 @@ class WrenchHistory:
 def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) -> WrenchHistory:
     """The wrench that the thrusters of a configuration made during a dive.
 
-    From PWM where the recording has an output for every thruster, else from TAU_CMD. A thrust table beside the
-    vehicle file is found only by way of its VehicleFile.
-    Raises FitError where the recording has neither, ConfigError for a thrust table that can't be read.
+    From PWM where the recording has an output for every thruster, else from TAU_CMD. A thrust table beside
+    the vehicle file is found only by way of its VehicleFile. Raises FitError where the recording has
+    neither, ConfigError for a thrust table that can't be read.
     """
     if isinstance(vehicle, VehicleFile):
-        vehicle, directory = vehicle.vehicle, vehicle.path.parent
+        directory, vehicle = vehicle.path.parent, vehicle.vehicle
     else:
         directory = CONFIGS / "thrusters"
     from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name)
@@ -168,7 +168,7 @@ def _said_of(differs_rms: Array, commanded: Signal) -> tuple[str, ...]:
         if scale[dof] > LEAST_WRENCH and differs_rms[dof] > NOTABLE_DIFFERENCE * scale[dof]:
             unit = "N" if dof < 3 else "N m"
             notes.append(
-                f"In {DOFS[dof]} the wrench from PWM differs from TAU_CMD by {differs_rms[dof]:.2g} {unit} rms "
-                f"of {scale[dof]:.2g} {unit}; the one from PWM is used."
+                f"In {DOFS[dof]} the wrench from PWM differs from TAU_CMD by {differs_rms[dof]:.2g} {unit} "
+                f"rms of {scale[dof]:.2g} {unit}; the one from PWM is used."
             )
     return tuple(notes)

@@ -1,7 +1,7 @@
 """MAVLink frames of a recording as arrays, decoded by message id.
 
-Tens of thousands of records are read at once, so a frame is a row of `Frames`, and all messages of one id become one
-numpy structured array.
+Tens of thousands of records are read at once, so a frame is a row of `Frames`, and all messages of one id
+become one numpy structured array.
 """
 
 from collections import Counter

@@ -27,8 +27,8 @@ def _velocity(dive: Dive) -> list[str]:
         notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
     if dive.velocity_is_filtered:
         notes.append(
-            "Velocity comes from the autopilot's own filter, which smooths and delays it: masses are less certain than "
-            "the intervals say."
+            "Velocity comes from the autopilot's own filter, which smooths and delays it: masses are less certain "
+            "than the intervals say."
         )
     return notes
 

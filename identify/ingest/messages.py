@@ -1,9 +1,9 @@
 """The messages of one vehicle out of a recording of many senders, on that vehicle's boot clock.
 
-A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start; the one
-that says most sets the clock, the others are shifted by their times of arrival, and so are messages that carry no
-time. Time of arrival minus boot time is at its least where the link was quickest, so the least of every ten seconds
-is taken for the difference of the clocks.
+A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start;
+the one that says most sets the clock, the others are shifted by their times of arrival, and so are messages
+that carry no time. Time of arrival minus boot time is at its least where the link was quickest, so the
+least of every ten seconds is taken for the difference of the clocks.
 """
 
 from dataclasses import dataclass
@@ -27,14 +27,15 @@ WRAP_S = 2**32 * 1e-6
 
 # Sent by what is aboard alone, so that whoever sends them is a vehicle.
 TELEMETRY = (
-    "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS", "SERVO_OUTPUT_RAW",
-    "DEBUG_FLOAT_ARRAY", "LOCAL_POSITION_NED", "SCALED_IMU2", "RAW_IMU", "SCALED_PRESSURE2", "GLOBAL_POSITION_INT",
-    "DISTANCE_SENSOR",
+    "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS",
+    "SERVO_OUTPUT_RAW", "DEBUG_FLOAT_ARRAY", "LOCAL_POSITION_NED", "SCALED_IMU2", "RAW_IMU",
+    "SCALED_PRESSURE2", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR",
 )  # fmt: skip
 # What sets the clock: every message of these states boot time.
 TIMED = (
-    "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS", "LOCAL_POSITION_NED",
-    "SCALED_IMU2", "SCALED_PRESSURE2", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR", "NAMED_VALUE_FLOAT", "SYSTEM_TIME",
+    "HIGHRES_IMU", "ODOMETRY", "ATTITUDE", "ATTITUDE_QUATERNION", "ACTUATOR_OUTPUT_STATUS",
+    "LOCAL_POSITION_NED", "SCALED_IMU2", "SCALED_PRESSURE2", "GLOBAL_POSITION_INT", "DISTANCE_SENSOR",
+    "NAMED_VALUE_FLOAT", "SYSTEM_TIME",
 )  # fmt: skip
 
 
@@ -75,7 +76,8 @@ class Messages:
     def get(self, name: str, **equal: Any) -> Batch | None:
         """The messages called `name`; None where there are none.
 
-        `equal` asks for fields of a certain value (`id=0`). Of several components the one that sends most is taken.
+        `equal` asks for fields of a certain value (`id=0`). Of several components the one that sends most
+        is taken.
         """
         rows, decoded = self._own(name)
         keep = np.ones(len(rows), np.bool_)
@@ -95,7 +97,7 @@ class Messages:
         return batches
 
     def get_from_anyone(self, name: str) -> Batch | None:
-        """As `get`, from whichever system, timed by arrival: a driver may speak under a ground station's name."""
+        """As `get`, from any system, timed by arrival: a driver may speak under a ground station's name."""
         rows = self._rows(name)
         if len(rows) == 0:
             return None
@@ -116,7 +118,8 @@ class Messages:
 
     def _rows(self, name: str) -> Rows:
         rows = self.frames.rows(name)
-        return rows[(rows >= self.taken.start) & (rows < self.taken.stop)]
+        inside: Rows = rows[(rows >= self.taken.start) & (rows < self.taken.stop)]
+        return inside
 
     def _arrival_boot_s(self, rows: Rows) -> Array:
         return self.frames.arrival_s[rows] - self.clocks[self.primary].at(rows)
@@ -168,7 +171,8 @@ def _vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
     systems, counts = np.unique(frames.system[rows], return_counts=True)
     if len(systems) == 0:
         raise LogError(
-            f"{source}: holds {len(frames)} MAVLink frames but no vehicle's telemetry; record the vehicle's own link"
+            f"{source}: holds {len(frames)} MAVLink frames but no vehicle's telemetry; "
+            "record the vehicle's own link"
         )
     order = np.argsort(-counts)
     best, rest = int(order[0]), order[1:]

@@ -1,4 +1,4 @@
-"""Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, or `.csv` with its column map."""
+"""Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its columns."""
 
 import hashlib
 from collections.abc import Sequence
@@ -20,9 +20,9 @@ FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
     """The dive that a recording holds, with notes on what it lacks.
 
-    `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns. With `vehicle` the
-    notes also say whether the recording fits it.
-    Raises LogError, one sentence, where nothing can be read; ConfigError for a column map that is wrong.
+    `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns. With
+    `vehicle` the notes also say whether the recording fits it. Raises LogError, one sentence, where nothing
+    can be read; ConfigError for a column map that is wrong.
     """
     files = _files(path)
     dive = Dive(name=_name(path), source=path, sha256=_sha256(files), **_fields(files, columns, str(path)))
@@ -30,7 +30,7 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
 
 
 def _files(path: Path) -> list[Path]:
-    """The files of one recording: itself, or a dive folder's recordings in the order in which they were begun."""
+    """The files of one recording: itself, or a dive folder's recordings as they were begun."""
     if not path.exists():
         raise LogError(f"{path}: no such file or folder; check the name")
     if not path.is_dir():
@@ -79,7 +79,7 @@ def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:
     fewest = min(len(c.thrusters) for c in vehicle.vehicle.configurations.values())
     if outputs < fewest:
         return (
-            f"The recording has {outputs} thruster outputs, vehicle '{vehicle.vehicle.name}' has {fewest} thrusters: "
-            "check that this is its recording.",
+            f"The recording has {outputs} thruster outputs, vehicle '{vehicle.vehicle.name}' has {fewest} "
+            "thrusters: check that this is its recording.",
         )
     return ()

@@ -32,7 +32,8 @@ def attitude_at(attitude: Signal, time_s: Array) -> Array:
     flips = np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0)
     continuous = q * np.concatenate(([1.0], np.cumprod(flips)))[:, None]
     between = Signal(attitude.time_s, continuous).at(time_s)
-    return between / np.linalg.norm(between, axis=1, keepdims=True)
+    unit: Array = between / np.linalg.norm(between, axis=1, keepdims=True)
+    return unit
 
 
 def to_body(quaternion: Array, north_east_down: Array) -> Array:

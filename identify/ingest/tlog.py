@@ -1,13 +1,14 @@
-"""A dive from a `.tlog`: the telemetry contract (version 1), and where it is silent what ArduSub says instead."""
+"""A dive from a `.tlog`: the telemetry contract, version 1, and where it is silent what ArduSub says."""
 
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.dive import Array, Dive, Signal
+from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.messages import Batch, Messages, vehicle_messages
@@ -102,9 +103,8 @@ def _data(batch: Batch) -> Array:
     return batch.fields["data"].astype(np.float64)
 
 
-def _where(time_s: Array, value: Array, good: Array) -> Signal | None:
-    keep = good.astype(np.bool_)
-    return Signal(time_s[keep], value[keep]) if keep.any() else None
+def _where(time_s: Array, value: Array, good: NDArray[np.bool_]) -> Signal | None:
+    return Signal(time_s[good], value[good]) if good.any() else None
 
 
 def _updated(batch: Batch | None, bits: int, names: tuple[str, ...]) -> Signal | None:
@@ -156,7 +156,7 @@ def _attitude(messages: Messages) -> Signal | None:
 
 
 def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
-    """Gyro and specific force of the fastest among SCALED_IMU2, SCALED_IMU, RAW_IMU; else ATTITUDE's rates."""
+    """Gyro and specific force of the fastest of SCALED_IMU2, SCALED_IMU, RAW_IMU; else ATTITUDE's rates."""
     candidates = [messages.get("SCALED_IMU2"), messages.get("SCALED_IMU"), messages.get("RAW_IMU", id=0)]
     # A second IMU that the board lacks is reported as zeros.
     batches = [b for b in candidates if b is not None and b.columns("xacc", "yacc", "zacc").any()]
