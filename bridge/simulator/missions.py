@@ -1,0 +1,264 @@
+"""What the simulated vehicle is asked to dive: `survey` and `hovering` of the paper, `validation`, or YAML.
+
+A mission is a list of legs; each brings the wanted velocity from that of the leg before to its own by a
+double-S, and holds it. Heading and depth are the exact integrals.
+"""
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from itertools import accumulate, pairwise
+from pathlib import Path
+from typing import Literal
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.vehicle.config import Configuration
+from bridge.vehicle.references import DoubleS, Reference
+from bridge.vehicle.thrusters import allocation_matrix
+
+Phase = Literal["rest", "acceleration", "steady", "deceleration", "turning", "diving"]
+HeadingReference = Literal["smooth", "linear"]
+Velocity = tuple[float, float, float, float]
+
+TRANSIENT_S = 5.0
+DEPTH_M = 0.6
+AFLOAT_M = 0.2
+STILL: Velocity = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A stretch of `duration_s`: the velocity wanted at its end, reached after `transient_s`.
+
+    surge, sway and heave in m/s (body axes, heave down), yaw in rad/s. A `transient_s` of 0 jumps.
+    """
+
+    name: str
+    phase: Phase
+    duration_s: float
+    surge_m_s: float = 0.0
+    sway_m_s: float = 0.0
+    heave_m_s: float = 0.0
+    yaw_rad_s: float = 0.0
+    transient_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.duration_s > 0 or not 0 <= self.transient_s <= self.duration_s:
+            raise ValueError(f"leg '{self.name}': needs a duration above 0 and a transient no longer than it")
+
+    @property
+    def velocity(self) -> Velocity:
+        return self.surge_m_s, self.sway_m_s, self.heave_m_s, self.yaw_rad_s
+
+
+@dataclass(frozen=True)
+class Mission:
+    """Legs in their order, from rest at a heading and depth. A pure function of time."""
+
+    name: str
+    legs: tuple[Leg, ...]
+    start_depth_m: float = DEPTH_M
+    start_heading_rad: float = 0.0
+    _starts: tuple[float, ...] = field(init=False, repr=False)
+    _poses: tuple[tuple[float, float], ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.legs:
+            raise ValueError("legs: a mission needs at least one")
+        starts = (0.0, *accumulate(leg.duration_s for leg in self.legs))
+        poses = [(self.start_heading_rad, self.start_depth_m)]
+        for before, leg in pairwise((Leg("start", "rest", 1.0), *self.legs)):
+            motion = [
+                _axis(a, b, leg, leg.duration_s) for a, b in zip(before.velocity, leg.velocity, strict=True)
+            ]
+            heading, depth = poses[-1]
+            poses.append((heading + motion[3][2], depth + motion[2][2]))
+        object.__setattr__(self, "_starts", starts)
+        object.__setattr__(self, "_poses", tuple(poses))
+
+    @property
+    def duration_s(self) -> float:
+        return self._starts[-1]
+
+    def leg_at(self, time_s: float) -> Leg:
+        return self.legs[self._index(time_s)]
+
+    def reference(self, time_s: float) -> Reference:
+        """What is wanted at a time; before and after the mission, what is wanted at its ends."""
+        index = self._index(time_s)
+        leg, since = self.legs[index], min(max(time_s, 0.0), self.duration_s) - self._starts[index]
+        before = self.legs[index - 1].velocity if index else STILL
+        heading, depth = self._poses[index]
+        (u, du, _), (v, dv, _), (w, dw, sunk), (r, dr, turned) = (
+            _axis(a, b, leg, since) for a, b in zip(before, leg.velocity, strict=True)
+        )
+        return Reference((u, v, w, 0.0, 0.0, r), (du, dv, dw, 0.0, 0.0, dr), heading + turned, depth + sunk)
+
+    def spans(self) -> tuple[tuple[Leg, float, float], ...]:
+        """Every leg with its start and end in seconds."""
+        return tuple(zip(self.legs, self._starts, self._starts[1:], strict=False))
+
+    def _index(self, time_s: float) -> int:
+        return min(max(bisect_right(self._starts, time_s) - 1, 0), len(self.legs) - 1)
+
+
+def _axis(start: float, end: float, leg: Leg, since_s: float) -> tuple[float, float, float]:
+    """Value, derivative and integral since the leg's start."""
+    if leg.transient_s == 0 or start == end:
+        return end, 0.0, end * since_s
+    return DoubleS(start, end, leg.transient_s).at(since_s)
+
+
+def rest(name: str, duration_s: float) -> list[Leg]:
+    return [Leg(name, "rest", duration_s)]
+
+
+def run(name: str, surge_m_s: float, sway_m_s: float, distance_m: float) -> list[Leg]:
+    """From rest to rest along a straight line, at a constant heading, with double-S transients."""
+    steady_s = distance_m / math.hypot(surge_m_s, sway_m_s) - TRANSIENT_S
+    if steady_s <= 0:
+        raise ValueError(f"leg '{name}': {distance_m} m are too short for its speed; make it longer")
+    velocity = {"surge_m_s": surge_m_s, "sway_m_s": sway_m_s}
+    return [
+        Leg(name, "acceleration", TRANSIENT_S, transient_s=TRANSIENT_S, **velocity),
+        Leg(name, "steady", round(steady_s, 1), **velocity),
+        Leg(name, "deceleration", TRANSIENT_S, transient_s=TRANSIENT_S),
+    ]
+
+
+def turn(name: str, angle_rad: float, rate_rad_s: float, heading: HeadingReference) -> list[Leg]:
+    """On the spot. `smooth` reaches the rate by a double-S; `linear`, the paper's, jumps to it."""
+    rate = math.copysign(rate_rad_s, angle_rad)
+    if heading == "linear":
+        return [Leg(name, "turning", abs(angle_rad) / rate_rad_s, yaw_rad_s=rate)]
+    steady_s = abs(angle_rad) / rate_rad_s - TRANSIENT_S
+    if steady_s <= 0:
+        raise ValueError(f"turn '{name}': over before {rate_rad_s} rad/s is reached; lower the rate")
+    return [
+        Leg(name, "turning", TRANSIENT_S, yaw_rad_s=rate, transient_s=TRANSIENT_S),
+        Leg(name, "turning", steady_s, yaw_rad_s=rate),
+        Leg(name, "turning", TRANSIENT_S, transient_s=TRANSIENT_S),
+    ]
+
+
+def dive(name: str, down_m: float, heave_m_s: float = 0.05, transient_s: float = 2.0) -> list[Leg]:
+    """Down by so many metres (up where negative), from rest to rest."""
+    rate = math.copysign(heave_m_s, down_m)
+    steady_s = abs(down_m) / heave_m_s - transient_s
+    return [
+        Leg(name, "diving", transient_s, heave_m_s=rate, transient_s=transient_s),
+        Leg(name, "diving", steady_s, heave_m_s=rate),
+        Leg(name, "diving", transient_s, transient_s=transient_s),
+    ]
+
+
+def survey(heading: HeadingReference = "smooth") -> Mission:
+    """The paper's survey: four waypoints, four laps, a stop and a quarter turn at each waypoint (1055 s)."""
+    legs = rest("afloat", 8.0) + dive("descent", DEPTH_M - AFLOAT_M) + rest("settle", 6.0)
+    for speed in (0.5, 0.4, 0.3, 0.2):
+        for side, length_m in enumerate((14.0, 8.0, 14.0, 8.0)):
+            legs += run(f"lap {speed} m/s, side {side + 1}", speed, 0.0, length_m)
+            legs += turn(f"lap {speed} m/s, turn {side + 1}", math.pi / 2, math.radians(6), heading)
+            legs += rest(f"lap {speed} m/s, waypoint {side + 1}", 3.0)
+    legs += dive("ascent", AFLOAT_M - DEPTH_M) + rest("afloat again", 8.0)
+    return Mission("survey", tuple(legs), start_depth_m=AFLOAT_M)
+
+
+def hovering(heading: HeadingReference = "smooth") -> Mission:
+    """The paper's hovering: a lawnmower at constant heading, then turns on the spot both ways (804 s)."""
+    legs = rest("afloat", 8.0) + dive("descent", DEPTH_M - AFLOAT_M) + rest("settle", 6.0)
+    for speed in (0.4, 0.3, 0.2):
+        for row, ahead in enumerate((1.0, -1.0, 1.0, -1.0)):
+            legs += run(f"rows at {speed} m/s, row {row + 1}", ahead * speed, 0.0, 7.0)
+            legs += rest(f"rows at {speed} m/s, end {row + 1}", 2.5)
+            legs += run(f"rows at {speed} m/s, step {row + 1}", 0.0, math.copysign(speed, 1.5 - row), 4.5)
+            legs += rest(f"rows at {speed} m/s, start {row + 1}", 2.5)
+    for number, degrees in enumerate((90.0, -90.0, 180.0, -180.0)):
+        legs += turn(f"turn {number + 1}", math.radians(degrees), math.radians(10), heading)
+        legs += rest(f"after turn {number + 1}", 3.0)
+    legs += dive("ascent", AFLOAT_M - DEPTH_M) + rest("afloat again", 8.0)
+    return Mission("hovering", tuple(legs), start_depth_m=AFLOAT_M)
+
+
+def validation(heading: HeadingReference = "smooth", *, sways: bool) -> Mission:
+    """Out and back in surge, in sway where the vehicle can, and a quarter turn both ways."""
+    legs = rest("start", 4.0)
+    legs += run("surge out", 0.4, 0.0, 4.8) + rest("surge turn", 3.0) + run("surge back", -0.4, 0.0, 4.8)
+    if sways:
+        legs += rest("sway start", 3.0) + run("sway out", 0.0, 0.3, 3.0)
+        legs += rest("sway turn", 3.0) + run("sway back", 0.0, -0.3, 3.0)
+    for name, angle in (("turn right", math.pi / 2), ("turn left", -math.pi / 2)):
+        legs += rest(f"before {name}", 3.0) + turn(name, angle, math.radians(12), heading)
+    return Mission("validation", tuple(legs + rest("end", 4.0)))
+
+
+def can_sway(configuration: Configuration) -> bool:
+    """Whether sway can be had with three tenths of the thrust of surge at least."""
+    ahead, aside = abs(allocation_matrix(configuration)).sum(axis=1)[:2]
+    return bool(aside > 0.3 * ahead)
+
+
+def mission_named(name: str, configuration: Configuration, heading: HeadingReference = "smooth") -> Mission:
+    """One of the three missions, or the YAML file of that name. Raises ConfigError for neither."""
+    if name == "survey":
+        return survey(heading)
+    if name == "hovering":
+        if not can_sway(configuration):
+            raise ConfigError("mission 'hovering' moves sideways and this configuration can't; dive 'survey'")
+        return hovering(heading)
+    if name == "validation":
+        return validation(heading, sways=can_sway(configuration))
+    if not Path(name).exists():
+        raise ConfigError(f"no mission '{name}'; there are survey, hovering, validation, or give a YAML file")
+    return load_mission(Path(name))
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One entry of a mission file: a leg, or `alternate` legs, every second one mirrored (a square wave)."""
+
+    duration_s: float
+    name: str = ""
+    phase: Phase = "steady"
+    surge_m_s: float = 0.0
+    sway_m_s: float = 0.0
+    heave_m_s: float = 0.0
+    yaw_rad_s: float = 0.0
+    transient_s: float = 0.0
+    alternate: int = 1
+
+    def legs(self, number: int) -> list[Leg]:
+        name = self.name or f"leg {number + 1}"
+        signs = [1.0 if i % 2 == 0 else -1.0 for i in range(self.alternate)]
+        return [
+            Leg(
+                name,
+                self.phase,
+                self.duration_s,
+                sign * self.surge_m_s,
+                sign * self.sway_m_s,
+                sign * self.heave_m_s,
+                sign * self.yaw_rad_s,
+                self.transient_s,
+            )
+            for sign in signs
+        ]
+
+
+@dataclass(frozen=True)
+class _MissionFile:
+    name: str
+    legs: tuple[_Step, ...]
+    start_depth_m: float = DEPTH_M
+    start_heading_rad: float = 0.0
+
+
+def load_mission(path: Path) -> Mission:
+    """A mission of one's own. Raises ConfigError with the file and the key."""
+    data = schema.build(_MissionFile, schema.load_yaml(path), str(path))
+    try:
+        legs = [leg for number, step in enumerate(data.legs) for leg in step.legs(number)]
+        return Mission(data.name, tuple(legs), data.start_depth_m, data.start_heading_rad)
+    except ValueError as error:
+        raise ConfigError(f"{path}: {error}") from None

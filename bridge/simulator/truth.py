@@ -1,0 +1,74 @@
+"""What a simulated vehicle really is: coefficients and disturbance, from `<vehicle file>.truth.yaml`."""
+
+from dataclasses import dataclass, replace
+
+from bridge import schema
+from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.references import Six
+
+DISTURBANCE_N_PER_KG = 0.35 / 72.0
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The true coefficients by name (all twelve), and a stationary first-order coloured disturbance.
+
+    `disturbance_n` and `disturbance_nm` are its standard deviations in every force and every moment.
+    """
+
+    model: dict[str, float]
+    disturbance_n: float
+    disturbance_nm: float
+    disturbance_time_s: float = 1.5
+
+    def __post_init__(self) -> None:
+        missing = [name for name in BY_NAME if name not in self.model]
+        unknown = [name for name in self.model if name not in BY_NAME]
+        if missing or unknown:
+            raise ValueError(
+                f"model: needs exactly {', '.join(BY_NAME)}; wrong: {', '.join(missing + unknown)}"
+            )
+        for name, value in self.model.items():
+            if not BY_NAME[name].low <= value <= BY_NAME[name].high:
+                raise ValueError(f"model: {name} is {value}, outside its bounds")
+        if min(self.disturbance_n, self.disturbance_nm) < 0 or self.disturbance_time_s <= 0:
+            raise ValueError("disturbance: standard deviations can't be negative, its time must be positive")
+
+    @property
+    def mass(self) -> Six:
+        """Total mass and inertia, kg and kg m2."""
+        a, b, c, d, e, f = (self.model[coefficient.name] for coefficient in MASSES)
+        return a, b, c, d, e, f
+
+    @property
+    def damping(self) -> Six:
+        """Linear damping, N/(m/s) and N m/(rad/s)."""
+        a, b, c, d, e, f = (self.model[coefficient.name] for coefficient in DAMPINGS)
+        return a, b, c, d, e, f
+
+    def calm(self) -> "Truth":
+        """The same vehicle in still water."""
+        return replace(self, disturbance_n=0.0, disturbance_nm=0.0)
+
+
+def load_truth(file: VehicleFile, configuration: str) -> Truth:
+    """The truth beside the vehicle file; where there is none, the file's own complete `model`.
+
+    The disturbance of the latter is in proportion to dry mass. Raises ConfigError where neither is there.
+    """
+    shape = file.vehicle.configurations[file.vehicle.configuration_named(configuration)]
+    path = file.path.with_suffix(".truth.yaml")
+    if path.exists():
+        data = schema.load_yaml(path)
+        if not isinstance(data, dict) or configuration not in data:
+            raise ConfigError(f"{path}: has no '{configuration}'; add what that configuration truly is")
+        return schema.build(Truth, data[configuration], f"{path}: {configuration}")
+    force = DISTURBANCE_N_PER_KG * shape.dry_mass_kg
+    try:
+        return Truth(dict(shape.model), force, force / 6)
+    except ValueError as error:
+        raise ConfigError(
+            f"{file.path}: '{configuration}' can't be simulated: there is no {path.name}, and its own {error}"
+        ) from None
