@@ -1,8 +1,9 @@
 """The parameter transfer: a pure state machine, without I/O and without a clock of its own.
 
-A task is done only when a read-back, asked for after the last write and after a quiet period, answers the target
-as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period. What ends the attempts
-is a deadline, not a count, except where the vehicle itself shows, twice, that it keeps another value.
+A task is done only when a read-back, asked for after the last write and after a quiet period, answers the
+target as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period. What
+ends the attempts is a deadline, not a count, except where the vehicle itself shows, twice, that it keeps
+another value.
 """
 
 from collections import Counter

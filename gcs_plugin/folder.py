@@ -1,0 +1,127 @@
+"""Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, sorted by UTC."""
+
+import re
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import yaml
+
+from bridge import schema
+from bridge.errors import LogError
+from bridge.tlog import TlogWriter
+from bridge.vehicle.config import VehicleFile
+
+ABOUT: Final = "dive.yaml"
+_FOLDER = re.compile(r"\d{4}-\d{2}-\d{2}T\d{4}Z(-.+)?")
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened in a dive, at a time written as UTC."""
+
+    utc: str
+    text: str
+
+
+@dataclass(frozen=True)
+class About:
+    """What `dive.yaml` says: the vehicle's file and its hash, the configuration, notes and events."""
+
+    vehicle_file: str = ""
+    vehicle_sha256: str = ""
+    configuration: str = ""
+    notes: str = ""
+    events: tuple[Event, ...] = field(default=())
+
+
+@dataclass(frozen=True)
+class DiveFolder:
+    """One dive on the disk."""
+
+    path: Path
+
+    def about(self) -> About:
+        """What its `dive.yaml` says; all empty where it has none. Raises ConfigError for a damaged one."""
+        file = self.path / ABOUT
+        if not file.exists():
+            return About()
+        return schema.build(About, schema.load_yaml(file) or {}, str(file))
+
+    def describe(self, about: About) -> None:
+        """Write `dive.yaml`, whole or not at all."""
+        file = self.path / ABOUT
+        data = asdict(about)
+        data["events"] = [asdict(event) for event in about.events]
+        partial = file.with_suffix(".part")
+        try:
+            partial.write_text(yaml.safe_dump(data, sort_keys=False, allow_unicode=True), encoding="utf-8")
+            partial.replace(file)
+        except OSError as error:
+            raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
+
+    def add_event(self, unix_s: float, text: str) -> None:
+        about = self.about()
+        self.describe(replace(about, events=(*about.events, Event(utc_text(unix_s), text))))
+
+    def telemetry(self) -> list[Path]:
+        """Its recordings in the order in which they were begun."""
+        return sorted(self.path.glob("telemetry*.tlog"), key=_number)
+
+    def open_telemetry(self, number: int) -> TlogWriter:
+        """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError."""
+        name = "telemetry.tlog" if number == 1 else f"telemetry.{number}.tlog"
+        return TlogWriter(self.path / name)
+
+
+def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:
+    """A folder of its own for a dive that begins now; another of that minute and name gets a number."""
+    words = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+    stem = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%MZ}" + (f"-{words}" if words else "")
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        for number in range(1, 1000):
+            path = root / (stem if number == 1 else f"{stem}-{number}")
+            try:
+                path.mkdir()
+            except FileExistsError:
+                continue
+            return DiveFolder(path)
+    except OSError as error:
+        raise LogError(
+            f"{root}: no dive folder can be made there ({error.strerror}); choose another"
+        ) from None
+    raise LogError(f"{root / stem}: a thousand folders of that minute exist; clear some away")
+
+
+def list_folders(root: Path) -> list[DiveFolder]:
+    """The dives under `root`, oldest first."""
+    if not root.is_dir():
+        return []
+    return [DiveFolder(p) for p in sorted(root.iterdir()) if p.is_dir() and _FOLDER.fullmatch(p.name)]
+
+
+def load_folder(path: Path) -> DiveFolder:
+    """A dive's folder. Raises LogError where it is none, or holds no recording."""
+    folder = DiveFolder(path)
+    if not path.is_dir():
+        raise LogError(f"{path}: no such dive folder; check the name")
+    if not folder.telemetry():
+        raise LogError(f"{path}: holds no telemetry.tlog; give the folder of a dive")
+    return folder
+
+
+def about_vehicle(file: VehicleFile, configuration: str, notes: str = "") -> About:
+    """What `dive.yaml` says of a dive with this vehicle."""
+    return About(str(file.path), file.sha256, configuration, notes)
+
+
+def utc_text(unix_s: float) -> str:
+    """`2026-11-20T09:12:03Z`."""
+    return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+
+
+def _number(path: Path) -> int:
+    middle = path.name.removeprefix("telemetry").removesuffix("tlog").strip(".")
+    return int(middle) if middle.isdecimal() else 1

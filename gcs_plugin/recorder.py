@@ -1,0 +1,327 @@
+"""The recorder: links to `.tlog`, each frame written unbuffered as it comes, from the first on.
+
+A file that fails never ends the recording: the next one is opened, and what could not be written waits in
+memory. Stamps run on the boot clock from one pairing with Unix time, so that a clock that is set mid-dive
+can't turn them back.
+"""
+
+import contextlib
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import Clock
+from bridge.errors import LinkError, LogError
+from bridge.framing import Encoder, Frame, Framer
+from bridge.link.base import Link
+from gcs_plugin.link_health import LinkHealth
+
+IDLE_FLUSH_S: Final = 0.5
+SYNC_EVERY_S: Final = 1.0
+CHECK_DISK_EVERY_S: Final = 2.0
+WARN_DISK_S: Final = 600.0
+LEAST_FREE_BYTES: Final = 1_000_000
+MOST_WAITING_BYTES: Final = 16_000_000
+RETRY_MAX_S: Final = 8.0
+REOPEN_EVERY_S: Final = 1.0
+HEARTBEAT_EVERY_S: Final = 1.0
+
+GROUND_STATION: Final = (255, 190)
+
+
+class Writer(Protocol):
+    """What a recording is written to; every method but `close` raises LogError where it fails."""
+
+    def write(self, unix_us: int, raw: bytes) -> None: ...
+
+    def sync(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """Something that an operator must hear of: `level` is "info", "warning" or "error"."""
+
+    unix_us: int
+    level: str
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A frame that is in a file, or waits for one: from which link, at what time it arrived."""
+
+    unix_us: int
+    link: str
+    frame: Frame
+
+
+@dataclass
+class _Port:
+    """A link with what belongs to it; `link` is None while it is gone."""
+
+    name: str
+    link: Link | None
+    framer: Framer
+    health: LinkHealth
+    last_data_s: float
+    retry_s: float = 0.0
+
+
+class Recorder:
+    """Reads `links`, writes what they say. `open_file(n)` makes the n-th file of the recording, from 1.
+
+    `free_bytes` tells the space left where the files lie; `notice` hears of trouble; `reopen` opens a lost
+    link again by its name; `heartbeat` is (system, component) to beat as, None for a silent recorder.
+    """
+
+    def __init__(
+        self,
+        links: Sequence[Link],
+        open_file: Callable[[int], Writer],
+        clock: Clock,
+        free_bytes: Callable[[], int],
+        notice: Callable[[Notice], None],
+        reopen: Callable[[str], Link] | None = None,
+        heartbeat: tuple[int, int] | None = None,
+    ) -> None:
+        self._clock = clock
+        self._boot_at_start_s = clock.boot_s()
+        self._unix_at_start_s = clock.unix_s()
+        self._open_file, self._free_bytes, self._notice, self._reopen = open_file, free_bytes, notice, reopen
+        self._encoder = Encoder(*heartbeat) if heartbeat else None
+        now_s = self._boot_at_start_s
+        self._ports = [_Port(link.name, link, Framer(), LinkHealth(), now_s) for link in links]
+        self._waiting: deque[tuple[int, bytes]] = deque()
+        self._waiting_bytes = 0
+        self._sync_failure = ""
+        self._fresh = True
+        self._retry_s, self._retry_delay_s = now_s, SYNC_EVERY_S
+        self._next_disk_s = self._next_beat_s = now_s
+        self._disk_checked_at_s, self._bytes_at_disk_check = now_s, 0
+        self._disk_is_short = False
+        self.files = 0
+        self.recorded = 0
+        self.recorded_bytes = 0
+        self.lost = 0
+        self._writer: Writer | None = self._open_first()
+
+    @property
+    def health(self) -> dict[str, LinkHealth]:
+        """The health of each link by its name."""
+        return {port.name: port.health for port in self._ports}
+
+    def unix_us(self) -> int:
+        """Now, on the recording's own clock, which never runs back."""
+        return round((self._unix_at_start_s + self._clock.boot_s() - self._boot_at_start_s) * 1e6)
+
+    def step(self, timeout_s: float) -> list[Recorded]:
+        """Record what the links have, waiting up to `timeout_s` where they have nothing."""
+        taken = [item for port in self._ports for item in self._read(port, 0.0)]
+        alive = [port for port in self._ports if port.link is not None]
+        if not taken and timeout_s > 0:
+            for port in alive:
+                taken += self._read(port, timeout_s / len(alive))
+        self._beat()
+        self._drain()
+        self._check_disk()
+        return taken
+
+    def sync(self) -> None:
+        """Put what is written on the disk; to be called from another thread than `step`."""
+        writer = self._writer
+        if writer is None:
+            return
+        try:
+            writer.sync()
+        except LogError as error:
+            if writer is self._writer:
+                self._sync_failure = str(error)
+
+    def close(self) -> None:
+        """Write what waits and close file and links."""
+        for port in self._ports:
+            for frame in port.framer.flush():
+                self._keep(port, frame)
+        self._retry_s = self._clock.boot_s()
+        self._drain()
+        if self._waiting:
+            self._say("error", f"{len(self._waiting)} frames could not be written and are lost")
+            self.lost += len(self._waiting)
+        if self._writer is not None:
+            self.sync()
+            with contextlib.suppress(OSError):
+                self._writer.close()
+            self._writer = None
+        for port in self._ports:
+            if port.link is not None:
+                port.link.close()
+
+    def run(self, stop: threading.Event) -> None:
+        """Record until `stop` is set, then close; once a second the disk is synced in another thread."""
+        syncer = threading.Thread(target=self._sync_until, args=(stop,), name="recorder-sync", daemon=True)
+        syncer.start()
+        try:
+            while not stop.is_set():
+                idle = not any(port.link for port in self._ports)
+                self.step(0.1)
+                if idle:
+                    stop.wait(0.1)
+        finally:
+            stop.set()
+            syncer.join()
+            self.close()
+
+    def _sync_until(self, stop: threading.Event) -> None:
+        while not stop.wait(SYNC_EVERY_S):
+            self.sync()
+
+    def _read(self, port: _Port, timeout_s: float) -> list[Recorded]:
+        link = port.link or self._reopened(port)
+        if link is None:
+            return []
+        try:
+            data = link.read(timeout_s)
+        except LinkError as error:
+            self._lose(port, error)
+            return []
+        now_s = self._clock.boot_s()
+        if data:
+            port.last_data_s = now_s
+            frames = port.framer.feed(data)
+        elif now_s - port.last_data_s >= IDLE_FLUSH_S:
+            frames = port.framer.flush()
+        else:
+            return []
+        return [self._keep(port, frame) for frame in frames]
+
+    def _keep(self, port: _Port, frame: Frame) -> Recorded:
+        stamp_us = self.unix_us()
+        port.health.on_frame(frame, self._clock.boot_s())
+        self._waiting.append((stamp_us, frame.raw))
+        self._waiting_bytes += len(frame.raw)
+        self._drain()
+        return Recorded(stamp_us, port.name, frame)
+
+    def _drain(self) -> None:
+        if self._sync_failure:
+            self._fail(self._sync_failure)
+            self._sync_failure = ""
+        while self._waiting:
+            if self._writer is None and not self._may_open():
+                break
+            stamp_us, raw = self._waiting[0]
+            try:
+                if self._writer is None:
+                    self._open_next()
+                if self._writer is None:
+                    break
+                self._writer.write(stamp_us, raw)
+            except LogError as error:
+                self._fail(str(error))
+                continue
+            self._waiting.popleft()
+            self._waiting_bytes -= len(raw)
+            self._fresh, self._retry_delay_s = False, SYNC_EVERY_S
+            self.recorded += 1
+            self.recorded_bytes += len(raw)
+        while self._waiting_bytes > MOST_WAITING_BYTES:
+            self._waiting_bytes -= len(self._waiting.popleft()[1])
+            self.lost += 1
+
+    def _may_open(self) -> bool:
+        return self._clock.boot_s() >= self._retry_s and self._free_bytes() >= LEAST_FREE_BYTES
+
+    def _open_first(self) -> Writer:
+        self.files = 1
+        return self._open_file(1)
+
+    def _open_next(self) -> None:
+        self.files += 1
+        try:
+            self._writer = self._open_file(self.files)
+            self._fresh = True
+        except LogError as error:
+            self._say("error", str(error))
+            self._delay()
+            return
+        self._say("warning", f"the recording goes on in its file {self.files}")
+
+    def _fail(self, sentence: str) -> None:
+        self._say("error", sentence)
+        if self._writer is not None:
+            # The file is given up; what its close has to say changes nothing.
+            with contextlib.suppress(OSError):
+                self._writer.close()
+            self._writer = None
+        if self._fresh:
+            self._delay()
+        else:
+            self._retry_s = self._clock.boot_s()
+
+    def _delay(self) -> None:
+        self._retry_s = self._clock.boot_s() + self._retry_delay_s
+        self._retry_delay_s = min(2 * self._retry_delay_s, RETRY_MAX_S)
+
+    def _lose(self, port: _Port, error: LinkError) -> None:
+        self._say("error", str(error))
+        if port.link is not None:
+            port.link.close()
+        port.link, port.framer = None, Framer()
+        port.retry_s = self._clock.boot_s() + REOPEN_EVERY_S
+
+    def _reopened(self, port: _Port) -> Link | None:
+        if self._reopen is None or self._clock.boot_s() < port.retry_s:
+            return None
+        port.retry_s = self._clock.boot_s() + REOPEN_EVERY_S
+        try:
+            port.link = self._reopen(port.name)
+        except LinkError:
+            return None
+        self._say("info", f"{port.name} is back")
+        return port.link
+
+    def _beat(self) -> None:
+        if self._encoder is None or self._clock.boot_s() < self._next_beat_s:
+            return
+        self._next_beat_s = self._clock.boot_s() + HEARTBEAT_EVERY_S
+        beat = self._encoder.encode(ground_heartbeat())
+        for port in self._ports:
+            if port.link is not None:
+                try:
+                    port.link.write(beat)
+                except LinkError as error:
+                    self._lose(port, error)
+
+    def _check_disk(self) -> None:
+        now_s = self._clock.boot_s()
+        if now_s < self._next_disk_s:
+            return
+        self._next_disk_s = now_s + CHECK_DISK_EVERY_S
+        span_s = now_s - self._disk_checked_at_s
+        if span_s <= 0:
+            return
+        rate = (self.recorded_bytes - self._bytes_at_disk_check) / span_s
+        self._disk_checked_at_s, self._bytes_at_disk_check = now_s, self.recorded_bytes
+        free = self._free_bytes()
+        left_s = free / rate if rate > 0 else float("inf")
+        short = left_s < WARN_DISK_S or free < LEAST_FREE_BYTES
+        if short and not self._disk_is_short:
+            minutes = f"about {left_s / 60:.0f} min of recording" if rate > 0 else "next to nothing"
+            self._say("warning", f"the disk has {free / 1e6:.1f} MB left, {minutes}; free some space")
+        self._disk_is_short = short
+
+    def _say(self, level: str, sentence: str) -> None:
+        self._notice(Notice(self.unix_us(), level, sentence))
+
+
+def ground_heartbeat() -> dialect.MAVLink_heartbeat_message:
+    """The HEARTBEAT of a ground station."""
+    return dialect.MAVLink_heartbeat_message(
+        dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
+    )

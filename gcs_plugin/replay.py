@@ -1,0 +1,97 @@
+"""Replay: the frames of a recording on its own clock, faster or slower, from anywhere, with pauses."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+from bridge.link.base import Link
+from bridge.tlog import Record, read_tlog
+
+LONGEST_WAIT_S = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How to play: `speed` times real, from `start_s` into it, no gap longer than `longest_gap_s`."""
+
+    speed: float = 1.0
+    start_s: float = 0.0
+    longest_gap_s: float = float("inf")
+
+    def __post_init__(self) -> None:
+        if not self.speed > 0:
+            raise LogError(f"a replay needs a speed above zero, not {self.speed:g}")
+        if not self.longest_gap_s > 0:
+            raise LogError(f"a replay needs a longest gap above zero, not {self.longest_gap_s:g} s")
+
+
+def schedule(records: Iterable[Record], pace: Pace) -> Iterator[tuple[float, Record]]:
+    """When each record is due, in seconds of replay after the first one played.
+
+    A stamp that runs back is due at once.
+    """
+    first_us: int | None = None
+    before_us: int | None = None
+    recorded_s = 0.0
+    for record in records:
+        stamp_us = record[0]
+        first_us = stamp_us if first_us is None else first_us
+        if (stamp_us - first_us) / 1e6 < pace.start_s:
+            continue
+        if before_us is not None:
+            recorded_s += min(max(stamp_us - before_us, 0) / 1e6, pace.longest_gap_s)
+        before_us = stamp_us
+        yield recorded_s / pace.speed, record
+
+
+class Player:
+    """Yields each record when it is due, measured against one start instant, so that no delay adds up.
+
+    `wait(seconds)` sleeps; `pause` and `resume` may be called from anywhere.
+    """
+
+    def __init__(
+        self, records: Iterable[Record], clock: Clock, wait: Callable[[float], None], pace: Pace | None = None
+    ) -> None:
+        self._schedule = schedule(records, pace or Pace())
+        self._clock = clock
+        self._wait = wait
+        self._paused_at_s: float | None = None
+        self._paused_s = 0.0
+
+    def pause(self) -> None:
+        if self._paused_at_s is None:
+            self._paused_at_s = self._clock.boot_s()
+
+    def resume(self) -> None:
+        if self._paused_at_s is not None:
+            self._paused_s += self._clock.boot_s() - self._paused_at_s
+            self._paused_at_s = None
+
+    @property
+    def paused(self) -> bool:
+        return self._paused_at_s is not None
+
+    def __iter__(self) -> Iterator[Record]:
+        start_s = self._clock.boot_s()
+        for due_s, record in self._schedule:
+            while (late_s := self._played_s(start_s) - due_s) < 0 or self.paused:
+                self._wait(LONGEST_WAIT_S if self.paused else min(-late_s, LONGEST_WAIT_S))
+            yield record
+
+    def _played_s(self, start_s: float) -> float:
+        now_s = self._clock.boot_s() if self._paused_at_s is None else self._paused_at_s
+        return now_s - start_s - self._paused_s
+
+
+def replay(
+    path: Path, link: Link, clock: Clock, wait: Callable[[float], None], pace: Pace | None = None
+) -> int:
+    """Send a recording's frames over `link` as they came; the number sent."""
+    sent = 0
+    for _, frame in Player(read_tlog(path), clock, wait, pace):
+        link.write(frame.raw)
+        sent += 1
+    return sent
