@@ -1,0 +1,138 @@
+"""Parameter files: what is read, what is refused with its line, what survives the round trip."""
+
+import struct
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bridge.errors import ParamRejected
+from gcs_plugin.params import float32
+from gcs_plugin.params.files import param_text, parm_text, parse, qgc_text, read_parameters, write_parameters
+
+SINGLES = st.floats(width=32, allow_nan=False, allow_infinity=False)
+NAMES = st.from_regex(r"[A-Z_][A-Z0-9_]{0,15}", fullmatch=True)
+SETS = st.dictionaries(NAMES, SINGLES, min_size=1, max_size=20)
+
+
+@given(SETS)
+@settings(max_examples=60, deadline=None)
+@pytest.mark.parametrize("form", [param_text, parm_text, lambda values: qgc_text(values, 1, 191)])
+def test_every_float32_survives_each_form(form, values):
+    back = {entry.name: entry.value for entry in parse(form(values), "x")}
+    assert {name: float32.bits(value) for name, value in back.items()} == {
+        name: float32.bits(value) for name, value in values.items()
+    }
+
+
+@given(SINGLES)
+@settings(max_examples=200, deadline=None)
+def test_the_text_of_a_value_is_no_longer_than_nine_digits_need(value):
+    assert float32.same(float(float32.text(value)), value)
+    assert len(float32.text(value)) <= len(f"{value:.9g}") + 2
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.7, "0.7"),
+        (1234.567, "1234.567"),
+        (24.4, "24.4"),
+        (3.2e-7, "3.2e-07"),
+        (1.0, "1"),
+        (16777216.0, "16777216"),
+    ],
+)
+def test_values_are_written_as_a_person_would(value, text):
+    assert float32.text(value) == text
+
+
+def test_all_the_forms_that_others_write_are_read(tmp_path):
+    path = tmp_path / "mixed.param"
+    path.write_text(
+        "\ufeff# a comment\r\nFF0_M_U,24.4\r\nFF0_D_U 42.13  # surge\n\nFF0_I_R\t1.5e1\n"
+        "1\t1\tVISO_POS_Y\t-0.200000002980232239\t9\n"
+    )
+    assert read_parameters(path) == {
+        "FF0_M_U": float32.rounded(24.4),
+        "FF0_D_U": float32.rounded(42.13),
+        "FF0_I_R": 15.0,
+        "VISO_POS_Y": float32.rounded(-0.2),
+    }
+
+
+def test_a_dump_of_two_components_is_read_for_one_of_them(tmp_path):
+    path = tmp_path / "both.params"
+    path.write_text("1\t1\tFF_MODE\t1\t9\n1\t191\tFF_MODE\t3\t9\n")
+    assert read_parameters(path, component=191) == {"FF_MODE": 3.0}
+    with pytest.raises(ParamRejected, match="FF_MODE is given twice, on lines 1 and 2"):
+        read_parameters(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("FF0_D_U,nan", "FF0_D_U is nan, not a finite number"),
+        ("FF0_D_U -INF", "FF0_D_U is -INF, not a finite number"),
+        ("FF0_D_U,1e39", "does not fit a float32"),
+        ("FF0_D_U,1_000", "'1_000' for a number"),
+        ("FF0_D_U,0x10", "'0x10' for a number"),
+        ("FF0_D_U", "not a name and a value"),
+        ("0FF,1", "no parameter name"),
+        ("A_NAME_OF_17_CHRS,1", "longer than 16"),
+        ("\x1b[31mRED,1", "no parameter name"),
+    ],
+)
+def test_a_bad_second_line_is_refused_by_its_number(tmp_path, line, words):
+    path = tmp_path / "bad.param"
+    path.write_text(f"FF0_M_U,24.4\n{line}\n")
+    with pytest.raises(ParamRejected) as error:
+        read_parameters(path)
+    assert "line 2" in str(error.value)
+    assert words in str(error.value)
+    assert "\x1b" not in str(error.value)
+
+
+def test_what_is_no_parameter_file_is_said_in_a_sentence(tmp_path):
+    with pytest.raises(ParamRejected, match="no such file"):
+        read_parameters(tmp_path / "none.param")
+    (tmp_path / "empty.param").write_text("# nothing\n")
+    with pytest.raises(ParamRejected, match="holds no parameters"):
+        read_parameters(tmp_path / "empty.param")
+    (tmp_path / "binary.param").write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(ParamRejected, match="can't be read as text"):
+        read_parameters(tmp_path / "binary.param")
+    with pytest.raises(ParamRejected, match="can't be read"):
+        read_parameters(tmp_path)
+    (tmp_path / "vast.param").write_bytes(b"A 1\n" * 1_100_000)
+    with pytest.raises(ParamRejected, match="too long"):
+        read_parameters(tmp_path / "vast.param")
+
+
+@pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])
+def test_a_file_written_is_read_back_the_same(tmp_path, suffix):
+    values = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": float32.rounded(3.2e-7)}
+    path = tmp_path / "made" / f"set{suffix}"
+    write_parameters(path, values, ["two\nlines"])
+    assert read_parameters(path) == values
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_value_that_is_not_finite_leaves_the_old_file_as_it_was(tmp_path):
+    path = tmp_path / "set.param"
+    write_parameters(path, {"A": 1.0})
+    with pytest.raises(ParamRejected, match="not written"):
+        write_parameters(path, {"A": float("nan")})
+    assert read_parameters(path) == {"A": 1.0}
+
+
+def test_another_suffix_is_refused(tmp_path: Path):
+    with pytest.raises(ParamRejected, match=r"ends in \.param"):
+        write_parameters(tmp_path / "set.txt", {"A": 1.0})
+
+
+def test_rounding_is_that_of_the_wire():
+    assert float32.rounded(0.7) == struct.unpack("<f", struct.pack("<f", 0.7))[0]
+    assert not float32.same(0.7, 0.7 + 1e-6)
+    assert float32.same(1234.567, 1234.567 + 1e-6)

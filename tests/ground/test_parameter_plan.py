@@ -1,0 +1,111 @@
+"""The plan, the targets of an identification and the sidecar."""
+
+import pytest
+
+from bridge.errors import ParamRejected, ParamUnknown
+from gcs_plugin.params import float32
+from gcs_plugin.params.plan import Verdict, make_plan, printable
+from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
+from gcs_plugin.params.targets import parameters_from_identification
+
+PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
+
+
+def verdicts(targets):
+    return {row.name: row.verdict for row in make_plan(targets, PRESENT).rows}
+
+
+def test_every_line_gets_its_verdict():
+    assert verdicts(
+        {"FF0_M_U": 24.4, "FF0_D_U": 42.13, "FF3_M_U": 30.0, "FF_ACTIVE": 9.0, "FF_MODE": 4.0}
+    ) == {
+        "FF0_M_U": Verdict.SAME,
+        "FF0_D_U": Verdict.CHANGED,
+        "FF3_M_U": Verdict.UNKNOWN,
+        "FF_ACTIVE": Verdict.READ_ONLY,
+        "FF_MODE": Verdict.REFUSED,
+    }
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e39, 1e6, 0.0, -24.4])
+def test_a_mass_that_no_vehicle_has_is_refused(value):
+    assert verdicts({"FF0_M_U": value}) == {"FF0_M_U": Verdict.REFUSED}
+
+
+def test_a_negative_zero_is_sent_as_zero():
+    assert str(make_plan({"FF0_D_U": -0.0}, PRESENT).changes["FF0_D_U"]) == "0.0"
+
+
+def test_one_refused_or_unknown_line_stops_the_whole_plan():
+    with pytest.raises(ParamRejected, match="FF0_M_U: nan is not a finite number"):
+        make_plan({"FF0_D_U": 42.0, "FF0_M_U": float("nan")}, PRESENT).check()
+    with pytest.raises(ParamUnknown, match="no FF3_M_U"):
+        make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT).check()
+
+
+def test_lines_can_be_chosen_and_nothing_is_skipped_in_silence():
+    plan = make_plan({"FF0_D_U": 42.0, "FF3_M_U": 30.0}, PRESENT)
+    assert plan.summary() == "2 parameters: 1 changed, 1 not on the vehicle"
+    chosen = plan.chosen(["FF0_D_U"])
+    chosen.check()
+    assert chosen.changes == {"FF0_D_U": 42.0}
+    with pytest.raises(ParamUnknown, match="no line FF9"):
+        plan.chosen(["FF9"])
+
+
+def test_rows_print_with_comparable_values():
+    rows = printable(make_plan({"FF0_M_U": 24.4, "FF3_M_U": 30.0}, PRESENT))
+    assert rows == [
+        ("FF0_M_U", "24.4", "24.4", "same"),
+        ("FF3_M_U", "-", "30", "not on the vehicle: the vehicle has no such parameter"),
+    ]
+
+
+def estimate(name, value, identifiable=True):
+    return {
+        "name": name,
+        "unit": "kg",
+        "value": value,
+        "identifiable": identifiable,
+        "low95": 1.0,
+        "high95": 2.0,
+    }
+
+
+def test_only_identifiable_coefficients_become_parameters():
+    data = {
+        "parameters": [
+            estimate("M_u", 24.4),
+            estimate("X_udot", 3.0),
+            estimate("I_r", None, identifiable=False),
+            estimate("D_q", 5.0),
+        ]
+    }
+    assert parameters_from_identification(data, 1) == {"FF1_M_U": float32.rounded(24.4), "FF1_D_Q": 5.0}
+    assert parameters_from_identification(data, 1, ["M_u"]) == {"FF1_M_U": float32.rounded(24.4)}
+
+
+@pytest.mark.parametrize("value", [None, float("nan"), -1.0, 1e7, "24", True])
+def test_an_identification_unfit_to_send_is_refused_whole(value):
+    with pytest.raises(ParamRejected, match="M_u"):
+        parameters_from_identification({"parameters": [estimate("D_u", 40.0), estimate("M_u", value)]}, 0)
+
+
+@pytest.mark.parametrize(
+    "data", [{}, {"parameters": []}, {"parameters": ["x"]}, {"parameters": [estimate("X_udot", 3)]}]
+)
+def test_an_identification_without_coefficients_is_refused(data):
+    with pytest.raises(ParamRejected):
+        parameters_from_identification(data, 0)
+
+
+def test_a_sidecar_says_where_the_values_came_from(tmp_path):
+    path = tmp_path / "hovering.param"
+    intervals = intervals_of({"parameters": [estimate("M_u", 24.4)]}, {"M_u": "FF0_M_U"})
+    sidecar = Sidecar("dive", "vehicle", "hovering", "likelihood", "0.1.0", intervals)
+    assert read_sidecar(path) is None
+    assert write_sidecar(path, sidecar) == sidecar_path(path)
+    assert read_sidecar(path) == sidecar
+    sidecar_path(path).write_text('{"dive_sha256": 1}')
+    with pytest.raises(ParamRejected, match="not a sidecar"):
+        read_sidecar(path)
