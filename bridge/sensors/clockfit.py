@@ -1,0 +1,62 @@
+"""A device's own counter fitted to arrival times: takes the jitter of a serial line out of its samples."""
+
+import math
+
+_LONGEST_FADE = 20.0
+
+
+class ClockFit:
+    """Least squares of arrival over count, recursive and with fading memory: time and period of a counter.
+
+    `period_s` is nominal and true to `tolerance` (a fraction); arrivals scatter by about `jitter_s`; what
+    is older than `memory_s` fades. Arrivals are late by some mean, which the fit can't see: it belongs to
+    the latency that the vehicle file states. An arrival more than `gap_s` off the fit starts it anew with
+    the period learnt so far.
+    """
+
+    def __init__(
+        self,
+        period_s: float,
+        tolerance: float,
+        jitter_s: float = 1e-3,
+        memory_s: float = 30.0,
+        gap_s: float = 0.1,
+    ) -> None:
+        self.period_s = period_s
+        self.restarts = 0
+        self._period_variance = (tolerance * period_s) ** 2
+        self._jitter_variance = jitter_s**2
+        self._memory_s = memory_s
+        self._gap_s = gap_s
+        self._count: int | None = None
+        self._time_s = 0.0
+        self._p_tt = self._p_tp = self._p_pp = 0.0
+
+    def time_of(self, count: int, arrival_s: float) -> float:
+        """The fitted time (s) of the tick `count`, which arrived at `arrival_s`; counts never run back."""
+        if self._count is None:
+            return self._start(count, arrival_s)
+        ticks = count - self._count
+        predicted_s = self._time_s + ticks * self.period_s
+        surprise_s = arrival_s - predicted_s
+        if ticks < 0 or not abs(surprise_s) <= self._gap_s:
+            self.restarts += 1
+            return self._start(count, arrival_s)
+        fade = math.exp(min(ticks * self.period_s / self._memory_s, _LONGEST_FADE))
+        p_tt = (self._p_tt + 2 * ticks * self._p_tp + ticks * ticks * self._p_pp) * fade
+        p_tp = (self._p_tp + ticks * self._p_pp) * fade
+        p_pp = self._p_pp * fade
+        gain_t = p_tt / (p_tt + self._jitter_variance)
+        gain_p = p_tp / (p_tt + self._jitter_variance)
+        self._count = count
+        self._time_s = predicted_s + gain_t * surprise_s
+        self.period_s += gain_p * surprise_s
+        self._p_tt = p_tt - gain_t * p_tt
+        self._p_tp = p_tp - gain_t * p_tp
+        self._p_pp = p_pp - gain_p * p_tp
+        return self._time_s
+
+    def _start(self, count: int, arrival_s: float) -> float:
+        self._count, self._time_s = count, arrival_s
+        self._p_tt, self._p_tp, self._p_pp = self._jitter_variance, 0.0, self._period_variance
+        return arrival_s

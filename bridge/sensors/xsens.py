@@ -1,0 +1,226 @@
+"""Xsens MTi-300 and kin: Xbus frames with MTData2, big-endian.
+
+Source: the open drivers ethz-asl/ethzasl_xsens_driver and einride/xsens-go (MIT). A frame is FA, bus id,
+message id, length (255: two more length bytes), data, and a checksum that makes all after FA sum to zero.
+MTData2 is a run of (identifier u16, size u8, payload); the two low bits of an identifier tell the precision
+of its numbers.
+
+Axes: of the sensor, right-handed with z up when level, so that at rest the z of specific force is +9.81.
+Attitude is sensor to earth in ENU (x east, y north, z up).
+
+Time: arrival less the configured latency; with a `ClockFit` the device's own sample clock (0.1 ms) takes
+the jitter out of the arrivals.
+"""
+
+import struct
+from collections import Counter
+from collections.abc import Iterable
+
+from bridge.sensors.clockfit import ClockFit
+from bridge.sensors.mtdata2 import (
+    ACCELERATION,
+    PACKET_COUNTER,
+    QUATERNION,
+    RATE_OF_TURN,
+    SAMPLE_TIME_FINE,
+    STATUS_WORD,
+    Layout,
+    Values,
+    layout_of,
+)
+from bridge.sensors.samples import ImuSample, Quaternion, Sample, Vector3
+
+GO_TO_MEASUREMENT = 0x10
+GO_TO_CONFIG = 0x30
+MT_DATA2 = 0x36
+ERROR = 0x42
+SET_OUTPUT_CONFIGURATION = 0xC0
+
+ORIENTATION_VALID = 1 << 1
+CLIPPING = 0x3F << 8  # accelerometers x y z, gyros x y z
+SAMPLE_TIME_TICK_S = 1e-4
+
+_PREAMBLE = b"\xfa\xff"
+_MAX_DATA = 2048
+_LARGEST = 1e4  # m/s2, rad/s: beyond any sensor of this kind, and where float noise ends up
+_MOST_LOST = 1000  # more missing packets than this is a device that started anew
+_MOST_LAYOUTS = 32
+_ENU = frozenset((0,))
+_SUGGESTED = struct.Struct(">4B HBH HBI HB3f HB3f HB4f HBI")
+
+
+def encode_message(message: int, data: bytes = b"") -> bytes:
+    """A whole Xbus frame."""
+    length = bytes((len(data),)) if len(data) < 255 else b"\xff" + struct.pack(">H", len(data))
+    body = bytes((0xFF, message)) + length + data
+    return b"\xfa" + body + bytes((-sum(body) & 0xFF,))
+
+
+def encode_mtdata2(items: Iterable[tuple[int, bytes]]) -> bytes:
+    """An MTData2 frame of (identifier, payload) items."""
+    data = b"".join(struct.pack(">HB", identifier, len(payload)) + payload for identifier, payload in items)
+    return encode_message(MT_DATA2, data)
+
+
+def encode_output_configuration(rates_hz: Iterable[tuple[int, int]]) -> bytes:
+    """The command that sets what the device sends, by (identifier, rate in Hz; 0xFFFF: with every packet)."""
+    data = b"".join(struct.pack(">HH", identifier, rate_hz) for identifier, rate_hz in rates_hz)
+    return encode_message(SET_OUTPUT_CONFIGURATION, data)
+
+
+def encode_xsens(
+    packet: int,
+    sample_time_s: float,
+    specific_force: Vector3,
+    rate: Vector3,
+    attitude: Quaternion,
+    status: int = ORIENTATION_VALID,
+) -> bytes:
+    """A frame of the suggested output set: counter, time, acceleration, rate, quaternion, status word."""
+    ticks = round(sample_time_s / SAMPLE_TIME_TICK_S) & 0xFFFFFFFF
+    body = _SUGGESTED.pack(
+        0xFA, 0xFF, MT_DATA2, _SUGGESTED.size - 4,
+        PACKET_COUNTER, 2, packet & 0xFFFF,
+        SAMPLE_TIME_FINE, 4, ticks,
+        ACCELERATION, 12, *specific_force,
+        RATE_OF_TURN, 12, *rate,
+        QUATERNION, 16, *attitude,
+        STATUS_WORD, 4, status,
+    )  # fmt: skip
+    return body + bytes((0xFA - sum(body) & 0xFF,))
+
+
+class XsensParser:
+    """Acceleration, rate of turn and, where sent, attitude, field, temperature and clipping.
+
+    counts: good, checksum, overlong, malformed, skipped bytes, unknown (messages), reply, device error,
+    incomplete (no acceleration or rate of turn), out of range, attitude invalid (the device says so, or it
+    has no length 1), attitude frame (not ENU), lost (packet counter).
+    """
+
+    def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
+        self.counts: Counter[str] = Counter()
+        self._latency_s = latency_s
+        self._clock = clock
+        self._buffer = bytearray()
+        self._layouts: dict[int, Layout] = {}
+        self._packet: int | None = None
+        self._ticks = 0
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples of the frames that `data` completes."""
+        samples: list[Sample] = []
+        buffer = self._buffer
+        buffer += data
+        at, end = 0, len(buffer)
+        while True:
+            if not buffer.startswith(_PREAMBLE, at):
+                start = _find_start(buffer, at)
+                if start > at:
+                    self.counts["skipped bytes"] += start - at
+                    at = start
+            if end - at < 4:
+                break
+            head, length = 4, buffer[at + 3]
+            if length == 0xFF:
+                if end - at < 6:
+                    break
+                head, length = 6, buffer[at + 4] << 8 | buffer[at + 5]
+                if length > _MAX_DATA:
+                    self.counts["overlong"] += 1
+                    at = self._skip(at)
+                    continue
+            stop = at + head + length + 1
+            if stop > end:
+                break
+            frame = bytes(buffer[at + 1 : stop])
+            if sum(frame) & 0xFF:
+                self.counts["checksum"] += 1
+                at = self._skip(at)
+                continue
+            at = stop
+            if frame[1] == MT_DATA2:
+                sample = self._sample(frame[head - 1 : -1], time_s)
+                if sample is not None:
+                    samples.append(sample)
+            else:
+                self._other(frame[1])
+        del buffer[:at]
+        return samples
+
+    def _skip(self, at: int) -> int:
+        self.counts["skipped bytes"] += 1
+        return at + 1
+
+    def _other(self, message: int) -> None:
+        if message == ERROR:
+            self.counts["device error"] += 1
+        else:
+            # An acknowledgement has the id of what it answers plus one, and commands have even ids.
+            self.counts["reply" if message & 1 else "unknown"] += 1
+
+    def _sample(self, data: bytes, time_s: float) -> ImuSample | None:
+        counts = self.counts
+        layout = self._layouts.get(len(data))
+        if layout is not None:
+            values = layout.unpack(data)
+        if layout is None or layout.headers_of(values) != layout.headers:
+            layout = layout_of(data)
+            if layout is None:
+                counts["malformed"] += 1
+                return None
+            if len(self._layouts) >= _MOST_LAYOUTS:
+                self._layouts.clear()
+            self._layouts[len(data)] = layout
+            values = layout.unpack(data)
+        if layout.packet is not None:
+            self._count_lost(values[layout.packet])
+        if layout.acceleration is None or layout.rate is None:
+            counts["incomplete"] += 1
+            return None
+        fx, fy, fz = layout.acceleration(values)
+        p, q, r = layout.rate(values)
+        if not abs(fx) + abs(fy) + abs(fz) + abs(p) + abs(q) + abs(r) < _LARGEST:
+            counts["out of range"] += 1
+            return None
+        counts["good"] += 1
+        status = ORIENTATION_VALID if layout.status is None else values[layout.status]
+        if self._clock is not None and layout.ticks is not None:
+            self._ticks += (values[layout.ticks] - self._ticks) & 0xFFFFFFFF
+            time_s = self._clock.time_of(self._ticks, time_s)
+        return ImuSample(
+            time_s - self._latency_s,
+            (fx, fy, fz),
+            (p, q, r),
+            self._attitude(layout, values, status),
+            layout.temperature(values)[0] if layout.temperature else None,
+            layout.magnetic_field(values) if layout.magnetic_field else None,
+            status & CLIPPING != 0,
+        )
+
+    def _attitude(self, layout: Layout, values: Values, status: int) -> Quaternion | None:
+        if layout.quaternion is None:
+            return None
+        if layout.frames != _ENU:
+            self.counts["attitude frame"] += 1
+            return None
+        w, x, y, z = layout.quaternion(values)
+        if not status & ORIENTATION_VALID or not 0.98 < w * w + x * x + y * y + z * z < 1.02:
+            self.counts["attitude invalid"] += 1
+            return None
+        return w, x, y, z
+
+    def _count_lost(self, packet: int) -> None:
+        if self._packet is not None:
+            missing = (packet - self._packet - 1) & 0xFFFF
+            if 0 < missing < _MOST_LOST:
+                self.counts["lost"] += missing
+        self._packet = packet
+
+
+def _find_start(buffer: bytearray, at: int) -> int:
+    """Where a frame may start: the preamble, or a first half of it that ends the buffer."""
+    found = buffer.find(_PREAMBLE, at)
+    if found >= 0:
+        return found
+    return len(buffer) - buffer.endswith(_PREAMBLE[:1])

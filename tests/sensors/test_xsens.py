@@ -1,0 +1,269 @@
+"""Vectors: CW and GO are REAL frames, from the tests of two open drivers (the `cw.xsens` unit test;
+einride/xsens-go testdata/1, an MTi-G-710, MIT). The short commands are those of the ethz-asl driver."""
+
+import math
+import random
+import struct
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
+
+from bridge.sensors.clockfit import ClockFit
+from bridge.sensors.mtdata2 import (
+    ACCELERATION,
+    MAGNETIC_FIELD,
+    PACKET_COUNTER,
+    QUATERNION,
+    RATE_OF_TURN,
+    STATUS_WORD,
+    TEMPERATURE,
+    encode_numbers,
+    layout_of,
+)
+from bridge.sensors.samples import ImuSample
+from bridge.sensors.xsens import (
+    ERROR,
+    GO_TO_CONFIG,
+    GO_TO_MEASUREMENT,
+    ORIENTATION_VALID,
+    XsensParser,
+    encode_message,
+    encode_mtdata2,
+    encode_output_configuration,
+    encode_xsens,
+)
+
+CW = bytes.fromhex(
+    "FAFF365310200289901060040026C73340200C3D0A5D4ABD28441C411D09AF40100C38B08000B8D728003CC9022880200CBAE54C02BB9A3F83"
+    "BAD804038030103F800001B612C001B6C57000B60A4000E0200400000005F4"
+)
+GO = bytes.fromhex(
+    "faff3662102002a9861060040314ed5310100c07440be007e301140d2f1837e020040180000740200cbc8e5466c0e82f10bf9ad29e40100c"
+    "b935269fbd949930bc46234680200cbb425c343b1068df3ae1c7e58030103f800001b778c7f03738d82737107feef7"
+)
+FORCE, RATE, LEVEL = (0.5, -0.25, 9.75), (0.125, -0.5, 0.25), (1.0, 0.0, 0.0, 0.0)
+OURS = encode_xsens(7, 1.25, FORCE, RATE, LEVEL)
+BASE = [(ACCELERATION, struct.pack(">3f", *FORCE)), (RATE_OF_TURN, struct.pack(">3f", *RATE))]
+
+
+def one(frame: bytes) -> ImuSample:
+    (sample,) = XsensParser().feed(frame, 10.0)
+    return sample
+
+
+@pytest.mark.parametrize(
+    ("frame", "force", "rate"),
+    [
+        (CW, (0.03378, -0.04108, 9.81486), (-0.0017494, -0.0047073, -0.0016481)),
+        (GO, (-0.01737, -7.25574, -1.20955), (-0.0029657, 0.0022035, 0.0017226)),
+    ],
+)
+def test_real_frames_decode_to_the_values_their_drivers_state(frame, force, rate):
+    parser = XsensParser(latency_s=0.25)
+    (sample,) = parser.feed(frame, 10.0)
+    assert sample.specific_force == pytest.approx(force, abs=6e-6)
+    assert sample.rate == pytest.approx(rate, abs=6e-8)
+    assert sample.time_s == 9.75
+    assert (sample.attitude, sample.temperature_c, sample.clipped) == (None, None, False)
+    assert parser.counts == {"good": 1}
+
+
+def test_headers_and_integers_of_the_real_frames_lie_where_they_should():
+    for frame, packet, ticks, status in ((CW, 35216, 2541363, 0x5), (GO, 43398, 51703123, 0x01800007)):
+        data = frame[4:-1]
+        layout = layout_of(data)
+        values = layout.unpack(data)
+        assert (values[layout.packet], values[layout.ticks], values[layout.status]) == (packet, ticks, status)
+
+
+def test_commands_match_those_of_the_open_driver():
+    assert encode_message(GO_TO_CONFIG).hex() == "faff3000d1"
+    assert encode_message(GO_TO_MEASUREMENT).hex() == "faff1000f1"
+    assert encode_message(ERROR, b"\x04").hex() == "faff420104ba"
+    assert encode_output_configuration([(0x1020, 0xFFFF), (0x4020, 100)])[4:-1].hex() == "1020ffff40200064"
+
+
+def test_the_suggested_output_set_is_an_ordinary_frame():
+    items = [
+        (PACKET_COUNTER, struct.pack(">H", 7)),
+        (0x1060, struct.pack(">I", 12500)),
+        *BASE,
+        (QUATERNION, struct.pack(">4f", *LEVEL)),
+        (STATUS_WORD, struct.pack(">I", ORIENTATION_VALID)),
+    ]
+    assert encode_mtdata2(items) == OURS
+    assert one(OURS) == ImuSample(10.0, FORCE, RATE, LEVEL)
+
+
+@pytest.mark.parametrize("frame", [CW, GO, OURS])
+def test_a_frame_may_arrive_in_any_pieces(frame):
+    whole = [one(frame)]
+    for pieces in (*splits(frame), tuple(bytewise(frame))):
+        parser = XsensParser()
+        assert fed(parser, pieces) == whole
+        assert parser.counts == {"good": 1}
+
+
+@pytest.mark.parametrize(
+    "noise", [b"\xfa", b"\xfa\xff", b"\xfa\xff\x36", b"\xfa\xff\x36\xff\x01\x00", bytes(9), CW[:50]]
+)
+def test_noise_before_between_and_after_costs_no_frame(noise):
+    parser = XsensParser()
+    filler = encode_message(GO_TO_CONFIG) * 80
+    found = fed(parser, [noise + CW + noise + GO + noise + filler])
+    assert [s.rate for s in found] == [one(CW).rate, one(GO).rate]
+
+
+def test_frames_are_found_in_random_noise_however_it_is_cut():
+    rng = random.Random(5)
+    for _ in range(100):
+        stream = rng.randbytes(rng.randint(0, 60)) + CW + rng.randbytes(rng.randint(0, 60)) + GO * 40
+        found = fed(XsensParser(), random_chunks(stream, rng))
+        assert sum(s.rate == one(CW).rate for s in found) == 1
+        assert {s.rate for s in found} <= {one(CW).rate, one(GO).rate}
+
+
+@pytest.mark.parametrize("frame", [CW, GO, OURS])
+def test_no_single_flipped_bit_gives_a_sample(frame):
+    for bad in flips(frame):
+        assert XsensParser().feed(bad, 0.0) == []
+
+
+def test_a_frame_after_a_broken_one_is_kept():
+    for bad in list(flips(CW))[::5]:
+        found = XsensParser().feed(bad + CW * 30, 0.0)
+        assert found
+        assert {s.rate for s in found} == {one(CW).rate}
+
+
+@pytest.mark.parametrize("precision", [0, 1, 2, 3])
+def test_every_precision_is_read(precision):
+    items = [
+        (ACCELERATION | precision, encode_numbers(precision, FORCE)),
+        (RATE_OF_TURN | precision, encode_numbers(precision, RATE)),
+        (QUATERNION | precision, encode_numbers(precision, LEVEL)),
+        (TEMPERATURE | precision, encode_numbers(precision, (18.5,))),
+        (MAGNETIC_FIELD | precision, encode_numbers(precision, (0.5, -0.25, 0.75))),
+    ]
+    assert one(encode_mtdata2(items)) == ImuSample(10.0, FORCE, RATE, LEVEL, 18.5, (0.5, -0.25, 0.75))
+
+
+def test_a_fixed_point_number_sends_its_fraction_before_its_whole_part():
+    assert encode_numbers(2, (-1.75,)).hex() == "40000000fffe"
+    assert encode_numbers(1, (1.5,)).hex() == "00180000"
+
+
+def test_an_extended_length_frame_is_read_from_every_split():
+    frame = encode_mtdata2([(0x5040, bytes(200)), *BASE, (0x7010, bytes(100))])
+    assert frame[3] == 0xFF
+    for pieces in splits(frame):
+        assert fed(XsensParser(), pieces) == [ImuSample(10.0, FORCE, RATE)]
+
+
+@pytest.mark.parametrize(
+    ("bit", "clipped"), [(8, True), (10, True), (11, True), (13, True), (7, False), (14, False), (19, False)]
+)
+def test_clipping_of_accelerometers_and_gyros_is_told(bit, clipped):
+    frame = encode_xsens(0, 0.0, FORCE, RATE, LEVEL, status=ORIENTATION_VALID | 1 << bit)
+    assert one(frame).clipped is clipped
+
+
+@pytest.mark.parametrize(
+    ("attitude", "status"),
+    [(LEVEL, 0), ((0.0,) * 4, ORIENTATION_VALID), ((math.nan, 0, 0, 0), ORIENTATION_VALID)],
+)
+def test_an_attitude_that_does_not_hold_is_left_out_and_counted(attitude, status):
+    parser = XsensParser()
+    (sample,) = parser.feed(encode_xsens(0, 0.0, FORCE, RATE, attitude, status), 0.0)
+    assert (sample.rate, sample.attitude) == (RATE, None)
+    assert parser.counts == {"good": 1, "attitude invalid": 1}
+
+
+@pytest.mark.parametrize("frame_bits", [0x4, 0x8])
+def test_an_attitude_in_another_frame_than_enu_is_left_out_and_counted(frame_bits):
+    parser = XsensParser()
+    frame = encode_mtdata2([*BASE, (QUATERNION | frame_bits, struct.pack(">4f", *LEVEL))])
+    (sample,) = parser.feed(frame, 0.0)
+    assert sample.attitude is None
+    assert parser.counts["attitude frame"] == 1
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e9])
+def test_numbers_that_are_none_give_no_sample(bad):
+    parser = XsensParser()
+    assert parser.feed(encode_xsens(0, 0.0, (bad, 0.0, 9.8), RATE, LEVEL), 0.0) == []
+    assert parser.feed(encode_xsens(1, 0.0, FORCE, (0.0, bad, 0.0), LEVEL), 0.0) == []
+    assert parser.counts == {"out of range": 2}
+
+
+def test_what_is_no_measurement_is_counted_by_kind():
+    parser = XsensParser()
+    parser.feed(encode_message(GO_TO_CONFIG + 1) + encode_message(ERROR, b"\x04") + encode_message(0x3E), 0.0)
+    parser.feed(encode_mtdata2([(0x3010, bytes(4))]), 0.0)
+    parser.feed(encode_mtdata2([(ACCELERATION, bytes(11))]) + encode_mtdata2([]), 0.0)
+    parser.feed(encode_message(0x36, b"\x40\x20\x0c\x00"), 0.0)
+    assert parser.counts == {"reply": 1, "device error": 1, "unknown": 1, "incomplete": 1, "malformed": 3}
+
+
+def test_two_sequences_of_one_length_are_told_apart():
+    swapped = encode_mtdata2([BASE[1], BASE[0]])
+    parser = XsensParser()
+    found = fed(parser, [encode_mtdata2(BASE), swapped, encode_mtdata2(BASE)])
+    assert {(s.specific_force, s.rate) for s in found} == {(FORCE, RATE)}
+
+
+def test_missing_packets_are_counted_through_the_wrap_and_a_restart_is_not():
+    parser = XsensParser()
+    for packet in (65534, 65535, 0, 3, 60_000, 60_001):
+        parser.feed(encode_xsens(packet, 0.0, FORCE, RATE, LEVEL), 0.0)
+    assert parser.counts == {"good": 6, "lost": 2}
+
+
+def test_the_device_clock_takes_the_jitter_out_of_arrivals():
+    rng = random.Random(2)
+    parser = XsensParser(clock=ClockFit(1e-4, tolerance=1e-3))
+    start = 2**32 * 1e-4 - 10.0  # the tick counter wraps on the way
+    errors = []
+    for number in range(4000):
+        frame = encode_xsens(number, start + number * 0.01, FORCE, RATE, LEVEL)
+        (sample,) = parser.feed(frame, 5.0 + number * 0.01 + rng.uniform(0, 0.004))
+        errors.append(sample.time_s - (5.0 + number * 0.01 + 0.002))
+    assert max(map(abs, errors[1000:])) < 0.3e-3
+
+
+numbers = st.floats(-1000, 1000, width=32)
+vectors = st.tuples(numbers, numbers, numbers)
+
+
+@settings(max_examples=50, deadline=None)
+@given(vectors, vectors, st.integers(0, 65535), st.integers(0, 2**32 - 1))
+def test_what_is_encoded_is_what_is_parsed(force, rate, packet, status):
+    sample = one(encode_xsens(packet, 3.0, force, rate, LEVEL, status | ORIENTATION_VALID))
+    assert (sample.specific_force, sample.rate, sample.attitude) == (force, rate, LEVEL)
+    assert sample.clipped == bool(status & 0x3F00)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.binary(max_size=80).map(lambda data: encode_message(0x36, data)) | st.binary(), max_size=8)
+)
+def test_no_bytes_raise(chunks):
+    parser = XsensParser()
+    fed(parser, chunks)
+    assert all(count > 0 for count in parser.counts.values())
+
+
+def test_memory_stays_bounded_in_noise():
+    rng = random.Random(1)
+    assert largest_buffer(XsensParser, rng) <= 2300
+    assert largest_buffer(XsensParser, rng, alphabet=b"\xfa\xff\x36\x07\x08") <= 2300
+
+
+def test_the_cache_of_layouts_stays_bounded():
+    parser = XsensParser()
+    for size in range(200):
+        parser.feed(encode_mtdata2([*BASE, (0x5040, bytes(size))]), 0.0)
+    assert parser.counts["good"] == 200
+    assert len(parser._layouts) <= 32
