@@ -1,0 +1,221 @@
+"""Every signal of the telemetry contract goes onto the wire and comes back."""
+
+import math
+import struct
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.errors import FrameError
+from bridge.framing import Encoder, Framer
+from bridge.framing import decode as pymavlink_decode
+from bridge.messages import compose
+from bridge.messages.readings import TABLE, Reading, decode, encode
+from bridge.sensors.samples import NAN3, DvlSample, GnssSample, ImuSample, PressureSample
+from bridge.tlog import read_tlog
+from bridge.vehicle.autopilot import Actuation
+from bridge.vehicle.references import Reference
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+NAN = math.nan
+
+number = st.floats(-1e4, 1e4, width=32)
+temperature = st.integers(-200, 4000).map(lambda n: n / 100)
+small = st.integers(0, 30000).map(lambda n: n / 100)
+sigma = st.sampled_from((0.0, 0.25, 0.5, NAN))
+fix = st.sampled_from((2.0, 3.0, 4.0))
+course = st.integers(0, 35999).map(lambda c: math.radians(c / 100))
+seen = st.integers(0, 40).map(float)
+
+
+def numbers(n: int) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.tuples(*[number] * n)
+
+
+VALUES: dict[str, st.SearchStrategy[tuple[float, ...]]] = {
+    "imu": st.tuples(*[number] * 6, st.just(NAN) | number),
+    "fog": numbers(1),
+    "dvl": st.one_of(st.tuples(number, number, number, sigma), st.just((NAN, NAN, NAN, NAN))),
+    "altitude": small.map(lambda a: (a,)),
+    "pressure": st.tuples(number.map(lambda p: 100 * p), temperature),
+    "attitude": numbers(7),
+    "pwm": st.integers(1, 32).flatmap(numbers),
+    "rpm": numbers(58),
+    "tau_pid": numbers(6),
+    "tau_ff": numbers(6),
+    "tau_cmd": numbers(6),
+    "nu_fb": numbers(6),
+    "nu_ref": numbers(14),
+    "ff_mode": numbers(1),
+    "veh_cfg": numbers(1),
+    "battery": st.tuples(st.just(NAN) | small.map(lambda v: v / 10), st.just(NAN) | small),
+    "gnss": st.tuples(
+        fix, st.just(45.4408), st.just(12.3155), small, small.map(lambda s: s + 1), small, course, seen
+    ),
+    "alive": st.tuples(st.sampled_from((0.0, 1.0)), st.just(12.0), st.just(0.0)),
+    "clock": st.integers(1_700_000_000, 1_900_000_000).map(lambda t: (float(t),)),
+}
+
+
+def over_the_wire(reading: Reading) -> tuple[Reading | None, dict[str, Any]]:
+    """The reading as it comes back, and the fields that pymavlink sees."""
+    (frame,) = Framer().feed(Encoder(1, 1).frame(*encode(reading)))
+    message = pymavlink_decode(frame)
+    assert message is not None
+    return decode(frame), message.to_dict()
+
+
+def same(a: float, b: float) -> bool:
+    return (math.isnan(a) and math.isnan(b)) or math.isclose(a, b, rel_tol=2e-7, abs_tol=1e-9)
+
+
+def test_the_table_and_this_test_name_the_same_signals() -> None:
+    assert {row.name for row in TABLE} == set(VALUES)
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+@settings(max_examples=25, deadline=None)
+@given(data=st.data())
+def test_what_is_encoded_is_decoded_as_float32(row: Any, data: st.DataObject) -> None:
+    values = data.draw(VALUES[row.name])
+    time_s = data.draw(st.integers(0, 4_000_000)) / 1000
+    got, _ = over_the_wire(Reading(row.name, time_s, values))
+    assert got is not None
+    assert got.signal == row.name
+    assert got.time_s == time_s or (math.isnan(got.time_s) and row.name in ("battery", "alive"))
+    assert all(same(a, b) for a, b in zip(got.values, values, strict=True))
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+@settings(max_examples=10, deadline=None)
+@given(data=st.data())
+def test_our_bytes_are_the_bytes_that_pymavlink_packs(row: Any, data: st.DataObject) -> None:
+    reading = Reading(row.name, data.draw(st.integers(0, 10**6)) / 1000, data.draw(VALUES[row.name]))
+    raw = Encoder(1, 1).frame(*encode(reading))
+    (frame,) = Framer().feed(raw)
+    message = pymavlink_decode(frame)
+    # Its objects cut char fields to text when they decode, so the name goes back in as bytes.
+    fields = [getattr(message, name) for name in message.fieldnames]
+    fields = [f.encode() if isinstance(f, str) else f for f in fields]
+    assert raw == Encoder(1, 1).encode(row.message(*fields))
+
+
+def test_the_imu_is_highres_imu_0_with_force_rates_and_temperature() -> None:
+    _, m = over_the_wire(Reading("imu", 1.5, (0.5, 0.25, -9.75, 0.125, 0.0625, 1.0, 18.5)))
+    assert (m["mavpackettype"], m["id"], m["time_usec"], m["fields_updated"]) == (
+        "HIGHRES_IMU",
+        0,
+        1_500_000,
+        4159,
+    )
+    assert (m["xacc"], m["yacc"], m["zacc"]) == (0.5, 0.25, -9.75)
+    assert (m["xgyro"], m["ygyro"], m["zgyro"], m["temperature"]) == (0.125, 0.0625, 1.0, 18.5)
+
+
+def test_the_gyro_is_highres_imu_1_with_its_yaw_rate_alone() -> None:
+    _, m = over_the_wire(Reading("fog", 2.0, (0.5,)))
+    assert (m["id"], m["zgyro"], m["xgyro"], m["fields_updated"]) == (1, 0.5, 0.0, 32)
+
+
+def test_the_dvl_is_odometry_without_a_pose() -> None:
+    _, m = over_the_wire(Reading("dvl", 2.0, (0.5, 0.25, -0.125, 0.25)))
+    assert (m["frame_id"], m["child_frame_id"], m["time_usec"]) == (20, 12, 2_000_000)
+    assert all(math.isnan(m[axis]) for axis in ("x", "y", "z", "rollspeed", "yawspeed"))
+    assert (m["vx"], m["vy"], m["vz"]) == (0.5, 0.25, -0.125)
+    assert (m["velocity_covariance"][0], m["velocity_covariance"][6], m["velocity_covariance"][11]) == (
+        0.0625,
+    ) * 3
+    assert math.isnan(m["pose_covariance"][0])
+    assert 1 <= m["quality"] <= 100
+
+
+def test_no_bottom_lock_is_nan_and_quality_minus_1_even_if_one_axis_still_speaks() -> None:
+    reading, m = over_the_wire(Reading("dvl", 2.0, (0.5, NAN, 0.0, 0.1)))
+    assert m["quality"] == -1
+    assert all(math.isnan(m[axis]) for axis in ("vx", "vy", "vz"))
+    assert reading is not None
+    assert all(math.isnan(v) for v in reading.values[:3])
+
+
+def test_altitude_looks_down_in_centimetres_and_pressure_is_hectopascal() -> None:
+    _, m = over_the_wire(Reading("altitude", 2.0, (3.21,)))
+    assert (m["orientation"], m["current_distance"], m["time_boot_ms"]) == (25, 321, 2000)
+    _, m = over_the_wire(Reading("pressure", 2.0, (125_000.0, 18.5)))
+    assert (m["press_abs"], m["temperature"]) == (1250.0, 1850)
+
+
+def test_a_control_tick_is_told_whole() -> None:
+    six = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    reference = Reference(six, tuple(2 * v for v in six), 7.5, 0.5)
+    tick = Actuation(3.0, six, six, six, six, reference, (1500.0, 1600.0), 2, 1)
+    told = {r.signal: r for r in compose.actuation_readings(tick)}
+    assert set(told) == {"pwm", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref"}
+    got, m = over_the_wire(told["nu_ref"])
+    assert got is not None
+    assert got.values == (*six, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 7.5, 0.5)
+    assert (m["name"], m["array_id"], m["time_usec"]) == ("NU_REF", 256, 3_000_000)
+    _, m = over_the_wire(told["pwm"])
+    assert (m["active"], m["actuator"][:3]) == (3, [1500.0, 1600.0, 0.0])
+
+
+def test_samples_become_the_readings_that_tell_them() -> None:
+    imu = ImuSample(1.0, (0.0, 0.0, -9.81), (0.1, 0.2, 0.3), (1.0, 0.0, 0.0, 0.0))
+    assert compose.imu_reading(imu).values[:6] == (0.0, 0.0, -9.81, 0.1, 0.2, 0.3)
+    attitude = compose.attitude_reading(imu)
+    assert attitude is not None
+    assert attitude.values == (1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.3)
+    assert compose.attitude_reading(ImuSample(1.0, NAN3, NAN3)) is None
+    assert [r.signal for r in compose.dvl_readings(DvlSample(1.0, NAN3, NAN, NAN))] == ["dvl"]
+    assert [r.signal for r in compose.dvl_readings(DvlSample(1.0, NAN3, NAN, 2.0))] == ["dvl", "altitude"]
+    assert compose.pressure_reading(PressureSample(1.0, 1e5, 15.0)).values == (1e5, 15.0)
+    fix = compose.gnss_reading(GnssSample(1.0, 3, 45.0, 12.0, 1.0, 2.5, 0.5, 1.0, 9))
+    assert fix.values == (3.0, 45.0, 12.0, 1.0, 2.5, 0.5, 1.0, 9.0)
+
+
+@pytest.mark.parametrize("values", [(1e39,) * 6, (math.inf,) * 5])
+def test_a_value_that_fits_no_field_is_refused_in_words(values: tuple[float, ...]) -> None:
+    with pytest.raises(FrameError, match="does not fit"):
+        encode(Reading("attitude", 1.0, values))
+
+
+def test_messages_of_other_contracts_are_left_alone() -> None:
+    array = dialect.MAVLink_debug_float_array_message(1, b"TAU_CMD", 512, [0.0] * 58)
+    upward = dialect.MAVLink_distance_sensor_message(1, 5, 600, 100, 1, 0, 24, 255)
+    words = dialect.MAVLink_statustext_message(6, b"TAU_CMD")
+    encoder, framer = Encoder(1, 1), Framer()
+    for message in (array, upward, words):
+        (frame,) = framer.feed(encoder.encode(message))
+        assert decode(frame) is None
+
+
+def test_payloads_of_noise_under_a_right_checksum_raise_nothing() -> None:
+    encoder, framer = Encoder(1, 1), Framer()
+    for row in TABLE:
+        for fill in (b"\xff", b"\x7f", b"\x80", b"\x01"):
+            payload = bytearray(fill * row.message.unpacker.size)
+            (frame,) = framer.feed(encoder.frame(row.message.id, bytes(payload)))
+            decode(frame)
+    assert framer.counts["good"] == 4 * len(TABLE)
+
+
+def test_a_foreign_recording_of_the_contract_is_understood_signal_by_signal() -> None:
+    path = SHARED / "sealed" / "open_1" / "dive.tlog.gz"
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    first: dict[str, Reading] = {}
+    for _, frame in read_tlog(path):
+        reading = decode(frame)
+        assert reading is not None
+        first.setdefault(reading.signal, reading)
+        if len(first) == len(TABLE) - 1:
+            break
+    assert set(first) == set(VALUES) - {"gnss"}
+    assert first["battery"].values == (16.407, 2.5)
+    assert first["alive"].values == (1.0, 12.0, 0.0)
+    assert first["nu_ref"].values[12:] == struct.unpack("<2f", struct.pack("<2f", 2.78066086769104, 2.5))
+    assert len(first["pwm"].values) == 8
+    assert first["clock"] == Reading("clock", 5.0, (1_790_060_600.0,))
