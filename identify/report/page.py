@@ -1,0 +1,125 @@
+"""What a report is, and the one page that shows it: no network, no script, nothing beside the file."""
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.errors import LogError
+from identify.report.text import safe
+from identify.report.theme import STYLE
+
+WIDE_TABLE_COLUMNS = 5
+SHORT_CELL = 16
+
+_NUMBER = re.compile(r"[−±]?\d|—|$")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells as they shall read; the first of a row names it."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """`svg` is markup of our own making, one `<svg>` or several with their legend: it is not escaped."""
+
+    caption: str
+    svg: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, paragraphs (a blank line between two), then tables, then figures."""
+
+    heading: str
+    text: str = ""
+    tables: tuple[Table, ...] = ()
+    figures: tuple[Figure, ...] = ()
+
+
+@dataclass(frozen=True)
+class Report:
+    """`verdict` is the one sentence that a reader in a hurry needs."""
+
+    title: str
+    subtitle: str
+    verdict: str
+    sections: tuple[Section, ...] = ()
+
+
+def write_report(path: Path, report: Report) -> Path:
+    """Write the page to `path`, which holds either the old page or the whole new one. Raises LogError."""
+    part = path.with_name(path.name + ".part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(render_report(report), encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise LogError(f"{path}: the report can't be written ({reason}); choose another place") from None
+    return path
+
+
+def render_report(report: Report) -> str:
+    """The page as HTML."""
+    numbered = list(enumerate(report.sections, start=1))
+    links = "".join(f'<li><a href="#part-{i}">{safe(s.heading)}</a></li>' for i, s in numbered)
+    parts = "\n".join(_section(section, f"part-{i}") for i, section in numbered)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
+<title>{safe(report.title)}</title>
+<style>{STYLE}</style>
+</head>
+<body>
+<header>
+<h1>{safe(report.title)}</h1>
+<p class="subtitle">{safe(report.subtitle)}</p>
+<p class="verdict">{safe(report.verdict)}</p>
+<nav aria-label="Parts"><ul>{links}</ul></nav>
+</header>
+<main>
+{parts}
+</main>
+</body>
+</html>
+"""
+
+
+def _section(section: Section, anchor: str) -> str:
+    paragraphs = "".join(f"<p>{safe(p.strip())}</p>\n" for p in section.text.split("\n\n") if p.strip())
+    tables = "".join(map(_table, section.tables))
+    figures = "".join(
+        f"<figure>{figure.svg}<figcaption>{safe(figure.caption)}</figcaption></figure>\n"
+        for figure in section.figures
+    )
+    body = paragraphs + tables + figures or "<p>Nothing to show.</p>\n"
+    return f'<section id="{anchor}">\n<h2>{safe(section.heading)}</h2>\n{body}</section>'
+
+
+def _table(table: Table) -> str:
+    width = len(table.columns)
+    short = [all(len(row[i]) <= SHORT_CELL for row in table.rows) for i in range(width)]
+    numeric = [i > 0 and all(_NUMBER.match(row[i]) for row in table.rows) for i in range(width)]
+    classes = [
+        ' class="number"' if n else ' class="short"' if s else "" for n, s in zip(numeric, short, strict=True)
+    ]
+    labels = [safe(column) for column in table.columns]
+    head = "".join(f'<th scope="col"{c}>{label}</th>' for c, label in zip(classes, labels, strict=True))
+    rows = "".join(
+        f'<tr><th scope="row">{safe(row[0])}</th>'
+        + "".join(f'<td{classes[i]} data-label="{labels[i]}">{safe(row[i])}</td>' for i in range(1, width))
+        + "</tr>\n"
+        for row in table.rows
+    )
+    kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS else ""
+    caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
+    return f"<table{kind}>{caption}<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table>\n"

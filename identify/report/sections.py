@@ -1,0 +1,112 @@
+"""The parts of a report, each built from what one step of the chain hands over."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import Water
+from identify.dive import Array, Dive, Signal
+from identify.identification import Identification
+from identify.report import figures, plot, tables, track, whiteness
+from identify.report.page import Figure, Section
+from identify.report.text import count, fixed, seconds, significant
+
+FF_MODE_WORDS = ("off", "shadow", "feed-forward only", "feed-forward and PID")
+
+
+def identification_section(
+    identification: Identification, truth: Mapping[str, float] | None = None
+) -> Section:
+    """One estimator's answer: a table of parameters, their intervals drawn, what else was fitted, notes."""
+    i = identification
+    words = [
+        f"Method {i.method}: {i.outcome.value}. Vehicle {i.vehicle}, configuration {i.configuration}; "
+        f"dive {i.dive}, {seconds(i.duration_s)}, {count(i.samples)} samples; done in {seconds(i.wall_s)}."
+    ]
+    known = [e for e in i.parameters if truth is not None and e.identifiable and e.name in truth]
+    if truth is not None and known:
+        inside = sum(e.low95 <= truth[e.name] <= e.high95 for e in known)
+        words.append(f"{inside} of {len(known)} known truths lie inside their 95 % intervals.")
+    if i.nuisance:
+        fitted = ", ".join(f"{name} {significant(value)}" for name, value in i.nuisance.items())
+        words.append(f"Fitted beside them: {fitted}.")
+    words += i.notes
+    drawn = figures.intervals(i.parameters, truth)
+    return Section(
+        f"Identified parameters: {i.method}",
+        "\n\n".join(words),
+        (tables.parameters(i.parameters, truth),) if i.parameters else (),
+        (drawn,) if drawn else (),
+    )
+
+
+def dive_section(dive: Dive, water: Water | None = None) -> Section:
+    """What was recorded: path, speeds, depth, thruster commands, rates and gaps, notes."""
+    start_s = dive.span_s[0]
+    x = figures.time_axis(dive)
+    drawn = [path] if (path := track.track(dive)) else []
+    panels = []
+    if dive.velocity is not None and len(dive.velocity):
+        names = ("surge u, m/s", "sway v, m/s", "heave w, m/s")
+        panels += [
+            figures.time_panel(name, x, [figures.signal_line(dive.velocity, i, start_s)], 110)
+            for i, name in enumerate(names)
+        ]
+    turning = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
+    if turning is not None and len(turning):
+        lines = [figures.signal_line(turning, turning.value.shape[1] - 1, start_s, scale=180 / np.pi)]
+        panels.append(figures.time_panel("yaw rate r, °/s", x, lines, 110))
+    if panels:
+        source = "an autopilot's filter" if dive.velocity_is_filtered else "the DVL, at its transducer"
+        drawn.append(Figure(f"Speeds in body axes; velocity from {source}.", plot.stack(panels)))
+    if found := figures.depth(dive, water or Water()):
+        signal, told = found
+        drawn.append(Figure(told, plot.stack([figures.depth_panel(signal, x, start_s)])))
+    if dive.pwm is not None and len(dive.pwm):
+        drawn.append(figures.thrusters(dive.pwm, x, start_s))
+    words = [
+        f"{dive.name}, from {dive.source.name} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
+        f"Plots start at boot time {fixed(start_s, 1)} s.",
+        *dive.notes,
+    ]
+    if modes := _modes(dive):
+        words.insert(1, f"Feed-forward: {modes}.")
+    if dive.counts:
+        words.append(
+            "Counted in the recording: " + ", ".join(f"{k} {count(n)}" for k, n in dive.counts.items()) + "."
+        )
+    table = (tables.signals(dive),) if dive.signals() else ()
+    return Section("The dive", "\n\n".join(words), table, tuple(drawn))
+
+
+def _modes(dive: Dive) -> str:
+    if dive.ff_mode is None or not len(dive.ff_mode):
+        return ""
+    seen = sorted({int(v) for v in dive.ff_mode.value[:, 0] if np.isfinite(v)})
+    return ", ".join(FF_MODE_WORDS[m] if 0 <= m < len(FF_MODE_WORDS) else f"unknown mode {m}" for m in seen)
+
+
+def training_section(curves: Mapping[str, Array], units: Mapping[str, str] | None = None) -> Section:
+    """Training curves by parameter, (epochs,) each; `units` of names that are no coefficients."""
+    drawn = {name: values for name, values in curves.items() if len(values)}
+    known = {
+        name: (units or {}).get(name) or (BY_NAME[name].unit if name in BY_NAME else "1") for name in drawn
+    }
+    return Section("Training", figures=(figures.training(drawn, known),) if drawn else ())
+
+
+def innovations_section(normalised: Mapping[str, Signal]) -> Section:
+    """Innovations over their expected standard deviation by degree of freedom, (n, 1) each; NaN: not used."""
+    parts, sentences = [], []
+    for name, signal in normalised.items():
+        value = signal.value[np.isfinite(signal.value[:, 0]), 0]
+        if not len(value):
+            continue
+        beyond = 100 * float((np.abs(value) > 1.96).mean())
+        sentences.append(
+            f"{name}: root mean square {significant(float(np.sqrt((value**2).mean())))} (1 is expected), "
+            f"{significant(beyond, 2)} % beyond the 95 % limits (5 % is expected)."
+        )
+        parts.append(whiteness.innovations(name, signal))
+    return Section("Innovations", "\n\n".join(sentences), figures=tuple(parts))

@@ -1,0 +1,96 @@
+"""The tables of a report, each from a type of the chain to one `Table`."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS
+from identify.dive import Dive, Signal
+from identify.identification import Estimate
+from identify.report.page import Table
+from identify.report.text import (
+    MISSING,
+    count,
+    decimals_for,
+    fixed,
+    seconds,
+    significant,
+    unit,
+    with_interval,
+)
+
+SIGNAL_WORDS = {
+    "velocity": "velocity over the bottom",
+    "gyro": "rate of turn (IMU)",
+    "fog": "rate of turn (fibre-optic gyro)",
+    "specific_force": "specific force (IMU)",
+    "pwm": "thruster commands",
+    "rpm": "thruster speeds",
+    "voltage": "battery voltage",
+    "tau_pid": "wrench of the PID (TAU_PID)",
+    "tau_ff": "wrench of the feed-forward (TAU_FF)",
+    "tau_cmd": "wrench applied (TAU_CMD)",
+    "nu_fb": "velocity fed back (NU_FB)",
+    "nu_ref": "reference (NU_REF)",
+    "ff_mode": "feed-forward mode (FF_MODE)",
+    "veh_cfg": "configuration (VEH_CFG)",
+    "gnss": "surface fixes (GNSS)",
+}
+
+
+def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Table:
+    """Value, interval and unit of each parameter, the truth where known, and why one can't be identified."""
+    against = () if truth is None else ("Truth", "Truth is")
+    rows = []
+    for e in estimates:
+        value, interval = with_interval(e.value, e.low95, e.high95) if e.identifiable else (MISSING, MISSING)
+        told = () if truth is None else _against(e, truth.get(e.name))
+        words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
+        rows.append((e.symbol, value, interval, unit(e.unit), *told, ". ".join(filter(None, words))))
+    columns = ("Parameter", "Value", "95 % interval", "Unit", *against, "Meaning")
+    return Table(columns, tuple(rows), "Identified parameters, with as many digits as their intervals allow.")
+
+
+def meaning(name: str) -> str:
+    """What a coefficient is, in words; empty for a name that is on no list."""
+    if name in BY_NAME:
+        return BY_NAME[name].sentence
+    if name in ADDED_MASS_NAMES:
+        dof = ADDED_MASS_NAMES.index(name)
+        return f"added {'mass' if dof < 3 else 'inertia'} in {DOFS[dof]}: total less rigid body"
+    return ""
+
+
+def _against(e: Estimate, truth: float | None) -> tuple[str, str]:
+    if truth is None:
+        return MISSING, MISSING
+    half = (e.high95 - e.low95) / 2
+    if not e.identifiable or not np.isfinite(half):
+        return significant(truth, 4), MISSING
+    told = fixed(truth, decimals_for(half)) if half > 0 else significant(truth, 4)
+    return told, "inside" if e.low95 <= truth <= e.high95 else "OUTSIDE"
+
+
+def signals(dive: Dive) -> Table:
+    """Each signal that the recording has: its samples, its rate, its longest silence, how much is unknown."""
+    rows = tuple(
+        (
+            SIGNAL_WORDS.get(name, name),
+            count(len(signal)),
+            f"{significant(signal.rate_hz)} Hz" if len(signal) > 1 else MISSING,
+            seconds(float(np.diff(signal.time_s).max())) if len(signal) > 1 else MISSING,
+            _unknown_share(signal),
+        )
+        for name, signal in dive.signals().items()
+    )
+    columns = ("Signal", "Samples", "Median rate", "Longest gap", "Unknown")
+    return Table(
+        columns, rows, "Signals as recorded. Unknown: samples in which the vehicle said that it did not know."
+    )
+
+
+def _unknown_share(signal: Signal) -> str:
+    if not len(signal):
+        return MISSING
+    unknown = int((~np.isfinite(signal.value)).any(axis=1).sum())
+    return f"{significant(100 * unknown / len(signal), 2)} %"

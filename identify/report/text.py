@@ -1,0 +1,67 @@
+"""Words and numbers as a reader sees them: text made harmless, digits no finer than the interval."""
+
+import html
+import math
+import re
+import unicodedata
+
+MISSING = "—"
+MINUS = "−"
+
+
+def safe(text: str) -> str:
+    """`text` for HTML, quotes escaped; control, direction and surrogate characters become a visible mark."""
+    kept = "".join(
+        c if c in "\n\t" or unicodedata.category(c)[0] != "C" else "\N{REPLACEMENT CHARACTER}" for c in text
+    )
+    return html.escape(kept, quote=True)
+
+
+def decimals_for(spread: float) -> int:
+    """Decimals that leave two significant digits of `spread`; negative for tens and hundreds."""
+    return 1 - math.floor(math.log10(spread))
+
+
+def fixed(value: float, decimals: int) -> str:
+    """`value` rounded to `decimals`, which may be negative; a dash where there is no number."""
+    if not math.isfinite(value):
+        return MISSING
+    rounded = round(value, decimals)
+    return f"{rounded + 0.0:.{max(decimals, 0)}f}".replace("-", MINUS)
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """`value` with so many significant digits, written out, never as a power of ten."""
+    if not math.isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    rounded = float(f"{value:.{digits - 1}e}")
+    return fixed(rounded, digits - 1 - math.floor(math.log10(abs(rounded))))
+
+
+def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
+    """A value and its interval, both with the decimals that the interval's half width deserves."""
+    half = (high - low) / 2
+    if not math.isfinite(half) or half <= 0:
+        return significant(value, 4), MISSING
+    decimals = decimals_for(half)
+    return fixed(value, decimals), f"{fixed(low, decimals)} to {fixed(high, decimals)}"
+
+
+def count(number: int) -> str:
+    """A whole number in groups of three."""
+    return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
+
+
+def unit(text: str) -> str:
+    """A unit with its powers raised: `kg m2` reads `kg m²`."""
+    return re.sub(r"(?<=m)[23]", lambda power: {"2": "²", "3": "³"}[power[0]], text)
+
+
+def seconds(duration_s: float) -> str:
+    """A duration with its unit: `0.34 s`, `41.2 s`, `16 min 40 s`."""
+    if duration_s < 100:
+        return f"{significant(duration_s, 2 if duration_s < 10 else 3)} s"
+    minutes, rest = divmod(round(duration_s), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"

@@ -1,0 +1,77 @@
+"""The style sheet: dark ink on white and large for the sun, a dark scheme for the night, black on paper.
+
+Every colour has a line style or a shape beside it, so that none has to be told apart by colour. The four line
+colours keep a contrast of at least 5 to 1 to their ground in both schemes.
+"""
+
+STYLE = """
+:root { --ink: #111; --soft: #444; --ground: #fff; --raised: #f1f4f7; --tick: #c9d0d6; --rule: #5a646d;
+  --first: #0a4a94; --second: #b03000; --third: #00663c; --fourth: #7a1fa0; color-scheme: light dark; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { --ink: #f2f2f2; --soft: #c4c9ce; --ground: #101418; --raised: #1c2329; --tick: #353e46;
+    --rule: #8b959e; --first: #7cc0ff; --second: #ffb070; --third: #7fe0a0; --fourth: #e2a6ff; } }
+* { box-sizing: border-box; }
+html { -webkit-text-size-adjust: 100%; }
+body { margin: 0 auto; max-width: 1240px; padding: 20px 16px 60px; background: var(--ground);
+  color: var(--ink);
+  font: 18px/1.5 system-ui, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", "DejaVu Sans", sans-serif; }
+h1 { font-size: 1.9em; line-height: 1.2; margin: 0; }
+h2 { font-size: 1.4em; line-height: 1.25; margin: 2.4em 0 .4em; padding-top: .5em;
+  border-top: 3px solid var(--ink); }
+h1, h2, p, li, caption, figcaption { overflow-wrap: anywhere; }
+td, th { overflow-wrap: break-word; }
+section > p, section > ul { max-width: 75ch; }
+.subtitle { color: var(--soft); margin: .3em 0 0; }
+.verdict { font-size: 1.2em; font-weight: 600; margin: 1em 0; padding: .7em .9em; background: var(--raised);
+  border-left: 8px solid var(--first); }
+nav ul { display: flex; flex-wrap: wrap; gap: .3em 1.4em; list-style: none; margin: 0; padding: 0; }
+a { color: var(--first); }
+table { border-collapse: collapse; margin: 1.2em 0; font-variant-numeric: tabular-nums; }
+caption, figcaption { text-align: left; color: var(--soft); font-size: .92em; max-width: 85ch; }
+caption { padding-bottom: .4em; }
+th, td { text-align: left; vertical-align: baseline; padding: .32em 1.1em .32em 0;
+  border-bottom: 1px solid var(--tick); }
+thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; line-height: 1.25; }
+.number { text-align: right; }
+.number, .short { white-space: nowrap; }
+tbody th { font-weight: 600; }
+figure { margin: 1.4em 0 2em; }
+figcaption { margin-top: .3em; }
+.panel { display: block; overflow: visible; margin: 34px 22px 52px 66px; width: calc(100% - 88px);
+  font-size: 15px; fill: var(--ink); }
+.upper { margin-bottom: 0; }
+.title { font-weight: 600; }
+.box { fill: none; stroke: var(--rule); }
+.tick { stroke: var(--tick); }
+.rule { stroke: var(--rule); stroke-width: 1.5; }
+.line { fill: none; stroke-width: 2; stroke-linejoin: round; vector-effect: non-scaling-stroke; }
+.solid { stroke: var(--first); stroke-linecap: round; }
+.dashed { stroke: var(--second); stroke-width: 2.5; stroke-dasharray: 9 5; }
+.dotted { stroke: var(--third); stroke-width: 3; stroke-dasharray: 2 5; }
+.dashdot { stroke: var(--fourth); stroke-width: 2.5; stroke-dasharray: 12 4 2 4; }
+.mark { overflow: visible; fill: var(--ink); stroke: var(--ink); }
+.mark text { stroke: var(--ground); stroke-width: 4; paint-order: stroke; font-weight: 600; }
+.hollow { fill: var(--ground); stroke: var(--second); stroke-width: 3; }
+.legend { display: flex; flex-wrap: wrap; gap: .2em 1.6em; list-style: none; margin: 0 0 0 66px; padding: 0; }
+.legend li { display: flex; align-items: center; gap: .5em; }
+.grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 340px), 1fr)); }
+@media screen and (max-width: 700px) {
+  body { font-size: 17px; padding: 14px 12px 40px; }
+  .panel { margin-left: 54px; margin-right: 14px; width: calc(100% - 68px); font-size: 14px; }
+  .legend { margin-left: 0; }
+  .odd { display: none; }
+  .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }
+  .wide caption { display: block; }
+  .wide thead { display: none; }
+  .wide tr { border-bottom: 2px solid var(--ink); padding: .4em 0; }
+  .wide td { display: inline-block; border: 0; padding: .05em 1.2em .05em 0; white-space: normal; }
+  .wide td:empty { display: none; }
+  .wide td::before { content: attr(data-label) "\\00a0 "; color: var(--soft); font-size: .9em; }
+  .wide tbody th { border: 0; padding: .1em 0; } }
+@media print {
+  body { max-width: none; padding: 0; font-size: 11pt; }
+  nav { display: none; }
+  .panel { font-size: 9pt; }
+  figure, tr, .verdict { break-inside: avoid; }
+  h2 { break-after: avoid; } }
+"""

@@ -1,0 +1,126 @@
+"""The page itself: well-formed, self-contained, harmless, in order."""
+
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from bridge.errors import LogError
+from identify.report.page import Figure, Report, Section, Table, render_report, write_report
+
+VOID = {"meta", "br", "hr", "img", "input", "link"}
+HOSTILE = (
+    "</td></script><script>alert(1)</script><img src=http://evil/x onerror='a()'>\x1b[31m\u202e\ud800\"&"
+)
+
+
+class Page(HTMLParser):
+    """Elements in order, with their attributes and the text inside each; fails on one that is not closed."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[tuple[str, str]] = []
+        self.feed(html)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if data.strip() and self.open:
+            self.texts.append((self.open[-1], data))
+
+    def texts_in(self, *tags: str) -> list[str]:
+        return [text for tag, text in self.texts if tag in tags]
+
+
+TABLE = Table(("Name", "Value"), (("a", "1 m"), ("b", "−2 m"), ("c", "—")), "Three things")
+FIGURE = Figure("A line", '<svg><path d="M0 0L1 1"/></svg>')
+
+
+def report(*sections: Section) -> Report:
+    return Report("Title", "Subtitle", "It works.", sections)
+
+
+def test_a_page_stands_alone_and_runs_nothing():
+    page = Page(render_report(report(Section("Part", "Words.", (TABLE,), (FIGURE,)))))
+    tags = [tag for tag, _ in page.elements]
+    assert not {"script", "link", "img", "iframe", "object", "base", "form"} & set(tags)
+    links = [value for _, attrs in page.elements for key, value in attrs.items() if key in ("href", "src")]
+    assert links == ["#part-1"]
+    assert "http" not in render_report(report()).replace("http-equiv", "")
+    assert "url(" not in render_report(report())
+    policy = [attrs["content"] for tag, attrs in page.elements if attrs.get("http-equiv")]
+    assert policy == ["default-src 'none'; style-src 'unsafe-inline'"]
+
+
+def test_title_verdict_sections_tables_and_figures_come_in_order():
+    second = Section(
+        "Second", "First paragraph.\n\nSecond paragraph.", (TABLE, Table(("X",), (("y",),))), (FIGURE,)
+    )
+    page = Page(render_report(report(Section("First"), second)))
+    words = page.texts_in("h1", "p", "h2", "caption", "th", "td", "figcaption")
+    assert words == [
+        *("Title", "Subtitle", "It works."),
+        *("First", "Nothing to show."),
+        *("Second", "First paragraph.", "Second paragraph."),
+        *("Three things", "Name", "Value", "a", "1 m", "b", "−2 m", "c", "—", "X", "y"),
+        "A line",
+    ]
+
+
+def test_a_report_without_sections_is_a_page():
+    assert Page(render_report(report())).texts_in("h1", "p") == ["Title", "Subtitle", "It works."]
+
+
+def test_a_table_without_rows_is_a_table():
+    page = Page(render_report(report(Section("Part", tables=(Table(("Name", "Value"), ()),)))))
+    assert page.texts_in("th") == ["Name", "Value"]
+
+
+def test_numbers_align_to_the_right_and_words_to_the_left():
+    table = Table(("Name", "Number", "Word"), (("a", "−1.5 to 2", "long words that are no number"),))
+    page = Page(render_report(report(Section("Part", tables=(table,)))))
+    assert [attrs.get("class") for tag, attrs in page.elements if tag == "td"] == ["number", None]
+
+
+def test_hostile_text_stays_text_wherever_it_stands():
+    table = Table((HOSTILE, HOSTILE), ((HOSTILE, HOSTILE),), HOSTILE)
+    hostile = Report(
+        HOSTILE, HOSTILE, HOSTILE, (Section(HOSTILE, HOSTILE, (table,), (Figure(HOSTILE, "<svg></svg>"),)),)
+    )
+    tame = Report(
+        "t",
+        "t",
+        "t",
+        (Section("t", "t", (Table(("t", "t"), (("t", "t"),), "t"),), (Figure("t", "<svg></svg>"),)),),
+    )
+    html = render_report(hostile)
+    assert [tag for tag, _ in Page(html).elements] == [tag for tag, _ in Page(render_report(tame)).elements]
+    assert not {"\x1b", "\u202e", "\ud800"} & set(html)
+    shown = HOSTILE.replace("\x1b", "\ufffd").replace("\u202e", "\ufffd").replace("\ud800", "\ufffd")
+    assert Page(html).texts_in("h1") == [shown]
+
+
+def test_a_report_is_written_whole_in_a_new_folder(tmp_path: Path):
+    path = tmp_path / "new" / "report.html"
+    assert write_report(path, report()) == path
+    assert path.read_text(encoding="utf-8") == render_report(report())
+    assert [p.name for p in path.parent.iterdir()] == ["report.html"]
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LogError, match=r"file/report\.html: the report can't be written"):
+        write_report(tmp_path / "file" / "report.html", report())

@@ -1,0 +1,256 @@
+"""The parts of a report: what each says of an identification, a dive, a training, a filter."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.dive import Dive, Signal
+from identify.identification import Estimate, Identification, Outcome, estimate
+from identify.report.page import Report, Section, write_report
+from identify.report.sections import (
+    dive_section,
+    identification_section,
+    innovations_section,
+    training_section,
+)
+from identify.report.track import dead_reckon
+from identify.report.whiteness import autocorrelation
+
+NAN = float("nan")
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+
+
+def identification(*parameters: Estimate) -> Identification:
+    return Identification(
+        "likelihood",
+        Outcome.CONVERGED,
+        parameters,
+        *("hovering", "dive-7", "ab" * 32, "ruvifist", "cd" * 32),
+        duration_s=417.65,
+        samples=10442,
+        nuisance={"velocity_noise_m_s": 0.0052},
+        notes=("The DVL is late.",),
+        wall_s=0.23,
+    )
+
+
+MASS = estimate("M_u", 111.9, 0.7, 110.54, 113.28)
+INERTIA = estimate("I_r", 15.2, 0.25, 14.71, 15.69)
+UNKNOWN = estimate("I_q", NAN, NAN, NAN, NAN, "pitch is hardly excited")
+
+
+def drawn_text(section: Section) -> str:
+    return "".join(figure.svg for figure in section.figures)
+
+
+def test_parameters_stand_with_interval_unit_truth_and_reason():
+    section = identification_section(identification(MASS, INERTIA, UNKNOWN), {"M_u": 111.6, "I_r": 16.0})
+    (table,) = section.tables
+    assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", "Meaning")
+    assert table.rows == (
+        (
+            "M_u",
+            "111.9",
+            "110.5 to 113.3",
+            "kg",
+            "111.6",
+            "inside",
+            "total mass in surge: rigid body plus added",
+        ),
+        (
+            "I_r",
+            "15.20",
+            "14.71 to 15.69",
+            "kg m²",
+            "16.00",
+            "OUTSIDE",
+            "total inertia in yaw: rigid body plus added",
+        ),
+        (
+            *("I_q", "—", "—", "kg m²", "—", "—"),
+            "total inertia in pitch: rigid body plus added. Not identifiable: pitch is hardly excited",
+        ),
+    )
+    assert "1 of 2 known truths lie inside" in section.text
+    assert "converged" in section.text
+    assert "velocity_noise_m_s 0.00520" in section.text
+    assert "The DVL is late." in section.text
+
+
+def test_without_a_truth_there_is_no_talk_of_one():
+    section = identification_section(identification(MASS))
+    assert section.tables[0].columns == ("Parameter", "Value", "95 % interval", "Unit", "Meaning")
+    assert "truth" not in section.text
+    assert "truth" not in section.figures[0].caption
+
+
+def test_the_mark_of_a_parameter_tells_by_its_shape_whether_its_interval_holds_the_truth():
+    section = identification_section(identification(MASS, INERTIA), {"M_u": 111.6, "I_r": 16.0})
+    plot = drawn_text(section).split("</ul>")[1]
+    marks = re.findall(r'<svg class="mark" x="([\d.]+)%" y="([\d.]+)%"><(circle|path class="hollow")', plot)
+    assert [(y, shape) for _, y, shape in marks] == [("25.00", "circle"), ("75.00", 'path class="hollow"')]
+    assert float(marks[0][0]) > 50 > float(marks[1][0])
+
+
+def test_an_interval_that_would_dwarf_the_others_ends_in_arrows():
+    wide = estimate("M_w", 100.0, 500.0, -900.0, 1100.0)
+    svg = drawn_text(identification_section(identification(MASS, INERTIA, wide)))
+    assert svg.count("M0 0L13-7V7Z") == 1
+    assert svg.count("M0 0L-13-7V7Z") == 1
+
+
+def test_an_identification_of_nothing_has_its_reasons_and_no_figure():
+    section = identification_section(identification(UNKNOWN), {"I_q": 15.5})
+    assert section.figures == ()
+    assert section.tables[0].rows[0][4:6] == ("15.50", "—")
+
+
+def straight_dive() -> Dive:
+    """200 s at 0.5 m/s ahead, heading east; bottom lock drops out once, the thrusters fall silent once."""
+    time_s = 5.0 + np.arange(0.0, 200.0, 0.1)
+    n = len(time_s)
+    velocity = np.tile([0.5, 0.0, 0.0], (n, 1))
+    velocity[500:520] = NAN
+    east = np.tile([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)], (n, 1))
+    pwm = np.full((n, 2), 1500.0)
+    speaking = (time_s < 100) | (time_s > 103)
+    return Dive(
+        "dive-7",
+        Path("/somewhere/dive-7.tlog"),
+        "ab" * 32,
+        velocity=Signal(time_s, velocity),
+        attitude=Signal(time_s, east),
+        pressure=Signal(time_s, np.full((n, 1), 101325.0 + 998.2 * 9.80665 * 0.6)),
+        pwm=Signal(time_s[speaking], pwm[speaking]),
+        ff_mode=Signal(time_s[::10], np.full((n // 10, 1), 1.0)),
+        notes=("No altitude was recorded.",),
+        counts={"frames": 12345},
+    )
+
+
+def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
+    (table,) = dive_section(straight_dive()).tables
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["velocity over the bottom"] == ("2\u00a0000", "10.0 Hz", "0.10 s", "1.0 %")
+    assert rows["thruster commands"][2] == "3.2 s"
+
+
+def test_a_dive_says_where_it_comes_from_its_mode_its_notes_and_counts():
+    text = dive_section(straight_dive()).text
+    for words in (
+        "dive-7.tlog",
+        "3 min 20 s",
+        "boot time 5.0 s",
+        "shadow",
+        "No altitude was recorded.",
+        "frames 12\u00a0345",
+    ):
+        assert words in text
+    assert "/somewhere" not in text
+
+
+def test_a_dive_shows_path_speeds_depth_and_thrusters():
+    path, speeds, depth, thrusters = dive_section(straight_dive()).figures
+    assert "transducer, 100 m," in path.caption
+    assert "20 of 2\u00a0000 velocities lacked bottom lock" in path.caption
+    assert ">start</text>" in path.svg
+    assert re.findall(r'aria-label="([^"]*)"', speeds.svg) == ["surge u, m/s", "sway v, m/s", "heave w, m/s"]
+    assert re.findall(r'aria-label="([^"]*)"', depth.svg) == ["depth, m"]
+    assert re.findall(r'aria-label="([^"]*)"', thrusters.svg) == ["thruster 1, µs", "thruster 2, µs"]
+
+
+def test_a_dropout_is_a_gap_in_the_line():
+    speeds = dive_section(straight_dive()).figures[1].svg
+    surge = re.findall(r'class="line solid" d="([^"]*)"', speeds)[0]
+    assert surge.count("M") == 2
+
+
+def test_dead_reckoning_goes_where_the_vehicle_went():
+    dive = straight_dive()
+    assert dive.velocity
+    assert dive.attitude
+    east, north = dead_reckon(dive.velocity, dive.attitude)
+    assert east[-1] == pytest.approx(0.5 * 199.9)
+    assert np.abs(north).max() < 1e-9
+
+
+def test_dead_reckoning_goes_north_when_turned_about_all_axes():
+    time_s = np.array([0.0, 2.0])
+    # 120 degrees about (1, 1, 1) takes x to y, y to z and z to x: heave becomes north.
+    turned = Signal(time_s, np.full((2, 4), 0.5))
+    east, north = dead_reckon(Signal(time_s, np.tile([0.0, 0.0, 3.0], (2, 1))), turned)
+    assert (east[-1], north[-1]) == (pytest.approx(0.0), pytest.approx(6.0))
+
+
+@pytest.mark.parametrize("name", ["velocity", "attitude", "pressure", "pwm", "ff_mode"])
+@pytest.mark.parametrize("samples", [0, 1])
+def test_a_dive_with_next_to_nothing_of_a_signal_still_makes_a_page(name: str, samples: int, tmp_path: Path):
+    dive = straight_dive()
+    signal = dive.signals()[name]
+    short = replace(dive, **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
+    alone = Dive("x", Path("x"), "", **{name: Signal(signal.time_s[:samples], signal.value[:samples])})
+    report = Report("t", "", "", (dive_section(short), dive_section(alone)))
+    assert write_report(tmp_path / "x.html", report).stat().st_size > 1000
+
+
+def test_a_dive_of_nothing_but_unknowns_still_makes_a_section():
+    dive = straight_dive()
+    unknown = {name: Signal(s.time_s, np.full_like(s.value, NAN)) for name, s in dive.signals().items()}
+    assert dive_section(replace(dive, **unknown)).tables[0].rows[0][4] == "100 %"
+
+
+def test_an_empty_dive_makes_an_empty_section():
+    section = dive_section(Dive("x", Path("x.tlog"), ""))
+    assert (section.tables, section.figures) == ((), ())
+
+
+def test_training_shows_one_curve_a_parameter_with_its_unit_and_last_value():
+    section = training_section(
+        {"M_u": np.array([80.0, 111.63]), "loss": np.array([3.0, 0.5])}, {"loss": "N²"}
+    )
+    assert re.findall(r'aria-label="([^"]*)"', drawn_text(section)) == [
+        "M_u, kg; last 111.6",
+        "loss, N²; last 0.5000",
+    ]
+
+
+def test_no_training_makes_an_empty_section():
+    assert training_section({}).figures == ()
+
+
+def test_white_innovations_look_white_and_coloured_ones_do_not():
+    white = np.random.default_rng(3).normal(size=4000)
+    coloured = np.repeat(white[:800], 5)
+    assert np.abs(autocorrelation(white, 20)).max() < 0.06
+    assert autocorrelation(coloured, 20)[:4] == pytest.approx([0.8, 0.6, 0.4, 0.2], abs=0.05)
+
+
+def test_autocorrelation_leaves_out_pairs_with_a_nan():
+    value = np.tile([1.0, -1.0], 50)
+    value[[10, 41, 70]] = NAN
+    assert autocorrelation(value, 3) == pytest.approx([-1.0, 1.0, -1.0], abs=0.02)
+    assert len(autocorrelation(np.array([1.0, NAN]), 3)) == 0
+    assert len(autocorrelation(np.ones(10), 3)) == 0
+
+
+def test_innovations_are_judged_by_size_and_share_beyond_the_limits():
+    value = np.array([0.0, 3.0, 0.0, -3.0, NAN])[:, None]
+    section = innovations_section(
+        {"surge": Signal(np.arange(5.0), value), "sway": Signal(np.zeros(0), np.zeros((0, 1)))}
+    )
+    assert "surge: root mean square 2.12 (1 is expected), 50 % beyond" in section.text
+    assert len(section.figures) == 1
+
+
+def test_a_real_recording_makes_a_page_of_moderate_size(tmp_path: Path):
+    recording = SHARED / "sealed" / "open_1" / "dive.tlog.gz"
+    if not recording.exists():
+        pytest.skip("needs the recordings of the shared folder")
+    from identify.ingest.open import read_dive
+
+    section = dive_section(read_dive(recording))
+    assert len(section.figures) == 4
+    assert write_report(tmp_path / "x.html", Report("t", "", "", (section,))).stat().st_size < 400_000
