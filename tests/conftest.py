@@ -22,7 +22,12 @@ def _skips(config: pytest.Config) -> list[str]:
 @pytest.hookimpl(tryfirst=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
     on_a_worker = hasattr(session.config, "workerinput")
-    if os.environ.get("CI") == "true" and not on_a_worker and session.exitstatus == 0 and _skips(session.config):
+    if (
+        os.environ.get("CI") == "true"
+        and not on_a_worker
+        and session.exitstatus == 0
+        and _skips(session.config)
+    ):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 

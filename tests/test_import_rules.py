@@ -12,7 +12,11 @@ HEAVY = ("torch", "scipy", "numba", "textual", "pymavlink", "rich")
 
 def test_imports_point_one_way():
     done = subprocess.run(
-        [sys.executable, "-c", "from importlinter.cli import lint_imports; raise SystemExit(lint_imports(no_cache=True))"],
+        [
+            sys.executable,
+            "-c",
+            "from importlinter.cli import lint_imports; raise SystemExit(lint_imports(no_cache=True))",
+        ],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -21,7 +25,9 @@ def test_imports_point_one_way():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("line", [["--help"], ["bridge", "--help"], ["identify", "--help"], ["params", "--help"]])
+@pytest.mark.parametrize(
+    "line", [["--help"], ["bridge", "--help"], ["identify", "--help"], ["params", "--help"]]
+)
 def test_help_imports_nothing_heavy(line):
     code = f"import sys; from tui.cli import main; code = main({line!r}); print(code, [m for m in {HEAVY!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -40,7 +40,9 @@ def _console(*, to_errors: bool) -> Console:
     return console
 
 
-def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()) -> Table:
+def table(
+    title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
+) -> Table:
     """A table of text; the columns named in `numbers` are set flush right, the last may wrap."""
     shown = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
     for column in columns:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from tui import exit_codes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.console import Console
 
     from bridge.vehicle.config import VehicleFile
@@ -17,7 +19,9 @@ EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("dives", nargs="+", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv")
+    parser.add_argument(
+        "dives", nargs="+", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv"
+    )
     parser.add_argument(
         "--vehicle",
         required=True,
@@ -38,11 +42,15 @@ def run(arguments: argparse.Namespace) -> int:
     from tui import show
 
     if arguments.method not in METHODS:
-        raise exit_codes.UsageError(f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}")
+        raise exit_codes.UsageError(
+            f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}"
+        )
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
-    dives = [read_dive(Path(path), columns, file.vehicle) for path in arguments.dives]
-    chosen = [file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives]
+    dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
+    chosen = [
+        file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
+    ]
     answers = [
         identify(dive, file, configuration, arguments.method)
         for dive, configuration in zip(dives, chosen, strict=True)
@@ -53,8 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     found = [answer.to_json() for answer in answers]
     show.write_json(found[0] if len(found) == 1 else found, arguments.json)
     if arguments.report:
-        report(Path(arguments.report), dives, file, answers)
-        show.words().print(f"report: {arguments.report}", soft_wrap=True)
+        console.print(f"report: {report(Path(arguments.report), dives, file, answers)}", soft_wrap=True)
     return exit_codes.DONE if all(answer.values() for answer in answers) else exit_codes.NO
 
 
@@ -81,6 +88,28 @@ def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
     )
     for note in (*dive.notes, *answer.notes):
         console.print(f"note: {note}", soft_wrap=True)
+
+
+def report(
+    path: Path, dives: "Sequence[Dive]", file: "VehicleFile", answers: "Sequence[Identification]"
+) -> Path:
+    """The page with what was identified from each dive, and the dive itself."""
+    from identify.report.page import Report, write_report
+    from identify.report.sections import dive_section, identification_section
+
+    sections = []
+    for dive, answer in zip(dives, answers, strict=True):
+        sections += [identification_section(answer), dive_section(dive, file.vehicle.water)]
+    found = sum(len(answer.values()) for answer in answers)
+    return write_report(
+        path,
+        Report(
+            f"{file.vehicle.name}: {', '.join(dive.name for dive in dives)}",
+            f"vehicle file {file.path.name}, method {answers[0].method}",
+            f"{found} coefficients identified from {len(dives)} dive{'s' if len(dives) > 1 else ''}.",
+            tuple(sections),
+        ),
+    )
 
 
 def _row(parameter: "Estimate") -> tuple[str, ...]:

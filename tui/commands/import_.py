@@ -1,12 +1,14 @@
 """`seatrial import`: what a recording holds, and a dive folder made of it."""
 
 import argparse
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tui import exit_codes
 
 if TYPE_CHECKING:
+    from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive, Signal
 
 EXAMPLE = "seatrial import 00000042.BIN --out dives/lake-42"
@@ -16,8 +18,12 @@ SHORTEST_GAP_S = 0.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder")
-    parser.add_argument("--out", metavar="FOLDER", help="the dive folder to make; without it, only say what there is")
+    parser.add_argument(
+        "file", metavar="FILE", help="a .tlog, .tlog.gz, DataFlash .BIN, .csv or a dive folder"
+    )
+    parser.add_argument(
+        "--out", metavar="FOLDER", help="the dive folder to make; without it, only say what there is"
+    )
     parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file to name in the dive folder")
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument("--json", metavar="FILE", help="write what it holds as JSON; - for standard output")
@@ -47,8 +53,38 @@ def run(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     for note in dive.notes:
         console.print(f"note: {note}", soft_wrap=True)
+    if arguments.out:
+        made = dive_folder(Path(arguments.out), dive, columns, file)
+        console.print(f"filed in {made}", soft_wrap=True)
+        holds["folder"] = str(made)
     show.write_json(holds, arguments.json)
     return exit_codes.DONE
+
+
+def dive_folder(out: Path, dive: "Dive", columns: Path | None, file: "VehicleFile | None") -> Path:
+    """A dive folder with a copy of the recording and of its column map. Raises LogError where it can't be."""
+    from bridge.errors import LogError
+    from bridge.vehicle.config import CONFIGS
+    from gcs_plugin.folder import About, DiveFolder, about_vehicle
+
+    if dive.source.is_dir():
+        raise exit_codes.UsageError(f"{dive.source}: is a dive folder already; import a file")
+    notes = "\n".join((f"imported from {dive.source.name}, SHA-256 {dive.sha256}", *dive.notes))
+    about = about_vehicle(file, file.configuration or "", notes) if file else About(notes=notes)
+    try:
+        out.mkdir(parents=True)
+    except FileExistsError:
+        raise LogError(f"{out}: exists already and is never overwritten; name another folder") from None
+    shutil.copyfile(dive.source, out / f"telemetry{_ending(dive.source)}")
+    if columns is not None:
+        named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
+        shutil.copyfile(named, out / "columns.yaml")
+    DiveFolder(out).describe(about)
+    return out
+
+
+def _ending(path: Path) -> str:
+    return "".join(path.suffixes[-2:]) if path.suffix == ".gz" else path.suffix
 
 
 def contents(dive: "Dive") -> dict[str, Any]:
