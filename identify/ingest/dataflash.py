@@ -1,6 +1,214 @@
+"""A dive from ArduPilot's DataFlash log (`.BIN`), read with its own format messages.
+
+A record is the bytes A3 95, a type, and a body that the FMT record of that type lays out; 0.01-scaled types
+and 1e-7 degrees are told by its format letters (ArduPilot, libraries/AP_Logger/LogStructure.h).
+"""
+
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import LogError
+from bridge.tlog import load_bytes
+from identify.dive import Array, Signal
+from identify.ingest import rotation
+
+MAGIC = b"\xa3\x95"
+FMT, FMT_BYTES = 0x80, 89
+HEADER_BYTES = 3
+DEGREE = np.pi / 180
+FIX_2D = 2
+
+_LETTERS: dict[str, tuple[str, float]] = {
+    "b": ("i1", 1), "B": ("u1", 1), "h": ("<i2", 1), "H": ("<u2", 1), "i": ("<i4", 1), "I": ("<u4", 1),
+    "q": ("<i8", 1), "Q": ("<u8", 1), "f": ("<f4", 1), "d": ("<f8", 1), "g": ("<f2", 1), "M": ("u1", 1),
+    "c": ("<i2", 0.01), "C": ("<u2", 0.01), "e": ("<i4", 0.01), "E": ("<u4", 0.01), "L": ("<i4", 1e-7),
+    "n": ("S4", 1), "N": ("S16", 1), "Z": ("S64", 1), "a": ("V64", 1),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Format:
+    """How the body of one record type is laid out."""
+
+    name: str
+    layout: np.dtype[Any]
+    scales: dict[str, float]
+
+
+@dataclass(frozen=True)
+class _Table:
+    """All records of one name: `time_s` (n,) strictly rising, boot time, and the bodies."""
+
+    time_s: Array
+    body: NDArray[Any]
+    scales: dict[str, float]
+
+    def columns(self, *names: str) -> Array:
+        """(n, k), scaled."""
+        return np.column_stack([self.body[name].astype(np.float64) * self.scales[name] for name in names])
+
 
 def read_dataflash(path: Path) -> dict[str, Any]:
-    raise NotImplementedError
+    """The fields of a Dive (all but its name, source and hash) in a `.BIN`. Raises LogError."""
+    data, _ = load_bytes(path)
+    if not data:
+        raise LogError(f"{path}: is empty; nothing was recorded in it")
+    formats, starts, skipped = _index(data)
+    if not starts:
+        raise LogError(f"{path}: holds no DataFlash records; give a .BIN from an ArduPilot vehicle")
+    log = _Log(np.frombuffer(data, np.uint8), formats, starts)
+    signals = _signals(log)
+    if not signals:
+        raise LogError(f"{path}: holds no attitude, motion or thruster records; log more with LOG_BITMASK")
+    counts = {formats[kind].name: len(found) for kind, found in starts.items()}
+    notes = (f"{skipped} of {len(data)} bytes are damaged and were skipped.",) if skipped else ()
+    filtered = "velocity" in signals and log.table("VISO") is None
+    return {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
+
+
+def _index(data: bytes) -> tuple[dict[int, _Format], dict[int, list[int]], int]:
+    """Formats and the starts of the bodies by type, and the bytes that are no record."""
+    formats: dict[int, _Format] = {}
+    lengths = {FMT: FMT_BYTES}
+    starts: dict[int, list[int]] = {}
+    position, end, skipped = 0, len(data), 0
+    while position + HEADER_BYTES <= end:
+        kind = data[position + 2]
+        length = lengths.get(kind, 0)
+        whole = data.startswith(MAGIC, position) and 0 < length <= end - position
+        following = position + length
+        # The next record's magic tells a record from a chance one in damaged bytes.
+        if not whole or (following + 2 <= end and not data.startswith(MAGIC, following)):
+            found = data.find(MAGIC, position + 1)
+            found = end if found < 0 else found
+            skipped += found - position
+            position = found
+            continue
+        if kind == FMT:
+            _learn(data[position + HEADER_BYTES : following], formats, lengths)
+        elif kind in formats:
+            starts.setdefault(kind, []).append(position + HEADER_BYTES)
+        position = following
+    return formats, starts, skipped
+
+
+def _learn(body: bytes, formats: dict[int, _Format], lengths: dict[int, int]) -> None:
+    kind, length = body[0], body[1]
+    name, letters, columns = (
+        part.split(b"\0")[0].decode("ascii", "replace") for part in (body[2:6], body[6:22], body[22:86])
+    )
+    lengths.setdefault(kind, length)
+    names = columns.split(",") if columns else []
+    if len(names) != len(letters) or any(letter not in _LETTERS for letter in letters):
+        return
+    layout = np.dtype([(column, _LETTERS[letter][0]) for column, letter in zip(names, letters, strict=True)])
+    if layout.itemsize == length - HEADER_BYTES:
+        scales = {column: _LETTERS[letter][1] for column, letter in zip(names, letters, strict=True)}
+        formats[kind] = _Format(name, layout, scales)
+
+
+@dataclass(frozen=True)
+class _Log:
+    data: NDArray[np.uint8]
+    formats: dict[int, _Format]
+    starts: dict[int, list[int]]
+
+    def table(self, name: str, **equal: int) -> _Table | None:
+        """The records called `name`, of those fields' values where the record has such fields."""
+        kind = next((k for k in self.starts if self.formats[k].name == name), None)
+        if kind is None:
+            return None
+        layout = self.formats[kind].layout
+        index = np.array(self.starts[kind])[:, None] + np.arange(layout.itemsize)
+        body = np.ascontiguousarray(self.data[index]).view(layout)[:, 0]
+        for field, value in equal.items():
+            if field in (layout.names or ()):
+                body = body[body[field] == value]
+        if "TimeUS" not in (layout.names or ()) or len(body) == 0:
+            return None
+        time_s, first = np.unique(body["TimeUS"].astype(np.float64) * 1e-6, return_index=True)
+        return _Table(time_s, body[first], self.formats[kind].scales)
+
+    def signal(self, name: str, columns: tuple[str, ...], scale: float = 1.0, **equal: int) -> Signal | None:
+        table = self.table(name, **equal)
+        if table is None or any(column not in table.scales for column in columns):
+            return None
+        return Signal(table.time_s, table.columns(*columns) * scale)
+
+
+def _signals(log: _Log) -> dict[str, Signal]:
+    attitude = _attitude(log)
+    found = {
+        "attitude": attitude,
+        "velocity": _velocity_from_deltas(log) or _velocity(log, attitude),
+        "gyro": log.signal("IMU", ("GyrX", "GyrY", "GyrZ"), I=0),
+        "specific_force": log.signal("IMU", ("AccX", "AccY", "AccZ"), I=0),
+        "depth": log.signal("CTUN", ("Alt",), -1.0),
+        "altitude": log.signal("RFND", ("Dist",), Orient=25),
+        "pwm": _pwm(log),
+        "voltage": log.signal("BAT", ("Volt",), Instance=0) or log.signal("CURR", ("Volt",)),
+        "armed": _armed(log),
+        "gnss": _gnss(log),
+    }
+    return {name: signal for name, signal in found.items() if signal is not None}
+
+
+def _attitude(log: _Log) -> Signal | None:
+    quaternion = log.signal("XKQ", ("Q1", "Q2", "Q3", "Q4"), C=0)
+    if quaternion is not None:
+        return quaternion
+    angles = log.signal("ATT", ("Roll", "Pitch", "Yaw"), DEGREE)
+    return angles and Signal(angles.time_s, rotation.quaternions_from_euler(*angles.value.T))
+
+
+def _velocity(log: _Log, attitude: Signal | None) -> Signal | None:
+    """The first core of the newest estimator, turned into body axes."""
+    ned = log.signal("XKF1", ("VN", "VE", "VD"), C=0) or log.signal("NKF1", ("VN", "VE", "VD"), C=0)
+    if ned is None or attitude is None or len(attitude) < 2:
+        return None
+    inside = ned.between(attitude.time_s[0], np.nextafter(attitude.time_s[-1], np.inf))
+    quaternion = rotation.attitude_at(attitude, inside.time_s)
+    return Signal(inside.time_s, rotation.to_body(quaternion, inside.value))
+
+
+def _velocity_from_deltas(log: _Log) -> Signal | None:
+    """What a DVL driver told the autopilot: mean velocity over each step, at its middle."""
+    steps = log.signal("VISO", ("dt", "PosDX", "PosDY", "PosDZ"))
+    if steps is None:
+        return None
+    good = steps.value[:, 0] > 0
+    step_s = steps.value[good, :1]
+    return Signal(steps.time_s[good] - step_s[:, 0] / 2, steps.value[good, 1:] / step_s)
+
+
+def _pwm(log: _Log) -> Signal | None:
+    table = log.table("RCOU")
+    if table is None:
+        return None
+    pwm_us = table.columns(*(f"C{i}" for i in range(1, 15) if f"C{i}" in table.scales))
+    idle = np.flatnonzero(~(pwm_us > 0).any(axis=0))
+    width = int(idle[0]) if len(idle) else pwm_us.shape[1]
+    return Signal(table.time_s, pwm_us[:, :width]) if width else None
+
+
+def _armed(log: _Log) -> Signal | None:
+    """From ARM records; before the first of them the vehicle was in the other state."""
+    changes = log.signal("ARM", ("ArmState",))
+    imu = log.table("IMU")
+    if changes is None or imu is None:
+        return None
+    before = Signal(np.array([min(imu.time_s[0], changes.time_s[0] - 1.0)]), 1.0 - changes.value[:1])
+    return Signal(np.append(before.time_s, changes.time_s), np.vstack((before.value, changes.value)))
+
+
+def _gnss(log: _Log) -> Signal | None:
+    fixes = log.signal("GPS", ("Lat", "Lng", "Spd", "GCrs", "Status"))
+    if fixes is None:
+        return None
+    good = fixes.value[:, 4] >= FIX_2D
+    value = fixes.value[good, :4] * np.array([1, 1, 1, DEGREE])
+    return Signal(fixes.time_s[good], value) if good.any() else None

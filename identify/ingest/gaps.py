@@ -27,8 +27,8 @@ def _velocity(dive: Dive) -> list[str]:
         notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
     if dive.velocity_is_filtered:
         notes.append(
-            "Velocity comes from the autopilot's own filter, which smooths and delays it: masses are less certain "
-            "than the intervals say."
+            "Velocity comes from the autopilot's own filter, which smooths and delays it: masses are less "
+            "certain than the intervals say."
         )
     return notes
 
@@ -36,6 +36,11 @@ def _velocity(dive: Dive) -> list[str]:
 def _rates(dive: Dive) -> list[str]:
     fastest = max((s.rate_hz for s in (dive.gyro, dive.fog) if s is not None), default=0.0)
     if fastest == 0.0:
+        if dive.attitude is not None:
+            return [
+                f"No rate of turn is recorded, and heading at {dive.attitude.rate_hz:.1f} Hz can't stand in for "
+                "it: inertia and damping in yaw can't be identified."
+            ]
         return ["No rate of turn is recorded: inertia and damping in yaw can't be identified."]
     if fastest < SLOWEST_GYRO_HZ:
         return [f"Rates of turn come at {fastest:.1f} Hz, too slow to identify inertia in yaw."]

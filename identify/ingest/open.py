@@ -1,4 +1,4 @@
-"""Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its columns."""
+"""Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its map."""
 
 import hashlib
 from collections.abc import Sequence

@@ -1,10 +1,206 @@
+"""A dive from a table (`.csv`) and a column map: YAML that says which column holds what, in which unit."""
+
+import csv
+import io
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 
-def column_map(path: Path) -> Any:
-    raise NotImplementedError
+from bridge import schema
+from bridge.errors import ConfigError, LogError
+from bridge.tlog import load_bytes
+from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
+from identify.dive import Array, Signal
+from identify.ingest import rotation
+
+NOTHING = "-"
+DEGREE = np.pi / 180
+
+UNITS: dict[str, float] = {
+    "1": 1.0, "s": 1.0, "ms": 1e-3, "us": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3,
+    "m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "knot": 1852 / 3600,
+    "rad": 1.0, "rad/s": 1.0, "deg": DEGREE,
+    "deg/s": DEGREE, "mrad/s": 1e-3, "m/s2": 1.0, "g": GRAVITY_M_S2, "mg": GRAVITY_M_S2 * 1e-3,
+    "Pa": 1.0, "hPa": 100.0, "mbar": 100.0, "bar": 1e5, "psi": 6894.757, "V": 1.0, "mV": 1e-3,
+    "N": 1.0, "kgf": GRAVITY_M_S2, "lbf": 4.4482216, "rpm": 1.0, "rev/s": 60.0,
+}  # fmt: skip
+# Which units a signal may have; what the Dive holds is the first.
+KINDS: dict[str, tuple[str, ...]] = {
+    "velocity": ("m/s", "cm/s", "mm/s", "knot"), "gyro": ("rad/s", "deg/s", "mrad/s"), "fog": ("rad/s", "deg/s"),
+    "specific_force": ("m/s2", "g", "mg"), "quaternion": ("1",), "euler": ("rad", "deg"),
+    "pressure": ("Pa", "hPa", "mbar", "bar", "psi"), "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
+    "pwm": ("us",), "rpm": ("rpm", "rev/s", "rad/s"), "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"),
+    "armed": ("1",),
+}  # fmt: skip
+WIDTHS = {
+    "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
+    "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
+}  # fmt: skip
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+RADIANS_PER_RPM = 2 * np.pi / 60
 
 
-def read_table(path: Path, columns: Any) -> dict[str, Any]:
-    raise NotImplementedError
+@dataclass(frozen=True)
+class TimeColumn:
+    """The column that holds the time, and its unit."""
+
+    column: str
+    unit: str = "s"
+
+    def __post_init__(self) -> None:
+        if self.unit not in TIME_UNITS:
+            raise ValueError(f"unit '{self.unit}' is no unit of time; give one of {', '.join(TIME_UNITS)}")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of one signal, in the order of the Dive's; `-` stands for a column of zeros.
+
+    value = (cell + offset) * scale, turned from `unit` into SI; `offset` and `scale` count in the file's
+    unit and go column by column (all 0, all 1 where left out).
+    """
+
+    columns: tuple[str, ...]
+    unit: str
+    offset: tuple[float, ...] = ()
+    scale: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("offset", "scale"):
+            if len(getattr(self, name)) not in (0, len(self.columns)):
+                raise ValueError(
+                    f"{name} needs one number for each of the {len(self.columns)} columns, or none"
+                )
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """Which column of a table holds what. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are passed on."""
+
+    time: TimeColumn
+    velocity: Columns | None = None
+    gyro: Columns | None = None
+    fog: Columns | None = None
+    specific_force: Columns | None = None
+    quaternion: Columns | None = None
+    euler: Columns | None = None
+    pressure: Columns | None = None
+    depth: Columns | None = None
+    altitude: Columns | None = None
+    pwm: Columns | None = None
+    rpm: Columns | None = None
+    voltage: Columns | None = None
+    tau_cmd: Columns | None = None
+    armed: Columns | None = None
+    velocity_is_filtered: bool = False
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, columns in self.signals().items():
+            if columns.unit not in KINDS[name]:
+                raise ValueError(f"{name}: unit '{columns.unit}' is none of {', '.join(KINDS[name])}")
+            width = WIDTHS.get(name, len(columns.columns))
+            if len(columns.columns) != width:
+                raise ValueError(f"{name}: needs {width} columns, {len(columns.columns)} are given")
+
+    def signals(self) -> dict[str, Columns]:
+        return {
+            field.name: value
+            for field in fields(self)
+            if isinstance(value := getattr(self, field.name), Columns)
+        }
+
+
+def column_map(path: Path) -> ColumnMap:
+    """The column map in a YAML file, or the bundled one of that name (configs/columns). Raises ConfigError."""
+    bundled = CONFIGS / "columns" / f"{path}.yaml"
+    if not path.exists() and bundled.exists():
+        path = bundled
+    if not path.exists():
+        known = ", ".join(sorted(file.stem for file in bundled.parent.glob("*.yaml")))
+        raise ConfigError(f"{path}: no such column map; give a YAML file, or one of {known}")
+    return schema.build(ColumnMap, schema.load_yaml(path), str(path))
+
+
+def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
+    """The fields of a Dive (all but its name, source and hash) in a table. Raises LogError."""
+    header, cells, notes = _cells(path)
+    time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
+    known = np.isfinite(time_s)
+    rising, first = np.unique(time_s[known], return_index=True)
+    if len(rising) < len(time_s):
+        notes += (f"{len(time_s) - len(rising)} rows without a time of their own were left out.",)
+    rows = np.flatnonzero(known)[first]
+    signals = {
+        name: Signal(rising, _values(path, header, cells[rows], name, source))
+        for name, source in columns.signals().items()
+    }
+    euler = signals.pop("euler", None)
+    if euler is not None:
+        signals["attitude"] = Signal(rising, rotation.quaternions_from_euler(*euler.value.T))
+    quaternion = signals.pop("quaternion", None)
+    if quaternion is not None:
+        signals["attitude"] = quaternion
+    return {
+        **signals,
+        "velocity_is_filtered": columns.velocity_is_filtered,
+        "notes": notes + columns.notes,
+        "counts": {"rows": len(rising)},
+    }
+
+
+def _cells(path: Path) -> tuple[list[str], Array, tuple[str, ...]]:
+    """Header, numbers (rows, columns) with NaN for empty cells, and what was left out."""
+    data, _ = load_bytes(path)
+    try:
+        lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
+    except (UnicodeDecodeError, csv.Error):
+        raise LogError(f"{path}: is no table of text; give a .csv with a line of names first") from None
+    lines = [line for line in lines if line]
+    if len(lines) < 2:
+        raise LogError(f"{path}: holds no rows; give a .csv with a line of names and a line for each sample")
+    header, body = [name.strip() for name in lines[0]], lines[1:]
+    notes: tuple[str, ...] = ()
+    if len(body[-1]) < len(header):
+        body, notes = body[:-1], ("The last row is cut off and was left out.",)
+    rows = []
+    for number, line in enumerate(body, start=2):
+        if len(line) != len(header):
+            raise LogError(
+                f"{path}: row {number} has {len(line)} cells, the first line names {len(header)}; mend it"
+            )
+        try:
+            rows.append([float(cell) if cell.strip() else np.nan for cell in line])
+        except ValueError:
+            wrong = next(cell for cell in line if not _is_number(cell))
+            raise LogError(f"{path}: row {number} holds '{wrong}', which is no number; mend it") from None
+    return header, np.array(rows, np.float64).reshape(-1, len(header)), notes
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell or "nan")
+    except ValueError:
+        return False
+    return True
+
+
+def _column(path: Path, header: list[str], cells: Array, name: str) -> Array:
+    if name == NOTHING:
+        return np.zeros(len(cells))
+    if name not in header:
+        raise LogError(f"{path}: has no column '{name}'; it has {', '.join(header)}: mend the column map")
+    return cells[:, header.index(name)]
+
+
+def _values(path: Path, header: list[str], cells: Array, signal: str, source: Columns) -> Array:
+    value = np.column_stack([_column(path, header, cells, name) for name in source.columns])
+    value = (value + np.array(source.offset or 0.0)) * np.array(source.scale or 1.0)
+    if source.unit == "rad/s" and signal == "rpm":
+        factor = 1 / RADIANS_PER_RPM
+    else:
+        factor = UNITS[source.unit]
+    si: Array = value * factor
+    return si
