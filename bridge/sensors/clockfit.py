@@ -56,6 +56,10 @@ class ClockFit:
         self._p_pp = p_pp - gain_p * p_tp
         return self._time_s
 
+    def restart(self) -> None:
+        """Forget where the counter stands, keep the period: for a count that was broken."""
+        self._count = None
+
     def _start(self, count: int, arrival_s: float) -> float:
         self._count, self._time_s = count, arrival_s
         self._p_tt, self._p_tp, self._p_pp = self._jitter_variance, 0.0, self._period_variance

@@ -1,0 +1,180 @@
+"""KVH DSP-1750 fibre-optic gyro: 6-byte frames at about 1 kHz, with neither header nor checksum.
+
+Source: two independent open drivers that agree (LCM "Driver for KVH DSP-1750 gyro"; Univ. Toronto
+`DSP1750_gyro.c`). Byte 0: counter 0..3 in the top two bits, one more in each frame; bit 5 zero; bit 4
+valid; the rest zero in normal operation. Bytes 3..5: rate, 22 bits signed, most significant first. The
+least significant bit is taken as 1000 / 2^21 deg/s (the drivers round it to 476.8 micro-deg/s). The sense
+of positive rotation is not stated: the sign is the mounting's.
+
+Only the counter tells frames from noise. So a frame is passed on when the next one's counter has confirmed
+it, and a rate that jumps by more than any vehicle can is marked invalid. One chunk of bytes is one set of
+numpy calls.
+
+Time: a frame has none. A fit of arrivals over the running count of frames gives the true period (units
+differ by 2 to 3 %) and takes the jitter out; the frames of a chunk are laid out backwards from its last
+byte.
+"""
+
+import math
+from collections import Counter
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bridge.sensors.clockfit import ClockFit
+from bridge.sensors.samples import FogBlock, Sample
+
+LSB_RAD_S = math.radians(1000.0 / 2**21)
+RATED_RAD_S = math.radians(490.0)
+LARGEST_STEP_RAD_S = math.radians(20.0)  # in one frame: 350 rad/s2 at 1 kHz
+
+FRAME = 6
+_STEPS_TO_LOCK = 10
+_HUNTED = FRAME * (_STEPS_TO_LOCK + 1) - 1  # bytes to keep: one less than can lock, on every phase
+_HEALTHY = 0x10  # the low six bits of byte 0 in normal operation
+_BYTE_S = 10 / 115200
+_PERIOD_TOLERANCE = 0.03
+
+
+def encode_kvh1750(rates: ArrayLike, first_count: int = 0, valid: ArrayLike = True) -> bytes:
+    """Frames of `rates` (n,) rad/s whose counter starts at `first_count`; `valid` is one flag or (n,)."""
+    scaled = np.rint(np.asarray(rates, dtype=float) / LSB_RAD_S)
+    raw = np.clip(scaled, -(2**21), 2**21 - 1).astype(np.int64) & 0x3FFFFF
+    frames = np.zeros((raw.size, FRAME), dtype=np.uint8)
+    counter = (first_count + np.arange(raw.size)) & 3
+    frames[:, 0] = counter << 6 | np.where(valid, 0x10, 0)
+    frames[:, 3], frames[:, 4], frames[:, 5] = raw >> 16, raw >> 8 & 0xFF, raw & 0xFF
+    return frames.tobytes()
+
+
+class Kvh1750Parser:
+    """Rates about the gyro's axis, one FogBlock a feed.
+
+    counts: good (frames), invalid (the device says so), out of range, step (beyond LARGEST_STEP_RAD_S),
+    slip (lock lost), skipped bytes.
+    """
+
+    def __init__(self, rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._latency_s = latency_s
+        self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
+        self._buffer = b""  # locked: starts with the frame that waits to be confirmed
+        self._locked = False
+        self._frames = 0
+        self._last_rate = np.nan
+        self._last_time_s = -np.inf
+
+    @property
+    def period_s(self) -> float:
+        """The period of frames as fitted so far."""
+        return self._clock.period_s
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """The frames that `data` confirms, as one block; none while the lock is sought."""
+        buffer = self._buffer + data
+        arrival_s = time_s - self._latency_s
+        times: list[NDArray[np.float64]] = []
+        rates: list[NDArray[np.float64]] = []
+        valid: list[NDArray[np.bool_]] = []
+        at = 0
+        while True:
+            if not self._locked:
+                at = self._hunt(buffer, at)
+            count = (len(buffer) - at) // FRAME
+            if not self._locked or count < 2:
+                break
+            frames = np.frombuffer(buffer, np.uint8, count * FRAME, at).reshape(count, FRAME)
+            counters = frames[:, 0] >> 6
+            wrong = np.flatnonzero((counters[1:] - counters[:-1]) & 3 != 1)
+            confirmed = int(wrong[0]) if wrong.size else count - 1
+            if wrong.size:
+                to_end = (len(buffer) - at) / FRAME - 1
+                last_s = arrival_s - (to_end - confirmed) * self._clock.period_s
+            else:
+                last_s = self._clock.time_of(self._frames + confirmed, arrival_s - self._behind_s(buffer, at))
+            if confirmed:
+                rate, flags = self._rates(frames[:confirmed])
+                rates.append(rate)
+                valid.append(flags)
+                times.append(self._stamps(last_s, confirmed))
+            at += FRAME * confirmed
+            self._frames += confirmed
+            if not wrong.size:
+                break
+            at = self._slip(at)
+        self._buffer = buffer[at:]
+        if not rates:
+            return []
+        return [FogBlock(np.concatenate(times), np.concatenate(rates), np.concatenate(valid))]
+
+    def _behind_s(self, buffer: bytes, at: int) -> float:
+        """How long ago the last whole frame had ended when the last byte came.
+
+        A frame is a burst at the start of its period: what follows a whole frame comes after a pause.
+        """
+        rest = (len(buffer) - at) % FRAME
+        return self._clock.period_s - (FRAME - rest) * _BYTE_S if rest else 0.0
+
+    def _stamps(self, last_s: float, count: int) -> NDArray[np.float64]:
+        """Times of the `count` frames before the one at `last_s`; they never run back, though they may stand."""
+        stamps = last_s + np.arange(-count, 0, dtype=np.float64) * self._clock.period_s
+        stamps = np.maximum(stamps, self._last_time_s)
+        self._last_time_s = float(stamps[-1])
+        return stamps
+
+    def _rates(self, frames: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        words = frames.view(">u2")
+        raw = (words[:, 1] & 0x3F).astype(np.int32) << 16 | words[:, 2]
+        rate = ((raw ^ 0x200000) - 0x200000) * LSB_RAD_S
+        healthy = frames[:, 0] & 0x3F == _HEALTHY
+        rated = np.abs(rate) <= RATED_RAD_S
+        steady = ~(np.abs(np.diff(rate, prepend=self._last_rate)) > LARGEST_STEP_RAD_S)
+        self._last_rate = float(rate[-1])
+        valid = healthy & rated & steady
+        good = int(np.count_nonzero(valid))
+        if good:
+            self.counts["good"] += good
+        if good < len(frames):
+            for reason, flags in (("invalid", healthy), ("out of range", rated), ("step", steady)):
+                if not flags.all():
+                    self.counts[reason] += len(frames) - int(np.count_nonzero(flags))
+        return rate, valid
+
+    def _slip(self, at: int) -> int:
+        """Drop the frame that nothing confirmed and seek the lock from its second byte on."""
+        self.counts["slip"] += 1
+        self.counts["skipped bytes"] += 1
+        self._locked = False
+        self._last_rate = np.nan
+        self._clock.restart()
+        return at + 1
+
+    def _hunt(self, buffer: bytes, at: int) -> int:
+        """Where frames start, from `at` on, having locked; or from where to keep the bytes, still
+        unlocked."""
+        starts = len(buffer) - at - _HUNTED
+        best = max(starts, 0)
+        if starts > 0:
+            heads = np.frombuffer(buffer, np.uint8, offset=at)
+            counters, clear, healthy = heads >> 6, heads & 0x20 == 0, heads & 0x3F == _HEALTHY
+            step = ((counters[FRAME:] - counters[:-FRAME]) & 3 == 1) & clear[FRAME:] & clear[:-FRAME]
+            run = _all_of(step, _STEPS_TO_LOCK)
+            found = np.flatnonzero(run[:starts])
+            if found.size:
+                # A steady ramp counts as well in its own bits: of the six phases, take the healthiest.
+                first = int(found[0])
+                rivals = [k for k in range(first, first + FRAME) if run[k]]
+                best = max(rivals, key=lambda k: int(np.count_nonzero(healthy[k : k + _HUNTED : FRAME])))
+                self._locked = True
+        if best:
+            self.counts["skipped bytes"] += best
+        return at + best
+
+
+def _all_of(flags: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """Where `count` flags in a row, one a frame, are all set."""
+    starts = flags.size - FRAME * (count - 1)
+    run = np.ones(starts, dtype=bool)
+    for k in range(count):
+        run &= flags[k * FRAME : k * FRAME + starts]
+    return run
