@@ -29,7 +29,10 @@ def test_imports_point_one_way():
     "line", [["--help"], ["bridge", "--help"], ["identify", "--help"], ["params", "--help"]]
 )
 def test_help_imports_nothing_heavy(line):
-    code = f"import sys; from tui.cli import main; code = main({line!r}); print(code, [m for m in {HEAVY!r} if m in sys.modules])"
+    code = (
+        f"import sys; from tui.cli import main; code = main({line!r}); "
+        f"print(code, [m for m in {HEAVY!r} if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "0 []"
 

@@ -1,4 +1,4 @@
-"""The `seatrial` command: finds the verb, reads its arguments, turns errors into one sentence and an exit code."""
+"""The `seatrial` command: finds the verb, reads its arguments, answers errors with one sentence."""
 
 import argparse
 import difflib
@@ -96,12 +96,13 @@ def _run(argv: list[str]) -> int:
 
 def _top_parser() -> argparse.ArgumentParser:
     verbs = "\n".join(f"  {name:<10} {sentence}" for name, sentence in VERBS.items())
+    examples = "example:\n  seatrial demo\n  seatrial identify --help"
     codes = "\n".join(f"  {code}  {meaning}" for code, meaning in exit_codes.MEANINGS.items())
     parser = _Parser(
         prog="seatrial",
         usage="seatrial VERB ...",
         description="Identify an underwater vehicle's hydrodynamics from a dive, and fly the better for it.",
-        epilog=f"verbs:\n{verbs}\n\nexit codes:\n{codes}\n\nexample:\n  seatrial demo\n  seatrial identify --help",
+        epilog=f"verbs:\n{verbs}\n\nexit codes:\n{codes}\n\n{examples}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"seatrial {_version()}")

@@ -1,4 +1,4 @@
-"""What the exit code of every verb means: the one list, shown by `seatrial --help` and in docs/commands.md."""
+"""What the exit code of every verb means: one list, shown by `seatrial --help` and in docs/commands.md."""
 
 from bridge.errors import FitError, LinkError, ParamError, SeatrialError
 

@@ -1,4 +1,4 @@
-"""Verbs that run until they are stopped: Ctrl-C and SIGTERM end them in order, never in the middle of a write."""
+"""Verbs that run until they are stopped: Ctrl-C and SIGTERM end them between two writes, never within one."""
 
 import signal
 import threading

@@ -89,7 +89,7 @@ class Failing:
     def add_arguments(self, parser):
         pass
 
-    def run(self, arguments):
+    def run(self, _):
         raise self.error
 
 
@@ -106,7 +106,7 @@ class Failing:
     ],
 )
 def test_each_error_has_its_exit_code_and_one_line(error, code, monkeypatch, capsys):
-    monkeypatch.setattr(cli, "load", lambda verb: Failing(error))
+    monkeypatch.setattr(cli, "load", lambda _: Failing(error))
     assert cli.main(["demo"]) == code
     shown = capsys.readouterr().err
     assert shown.startswith("seatrial: ")
