@@ -20,11 +20,14 @@ FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
     """The dive that a recording holds, with notes on what it lacks.
 
-    `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns. With
+    `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns; a dive folder
+    made from a `.csv` holds its own, `columns.yaml`. With
     `vehicle` the notes also say whether the recording fits it. Raises LogError, one sentence, where nothing
     can be read; ConfigError for a column map that is wrong.
     """
     files = _files(path)
+    beside = path / "columns.yaml"
+    columns = beside if columns is None and beside.exists() else columns
     dive = Dive(name=_name(path), source=path, sha256=_sha256(files), **_fields(files, columns, str(path)))
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
@@ -37,8 +40,9 @@ def _files(path: Path) -> list[Path]:
         return [path]
     found = sorted(file for file in path.iterdir() if file.name.endswith((".tlog", ".tlog.gz")))
     own = [file for file in found if file.name.startswith("telemetry")] or found
+    own = own or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
     if not own:
-        raise LogError(f"{path}: holds no .tlog; {FORMS}")
+        raise LogError(f"{path}: holds no recording; {FORMS}")
     return own
 
 

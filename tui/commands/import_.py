@@ -69,7 +69,7 @@ def dive_folder(out: Path, dive: "Dive", columns: Path | None, file: "VehicleFil
 
     if dive.source.is_dir():
         raise exit_codes.UsageError(f"{dive.source}: is a dive folder already; import a file")
-    notes = "\n".join((f"imported from {dive.source.name}, SHA-256 {dive.sha256}", *dive.notes))
+    notes = f"imported from {dive.source.name}, SHA-256 {dive.sha256}"
     about = about_vehicle(file, file.configuration or "", notes) if file else About(notes=notes)
     try:
         out.mkdir(parents=True)
