@@ -78,6 +78,10 @@ class Plant:
         """A copy of the (13,) state."""
         return self._state.copy()
 
+    def wrench(self, thrust_n: Array) -> Array:
+        """(6,) of these thrusts, N and N m."""
+        return self._matrix @ thrust_n
+
     def advance(self, pwm_us: tuple[float, ...], duration_s: float) -> Stretch:
         """Move on under constant thruster commands.
 

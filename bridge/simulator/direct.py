@@ -1,0 +1,134 @@
+"""A dive without bytes: body, controller and mission, and arrays of what truly happened."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.navigation import Navigation
+from bridge.simulator.missions import Mission
+from bridge.simulator.plant import Plant, Stretch
+from bridge.simulator.truth import Truth, load_truth
+from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.thrusters import thrust_curve
+
+Array = NDArray[np.float64]
+TICK_S = 1 / RATE_HZ
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise of what the controller is fed here: standard deviations in SI units."""
+
+    velocity_m_s: float = 0.004
+    rate_rad_s: float = 0.0007
+    heading_rad: float = 0.0005
+    depth_m: float = 0.002
+    velocity_ticks: int = 2
+
+
+QUIET = Noise(0.0, 0.0, 0.0, 0.0, 1)
+
+
+@dataclass(frozen=True)
+class TruthRun:
+    """One row a control tick. `state` (n, 13) and `nu_dot` (n, 6) are the truth at `time_s` (n,), before the
+    commands of that tick act; the rest is as in `Actuation`. `wrench` (n, 6) is that of the true thrusts.
+    """
+
+    time_s: Array
+    state: Array
+    nu_dot: Array
+    wrench: Array
+    actuations: tuple[Actuation, ...]
+
+    @property
+    def nu(self) -> Array:
+        """(n, 6) true body velocity."""
+        return self.state[:, 7:]
+
+    def column(self, name: str) -> Array:
+        """(n, k) of one field of the actuations: `tau_pid`, `tau_cmd`, `nu_fb`, `pwm_us` ..."""
+        return np.array([getattr(actuation, name) for actuation in self.actuations])
+
+    @property
+    def nu_ref(self) -> Array:
+        """(n, 6) wanted body velocity."""
+        return np.array([actuation.reference.nu for actuation in self.actuations])
+
+
+def heading_after(before_rad: float, attitude: Array) -> float:
+    """The heading of an attitude w x y z, unwrapped to lie within half a turn of the one before."""
+    w, x, y, z = attitude
+    heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return float(before_rad + np.remainder(heading - before_rad + np.pi, 2 * np.pi) - np.pi)
+
+
+def simulate_truth(
+    file: VehicleFile,
+    configuration: str,
+    mission: Mission,
+    *,
+    seed: int,
+    parameters: Mapping[str, float] | None = None,
+    mode: Mode = Mode.OFF,
+    noise: Noise | None = None,
+    truth: Truth | None = None,
+) -> TruthRun:
+    """Dive a mission under the real controller, fed with the truth plus white noise; no sensor, no bytes.
+
+    `parameters` are the feed-forward's coefficients (none: it stays at zero). `noise` defaults to what the
+    real sensors show, `truth` to that beside the vehicle file. The velocity is renewed every
+    `velocity_ticks` ticks.
+    """
+    noise = noise or Noise()
+    rng = np.random.default_rng(seed)
+    vehicle, shape = (
+        file.vehicle,
+        file.vehicle.configurations[file.vehicle.configuration_named(configuration)],
+    )
+    plant = Plant(
+        shape,
+        thrust_curve(vehicle.thrust_curve, file.path.parent),
+        vehicle.thrust_curve.lag_s,
+        truth or load_truth(file, configuration),
+        rng,
+        depth_m=mission.start_depth_m,
+        heading_rad=mission.start_heading_rad,
+    )
+    given = dict(parameters or {})
+    autopilot = Autopilot(vehicle, configuration, lambda _: given, file.path.parent, mode)
+    navigation = Navigation(heading_rad=mission.start_heading_rad)
+    count = round(mission.duration_s * RATE_HZ)
+    states, rates, wrenches = np.empty((count, 13)), np.empty((count, 6)), np.empty((count, 6))
+    actuations = []
+    stretch = plant.advance((1500.0,) * len(shape.thrusters), TICK_S)
+    for tick in range(count):
+        states[tick], rates[tick] = stretch.state[-1], stretch.nu_dot[-1]
+        wrenches[tick] = plant.wrench(stretch.thrust_n)
+        navigation = _sense(navigation, stretch, noise, rng, renew=tick % noise.velocity_ticks == 0)
+        actuation = autopilot.step(tick * TICK_S, navigation, mission.reference(tick * TICK_S))
+        actuations.append(actuation)
+        stretch = plant.advance(actuation.pwm_us, TICK_S)
+    return TruthRun(TICK_S * np.arange(count, dtype=np.float64), states, rates, wrenches, tuple(actuations))
+
+
+def _sense(
+    before: Navigation, stretch: Stretch, noise: Noise, rng: np.random.Generator, *, renew: bool
+) -> Navigation:
+    state = stretch.state[-1]
+    draw = rng.standard_normal(8)
+    velocity = state[7:10] + noise.velocity_m_s * draw[:3]
+    rate = state[10:13] + noise.rate_rad_s * draw[3:6]
+    w, x, y, z = state[3:7].tolist()
+    return replace(
+        before,
+        velocity=tuple(velocity.tolist()) if renew else before.velocity,
+        rate=tuple(rate.tolist()),
+        attitude=(w, x, y, z),
+        heading_rad=heading_after(before.heading_rad, state[3:7]) + noise.heading_rad * draw[6],
+        depth_m=float(state[2]) + noise.depth_m * draw[7],
+    )

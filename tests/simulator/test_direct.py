@@ -1,0 +1,91 @@
+import math
+
+import numpy as np
+import pytest
+
+from bridge.simulator.direct import QUIET, TruthRun, heading_after, simulate_truth
+from bridge.simulator.missions import Mission, rest, run, validation
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+
+FILE = load_vehicle("ruvifist")
+OUT = Mission("out", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 6.0)))
+
+
+def dive(mode: Mode, configuration: str = "hovering", mission: Mission = OUT, seed: int = 3) -> TruthRun:
+    truth = load_truth(FILE, configuration)
+    return simulate_truth(FILE, configuration, mission, seed=seed, mode=mode, parameters=truth.model)
+
+
+def errors(run: TruthRun, mission: Mission, phase: str, dof: int, word: str) -> float:
+    chosen = [mission.leg_at(t).phase == phase and word in mission.leg_at(t).name for t in run.time_s]
+    return float(np.abs(run.nu - run.nu_ref)[chosen, dof].mean())
+
+
+@pytest.mark.parametrize("configuration", ["survey", "hovering"])
+def test_feedforward_alone_with_the_true_model_starts_0_3_s_late_for_the_dead_zone(
+    configuration: str,
+) -> None:
+    truth = load_truth(FILE, configuration)
+    run = simulate_truth(
+        FILE,
+        configuration,
+        OUT,
+        seed=0,
+        mode=Mode.ALONE,
+        parameters=truth.model,
+        noise=QUIET,
+        truth=truth.calm(),
+    )
+    wanted, true = (run.time_s[np.argmax(nu[:, 0] > 0.05 * 0.4)] for nu in (run.nu_ref, run.nu))
+    assert true - wanted == pytest.approx(0.3, abs=0.051)
+    steady = (run.time_s > 12) & (run.time_s < 16)
+    np.testing.assert_allclose(run.nu[steady, 0], 0.4, atol=0.003)
+
+
+def test_the_pid_alone_lags_in_acceleration_and_holds_the_steady_speed() -> None:
+    slow = Mission("slow", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 12.0)))
+    off = dive(Mode.OFF, mission=slow)
+    assert errors(off, slow, "acceleration", 0, "run") > 0.05
+    late = (off.time_s > 20) & (off.time_s < 30)
+    assert np.abs(off.nu[late, 0] - 0.4).mean() < 0.01
+
+
+def test_pid_and_feedforward_together_track_better_than_either_as_in_the_papers_table_5() -> None:
+    mission = validation(sways=True)
+    off, alone, both = (dive(mode, mission=mission) for mode in (Mode.OFF, Mode.ALONE, Mode.BOTH))
+    for dof, word in ((0, "surge"), (1, "sway")):
+        worst, middle, best = (errors(run, mission, "acceleration", dof, word) for run in (off, alone, both))
+        assert best < middle < worst
+        assert best < 0.012
+        assert errors(both, mission, "steady", dof, word) < 0.006
+
+
+def test_the_pulse_widths_give_the_wrench_that_truly_acted_up_to_the_lag() -> None:
+    off = dive(Mode.OFF)
+    held = np.abs(np.diff(off.wrench[:, 0]))
+    assert held.max() < 5.0
+    steady = off.time_s[:, None] > 10
+    commanded = off.column("tau_cmd")
+    close = np.abs(off.wrench[1:, 0] - commanded[:-1, 0])[steady[1:, 0]]
+    assert np.median(close) < 0.5
+
+
+def test_depth_and_heading_are_held_through_a_dive() -> None:
+    off = dive(Mode.OFF)
+    assert np.abs(off.state[200:, 2] - 0.6).max() < 0.03
+    headings = [heading_after(0.0, q) for q in off.state[:, 3:7]]
+    assert np.abs(headings).max() < math.radians(3)
+
+
+def test_one_seed_gives_one_dive_and_another_seed_another() -> None:
+    first, again, other = dive(Mode.OFF), dive(Mode.OFF), dive(Mode.OFF, seed=4)
+    np.testing.assert_array_equal(first.state, again.state)
+    assert np.abs(first.state - other.state).max() > 1e-3
+
+
+def test_heading_is_unwrapped_to_the_nearest_turn() -> None:
+    half = math.radians(170) / 2
+    attitude = np.array([math.cos(half), 0.0, 0.0, -math.sin(half)])
+    assert heading_after(math.radians(175), attitude) == pytest.approx(math.radians(190))

@@ -1,0 +1,136 @@
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.errors import ConfigError
+from bridge.simulator.missions import Leg, Mission, hovering, load_mission, mission_named, survey, validation
+from bridge.vehicle.config import load_vehicle
+
+SHAPES = load_vehicle("ruvifist").vehicle.configurations
+ALL = [
+    survey(),
+    survey("linear"),
+    hovering(),
+    hovering("linear"),
+    validation(sways=True),
+    validation(sways=False),
+]
+
+
+def sampled(mission: Mission, rate_hz: float = 10.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    time_s = np.arange(0, mission.duration_s, 1 / rate_hz)
+    references = [mission.reference(t) for t in time_s]
+    return (
+        np.array([r.nu for r in references]),
+        np.array([r.nu_dot for r in references]),
+        np.array([(r.heading_rad, r.depth_m) for r in references]),
+    )
+
+
+@pytest.mark.parametrize(("mission", "samples"), [(survey(), 10_500), (hovering(), 8_000)])
+def test_the_papers_missions_have_its_number_of_samples_at_10_hz(mission: Mission, samples: int) -> None:
+    assert mission.duration_s * 10 == pytest.approx(samples, rel=0.02)
+
+
+@pytest.mark.parametrize("sways", [True, False])
+def test_the_validation_is_short_and_starts_and_ends_at_rest(sways: bool) -> None:
+    mission = validation(sways=sways)
+    assert 60 < mission.duration_s < 120
+    for time_s in (0.0, mission.duration_s):
+        assert mission.leg_at(time_s).phase == "rest"
+        assert mission.reference(time_s).nu == (0.0,) * 6
+
+
+@pytest.mark.parametrize("mission", ALL, ids=lambda m: f"{m.name} {m.duration_s:.0f}")
+def test_heading_and_depth_are_the_integrals_of_their_rates(mission: Mission) -> None:
+    nu, _, pose = sampled(mission, 100.0)
+    np.testing.assert_allclose(pose[1:, 0] - pose[0, 0], np.cumsum(nu[:-1, 5] + nu[1:, 5]) / 200, atol=5e-3)
+    np.testing.assert_allclose(pose[1:, 1] - pose[0, 1], np.cumsum(nu[:-1, 2] + nu[1:, 2]) / 200, atol=1e-4)
+
+
+@pytest.mark.parametrize("mission", [survey(), hovering(), validation(sways=True)], ids=lambda m: m.name)
+def test_a_smooth_mission_has_velocities_without_a_jump_and_their_true_derivatives(mission: Mission) -> None:
+    nu, nu_dot, _ = sampled(mission, 100.0)
+    assert np.abs(np.diff(nu, axis=0)).max() < 0.002
+    np.testing.assert_allclose(np.gradient(nu, 0.01, axis=0)[1:-1], nu_dot[1:-1], atol=2e-3)
+
+
+def test_the_linear_heading_turns_at_a_constant_rate_with_no_acceleration_at_all() -> None:
+    nu, nu_dot, _ = sampled(survey("linear"))
+    assert set(np.round(np.unique(nu[:, 5]), 9)) == {0.0, round(math.radians(6), 9)}
+    assert not nu_dot[:, 5].any()
+
+
+def test_the_survey_goes_four_laps_of_a_closed_rectangle_at_four_speeds_at_the_papers_depth() -> None:
+    mission = survey()
+    nu, _, pose = sampled(mission, 20.0)
+    track = np.cumsum(nu[:, 0] * np.exp(1j * pose[:, 0])) / 20
+    assert abs(track[-1]) < 0.1
+    assert pose[-1, 0] == pytest.approx(4 * 2 * math.pi)
+    steady = {leg.surge_m_s for leg in mission.legs if leg.phase == "steady"}
+    assert steady == {0.5, 0.4, 0.3, 0.2}
+    assert all(
+        leg.transient_s == 5.0 for leg in mission.legs if leg.phase in ("acceleration", "deceleration")
+    )
+    under_way = [mission.reference(t).depth_m for t in np.arange(40.0, mission.duration_s - 40, 1.0)]
+    np.testing.assert_allclose(under_way, 0.6)
+
+
+def test_hovering_moves_ahead_and_aside_at_a_constant_heading_and_then_turns_both_ways() -> None:
+    nu, _, pose = sampled(hovering())
+    moving = np.hypot(nu[:, 0], nu[:, 1]) > 0
+    assert np.abs(pose[moving, 0]).max() < 1e-12
+    np.testing.assert_allclose([nu[:, k].max() for k in (0, 1)], 0.4)
+    np.testing.assert_allclose([nu[:, k].min() for k in (0, 1)], -0.4)
+    assert nu[:, 5].max() == -nu[:, 5].min() > 0.1
+
+
+def test_a_mission_that_moves_sideways_is_refused_where_the_vehicle_cannot() -> None:
+    with pytest.raises(ConfigError, match="sideways"):
+        mission_named("hovering", SHAPES["survey"])
+    assert not any(leg.sway_m_s for leg in mission_named("validation", SHAPES["survey"]).legs)
+    assert any(leg.sway_m_s for leg in mission_named("validation", SHAPES["hovering"]).legs)
+
+
+def test_an_unknown_mission_is_refused_with_the_names_there_are() -> None:
+    with pytest.raises(ConfigError, match="survey, hovering, validation"):
+        mission_named("surbey", SHAPES["survey"])
+
+
+def test_a_mission_file_gives_steps_ramps_and_square_waves(tmp_path: Path) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text(
+        "name: plan\nlegs:\n"
+        "  - {name: wave, duration_s: 4.0, surge_m_s: 0.3, yaw_rad_s: 0.1, alternate: 3}\n"
+        "  - {duration_s: 6.0, phase: rest, transient_s: 5.0}\n"
+    )
+    mission = mission_named(str(path), SHAPES["survey"])
+    assert mission.duration_s == 18.0
+    assert [mission.reference(t).nu[0] for t in (1.0, 5.0, 9.0, 17.5)] == [0.3, -0.3, 0.3, 0.0]
+    assert 0 < mission.reference(14.0).nu[0] < 0.3
+    assert mission.leg_at(5.0).name == "wave"
+    assert mission.leg_at(15.0).phase == "rest"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("name: x\nlegs: []\n", "at least one"),
+        ("name: x\nlegs:\n  - {duration_s: 0.0}\n", "duration above 0"),
+        ("name: x\nlegs:\n  - {duration_s: 2.0, transient_s: 3.0}\n", "transient no longer"),
+        ("name: x\nlegs:\n  - {duration_s: 2.0, surge: 3.0}\n", "surge_m_s"),
+    ],
+)
+def test_a_mission_file_that_makes_no_sense_is_refused(tmp_path: Path, text: str, says: str) -> None:
+    (tmp_path / "plan.yaml").write_text(text)
+    with pytest.raises(ConfigError, match=says):
+        load_mission(tmp_path / "plan.yaml")
+
+
+def test_before_and_after_a_mission_its_ends_hold() -> None:
+    mission = Mission("x", (Leg("turn", "turning", 2.0, yaw_rad_s=0.5),), 1.0, 0.25)
+    assert mission.reference(-1.0).heading_rad == 0.25
+    assert mission.reference(99.0).heading_rad == pytest.approx(1.25)
+    assert mission.spans() == ((mission.legs[0], 0.0, 2.0),)

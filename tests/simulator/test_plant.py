@@ -1,0 +1,134 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bridge.simulator.plant import Plant
+from bridge.simulator.truth import Truth, load_truth
+from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
+from bridge.vehicle.thrusters import thrust_curve
+
+FILE = load_vehicle("ruvifist")
+CURVE = thrust_curve(ThrustCurve(), CONFIGS)
+MODEL = {"M_u": 100.0, "M_v": 110.0, "M_w": 130.0, "I_p": 5.0, "I_q": 15.0, "I_r": 16.0,
+         "D_u": 50.0, "D_v": 55.0, "D_w": 95.0, "D_p": 18.0, "D_q": 26.0, "D_r": 26.0}  # fmt: skip
+STILL_WATER = Truth(MODEL, 0.0, 0.0)
+PUSH = Configuration(72.0, (1.0, 1.0, 1.0), (Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),))
+SPIN = replace(
+    PUSH, thrusters=(Thruster((0.0, 1.0, 0.0), (0.5, 0, 0)), Thruster((0.0, -1.0, 0.0), (-0.5, 0, 0)))
+)
+
+
+def plant(
+    shape: Configuration = PUSH,
+    truth: Truth = STILL_WATER,
+    lag_s: float = 0.0,
+    rate_hz: float = 200.0,
+    seed: int = 0,
+) -> Plant:
+    return Plant(shape, CURVE, lag_s, truth, np.random.default_rng(seed), depth_m=5.0, rate_hz=rate_hz)
+
+
+def pwm(thrust_n: float) -> float:
+    return float(CURVE.pwm(thrust_n))
+
+
+def test_a_constant_thrust_ends_in_thrust_over_damping() -> None:
+    body = plant()
+    body.advance((pwm(20.0),), 60.0)
+    assert body.state[7] == pytest.approx(20.0 / 50.0, rel=1e-9)
+
+
+def test_a_step_of_thrust_is_answered_with_the_time_constant_mass_over_damping() -> None:
+    stretch = plant().advance((pwm(20.0),), 10.0)
+    np.testing.assert_allclose(stretch.nu[:, 0], 0.4 * (1 - np.exp(-stretch.time_s / 2.0)), atol=1e-9)
+    np.testing.assert_allclose(stretch.state[-1, 0], 0.4 * (10 - 2 * (1 - math.exp(-5))), atol=1e-9)
+
+
+def test_the_thruster_lag_is_first_order() -> None:
+    stretch = plant(lag_s=0.5).advance((pwm(20.0),), 10.0)
+    t = stretch.time_s
+    np.testing.assert_allclose(
+        stretch.nu[:, 0], 0.4 * (1 - (2.0 * np.exp(-t / 2.0) - 0.5 * np.exp(-t / 0.5)) / 1.5), atol=1e-8
+    )
+    assert stretch.thrust_n[0] == pytest.approx(20.0 * (1 - math.exp(-20.0)))
+
+
+def test_a_couple_turns_the_body_by_moment_over_damping() -> None:
+    body = plant(SPIN)
+    body.advance((pwm(2.0), pwm(2.0)), 30.0)
+    assert body.state[12] == pytest.approx(2.0 / 26.0, rel=1e-6)
+
+
+def test_a_pulse_width_in_the_dead_zone_moves_nothing() -> None:
+    body = plant()
+    body.advance((1527.0,), 5.0)
+    assert body.state[7] == 0.0
+
+
+def test_without_damping_and_thrust_the_kinetic_energy_is_kept_through_all_coupling() -> None:
+    free = Truth({name: value if name[0] in "MI" else 0.0 for name, value in MODEL.items()}, 0.0, 0.0)
+    body = plant(truth=free)
+    body._state[7:] = 0.4, 0.3, -0.2, 0.5, -0.4, 0.6
+    mass = np.array(free.mass)
+    before = 0.5 * np.sum(mass * body.state[7:] ** 2)
+    stretch = body.advance((1500.0,), 20.0)
+    np.testing.assert_allclose(0.5 * (mass * stretch.nu**2).sum(axis=1), before, rtol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(stretch.state[:, 3:7], axis=1), 1.0, atol=1e-12)
+
+
+def test_a_rolled_body_swings_at_the_frequency_of_arm_times_weight_over_inertia() -> None:
+    undamped = Truth({**MODEL, "D_p": 0.0}, 0.0, 0.0)
+    body = plant(replace(PUSH, centre_of_gravity_below_buoyancy_m=0.05), undamped)
+    body._state[3:7] = math.cos(0.005), math.sin(0.005), 0.0, 0.0
+    stretch = body.advance((1500.0,), 5.0)
+    swing = 0.01 * np.cos(math.sqrt(0.05 * 72.0 * 9.80665 / 5.0) * stretch.time_s)
+    np.testing.assert_allclose(2 * stretch.state[:, 4], swing, atol=1e-5)
+
+
+def test_net_buoyancy_carries_an_idle_body_up_to_the_surface_and_holds_it_there() -> None:
+    body = Plant(
+        replace(PUSH, net_buoyancy_n=2.0), CURVE, 0.0, STILL_WATER, np.random.default_rng(0), depth_m=0.1
+    )
+    body.advance((1500.0,), 60.0)
+    stiffness = 72.0 * 9.80665 / 0.3
+    assert body.state[2] == pytest.approx(-2.0 / stiffness, rel=1e-3)
+
+
+def test_halving_the_step_changes_nothing_that_a_sensor_could_see() -> None:
+    shape = FILE.vehicle.configurations["hovering"]
+    truth = load_truth(FILE, "hovering").calm()
+    ends = []
+    for rate_hz in (200.0, 400.0):
+        body = plant(shape, truth, lag_s=0.05, rate_hz=rate_hz)
+        for tick in range(400):
+            body.advance(tuple(1500 + 150 * math.sin(0.1 * tick + i) for i in range(8)), 0.05)
+        ends.append(body.state)
+    assert np.abs(ends[0][7:]).max() > 0.05
+    np.testing.assert_allclose(ends[0], ends[1], atol=2e-8)
+
+
+def test_the_disturbance_is_stationary_with_the_deviation_and_time_constant_asked_for() -> None:
+    heavy = {name: 1e5 if name[0] in "MI" else 0.0 for name in MODEL}
+    force = []
+    for seed in range(4):
+        stretch = plant(truth=Truth(heavy, 0.35, 0.06), seed=seed).advance((1500.0,), 1500.0)
+        force.append(stretch.nu_dot[::50, 0] * 1e5)
+    drawn = np.array(force)
+    assert drawn.std() == pytest.approx(0.35, rel=0.05)
+    together = np.mean(drawn[:, 6:] * drawn[:, :-6]) / drawn.var()
+    assert together == pytest.approx(math.exp(-1.5 / 1.5), abs=0.05)
+
+
+def test_the_same_seed_gives_the_same_water_and_another_seed_another() -> None:
+    truth = load_truth(FILE, "hovering")
+    ends = [plant(truth=truth, seed=seed).advance((1600.0,), 5.0).state[-1] for seed in (1, 1, 2)]
+    np.testing.assert_array_equal(ends[0], ends[1])
+    assert np.abs(ends[0] - ends[2]).max() > 1e-4
+
+
+@pytest.mark.parametrize("duration_s", [0.0, 0.003, 0.0525])
+def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration_s: float) -> None:
+    with pytest.raises(ValueError, match="whole number"):
+        plant().advance((1500.0,), duration_s)
