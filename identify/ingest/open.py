@@ -21,9 +21,9 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     """The dive that a recording holds, with notes on what it lacks.
 
     `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns; a dive folder
-    made from a `.csv` holds its own, `columns.yaml`. With
-    `vehicle` the notes also say whether the recording fits it. Raises LogError, one sentence, where nothing
-    can be read; ConfigError for a column map that is wrong.
+    made from a `.csv` holds its own, `columns.yaml`. With `vehicle` the notes also say whether the recording
+    fits it. Raises LogError, one sentence, where nothing can be read; ConfigError for a column map that is
+    wrong.
     """
     files = _files(path)
     beside = path / "columns.yaml"
