@@ -1,0 +1,75 @@
+"""A link over a file descriptor: what serial ports, pseudo-terminals and TCP connections share."""
+
+import os
+import select
+from collections import Counter
+from collections.abc import Callable
+
+from bridge.errors import LinkLost
+
+READ_BYTES = 65536
+BACKLOG_BYTES = 65536
+
+
+class DescriptorLink:
+    """Reads and writes a non-blocking descriptor; `release` closes what owns it.
+
+    A peer that takes no bytes never stalls the writer: what does not go out waits, up to `BACKLOG_BYTES`,
+    and beyond that new data is dropped whole and counted in `counts["dropped"]`.
+    """
+
+    def __init__(self, name: str, descriptor: int, release: Callable[[], None]) -> None:
+        self.name = name
+        self.counts: Counter[str] = Counter()
+        self._descriptor = descriptor
+        self._release = release
+        self._backlog = b""
+        os.set_blocking(descriptor, False)
+
+    def read(self, timeout_s: float) -> bytes:
+        self._check_open()
+        try:
+            self._send_backlog()
+            ready, _, _ = select.select([self._descriptor], [], [], max(0.0, timeout_s))
+            if not ready:
+                return b""
+            data = os.read(self._descriptor, READ_BYTES)
+        except BlockingIOError:
+            return b""
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from None
+        if not data:
+            raise LinkLost(f"{self.name}: the other side has gone; plug it in or start it again")
+        return data
+
+    def write(self, data: bytes) -> None:
+        self._check_open()
+        if len(self._backlog) + len(data) > BACKLOG_BYTES:
+            self.counts["dropped"] += 1
+        else:
+            self._backlog += data
+        try:
+            self._send_backlog()
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from None
+
+    def close(self) -> None:
+        if self._descriptor >= 0:
+            self._descriptor = -1
+            self._release()
+
+    def _send_backlog(self) -> None:
+        while self._backlog:
+            try:
+                sent = os.write(self._descriptor, self._backlog)
+            except BlockingIOError:
+                return
+            self._backlog = self._backlog[sent:]
+
+    def _check_open(self) -> None:
+        if self._descriptor < 0:
+            raise LinkLost(f"{self.name}: is closed; open it again")
+
+    def _lost(self, error: OSError | ValueError) -> LinkLost:
+        reason = getattr(error, "strerror", None) or str(error)
+        return LinkLost(f"{self.name}: the other side has gone ({reason}); plug it in or start it again")

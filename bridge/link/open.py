@@ -1,0 +1,46 @@
+"""Links by the names that people give them."""
+
+from collections.abc import Callable
+
+from bridge.errors import LinkError
+from bridge.link.base import Link
+from bridge.link.serial import DEFAULT_BAUD, open_serial
+from bridge.link.tcp import open_tcp, open_tcpin
+from bridge.link.udp import open_udpin, open_udpout
+
+LOOPBACK = "127.0.0.1"
+FORMS = "serial:/dev/ttyUSB0:115200, udpin:HOST:PORT, udpout:HOST:PORT, tcp:HOST:PORT or tcpin:HOST:PORT"
+
+_NETWORK: dict[str, Callable[[str, int], Link]] = {
+    "udpin": open_udpin,
+    "udpout": open_udpout,
+    "tcp": open_tcp,
+    "tcpin": open_tcpin,
+}
+
+
+def open_link(spec: str) -> Link:
+    """The link that `spec` names; a network host left out is this computer alone.
+
+    Raises LinkError where `spec` can't be read, or what it names can't be opened.
+    """
+    kind, _, rest = spec.partition(":")
+    if kind == "serial" and rest:
+        return open_serial(*_port_and_baud(rest))
+    if kind in _NETWORK and rest:
+        host, port = _host_and_port(spec, rest)
+        return _NETWORK[kind](host, port)
+    raise LinkError(f"'{spec}' is not a link; give {FORMS}")
+
+
+def _port_and_baud(rest: str) -> tuple[str, int]:
+    # Names under /dev/serial/by-path hold colons themselves.
+    port, _, baud = rest.rpartition(":")
+    return (port, int(baud)) if port and baud.isdecimal() else (rest, DEFAULT_BAUD)
+
+
+def _host_and_port(spec: str, rest: str) -> tuple[str, int]:
+    host, _, port = rest.rpartition(":")
+    if not port.isdecimal() or not 0 <= int(port) <= 65535:
+        raise LinkError(f"'{spec}': '{port}' is not a port number from 0 to 65535; give {FORMS}")
+    return host or LOOPBACK, int(port)

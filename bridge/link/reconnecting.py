@@ -1,0 +1,80 @@
+"""A link that comes back: a port unplugged, a peer restarted."""
+
+from collections.abc import Callable
+from threading import Event
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.link.base import Link
+
+FIRST_RETRY_S = 0.25
+SLOWEST_RETRY_S = 2.0
+
+
+def next_retry_s(retry_s: float) -> float:
+    """How long to wait after one more failure."""
+    return min(2 * retry_s, SLOWEST_RETRY_S)
+
+
+class Reconnecting:
+    """Opens its link by `factory`, again and again with back-off, and loses nobody's process over it.
+
+    `fault` is the sentence of the last failure while the link is away, "" while it works. What is written
+    meanwhile is lost.
+    """
+
+    def __init__(self, factory: Callable[[], Link], clock: Clock, name: str = "link") -> None:
+        self.name = name
+        self.fault = ""
+        self._factory = factory
+        self._clock = clock
+        self._link: Link | None = None
+        self._retry_s = FIRST_RETRY_S
+        self._due_s = clock.boot_s()
+        self._closed = Event()
+
+    def read(self, timeout_s: float) -> bytes:
+        link = self._opened()
+        if link is None:
+            self._closed.wait(max(0.0, timeout_s))
+            return b""
+        try:
+            return link.read(timeout_s)
+        except LinkError as error:
+            self._lose(link, error)
+            return b""
+
+    def write(self, data: bytes) -> None:
+        link = self._opened()
+        if link is None:
+            return
+        try:
+            link.write(data)
+        except LinkError as error:
+            self._lose(link, error)
+
+    def close(self) -> None:
+        self._closed.set()
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+
+    def _opened(self) -> Link | None:
+        if self._link is None and not self._closed.is_set() and self._clock.boot_s() >= self._due_s:
+            try:
+                self._link = self._factory()
+            except LinkError as error:
+                self._wait_after(error)
+            else:
+                self.name, self.fault, self._retry_s = self._link.name, "", FIRST_RETRY_S
+        return self._link
+
+    def _lose(self, link: Link, error: LinkError) -> None:
+        link.close()
+        self._link = None
+        self._wait_after(error)
+
+    def _wait_after(self, error: LinkError) -> None:
+        self.fault = str(error)
+        self._due_s = self._clock.boot_s() + self._retry_s
+        self._retry_s = next_retry_s(self._retry_s)

@@ -1,0 +1,101 @@
+"""TCP: `tcp` connects to a peer, `tcpin` listens and serves one peer at a time."""
+
+import socket
+
+from bridge.errors import LinkError, LinkLost
+from bridge.link.descriptor import DescriptorLink
+
+CONNECT_S = 5.0
+
+
+def open_tcp(host: str, port: int) -> DescriptorLink:
+    """A connection. Raises LinkError where nobody answers there."""
+    name = f"tcp:{host}:{port}"
+    try:
+        sock = socket.create_connection((host, port), CONNECT_S)
+    except ConnectionRefusedError:
+        raise LinkError(f"{name}: refused, nobody listens there; start the other side first") from None
+    except OSError as error:
+        reason = error.strerror or "no answer"
+        raise LinkError(f"{name}: can't connect ({reason}); check the address and the network") from None
+    return _connection(name, sock)
+
+
+def _connection(name: str, sock: socket.socket) -> DescriptorLink:
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    # A peer whose cable was pulled says nothing: ask it, so that it is known to be gone within about 10 s.
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for option, value in (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
+        if hasattr(socket, option):
+            sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
+    return DescriptorLink(name, sock.fileno(), sock.close)
+
+
+class TcpServer:
+    """A listening link: the first to connect is served until it leaves, then the next."""
+
+    def __init__(self, name: str, listener: socket.socket) -> None:
+        self.name = name
+        self._listener = listener
+        self._peer: DescriptorLink | None = None
+
+    def read(self, timeout_s: float) -> bytes:
+        if self._peer is None:
+            self._accept(timeout_s)
+            if self._peer is None:
+                return b""
+        try:
+            return self._peer.read(timeout_s)
+        except LinkLost:
+            self._drop()
+            return b""
+
+    def write(self, data: bytes) -> None:
+        if self._peer is None:
+            self._accept(0.0)
+        if self._peer is None:
+            return
+        try:
+            self._peer.write(data)
+        except LinkLost:
+            self._drop()
+
+    def close(self) -> None:
+        self._drop()
+        self._listener.close()
+
+    @property
+    def port(self) -> int:
+        """The local port."""
+        return int(self._listener.getsockname()[1])
+
+    def _accept(self, timeout_s: float) -> None:
+        try:
+            self._listener.settimeout(max(0.0, timeout_s))
+            sock, _ = self._listener.accept()
+        except (BlockingIOError, TimeoutError):
+            return
+        except OSError as error:
+            raise LinkLost(f"{self.name}: no longer listens ({error.strerror}); open it again") from None
+        self._peer = _connection(self.name, sock)
+
+    def _drop(self) -> None:
+        if self._peer is not None:
+            self._peer.close()
+            self._peer = None
+
+
+def open_tcpin(host: str, port: int) -> TcpServer:
+    """A listener on `host`. Raises LinkError where the address is not this computer's, or is taken."""
+    name = f"tcpin:{host}:{port}"
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+        listener.listen(1)
+    except OSError as error:
+        listener.close()
+        raise LinkError(
+            f"{name}: can't listen there ({error.strerror}); stop the program that does, or give another port"
+        ) from None
+    return TcpServer(name, listener)

@@ -1,0 +1,340 @@
+"""Links open by name, fail in sentences, and come back."""
+
+import os
+import random
+import socket
+
+import pytest
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkError, LinkLost
+from bridge.framing import Encoder, Framer
+from bridge.link.base import Link
+from bridge.link.descriptor import BACKLOG_BYTES
+from bridge.link.lossy import Lossy
+from bridge.link.memory import memory_pair
+from bridge.link.open import open_link
+from bridge.link.pseudo import open_pty
+from bridge.link.reconnecting import Reconnecting, next_retry_s
+from bridge.link.tcp import TcpServer, open_tcpin
+from bridge.link.udp import UdpLink
+
+SOON_S = 5.0
+
+
+def read_exactly(link: Link, count: int) -> bytes:
+    data = b""
+    while len(data) < count:
+        more = link.read(SOON_S)
+        assert more, f"only {data!r} came"
+        data += more
+    return data
+
+
+def free_port(kind: socket.SocketKind) -> int:
+    with socket.socket(socket.AF_INET, kind) as sock:
+        sock.bind(("127.0.0.1", 0))
+        return int(sock.getsockname()[1])
+
+
+def frames(count: int) -> list[bytes]:
+    encoder = Encoder(1, 1)
+    return [encoder.frame(0, bytes((i, 2, 3, 4, 5, 6, 7, 8, 9))) for i in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("spec", "sentence"),
+    [
+        ("", "is not a link; give serial"),
+        ("serial", "is not a link"),
+        ("udp:127.0.0.1:14550", "is not a link"),
+        ("udpin:127.0.0.1:none", "'none' is not a port number"),
+        ("udpout:127.0.0.1:70000", "'70000' is not a port number"),
+        ("tcp:127.0.0.1", "'127.0.0.1' is not a port number"),
+        ("serial:/dev/ttyNowhere:115200", "there is no port /dev/ttyNowhere; check"),
+        ("serial:/dev/null", "check that it is a serial port"),
+        ("udpout:no-such-host.invalid:1", "the host 'no-such-host.invalid' is unknown"),
+        ("udpin:192.0.2.1:14550", "can't listen there"),
+    ],
+)
+def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec: str, sentence: str) -> None:
+    with pytest.raises(LinkError) as caught:
+        open_link(spec)
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_refused_connection_and_a_taken_port_are_named() -> None:
+    with pytest.raises(LinkError, match="refused, nobody listens there"):
+        open_link(f"tcp:127.0.0.1:{free_port(socket.SOCK_STREAM)}")
+    for kind in ("udpin", "tcpin"):
+        first = open_link(f"{kind}:127.0.0.1:0")
+        assert isinstance(first, UdpLink | TcpServer)
+        with pytest.raises(LinkError, match="Address already in use"):
+            open_link(f"{kind}:127.0.0.1:{first.port}")
+        first.close()
+
+
+@pytest.mark.parametrize("kind", ["udpin", "tcpin"])
+def test_a_link_without_a_host_listens_on_this_computer_alone(kind: str) -> None:
+    link = open_link(f"{kind}::0")
+    sock = link._socket if isinstance(link, UdpLink) else link._listener  # type: ignore[attr-defined]
+    assert sock.getsockname()[0] == "127.0.0.1"
+    link.close()
+
+
+def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    ground.write(b"nobody is there yet")
+    vehicles = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(2)]
+    for i, vehicle in enumerate(vehicles):
+        vehicle.write(bytes((i,)))
+        assert ground.read(SOON_S) == bytes((i,))
+    ground.write(b"all")
+    assert [vehicle.read(SOON_S) for vehicle in vehicles] == [b"all", b"all"]
+    first = vehicles[0]
+    assert isinstance(first, UdpLink)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.sendto(b"obey me", ("127.0.0.1", first.port))
+        assert first.read(0.2) == b""
+    for link in (ground, *vehicles):
+        link.close()
+    with pytest.raises(LinkLost):
+        ground.read(0.0)
+
+
+def test_udpout_waits_for_a_peer_that_starts_later() -> None:
+    port = free_port(socket.SOCK_DGRAM)
+    vehicle = open_link(f"udpout:127.0.0.1:{port}")
+    for _ in range(3):
+        vehicle.write(b"too early")
+        assert vehicle.read(0.01) == b""
+    ground = open_link(f"udpin:127.0.0.1:{port}")
+    vehicle.write(b"now")
+    assert ground.read(SOON_S) == b"now"
+    vehicle.close()
+    ground.close()
+
+
+def test_tcp_carries_both_ways_and_the_next_peer_is_served_when_one_leaves() -> None:
+    server = open_tcpin("127.0.0.1", 0)
+    assert server.read(0.0) == b""
+    server.write(b"to nobody")
+    for word in (b"first", b"second"):
+        client = open_link(f"tcp:127.0.0.1:{server.port}")
+        client.write(word)
+        assert read_exactly(server, len(word)) == word
+        server.write(word.upper())
+        assert read_exactly(client, len(word)) == word.upper()
+        client.close()
+        assert server.read(SOON_S) == b""
+    server.close()
+    with pytest.raises(LinkLost):
+        server.read(0.0)
+
+
+def test_a_tcp_peer_that_goes_away_is_a_lost_link() -> None:
+    server = open_tcpin("127.0.0.1", 0)
+    client = open_link(f"tcp:127.0.0.1:{server.port}")
+    client.write(b"x")
+    assert read_exactly(server, 1) == b"x"
+    server.close()
+    with pytest.raises(LinkLost, match="the other side has gone"):
+        client.read(SOON_S)
+    client.close()
+
+
+def test_a_serial_port_carries_every_byte_and_is_held_by_one_program() -> None:
+    device, path = open_pty()
+    port = open_link(f"serial:{path}:115200")
+    every = bytes(range(256))
+    device.write(every)
+    assert read_exactly(port, 256) == every
+    port.write(every)
+    assert read_exactly(device, 256) == every
+    assert port.read(0.0) == b""
+    with pytest.raises(LinkError, match="another program holds the port"):
+        open_link(f"serial:{path}:115200")
+    port.close()
+    open_link(f"serial:{path}").close()
+    device.close()
+
+
+def test_a_port_that_is_unplugged_is_lost_with_a_sentence() -> None:
+    device, path = open_pty()
+    port = open_link(f"serial:{path}:115200")
+    device.close()
+    with pytest.raises(LinkLost, match=r"the other side has gone.*plug it in"):
+        port.read(SOON_S)
+    with pytest.raises(LinkLost):
+        port.write(b"x")
+    port.close()
+    with pytest.raises(LinkLost, match="closed"):
+        port.read(0.0)
+
+
+def test_a_peer_that_takes_nothing_never_stalls_the_writer() -> None:
+    device, path = open_pty()
+    chunk = bytes(1000)
+    for _ in range(2 * BACKLOG_BYTES // 1000):
+        device.write(chunk)
+    assert device.counts["dropped"] > 20
+    port = open_link(f"serial:{path}")
+    device.write(b"end")
+    port.close()
+    device.close()
+
+
+class Plug:
+    """A link factory with a switch."""
+
+    def __init__(self) -> None:
+        self.plugged = False
+        self.device: Link | None = None
+        self.opened = 0
+
+    def open(self) -> Link:
+        if not self.plugged:
+            raise LinkError("there is no port")
+        self.opened += 1
+        mine, self.device = memory_pair()
+        return mine
+
+    def unplug(self) -> None:
+        self.plugged = False
+        assert self.device is not None
+        self.device.close()
+
+
+def test_a_port_comes_back_within_three_seconds_a_hundred_times() -> None:
+    clock, plug = SimulatedClock(), Plug()
+    link = Reconnecting(plug.open, clock, "port")
+    for cycle in range(100):
+        assert link.read(0.0) == b""
+        link.write(b"lost")
+        assert "port" in link.fault or "other end" in link.fault
+        clock.advance_to(clock.now_s + 7.0 + 0.01 * cycle)
+        assert link.read(0.0) == b""
+        plug.plugged = True
+        back_s = clock.now_s
+        while plug.opened == cycle:
+            clock.advance_to(clock.now_s + 0.1)
+            assert link.read(0.0) == b""
+        assert clock.now_s - back_s <= 3.0
+        assert plug.device is not None
+        plug.device.write(b"again")
+        assert (link.read(0.0), link.fault) == (b"again", "")
+        plug.unplug()
+    link.close()
+    clock.advance_to(clock.now_s + 60)
+    plug.plugged = True
+    assert link.read(0.0) == b""
+    assert plug.opened == 100
+
+
+def test_plugging_in_a_hundred_times_leaks_no_handle() -> None:
+    clock = SimulatedClock()
+    ports: list[str] = []
+    link = Reconnecting(lambda: open_link(f"serial:{ports[-1]}"), clock)
+    before = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0
+    for _ in range(100):
+        device, path = open_pty()
+        ports.append(path)
+        clock.advance_to(clock.now_s + 3.0)
+        assert link.read(0.0) == b""
+        device.write(b"x")
+        assert read_exactly(link, 1) == b"x"
+        device.close()
+        assert link.read(SOON_S) == b""
+        assert "gone" in link.fault
+    link.close()
+    assert (len(os.listdir("/proc/self/fd")) if before else 0) == before
+
+
+def test_the_pause_between_tries_doubles_up_to_two_seconds() -> None:
+    pauses = [0.25]
+    while len(pauses) < 6:
+        pauses.append(next_retry_s(pauses[-1]))
+    assert pauses == [0.25, 0.5, 1.0, 2.0, 2.0, 2.0]
+
+
+def test_memory_carries_chunks_in_order_and_notices_the_other_end_closing() -> None:
+    a, b = memory_pair()
+    a.write(b"one")
+    a.write(b"two")
+    assert (b.read(0.0), b.read(0.0), b.read(0.0)) == (b"one", b"two", b"")
+    a.write(b"last words")
+    a.close()
+    assert b.read(0.0) == b"last words"
+    with pytest.raises(LinkLost):
+        b.read(1.0)
+    with pytest.raises(LinkLost):
+        b.write(b"x")
+
+
+def lossy_pair(**faults: float) -> tuple[Lossy, Link, SimulatedClock]:
+    clock = SimulatedClock()
+    near, far = memory_pair()
+    return Lossy(near, random.Random(2), clock, **faults), far, clock
+
+
+def drain(link: Link) -> bytes:
+    data = b""
+    while more := link.read(0.0):
+        data += more
+    return data
+
+
+def through(lossy: Lossy, far: Link, raws: list[bytes]) -> tuple[list[bytes], list[bytes]]:
+    """What comes out of either direction."""
+    for raw in raws:
+        lossy.write(raw)
+        far.write(raw)
+    out = [f.raw for f in Framer().feed(drain(far)) if f.known]
+    back = b"".join(lossy.read(0.0) for _ in raws)
+    return out, [f.raw for f in Framer().feed(back) if f.known]
+
+
+def test_a_lossy_link_without_faults_changes_nothing() -> None:
+    lossy, far, _ = lossy_pair()
+    assert through(lossy, far, frames(50)) == (frames(50), frames(50))
+
+
+@pytest.mark.parametrize(
+    ("fault", "low", "high"), [("loss", 120, 160), ("duplicate", 240, 280), ("corrupt", 120, 160)]
+)
+def test_a_lossy_link_loses_doubles_and_damages_frames_at_its_rate_both_ways(
+    fault: str, low: int, high: int
+) -> None:
+    lossy, far, _ = lossy_pair(**{fault: 0.3})
+    for got in through(lossy, far, frames(200)):
+        assert low < len(got) < high
+        assert set(got) <= set(frames(200))
+
+
+def test_a_lossy_link_lets_frames_overtake_each_other_and_loses_none() -> None:
+    lossy, far, clock = lossy_pair(reorder=0.2)
+    out, _ = through(lossy, far, frames(100))
+    clock.advance_to(1.0)
+    lossy.read(0.0)
+    out += [f.raw for f in Framer().feed(drain(far))]
+    assert out != frames(100)
+    assert sorted(out) == sorted(frames(100))
+
+
+def test_a_lossy_link_delays_and_its_switches_work_while_it_runs() -> None:
+    lossy, far, clock = lossy_pair(delay_s=0.2)
+    lossy.write(frames(1)[0])
+    clock.advance_to(0.1)
+    assert (lossy.read(0.0), drain(far)) == (b"", b"")
+    clock.advance_to(0.2)
+    lossy.read(0.0)
+    assert drain(far) == frames(1)[0]
+    lossy.outgoing.delay_s = 0.0
+    lossy.outgoing.cut = True
+    lossy.write(frames(1)[0])
+    assert drain(far) == b""
+    lossy.outgoing.cut = False
+    lossy.write(frames(1)[0])
+    assert drain(far) == frames(1)[0]
