@@ -81,7 +81,9 @@ class Configuration:
         if self.dry_mass_kg <= 0:
             raise ValueError(f"dry_mass_kg must be positive, it is {self.dry_mass_kg}")
         if min(self.inertia_kgm2) <= 0:
-            raise ValueError(f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}")
+            raise ValueError(
+                f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
+            )
         for name in self.model:
             if name not in BY_NAME:
                 raise ValueError(f"model: unknown coefficient '{name}'; known: {', '.join(BY_NAME)}")
@@ -145,7 +147,9 @@ class Vehicle:
             raise ValueError("configurations: a vehicle needs at least one")
         indices = [self.veh_cfg(name) for name in self.configurations]
         if len(set(indices)) != len(indices):
-            raise ValueError(f"configurations: two share a VEH_CFG value ({indices}); give each its own veh_cfg")
+            raise ValueError(
+                f"configurations: two share a VEH_CFG value ({indices}); give each its own veh_cfg"
+            )
 
     def veh_cfg(self, name: str) -> int:
         """The VEH_CFG value of a configuration."""

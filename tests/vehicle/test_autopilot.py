@@ -1,0 +1,102 @@
+import math
+
+import numpy as np
+import pytest
+
+from bridge.navigation import Navigation
+from bridge.vehicle.autopilot import Actuation, Autopilot
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.references import Reference
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+
+FILE = load_vehicle("ruvifist")
+MODEL = {"M_u": 111.6, "D_u": 56.24, "M_v": 112.41, "D_v": 53.05, "I_r": 16.0, "D_r": 26.07}
+HERE = Navigation((0.3, 0.1, 0.01), 0, (0.001, 0.002, 0.05), 0, (1.0, 0.0, 0.0, 0.0), 0.1, 0, 0.62, 0)
+ASK = Reference((0.4, 0.2, 0, 0, 0, 0.1), (0.05, 0.02, 0, 0, 0, 0.01), 0.2, 0.6)
+
+
+def autopilot(
+    mode: Mode, model: dict[str, float] | None = None, configuration: str = "hovering"
+) -> Autopilot:
+    return Autopilot(
+        FILE.vehicle, configuration, lambda _: MODEL if model is None else model, FILE.path.parent, mode
+    )
+
+
+def tick(mode: Mode, model: dict[str, float] | None = None) -> Actuation:
+    return autopilot(mode, model).step(0.0, HERE, ASK)
+
+
+def test_the_feedforward_is_computed_in_every_mode_and_applied_in_two() -> None:
+    off, shadow, alone, both = (tick(mode) for mode in Mode)
+    wanted = (111.6 * 0.05 + 56.24 * 0.4, 112.41 * 0.02 + 53.05 * 0.2, 0, 0, 0, 16 * 0.01 + 26.07 * 0.1)
+    for actuation in (off, shadow, alone, both):
+        assert actuation.tau_ff == pytest.approx(wanted)
+    assert off.tau_cmd == shadow.tau_cmd == pytest.approx(off.tau_pid)
+    assert both.tau_cmd == pytest.approx(np.add(both.tau_pid, wanted))
+    assert [a.mode for a in (off, shadow, alone, both)] == [0, 1, 2, 3]
+
+
+def test_feedforward_alone_silences_the_pid_of_its_axes_and_leaves_that_of_heave() -> None:
+    alone, off = tick(Mode.ALONE), tick(Mode.OFF)
+    assert [alone.tau_pid[dof] for dof in (0, 1, 5)] == [0.0, 0.0, 0.0]
+    assert alone.tau_pid[2] == off.tau_pid[2] != 0.0
+    assert alone.tau_cmd == pytest.approx(np.add(alone.tau_pid, alone.tau_ff))
+
+
+def test_what_was_fed_back_is_logged_as_it_was() -> None:
+    assert tick(Mode.OFF).nu_fb == (0.3, 0.1, 0.01, 0.001, 0.002, 0.05)
+
+
+def test_the_pulse_widths_make_the_commanded_wrench_where_no_thrust_is_small() -> None:
+    actuation = autopilot(Mode.ALONE).step(
+        0.0, HERE, Reference((0.5, 0, 0, 0, 0, 0), (0.1, 0, 0, 0, 0, 0), 0.1, 1.0)
+    )
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    thrust = curve.thrust(actuation.pwm_us)
+    assert np.abs(thrust).min() > 3.0
+    matrix = allocation_matrix(FILE.vehicle.configurations["hovering"])
+    np.testing.assert_allclose(matrix @ thrust, actuation.tau_cmd, atol=1e-9)
+
+
+def test_small_thrusts_are_lost_in_the_dead_zone_that_the_pulse_widths_do_not_jump() -> None:
+    hover = autopilot(Mode.ALONE)
+    level = Navigation((0.0, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.6, 0)
+    whisper = hover.step(0.0, level, Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6))
+    assert whisper.tau_cmd[0] == pytest.approx(56.24 * 0.05)
+    assert all(1472 <= pwm <= 1528 for pwm in whisper.pwm_us)
+    assert whisper.pwm_us[0] > 1510
+
+
+def test_a_parameter_that_is_not_a_number_gives_zero_and_one_text_until_it_changes() -> None:
+    model = dict(MODEL, M_u=math.nan)
+    pilot = autopilot(Mode.BOTH, model)
+    for step in range(3):
+        assert pilot.step(0.05 * step, HERE, ASK).tau_ff[0] == 0.0
+    texts = pilot.take_texts()
+    assert len(texts) == 1
+    assert "M_u is nan" in texts[0]
+    assert pilot.take_texts() == []
+    model["M_u"] = 111.6
+    assert pilot.step(0.15, HERE, ASK).tau_ff[0] > 0
+    model["M_u"] = math.inf
+    pilot.step(0.2, HERE, ASK)
+    assert len(pilot.take_texts()) == 1
+
+
+def test_an_impossible_demand_stays_within_the_thrusters_and_is_told_as_it_was_limited() -> None:
+    actuation = autopilot(Mode.BOTH).step(
+        0.0, HERE, Reference((9, 9, 0, 0, 0, 9), (9, 9, 0, 0, 0, 9), 3.0, 50.0)
+    )
+    thrust = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent).thrust(actuation.pwm_us)
+    assert thrust.max() <= 40.0 + 1e-9
+    assert thrust.min() >= -39.908 - 1e-9
+    assert abs(actuation.tau_cmd[0]) < 140
+
+
+def test_the_configuration_chooses_the_parameters() -> None:
+    asked = []
+    pilot = Autopilot(FILE.vehicle, "hovering", lambda i: asked.append(i) or MODEL, FILE.path.parent)
+    assert pilot.step(0.0, HERE, ASK).veh_cfg == 1
+    assert asked == [1]
