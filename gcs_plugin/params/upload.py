@@ -1,0 +1,251 @@
+"""An upload from plan to outcome: a pure state machine over transfers.
+
+    STAGE (write and verify, confirm the rest of the staged set) -> COMMIT (FF_COMMIT = CRC, FF_ACTIVE says
+    so) -> LIVE (what takes effect at once, FF_MODE) -> done a failure -> UNDO (what was written gets its
+    value back, verified) -> UNDO_COMMIT where the set was active -> done
+
+The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so nothing is ever half-applied. A
+commit that the vehicle neither took nor refused is left alone and said: only a reading of FF_ACTIVE can
+tell.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from gcs_plugin.params import float32
+from gcs_plugin.params.deadline import Timing, deadline_s
+from gcs_plugin.params.plan import ACTIVE, COMMIT, Plan, Verdict, is_staged
+from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
+
+Crc = Callable[[Mapping[str, float]], int]
+
+
+class Stage(Enum):
+    """Where an upload is; the value is the word that an operator reads."""
+
+    STAGE = "staging"
+    COMMIT = "committing"
+    LIVE = "switching"
+    UNDO = "rolling back"
+    UNDO_COMMIT = "committing the old values"
+    DONE = "done"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How an upload ended: one outcome with a sentence, and what became of each line."""
+
+    outcome: Outcome
+    sentence: str
+    results: Mapping[str, Result]
+
+
+class Upload:
+    """Brings one vehicle component from `plan.present` to the plan's targets, or back.
+
+    `crc` is the vehicle's own CRC of a staged set. Feed it `on_value`, `on_error`, `on_reboot`, send what
+    `tick` returns, until `ending` is there.
+    """
+
+    def __init__(self, plan: Plan, source: Source, start_s: float, timing: Timing, crc: Crc) -> None:
+        self._plan, self._source, self._timing = plan, source, timing
+        present, changes = plan.present, plan.changes
+        self._commits = COMMIT in present and ACTIVE in present
+        staged = [name for name in present if is_staged(name)] if self._commits else []
+        self._old_set = {name: present[name] for name in staged}
+        self._new_set = {name: changes.get(name, present[name]) for name in staged}
+        self._crc_old, self._crc_new = (crc(s) if s else 0 for s in (self._old_set, self._new_set))
+        self._live = {name: value for name, value in changes.items() if self._commits and name not in staged}
+        self._direct = {name: value for name, value in changes.items() if name not in self._live}
+        self._written: set[str] = set()
+        self._committed = self._needs_commit = self._undoing = False
+        self._undone: dict[str, Result] = {}
+        self._results: dict[str, Result] = {}
+        self._failure: Result | None = None
+        self.ending: Ending | None = None
+        self._begin(start_s)
+
+    @property
+    def stage(self) -> Stage:
+        return self._stage
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Tasks done and tasks in all, of this stage."""
+        return self._transfer.progress
+
+    @property
+    def crc(self) -> int:
+        """What FF_ACTIVE must say in the end."""
+        return self._crc_new
+
+    def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
+        self._transfer.on_value(name, value, source, time_s)
+        self._advance(time_s)
+
+    def on_error(self, name: str, code: int, source: Source, time_s: float) -> None:
+        self._transfer.on_error(name, code, source)
+        self._advance(time_s)
+
+    def on_reboot(self, time_s: float) -> None:
+        """The vehicle started again: it may have lost its staged set, so that all of it is proved anew."""
+        if self._stage in (Stage.COMMIT, Stage.LIVE):
+            self._committed = False
+            self._enter_stage(time_s + self._timing.quiet_s)
+        elif self._stage is not Stage.DONE:
+            self._transfer.on_reboot(time_s)
+
+    def abort(self, sentence: str, time_s: float) -> None:
+        """Stop and roll back, as when the vehicle was armed."""
+        if self._stage in (Stage.STAGE, Stage.COMMIT, Stage.LIVE):
+            self._transfer.abort(sentence)
+            self._advance(time_s)
+
+    def give_up(self, sentence: str) -> None:
+        """End at once without another word to the vehicle, as when the link is gone."""
+        if self._stage is not Stage.DONE:
+            self._transfer.abort(sentence)
+            self._collect()
+            self._end(Outcome.UNVERIFIED if self._written else Outcome.NOT_SENT, sentence)
+
+    def tick(self, time_s: float) -> list[Send]:
+        """What to send now."""
+        if self._stage is Stage.DONE:
+            return []
+        sends = self._transfer.tick(time_s)
+        self._written.update(send.name for send in sends if isinstance(send, SetValue))
+        self._advance(time_s)
+        return sends
+
+    def _begin(self, time_s: float) -> None:
+        active = self._plan.present.get(ACTIVE)
+        about_set = any(row.name in self._new_set for row in self._plan.rows)
+        inactive = about_set and active is not None and not float32.same(active, float(self._crc_new))
+        if self._plan.changes or inactive:
+            self._needs_commit = self._commits and (bool(self._direct) or inactive)
+            self._enter_stage(time_s)
+            self._advance(time_s)
+        else:
+            self._stage, self._transfer = Stage.DONE, self._transfer_of([], time_s)
+            self._end(Outcome.SAME, "the vehicle holds all of it already; nothing was written")
+
+    def _transfer_of(self, tasks: Iterable[Task], start_s: float) -> Transfer:
+        listed = list(tasks)
+        allowed_s = max(self._timing.deadline_s, deadline_s(len(listed), self._timing))
+        return Transfer(listed, self._source, start_s, replace(self._timing, deadline_s=allowed_s))
+
+    def _enter_stage(self, time_s: float) -> None:
+        tasks = [write(name, value) for name, value in self._direct.items()]
+        if self._needs_commit:
+            tasks += [confirm(n, v) for n, v in self._new_set.items() if n not in self._direct]
+        self._stage, self._transfer = Stage.STAGE, self._transfer_of(tasks, time_s)
+
+    def _advance(self, time_s: float) -> None:
+        while self._stage is not Stage.DONE and self._transfer.done:
+            self._collect()
+            if self._stage is Stage.STAGE:
+                self._after_staging(time_s)
+            elif self._stage is Stage.COMMIT:
+                self._after_commit(time_s)
+            elif self._stage is Stage.LIVE:
+                self._finish() if self._transfer.succeeded else self._undo(time_s)
+            elif self._stage is Stage.UNDO:
+                self._after_undo(time_s)
+            else:
+                self._end_undone(self._transfer.failure())
+
+    def _collect(self) -> None:
+        if self._stage in (Stage.STAGE, Stage.LIVE):
+            self._results.update(self._transfer.results)
+        if self._stage in (Stage.STAGE, Stage.COMMIT, Stage.LIVE):
+            self._failure = self._transfer.failure()
+
+    def _after_staging(self, time_s: float) -> None:
+        if not self._transfer.succeeded:
+            self._undo(time_s)
+        elif self._needs_commit:
+            task = Task(ACTIVE, float(self._crc_new), COMMIT)
+            self._stage, self._transfer = Stage.COMMIT, self._transfer_of([task], time_s)
+        else:
+            self._enter_live(time_s)
+
+    def _after_commit(self, time_s: float) -> None:
+        if self._transfer.succeeded:
+            self._committed = True
+            self._enter_live(time_s)
+        elif self._failure is not None and self._failure.outcome is Outcome.UNVERIFIED:
+            self._end(
+                Outcome.UNVERIFIED,
+                f"{self._failure.sentence}; the vehicle flies the new values if {ACTIVE} reads "
+                f"{self._crc_new}, else the old: connect again and read it",
+            )
+        else:
+            self._undo(time_s)
+
+    def _enter_live(self, time_s: float) -> None:
+        tasks = [write(name, value) for name, value in self._live.items()]
+        self._stage, self._transfer = Stage.LIVE, self._transfer_of(tasks, time_s)
+
+    def _undo(self, time_s: float) -> None:
+        before = self._plan.present
+        names = [name for name in self._written if name != COMMIT]
+        # Quiet first, so that a write still on its way can't arrive after the one that takes it back.
+        start_s = time_s + self._timing.quiet_s
+        self._stage, self._undoing = Stage.UNDO, True
+        self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
+
+    def _after_undo(self, time_s: float) -> None:
+        self._undone = dict(self._transfer.results)
+        if self._committed and self._transfer.succeeded:
+            task = Task(ACTIVE, float(self._crc_old), COMMIT)
+            self._stage, self._transfer = Stage.UNDO_COMMIT, self._transfer_of([task], time_s)
+        else:
+            self._end_undone(self._transfer.failure())
+
+    def _end_undone(self, trouble: Result | None) -> None:
+        cause = self._failure.sentence if self._failure else "stopped"
+        for name, result in self._undone.items():
+            first = self._results.get(name)
+            back = result.outcome is Outcome.APPLIED
+            if not back:
+                self._results[name] = Result(
+                    Outcome.UNVERIFIED, f"not rolled back: {result.sentence}", result.seen
+                )
+            elif first is None or first.outcome is not Outcome.REFUSED:
+                self._results[name] = Result(
+                    Outcome.ROLLED_BACK, f"{name} is {result.seen:.9g} again", result.seen
+                )
+            else:
+                self._results[name] = replace(first, seen=result.seen)
+        if trouble is not None:
+            self._end(Outcome.UNVERIFIED, f"{cause}; and the roll back failed: {trouble.sentence}")
+        elif self._undone:
+            self._end(Outcome.ROLLED_BACK, f"{cause}; every value that was written is back as it was")
+        else:
+            refused = self._failure is not None and self._failure.outcome is Outcome.REFUSED
+            self._end(Outcome.REFUSED if refused else Outcome.NOT_SENT, f"{cause}; nothing was written")
+
+    def _finish(self) -> None:
+        count = len(self._plan.changes)
+        changed = f"{count} parameter{'s' if count != 1 else ''} written and read back"
+        active = f", set {self._crc_new} is active" if self._needs_commit else ""
+        self._end(Outcome.APPLIED, changed + active)
+
+    def _end(self, outcome: Outcome, sentence: str) -> None:
+        self._stage = Stage.DONE
+        if outcome is not Outcome.APPLIED and (self._commits or self._undoing):
+            # Read back in staging, but whether it flies is not known.
+            for name, result in self._results.items():
+                if result.outcome is Outcome.APPLIED:
+                    said = f"{result.sentence} was staged, and not seen in force"
+                    self._results[name] = replace(result, outcome=Outcome.UNVERIFIED, sentence=said)
+        results = {}
+        for row in self._plan.rows:
+            if row.verdict is Verdict.SAME:
+                results[row.name] = Result(Outcome.SAME, "it was so already", row.present)
+            elif row.verdict is Verdict.CHANGED:
+                results[row.name] = self._results.get(row.name, Result(Outcome.NOT_SENT, "not sent", None))
+            else:
+                results[row.name] = Result(Outcome.NOT_SENT, row.reason, row.present)
+        self.ending = Ending(outcome, sentence, results)

@@ -1,0 +1,190 @@
+"""The transfer and the listing over a bad link: an answer is never believed too early."""
+
+import pytest
+from lossy_vehicle import SOURCE, Faults, LossyVehicle
+
+from gcs_plugin.params.deadline import Timing, attempts_needed, deadline_s, is_past, retry_delay_s
+from gcs_plugin.params.listing import Listing
+from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
+
+BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "delay_s": 0.2}
+NAMES = [f"P_{n:02d}" for n in range(40)]
+TARGETS = {name: 1.5 + n for n, name in enumerate(NAMES)}
+PATIENT = Timing(deadline_s=120.0)
+
+
+def transfer_to(vehicle, targets=TARGETS, timing=PATIENT):
+    transfer = Transfer([write(n, v) for n, v in targets.items()], SOURCE, 0.0, timing)
+    assert vehicle.run(transfer, lambda: transfer.done)
+    vehicle.settle(transfer)
+    return transfer
+
+
+def never_false(vehicle, transfer):
+    for name, result in transfer.results.items():
+        if result.outcome is Outcome.APPLIED:
+            assert vehicle.values[name] == TARGETS[name]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_forty_values_arrive_over_a_link_that_loses_a_third_each_way(seed):
+    vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), Faults(**BAD_LINK), seed)
+    transfer = transfer_to(vehicle)
+    assert transfer.succeeded
+    assert vehicle.values == TARGETS | {n: v for n, v in vehicle.values.items() if n not in TARGETS}
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_vehicle_that_echoes_one_value_and_stores_another_is_found_out(seed):
+    faults = Faults(**BAD_LINK, stores_other={"P_03": 127.0, "P_20": 0.0}, coalesces=True)
+    vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), faults, seed)
+    transfer = transfer_to(vehicle)
+    never_false(vehicle, transfer)
+    assert {n for n, r in transfer.results.items() if r.outcome is not Outcome.APPLIED} == {"P_03", "P_20"}
+    assert transfer.results["P_03"].sentence == "P_03 = 4.5 refused: the vehicle keeps 127"
+
+
+@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("errors", [False, True])
+def test_a_refused_write_that_is_echoed_as_taken_is_no_success(seed, errors):
+    faults = Faults(**BAD_LINK, refuses={"P_05"}, errors=errors)
+    vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), faults, seed)
+    transfer = transfer_to(vehicle)
+    never_false(vehicle, transfer)
+    assert transfer.results["P_05"].outcome is Outcome.REFUSED
+    assert sum(r.outcome is Outcome.APPLIED for r in transfer.results.values()) == 39
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("forgets", [False, True])
+def test_a_reboot_in_the_middle_is_survived(seed, forgets):
+    faults = Faults(**BAD_LINK, reboots_s=(1.0 + 0.4 * seed,), forgets_staging=forgets)
+    vehicle = LossyVehicle(dict.fromkeys([f"FF0_M_{c}" for c in "UVW"], 1.0), faults, seed, commits=False)
+    targets = {"FF0_M_U": 24.0, "FF0_M_V": 40.0, "FF0_M_W": 50.0}
+    transfer = Transfer([write(n, v) for n, v in targets.items()], SOURCE, 0.0, PATIENT)
+    told_at_s = faults.reboots_s[0] + 3.0
+    assert vehicle.run(transfer, lambda: transfer.done and vehicle.now_s > told_at_s)
+    assert transfer.succeeded
+    assert vehicle.values == targets
+
+
+def test_a_write_that_is_never_answered_ends_at_the_deadline_as_unverified():
+    vehicle = LossyVehicle({"P_00": 0.0}, Faults(cut_s=0.0))
+    transfer = transfer_to(vehicle, {"P_00": 1.5}, Timing(deadline_s=10.0))
+    assert transfer.results["P_00"].outcome is Outcome.UNVERIFIED
+    assert "within 10 s" in transfer.results["P_00"].sentence
+    assert 10.0 <= vehicle.now_s - 5.0 <= 10.2
+
+
+def test_what_the_window_kept_back_until_the_deadline_was_not_sent():
+    vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), Faults(cut_s=0.0))
+    transfer = transfer_to(vehicle, timing=Timing(window=4, deadline_s=5.0))
+    outcomes = [result.outcome for result in transfer.results.values()]
+    assert outcomes == [Outcome.UNVERIFIED] * 4 + [Outcome.NOT_SENT] * 36
+
+
+def test_a_parameter_that_the_vehicle_lacks_is_refused_by_its_error():
+    vehicle = LossyVehicle({"P_00": 0.0}, Faults(errors=True))
+    transfer = transfer_to(vehicle, {"P_99": 1.0})
+    assert transfer.results["P_99"].sentence == "P_99 refused: the vehicle has no such parameter"
+
+
+def test_no_more_than_the_window_fly_at_once():
+    transfer = Transfer([write(n, v) for n, v in TARGETS.items()], SOURCE, 0.0, Timing(window=5))
+    assert [send.name for send in transfer.tick(0.0)] == NAMES[:5]
+    assert transfer.tick(0.1) == []
+
+
+def test_the_echo_alone_proves_nothing():
+    transfer = Transfer([write("A", 0.7)], SOURCE, 0.0, Timing())
+    assert transfer.tick(0.0) == [SetValue("A", 0.699999988079071)]
+    transfer.on_value("A", 0.699999988079071, SOURCE, 0.1)
+    transfer.on_value("A", 0.699999988079071, SOURCE, 0.2)
+    assert not transfer.done
+    assert transfer.tick(0.9) == []
+    transfer.on_value("A", 0.699999988079071, SOURCE, 0.95)
+    assert not transfer.done
+    assert transfer.tick(1.0) == [ReadValue("A")]
+    transfer.on_value("A", 0.699999988079071, SOURCE, 1.1)
+    assert transfer.succeeded
+
+
+def test_one_bit_of_difference_is_a_difference():
+    transfer = Transfer([confirm("A", 1.0)], SOURCE, 0.0, Timing())
+    transfer.tick(0.0)
+    transfer.on_value("A", 1.0000001192092896, SOURCE, 0.1)
+    assert transfer.results["A"].outcome is Outcome.REFUSED
+
+
+@pytest.mark.parametrize("source", [(1, 1), (2, 191), (255, 190)])
+def test_an_answer_of_another_component_is_not_taken(source):
+    transfer = Transfer([confirm("A", 1.0)], SOURCE, 0.0, Timing())
+    transfer.tick(0.0)
+    transfer.on_value("A", 1.0, source, 0.1)
+    transfer.on_value("B", 1.0, SOURCE, 0.1)
+    assert not transfer.done
+    assert transfer.unmatched == {"source": 1, "unasked": 1}
+
+
+def test_an_abort_says_what_was_sent_and_what_was_not():
+    transfer = Transfer([write("A", 1.0), write("B", 1.0)], SOURCE, 0.0, Timing(window=1))
+    transfer.tick(0.0)
+    transfer.abort("the vehicle was armed")
+    assert [r.outcome for r in transfer.results.values()] == [Outcome.UNVERIFIED, Outcome.NOT_SENT]
+
+
+def test_two_tasks_of_one_name_are_a_mistake_of_the_caller():
+    with pytest.raises(ValueError, match="same name"):
+        Transfer([write("A", 1.0), write("A", 2.0)], SOURCE, 0.0, Timing())
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_whole_list_is_read_over_a_bad_link(seed):
+    vehicle = LossyVehicle(TARGETS, Faults(**BAD_LINK), seed, commits=False)
+    listing = Listing(SOURCE, 0.0, PATIENT)
+    assert vehicle.run(listing, lambda: listing.done)
+    assert listing.complete
+    assert listing.values == TARGETS
+
+
+def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
+    listing = Listing(SOURCE, 0.0, Timing(deadline_s=5.0))
+    listing.tick(0.0)
+    listing.on_value("A", 1.0, 0, 3, SOURCE, 0.1)
+    listing.on_value("C", 1.0, 2, 3, SOURCE, 0.1)
+    listing.on_value("B", 1.0, 65535, 3, SOURCE, 0.1)
+    assert [send.index for send in listing.tick(1.0)] == [1]
+    listing.tick(5.0)
+    assert listing.done
+    assert not listing.complete
+    assert listing.missing == [1]
+
+
+def test_a_table_that_changes_meanwhile_is_read_anew():
+    listing = Listing(SOURCE, 0.0, Timing())
+    listing.on_value("A", 1.0, 0, 2, SOURCE, 0.1)
+    listing.on_value("A", 1.0, 0, 3, SOURCE, 0.2)
+    assert listing.missing == [1, 2]
+    listing.on_value("B", 1.0, 0, 3, SOURCE, 0.3)
+    assert listing.values == {"B": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("loss", "requests", "failure", "attempts"), [(0.0, 40, 1e-3, 1), (0.3, 1, 0.51, 1), (0.3, 40, 1e-3, 16)]
+)
+def test_attempts_grow_with_loss(loss, requests, failure, attempts):
+    assert attempts_needed(loss, requests, failure) == attempts
+
+
+def test_deadline_arithmetic_is_plain():
+    timing = Timing(retry_s=0.5, retry_max_s=1.0)
+    assert [retry_delay_s(n, timing) for n in (1, 2, 3, 100)] == [0.5, 0.75, 1.0, 1.0]
+    assert is_past(10.0, 0.0, 10.0)
+    assert not is_past(9.99, 0.0, 10.0)
+    assert deadline_s(40, timing) > deadline_s(1, timing) > 2 * timing.quiet_s
+
+
+@pytest.mark.parametrize("wrong", [{"window": 0}, {"quiet_s": 0.0}, {"retry_s": 2.0}])
+def test_an_impossible_timing_is_refused(wrong):
+    with pytest.raises(ValueError):
+        Timing(**wrong)

@@ -1,0 +1,190 @@
+"""An upload as a whole: the vehicle flies the old set or the new one, and the outcome says which."""
+
+import pytest
+from lossy_vehicle import SOURCE, Faults, LossyVehicle, crc_of
+
+from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.upload import Stage, Upload
+
+BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "delay_s": 0.2}
+OLD = {f"FF{c}_{kind}_{dof}": 10.0 + c for c in (0, 1) for kind in "MD" for dof in "UVW"} | {"FF_MODE": 1.0}
+TARGETS = {"FF0_M_U": 24.5, "FF0_M_V": 40.5, "FF0_D_U": 42.25, "FF_MODE": 3.0}
+QUICK = Timing(deadline_s=60.0)
+
+
+def upload_to(vehicle, targets=TARGETS, act=None):
+    upload = Upload(make_plan(targets, vehicle.values), SOURCE, 0.0, QUICK, crc_of)
+    assert vehicle.run(upload, lambda: upload.ending is not None or (act and act(upload, vehicle)), 2000.0)
+    assert vehicle.run(upload, lambda: upload.ending is not None, 2000.0)
+    vehicle.settle(upload)
+    return upload.ending
+
+
+def is_old(vehicle):
+    return {n: vehicle.values[n] for n in OLD} == OLD and vehicle.flying == staged(OLD)
+
+
+def is_new(vehicle):
+    wanted = OLD | TARGETS
+    return {n: vehicle.values[n] for n in OLD} == wanted and vehicle.flying == staged(wanted)
+
+
+def staged(values):
+    return {n: v for n, v in values.items() if n != "FF_MODE"}
+
+
+def the_truth_is_told(vehicle, ending):
+    """An outcome that claims something claims what is so."""
+    if ending.outcome is Outcome.APPLIED:
+        assert is_new(vehicle)
+    elif ending.outcome in (Outcome.ROLLED_BACK, Outcome.REFUSED, Outcome.NOT_SENT):
+        assert is_old(vehicle)
+    for name, result in ending.results.items():
+        if result.outcome is Outcome.APPLIED:
+            assert vehicle.values[name] == TARGETS[name]
+        if result.outcome is Outcome.ROLLED_BACK:
+            assert vehicle.values[name] == OLD[name]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_set_is_staged_committed_and_switched_on_over_a_bad_link(seed):
+    vehicle = LossyVehicle(OLD, Faults(**BAD_LINK), seed)
+    ending = upload_to(vehicle)
+    assert ending.outcome is Outcome.APPLIED
+    assert is_new(vehicle)
+    assert f"set {crc_of(staged(OLD | TARGETS))} is active" in ending.sentence
+    assert {r.outcome for r in ending.results.values()} == {Outcome.APPLIED}
+
+
+def test_the_mode_is_switched_only_after_the_commit():
+    vehicle = LossyVehicle(OLD)
+    seen = []
+
+    def watch(_, vehicle):
+        seen.append((vehicle.values["FF_MODE"], vehicle.flying["FF0_M_U"]))
+        return False
+
+    upload_to(vehicle, act=watch)
+    assert (3.0, 10.0) not in seen
+    assert seen[-1] == (3.0, 24.5)
+
+
+def test_what_is_so_already_is_not_written():
+    vehicle = LossyVehicle(OLD)
+    ending = upload_to(vehicle, {"FF0_M_U": 10.0})
+    assert ending.outcome is Outcome.SAME
+    assert vehicle.sends == 0
+
+
+def test_a_set_that_was_staged_and_never_committed_is_committed():
+    vehicle = LossyVehicle(OLD)
+    vehicle.values["FF0_M_U"] = 24.5
+    ending = upload_to(vehicle, {"FF0_M_U": 24.5})
+    assert ending.outcome is Outcome.APPLIED
+    assert vehicle.flying["FF0_M_U"] == 24.5
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "fault",
+    [{"refuses": {"FF0_M_V"}}, {"stores_other": {"FF0_D_U": 0.5}}, {"refuses": {"FF_MODE"}}, {"armed": True}],
+    ids=lambda fault: next(iter(fault)) + str(next(iter(fault.values()))),
+)
+def test_one_refusal_takes_everything_back(seed, fault):
+    vehicle = LossyVehicle(OLD, Faults(**BAD_LINK, **fault, errors=bool(seed % 2)), seed)
+    ending = upload_to(vehicle)
+    assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
+    assert Outcome.APPLIED not in {r.outcome for r in ending.results.values()}
+    the_truth_is_told(vehicle, ending)
+    if "stores_other" not in fault:
+        assert ending.outcome is Outcome.ROLLED_BACK
+        assert is_old(vehicle)
+
+
+@pytest.mark.parametrize("cut_s", [0.0, 0.3, 0.6, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0])
+def test_a_link_cut_at_any_moment_never_makes_a_false_claim(cut_s):
+    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, cut_s=cut_s), seed=1)
+    ending = upload_to(vehicle)
+    the_truth_is_told(vehicle, ending)
+    assert vehicle.flying in (staged(OLD), staged(OLD | TARGETS))
+    vehicle.faults.cut_s = float("inf")
+    assert upload_again(vehicle).outcome in (Outcome.APPLIED, Outcome.SAME)
+    assert is_new(vehicle)
+
+
+def upload_again(vehicle):
+    start_s = vehicle.now_s
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, start_s, QUICK, crc_of)
+    assert vehicle.run(upload, lambda: upload.ending is not None, start_s + 2000.0)
+    return upload.ending
+
+
+@pytest.mark.parametrize("forgets", [False, True])
+@pytest.mark.parametrize("step", range(24))
+def test_a_reboot_at_any_moment_ends_in_the_truth(step, forgets):
+    faults = Faults(**BAD_LINK, reboots_s=(0.2 + 0.35 * step,), forgets_staging=forgets)
+    vehicle = LossyVehicle(OLD, faults, seed=step)
+    ending = upload_to(vehicle)
+    the_truth_is_told(vehicle, ending)
+    assert ending.outcome is Outcome.APPLIED
+
+
+@pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
+@pytest.mark.parametrize("seed", range(8))
+def test_a_vehicle_armed_in_any_stage_gets_its_old_values_back(stage, seed):
+    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1), seed)
+
+    def arm(upload, vehicle):
+        if upload.stage is not stage or not vehicle.writes:
+            return False
+        upload.abort("the vehicle was armed", vehicle.now_s)
+        return True
+
+    ending = upload_to(vehicle, act=arm)
+    the_truth_is_told(vehicle, ending)
+    assert ending.outcome is not Outcome.APPLIED
+    assert "the vehicle was armed" in ending.sentence
+
+
+def test_a_commit_that_nobody_answered_is_said_with_the_number_to_look_for():
+    vehicle = LossyVehicle(OLD)
+
+    def cut(upload, vehicle):
+        if upload.stage is Stage.COMMIT:
+            vehicle.faults.cut_s = vehicle.now_s + 0.06
+            return True
+        return False
+
+    ending = upload_to(vehicle, act=cut)
+    assert ending.outcome is Outcome.UNVERIFIED
+    assert f"if FF_ACTIVE reads {crc_of(staged(OLD | TARGETS))}" in ending.sentence
+    assert {r.outcome for n, r in ending.results.items() if n != "FF_MODE"} == {Outcome.UNVERIFIED}
+    assert ending.results["FF_MODE"].outcome is Outcome.NOT_SENT
+
+
+def test_giving_up_says_so_of_every_line():
+    upload = Upload(
+        make_plan(TARGETS, OLD | {"FF_COMMIT": 0.0, "FF_ACTIVE": 1.0}), SOURCE, 0.0, QUICK, crc_of
+    )
+    upload.tick(0.0)
+    upload.give_up("the port went away")
+    assert upload.ending.outcome is Outcome.UNVERIFIED
+    assert upload.tick(1.0) == []
+    assert upload.ending.results["FF0_M_U"].outcome is Outcome.UNVERIFIED
+    assert upload.ending.results["FF_MODE"].outcome is Outcome.NOT_SENT
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_vehicle_without_commit_is_written_directly_and_taken_back_directly(seed):
+    values = {"SERVO1_MIN": 1100.0, "SERVO1_MAX": 1900.0, "SERVO1_TRIM": 1500.0}
+    targets = {"SERVO1_MIN": 1000.0, "SERVO1_MAX": 2000.0}
+    good = LossyVehicle(values, Faults(**BAD_LINK), seed, commits=False)
+    assert upload_to(good, targets).outcome is Outcome.APPLIED
+    assert good.values == values | targets
+    stubborn = LossyVehicle(values, Faults(**BAD_LINK, refuses={"SERVO1_MAX"}), seed, commits=False)
+    ending = upload_to(stubborn, targets)
+    assert ending.outcome is Outcome.ROLLED_BACK
+    assert stubborn.values == values
+    assert ending.results["SERVO1_MAX"].outcome is Outcome.REFUSED
