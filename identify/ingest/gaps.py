@@ -38,8 +38,8 @@ def _rates(dive: Dive) -> list[str]:
     if fastest == 0.0:
         if dive.attitude is not None:
             return [
-                f"No rate of turn is recorded, and heading at {dive.attitude.rate_hz:.1f} Hz can't stand in for "
-                "it: inertia and damping in yaw can't be identified."
+                f"No rate of turn is recorded, and heading at {dive.attitude.rate_hz:.1f} Hz can't stand in "
+                "for it: inertia and damping in yaw can't be identified."
             ]
         return ["No rate of turn is recorded: inertia and damping in yaw can't be identified."]
     if fastest < SLOWEST_GYRO_HZ:

@@ -28,9 +28,11 @@ UNITS: dict[str, float] = {
 }  # fmt: skip
 # Which units a signal may have; what the Dive holds is the first.
 KINDS: dict[str, tuple[str, ...]] = {
-    "velocity": ("m/s", "cm/s", "mm/s", "knot"), "gyro": ("rad/s", "deg/s", "mrad/s"), "fog": ("rad/s", "deg/s"),
+    "velocity": ("m/s", "cm/s", "mm/s", "knot"),
+    "gyro": ("rad/s", "deg/s", "mrad/s"), "fog": ("rad/s", "deg/s"),
     "specific_force": ("m/s2", "g", "mg"), "quaternion": ("1",), "euler": ("rad", "deg"),
-    "pressure": ("Pa", "hPa", "mbar", "bar", "psi"), "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
+    "pressure": ("Pa", "hPa", "mbar", "bar", "psi"),
+    "depth": ("m", "cm", "mm"), "altitude": ("m", "cm", "mm"),
     "pwm": ("us",), "rpm": ("rpm", "rev/s", "rad/s"), "voltage": ("V", "mV"), "tau_cmd": ("N", "kgf", "lbf"),
     "armed": ("1",),
 }  # fmt: skip
@@ -77,7 +79,7 @@ class Columns:
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Which column of a table holds what. Body axes FRD; `euler` is roll, pitch, yaw; `notes` are passed on."""
+    """Which column holds what. Body axes FRD; `euler` is roll, pitch, yaw; `notes` go to the user."""
 
     time: TimeColumn
     velocity: Columns | None = None
@@ -114,7 +116,7 @@ class ColumnMap:
 
 
 def column_map(path: Path) -> ColumnMap:
-    """The column map in a YAML file, or the bundled one of that name (configs/columns). Raises ConfigError."""
+    """The column map in a file, or the bundled one of that name (configs/columns). Raises ConfigError."""
     bundled = CONFIGS / "columns" / f"{path}.yaml"
     if not path.exists() and bundled.exists():
         path = bundled

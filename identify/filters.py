@@ -1,0 +1,137 @@
+"""One grid for all that an algebraic fit needs: zero-phase low-pass, differentiation, body velocity at the origin.
+
+The source paper "processed the data to increase the signal-to-noise ratio" without saying how. Here it is a
+Butterworth low-pass run forward and backward (scipy's `sosfiltfilt`: no phase shift, gain 1/2 at the cut-off, order
+doubled), the same one on velocity and on the wrench, so that the linear model still holds between them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from bridge.errors import FitError
+from bridge.vehicle.config import Vehicle, VehicleFile
+from identify.dive import Array, Dive, Signal
+from identify.forces import wrench
+from identify.ingest.rotation import attitude_at
+
+ORDER = 4
+SHORTEST_S = 20.0
+
+
+@dataclass(frozen=True)
+class AlignedDive:
+    """Samples on one uniform grid: `time_s` (n,), `nu`, `nu_dot`, `tau` (n, 6) in SI, `attitude` (n, 4) w x y z.
+
+    `valid` (n,): bottom velocity was known around this time. `has` (6,): this velocity was measured at all.
+    """
+
+    time_s: Array
+    nu: Array
+    nu_dot: Array
+    tau: Array
+    attitude: Array
+    valid: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    has: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+def low_pass(value: Array, rate_hz: float, cutoff_hz: float, order: int = ORDER) -> Array:
+    """Zero-phase Butterworth along the first axis; as it is where the cut-off lies at or above Nyquist."""
+    if cutoff_hz >= rate_hz / 2:
+        return value
+    sections = butter(order, cutoff_hz, fs=rate_hz, output="sos")
+    pad = min(len(value) - 1, int(3 * rate_hz / cutoff_hz))
+    filtered: Array = sosfiltfilt(sections, value, axis=0, padlen=pad)
+    return filtered
+
+
+def derivative(value: Array, rate_hz: float) -> Array:
+    """Central differences along the first axis, one-sided at the ends."""
+    slope: Array = np.gradient(value, 1 / rate_hz, axis=0)
+    return slope
+
+
+def aligned(
+    dive: Dive,
+    vehicle: Vehicle | VehicleFile,
+    configuration_name: str,
+    rate_hz: float = 10.0,
+    cutoff_hz: float = 1.0,
+) -> AlignedDive:
+    """Velocity of the origin, its derivative and the wrench on a common grid.
+
+    Linear velocity comes from the DVL, carried from the transducer to the origin by the rates; yaw rate from the
+    FOG where there is one, else from the gyro. What is not measured is zero, and `has` says so.
+    Raises FitError where velocity, rates or forces overlap for less than 20 s, or are lacking altogether.
+    """
+    forces = wrench(dive, vehicle, configuration_name)
+    measured = [s for s in (dive.velocity, dive.gyro, dive.fog) if s is not None and len(s) > 1]
+    if not measured:
+        raise FitError(f"{dive.source}: neither velocity nor rates of turn are recorded: nothing can be identified")
+    start = max(float(forces.time_s[0]), *(float(s.time_s[0]) for s in measured))
+    end = min(float(forces.time_s[-1]), *(float(s.time_s[-1]) for s in measured))
+    if end - start < SHORTEST_S:
+        raise FitError(
+            f"{dive.source}: velocity, rates and forces overlap for {max(end - start, 0):.1f} s, "
+            f"at least {SHORTEST_S:.0f} s are needed; dive longer"
+        )
+    time_s = start + np.arange(int((end - start) * rate_hz) + 1) / rate_hz
+    rates = _rates(dive, time_s)
+    at_transducer, valid = _velocity(dive, time_s)
+    plain = vehicle.vehicle if isinstance(vehicle, VehicleFile) else vehicle
+    dvl = plain.sensors.dvl
+    arm = np.zeros(3) if dvl is None else np.asarray(dvl.mounting.position_m)
+    nu = np.column_stack((at_transducer - np.cross(rates, arm), rates))
+    half = 0.5 / rate_hz
+    tau = forces.mean_between(time_s - half, time_s + half)
+    smooth = low_pass(nu, rate_hz, cutoff_hz)
+    return AlignedDive(
+        time_s,
+        smooth,
+        derivative(smooth, rate_hz),
+        low_pass(tau, rate_hz, cutoff_hz),
+        _attitude(dive, time_s),
+        valid,
+        np.array([dive.velocity is not None] * 3 + [dive.gyro is not None] * 2 + [_yaw_rate(dive) is not None]),
+        forces.notes,
+    )
+
+
+def _velocity(dive: Dive, time_s: Array) -> tuple[Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    """(n, 3) and whether a valid sample lies within one and a half periods."""
+    if dive.velocity is None:
+        return np.zeros((len(time_s), 3)), np.ones(len(time_s), np.bool_)
+    known_s = dive.velocity.time_s[np.isfinite(dive.velocity.value).all(axis=1)]
+    if len(known_s) == 0:
+        return np.zeros((len(time_s), 3)), np.zeros(len(time_s), np.bool_)
+    after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1) if len(known_s) > 1 else 0
+    nearest = np.minimum(np.abs(time_s - known_s[after]), np.abs(time_s - known_s[after - 1]))
+    return dive.velocity.at(time_s), nearest <= 1.5 / dive.velocity.rate_hz
+
+
+def _rates(dive: Dive, time_s: Array) -> Array:
+    rates = np.zeros((len(time_s), 3)) if dive.gyro is None else dive.gyro.at(time_s)
+    yaw = _yaw_rate(dive)
+    if yaw is not None:
+        rates[:, 2] = yaw.at(time_s)[:, 0]
+    return rates
+
+
+def _yaw_rate(dive: Dive) -> Signal | None:
+    """From the FOG at the middle of its interval, as it tells the mean since the sample before; else the gyro."""
+    if dive.fog is not None and len(dive.fog) > 1:
+        steps = np.diff(dive.fog.time_s, prepend=dive.fog.time_s[0] - 1 / dive.fog.rate_hz)
+        return Signal(dive.fog.time_s - steps / 2, dive.fog.value)
+    return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
+
+
+def _attitude(dive: Dive, time_s: Array) -> Array:
+    """Level where the recording has no attitude."""
+    if dive.attitude is None or len(dive.attitude) < 2:
+        return np.tile([1.0, 0.0, 0.0, 0.0], (len(time_s), 1))
+    return attitude_at(dive.attitude, time_s)
