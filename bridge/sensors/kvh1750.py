@@ -116,7 +116,7 @@ class Kvh1750Parser:
         return self._clock.period_s - (FRAME - rest) * _BYTE_S if rest else 0.0
 
     def _stamps(self, last_s: float, count: int) -> NDArray[np.float64]:
-        """Times of the `count` frames before the one at `last_s`; they never run back, though they may stand."""
+        """Times of the `count` frames before the one at `last_s`; never backwards, though they may stand."""
         stamps = last_s + np.arange(-count, 0, dtype=np.float64) * self._clock.period_s
         stamps = np.maximum(stamps, self._last_time_s)
         self._last_time_s = float(stamps[-1])

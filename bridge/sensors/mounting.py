@@ -1,0 +1,133 @@
+"""From a device's axes to the body's (FRD: x forward, y right, z down), as the vehicle file says it is
+mounted.
+
+Vectors: v_body = M v_device with M = Rz(yaw) Ry(pitch) Rx(roll) diag(signs).
+
+Attitude: a device gives q, its rotation from device to earth in ENU, v_enu = R(q) v_device. Wanted is the
+one from body to earth in NED. A body vector is a device vector turned by M, and NED swaps the first two
+axes of ENU and turns the third over:
+
+    R(body to ned) = E R(q) M^T,    E = [[0, 1, 0], [1, 0, 0], [0, 0, -1]] = its own inverse, det +1.
+
+With the usual mount of an IMU, label up and x forward, M = diag(1, -1, -1) (roll 180). Level and nose
+north, the device's x points north, which in ENU is a yaw of +90 deg: R(q) = Rz(90), and E Rz(90) diag(1,
+-1, -1) = I.
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.sensors.samples import DvlSample, FogBlock, ImuSample, Quaternion, Sample, Vector3
+from bridge.vehicle.config import Mounting
+
+Matrix = tuple[Vector3, Vector3, Vector3]
+
+_HALF = math.sqrt(0.5)
+_ENU_TO_NED: Quaternion = (0.0, _HALF, _HALF, 0.0)
+
+
+def to_body(sample: Sample, mounting: Mounting) -> Sample:
+    """`sample` in body axes; velocities stay those of the place where the device sits.
+
+    A fibre-optic gyro has one axis, its z: only the sense of it is taken from the mounting. A mounting
+    whose signs mirror the axes can't turn an attitude, which is left out.
+    """
+    if isinstance(sample, ImuSample):
+        matrix = mounting_matrix(mounting)
+        turn = _body_to_device(mounting)
+        return ImuSample(
+            sample.time_s,
+            _turned(matrix, sample.specific_force),
+            _turned(matrix, sample.rate),
+            None if sample.attitude is None or turn is None else _attitude(sample.attitude, turn),
+            sample.temperature_c,
+            None if sample.magnetic_field is None else _turned(matrix, sample.magnetic_field),
+            sample.clipped,
+        )
+    if isinstance(sample, DvlSample):
+        velocity = _turned(mounting_matrix(mounting), sample.velocity)
+        return DvlSample(sample.time_s, velocity, sample.sigma, sample.altitude_m, sample.ranges)
+    if isinstance(sample, FogBlock):
+        if mounting_matrix(mounting)[2][2] > 0:
+            return sample
+        return FogBlock(sample.time_s, -sample.rate, sample.valid)
+    return sample
+
+
+def rotation_matrix(rotation_deg: Vector3) -> NDArray[np.float64]:
+    """Rz(yaw) Ry(pitch) Rx(roll) (3, 3) of roll, pitch, yaw in degrees; quarter turns are exact."""
+    (cr, sr), (cp, sp), (cy, sy) = (_cos_sin(angle) for angle in rotation_deg)
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    rotation: NDArray[np.float64] = about_z @ about_y @ about_x
+    return rotation
+
+
+@lru_cache(maxsize=64)
+def mounting_matrix(mounting: Mounting) -> Matrix:
+    """M of the module's text, in rows."""
+    matrix = rotation_matrix(mounting.rotation_deg) @ np.diag(mounting.signs)
+    x, y, z = ((float(a), float(b), float(c)) for a, b, c in matrix)
+    return x, y, z
+
+
+@lru_cache(maxsize=64)
+def _body_to_device(mounting: Mounting) -> Quaternion | None:
+    matrix = np.array(mounting_matrix(mounting))
+    if not np.allclose(matrix @ matrix.T, np.eye(3)) or np.linalg.det(matrix) < 0:
+        return None
+    return quaternion_of(matrix.T)
+
+
+def quaternion_of(matrix: NDArray[np.float64]) -> Quaternion:
+    """The unit quaternion (w x y z, w >= 0) of a rotation matrix (3, 3).
+
+    Its products are the entries of a symmetric matrix whose largest column has no small divisor (Shepperd,
+    1978).
+    """
+    m = matrix
+    products = 0.25 * np.array(
+        [
+            [1 + m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], 1 + m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], 1 - m[0, 0] + m[1, 1] - m[2, 2], m[1, 2] + m[2, 1]],
+            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 1 - m[0, 0] - m[1, 1] + m[2, 2]],
+        ]
+    )
+    column = products[int(np.argmax(np.diag(products)))]
+    w, x, y, z = (float(c) for c in column / np.linalg.norm(column))
+    return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
+
+
+def _cos_sin(angle_deg: float) -> tuple[float, float]:
+    quarters, rest = divmod(angle_deg, 90.0)
+    if rest == 0.0:
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarters) % 4]
+    return math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
+
+
+def _turned(matrix: Matrix, vector: Vector3) -> Vector3:
+    x, y, z = vector
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+
+
+def _attitude(device_to_enu: Quaternion, body_to_device: Quaternion) -> Quaternion:
+    w, x, y, z = _product(_product(_ENU_TO_NED, device_to_enu), body_to_device)
+    norm = math.copysign(math.sqrt(w * w + x * x + y * y + z * z), w)
+    return w / norm, x / norm, y / norm, z / norm
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )

@@ -1,0 +1,135 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from bridge.sensors.mounting import mounting_matrix, quaternion_of, rotation_matrix, to_body
+from bridge.sensors.samples import NAN3, DvlSample, FogBlock, ImuSample, PressureSample
+from bridge.vehicle.config import Mounting
+
+LABEL_UP = Mounting(rotation_deg=(180.0, 0.0, 0.0))
+WAYFINDER = Mounting(rotation_deg=(180.0, 0.0, 135.0))
+ENU_TO_NED = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
+EAST, NORTH, UP = np.eye(3)
+
+
+def imu(axes_in_enu: np.ndarray | None = None, **fields) -> ImuSample:
+    """A sample whose device axes x y z are the rows of `axes_in_enu`."""
+    attitude = None if axes_in_enu is None else quaternion_of(np.asarray(axes_in_enu).T)
+    values = {"specific_force": (0.0, 0.0, 9.81), "rate": (0.0, 0.0, 0.0), "attitude": attitude, **fields}
+    return ImuSample(time_s=1.0, **values)
+
+
+def roll_pitch_yaw_deg(attitude) -> np.ndarray:
+    w, x, y, z = attitude
+    return Rotation.from_quat([x, y, z, w]).as_euler("ZYX", degrees=True)[::-1]
+
+
+def test_the_wayfinders_usual_mount_is_teledynes_matrix():
+    h = math.sqrt(0.5)
+    np.testing.assert_allclose(mounting_matrix(WAYFINDER), [[-h, h, 0], [h, h, 0], [0, 0, -1]], atol=1e-15)
+
+
+def test_a_dvl_that_moves_along_its_own_diagonal_moves_the_vehicle_forward():
+    h = math.sqrt(0.5)
+    sample = to_body(DvlSample(1.0, (-h * 0.4, h * 0.4, 0.0), 0.01, 2.5, (3.0,)), WAYFINDER)
+    assert sample.velocity == pytest.approx((0.4, 0.0, 0.0))
+    assert (sample.time_s, sample.sigma, sample.altitude_m, sample.ranges) == (1.0, 0.01, 2.5, (3.0,))
+
+
+def test_a_dvl_without_lock_stays_without_lock():
+    assert not to_body(DvlSample(1.0, NAN3, math.nan, math.nan), WAYFINDER).locked
+
+
+def test_a_level_imu_at_rest_reads_gravity_upwards_in_frd():
+    sample = to_body(imu(rate=(0.1, 0.2, 0.3), magnetic_field=(0.4, 0.5, 0.6)), LABEL_UP)
+    assert sample.specific_force == (0.0, 0.0, -9.81)
+    assert sample.rate == (0.1, -0.2, -0.3)
+    assert sample.magnetic_field == (0.4, -0.5, -0.6)
+
+
+def test_level_with_the_nose_north_is_the_identity():
+    sample = to_body(imu([NORTH, -EAST, UP]), LABEL_UP)
+    assert sample.attitude == pytest.approx((1.0, 0.0, 0.0, 0.0), abs=1e-12)
+
+
+def test_the_nose_east_is_a_yaw_of_plus_ninety():
+    sample = to_body(imu([EAST, NORTH, UP]), LABEL_UP)
+    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), [0, 0, 90], atol=1e-9)
+
+
+def test_the_nose_up_is_a_positive_pitch():
+    nose = math.cos(0.2) * NORTH + math.sin(0.2) * UP
+    top = math.cos(0.2) * UP - math.sin(0.2) * NORTH
+    sample = to_body(imu([nose, -EAST, top]), LABEL_UP)
+    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), [0, math.degrees(0.2), 0], atol=1e-9)
+
+
+def test_the_right_side_down_is_a_positive_roll():
+    port = -math.cos(0.3) * EAST + math.sin(0.3) * UP
+    top = math.cos(0.3) * UP + math.sin(0.3) * EAST
+    sample = to_body(imu([NORTH, port, top]), LABEL_UP)
+    np.testing.assert_allclose(roll_pitch_yaw_deg(sample.attitude), [math.degrees(0.3), 0, 0], atol=1e-9)
+
+
+angles = st.floats(-180, 180)
+
+
+@settings(max_examples=100, deadline=None)
+@given(angles, st.floats(-89, 89), angles, st.tuples(angles, angles, angles))
+def test_any_attitude_comes_out_under_any_mounting(roll, pitch, yaw, rotation_deg):
+    mounting = Mounting(rotation_deg=rotation_deg)
+    body_to_ned = Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True).as_matrix()
+    device_to_enu = ENU_TO_NED @ body_to_ned @ np.array(mounting_matrix(mounting))
+    w, x, y, z = to_body(imu(device_to_enu.T), mounting).attitude
+    np.testing.assert_allclose(Rotation.from_quat([x, y, z, w]).as_matrix(), body_to_ned, atol=1e-9)
+    assert w >= 0
+    assert math.hypot(w, x, y, z) == pytest.approx(1.0)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.tuples(angles, angles, angles))
+def test_the_rotation_is_roll_then_pitch_then_yaw(rotation_deg):
+    roll, pitch, yaw = rotation_deg
+    expected = Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True).as_matrix()
+    np.testing.assert_allclose(rotation_matrix(rotation_deg), expected, atol=1e-12)
+    w, x, y, z = quaternion_of(expected)
+    np.testing.assert_allclose(Rotation.from_quat([x, y, z, w]).as_matrix(), expected, atol=1e-9)
+
+
+def test_signs_act_on_device_axes_before_the_rotation():
+    mounting = Mounting(rotation_deg=(0.0, 0.0, 90.0), signs=(-1.0, 1.0, 1.0))
+    sample = to_body(DvlSample(1.0, (1.0, 2.0, 3.0), 0.0, 1.0), mounting)
+    assert sample.velocity == (-2.0, -1.0, 3.0)
+
+
+def test_a_mirrored_mounting_turns_vectors_and_leaves_the_attitude_out():
+    sample = to_body(imu([NORTH, -EAST, UP], rate=(0.1, 0.2, 0.3)), Mounting(signs=(1.0, 1.0, -1.0)))
+    assert sample.rate == (0.1, 0.2, -0.3)
+    assert sample.attitude is None
+
+
+@pytest.mark.parametrize(
+    ("mounting", "sense"),
+    [
+        (Mounting(), 1),
+        (Mounting(signs=(1.0, 1.0, -1.0)), -1),
+        (Mounting(rotation_deg=(180.0, 0.0, 0.0)), -1),
+        (Mounting(rotation_deg=(0.0, 0.0, 70.0)), 1),
+        (Mounting(rotation_deg=(180.0, 0.0, 0.0), signs=(1.0, 1.0, -1.0)), 1),
+    ],
+)
+def test_the_sense_of_a_gyro_is_that_of_its_axis(mounting, sense):
+    block = FogBlock(np.arange(3.0), np.array([0.1, -0.2, 0.3]), np.array([True, False, True]))
+    turned = to_body(block, mounting)
+    np.testing.assert_array_equal(turned.rate, sense * block.rate)
+    np.testing.assert_array_equal(turned.valid, block.valid)
+    np.testing.assert_array_equal(turned.time_s, block.time_s)
+
+
+def test_what_has_no_axes_passes_unchanged():
+    sample = PressureSample(1.0, 101325.0, 12.0)
+    assert to_body(sample, WAYFINDER) is sample
