@@ -102,6 +102,11 @@ class Upload:
             self._transfer.abort(sentence)
             self._advance(time_s)
 
+    @property
+    def commits(self) -> bool:
+        """Whether the vehicle takes a staged set by a commit."""
+        return self._commits
+
     def give_up(self, sentence: str) -> None:
         """End at once without another word to the vehicle, as when the link is gone."""
         if self._stage is not Stage.DONE:

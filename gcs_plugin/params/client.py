@@ -1,0 +1,298 @@
+"""The parameter client: thin I/O over a link around the pure machines of listing and upload.
+
+It never sends to a component before it has heard that component's own HEARTBEAT on this link: an autopilot
+that does not know the companion yet takes a write to the companion for its own (measured with ArduSub
+4.5.7).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import Clock
+from bridge.errors import LinkError, LinkLost, LinkTimeout, ParamRejected, ParamUnverified
+from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.link.base import Link
+from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.files import read_parameters, write_parameters
+from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
+from gcs_plugin.params.plan import Plan, make_plan
+from gcs_plugin.params.receipt import Receipt, lines_of
+from gcs_plugin.params.transfer import ReadValue, SetValue, Source
+from gcs_plugin.params.upload import Crc, Ending, Upload
+
+GROUND_STATION: Final = (255, 190)
+POLL_S: Final = 0.02
+HEARTBEAT_LIMIT_S: Final = 3.5
+COMPANIONS_MAY_FOLLOW_S: Final = 1.5
+REBOOT_STEP_MS: Final = 500
+NO_INDEX: Final = -1
+
+_COMPANIONS = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """The last HEARTBEAT of one component."""
+
+    source: Source
+    kind: int
+    autopilot: int
+    armed: bool
+    time_s: float
+
+    @property
+    def is_vehicle(self) -> bool:
+        """Whether it can hold a vehicle's parameters: an autopilot or a companion computer."""
+        return self.kind != dialect.MAV_TYPE_GCS and (
+            self.autopilot != dialect.MAV_AUTOPILOT_INVALID
+            or self.kind == dialect.MAV_TYPE_ONBOARD_CONTROLLER
+        )
+
+
+class ParameterClient:
+    """Reads and writes the parameters of one vehicle over `link`. `crc` is the vehicle's CRC of a staged set."""
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Clock,
+        crc: Crc,
+        timing: Timing | None = None,
+        progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+    ) -> None:
+        self._link, self._clock, self._crc = link, clock, crc
+        self._timing = timing or Timing()
+        self._progress = progress
+        self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
+        self._heard: dict[Source, Heard] = {}
+        self._boot_ms: dict[Source, int] = {}
+        self._vehicle: Source | None = None
+
+    def find_vehicle(
+        self, timeout_s: float = 5.0, system: int | None = None, component: int | None = None
+    ) -> Source:
+        """The component that holds the parameters: the one named, else a companion computer before an autopilot.
+
+        Raises LinkTimeout where none beats within `timeout_s`, LinkError where several systems do.
+        """
+        end_s = self._clock.boot_s() + timeout_s
+        settled_s: float | None = None
+        while self._clock.boot_s() < end_s:
+            for frame in self._receive():
+                self._note(frame)
+            found = self._candidates(system, component)
+            now_s = self._clock.boot_s()
+            if found and settled_s is None:
+                settled_s = now_s + COMPANIONS_MAY_FOLLOW_S
+            named = component is not None and system is not None
+            if found and settled_s is not None and (named or now_s >= settled_s):
+                break
+        found = self._candidates(system, component)
+        if not found:
+            raise LinkTimeout(self._nobody(timeout_s, system, component))
+        systems = sorted({source[0] for source in found})
+        if len(systems) > 1:
+            numbers = ", ".join(map(str, systems))
+            raise LinkError(
+                f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
+            )
+        self._vehicle = min(found, key=lambda source: (source[1] not in _COMPANIONS, source[1]))
+        return self._vehicle
+
+    @property
+    def armed(self) -> bool:
+        """Whether any part of the vehicle says that it is armed."""
+        system = self._known_vehicle()[0]
+        return any(heard.armed for source, heard in self._heard.items() if source[0] == system)
+
+    def read_all(self, timeout_s: float = 30.0) -> dict[str, float]:
+        """Every parameter. Raises LinkTimeout where none came, ParamUnverified where some are missing."""
+        timing = Timing(
+            self._timing.window,
+            self._timing.retry_s,
+            self._timing.retry_max_s,
+            self._timing.quiet_s,
+            timeout_s,
+        )
+        listing = Listing(self._known_vehicle(), self._clock.boot_s(), timing)
+        while not listing.done:
+            for send in listing.tick(self._clock.boot_s()):
+                self._send(send)
+            for frame in self._receive():
+                self._feed_listing(listing, frame)
+            self._progress("reading", len(listing.values), listing.count or 0)
+        if listing.count is None:
+            raise LinkTimeout(
+                f"{self._vehicle_text()} sent no parameter within {timeout_s:.0f} s; check that the bridge runs"
+            )
+        if not listing.complete:
+            raise ParamUnverified(
+                f"{len(listing.missing)} of {listing.count} parameters of {self._vehicle_text()} did not come "
+                f"within {timeout_s:.0f} s; better the link and try again"
+            )
+        return dict(listing.values)
+
+    def apply(self, plan: Plan, preimage: Path) -> Receipt:
+        """Carry out a plan. What the vehicle held goes into the new file `preimage` before the first write.
+
+        Raises ParamRejected or ParamUnknown for a plan that can't be sent, ParamRejected while the vehicle
+        is armed, LinkTimeout where its heart no longer beats: in each case nothing was written.
+        """
+        plan.check()
+        self._gate()
+        if preimage.exists():
+            raise ParamRejected(f"{preimage}: exists already and is never overwritten; give another name")
+        system, component = self._known_vehicle()
+        started_utc = f"{datetime.fromtimestamp(self._clock.unix_s(), UTC):%Y-%m-%dT%H:%M:%SZ}"
+        words = [f"what vehicle {system}, component {component} held before an upload, {started_utc}"]
+        write_parameters(preimage, plan.present, words, system, component)
+        start_s = self._clock.boot_s()
+        upload = Upload(plan, (system, component), start_s, self._timing, self._crc)
+        ending = self._drive(upload)
+        return Receipt(
+            ending.outcome,
+            ending.sentence,
+            system,
+            component,
+            lines_of(plan, ending.results),
+            preimage,
+            upload.crc if upload.commits else None,
+            started_utc,
+            self._clock.boot_s() - start_s,
+        )
+
+    def roll_back(self, preimage: Path, new_preimage: Path) -> Receipt:
+        """Bring the vehicle back to what `preimage` holds; what it holds now goes into `new_preimage` first."""
+        targets = read_parameters(preimage)
+        return self.apply(make_plan(targets, self.read_all()), new_preimage)
+
+    def _drive(self, upload: Upload) -> Ending:
+        while upload.ending is None:
+            try:
+                for send in upload.tick(self._clock.boot_s()):
+                    self._send(send)
+                for frame in self._receive():
+                    self._feed_upload(upload, frame)
+            except LinkLost as error:
+                upload.give_up(str(error))
+            done, total = upload.progress
+            self._progress(upload.stage.value, done, total)
+        return upload.ending
+
+    def _gate(self) -> None:
+        """Wait for the vehicle's own heartbeat, and refuse where it is armed."""
+        vehicle = self._known_vehicle()
+        start_s = self._clock.boot_s()
+        while self._heard[vehicle].time_s < start_s and self._clock.boot_s() < start_s + HEARTBEAT_LIMIT_S:
+            for frame in self._receive():
+                self._note(frame)
+        if self._heard[vehicle].time_s < start_s:
+            raise LinkTimeout(
+                f"{self._vehicle_text()}: no HEARTBEAT for {HEARTBEAT_LIMIT_S} s; nothing was sent, check the link"
+            )
+        if self.armed:
+            raise ParamRejected(
+                f"{self._vehicle_text()} is armed; nothing was sent, disarm it and upload again"
+            )
+
+    def _feed_listing(self, listing: Listing, frame: Frame) -> None:
+        message = self._note(frame)
+        now_s, source = self._clock.boot_s(), (frame.system, frame.component)
+        if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE and message is not None:
+            listing.on_value(
+                message.param_id, message.param_value, message.param_index, message.param_count, source, now_s
+            )
+
+    def _feed_upload(self, upload: Upload, frame: Frame) -> None:
+        source, now_s = (frame.system, frame.component), self._clock.boot_s()
+        booted_ms = self._boot_ms.get(source)
+        message = self._note(frame)
+        if message is None:
+            return
+        if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+            upload.on_value(message.param_id, message.param_value, source, now_s)
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_ERROR:
+            if message.target_system in (0, GROUND_STATION[0]):
+                upload.on_error(message.param_id, message.error, source, now_s)
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME and source == self._vehicle:
+            if booted_ms is not None and message.time_boot_ms < booted_ms - REBOOT_STEP_MS:
+                upload.on_reboot(now_s)
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT and self.armed:
+            upload.abort("the vehicle was armed during the upload", now_s)
+
+    def _note(self, frame: Frame) -> Any | None:
+        """Remember who beats and since when it runs; the decoded message, None where it has no use here."""
+        if frame.message_id not in _USED:
+            return None
+        message = decode(frame)
+        source = (frame.system, frame.component)
+        if message is None:
+            return None
+        if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+            armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+            is_station = message.type == dialect.MAV_TYPE_GCS
+            now_s = self._clock.boot_s()
+            self._heard[source] = Heard(
+                source, message.type, message.autopilot, armed and not is_station, now_s
+            )
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME:
+            self._boot_ms[source] = message.time_boot_ms
+        return message
+
+    def _receive(self) -> list[Frame]:
+        return self._framer.feed(self._link.read(POLL_S))
+
+    def _send(self, send: ReadList | ReadIndex | ReadValue | SetValue) -> None:
+        target = self._known_vehicle()
+        if isinstance(send, ReadList):
+            message = dialect.MAVLink_param_request_list_message(*target)
+        elif isinstance(send, ReadIndex):
+            message = dialect.MAVLink_param_request_read_message(*target, b"", send.index)
+        elif isinstance(send, ReadValue):
+            message = dialect.MAVLink_param_request_read_message(*target, send.name.encode(), NO_INDEX)
+        else:
+            message = dialect.MAVLink_param_set_message(
+                *target, send.name.encode(), send.value, dialect.MAV_PARAM_TYPE_REAL32
+            )
+        self._link.write(self._encoder.encode(message))
+
+    def _candidates(self, system: int | None, component: int | None) -> list[Source]:
+        return [
+            source
+            for source, heard in self._heard.items()
+            if heard.is_vehicle and system in (None, source[0]) and component in (None, source[1])
+        ]
+
+    def _nobody(self, timeout_s: float, system: int | None, component: int | None) -> str:
+        wanted = f" of system {system}" if system is not None else ""
+        wanted += f" component {component}" if component is not None else ""
+        others = ", ".join(f"{s}/{c}" for s, c in sorted(self._heard)) or "nobody at all"
+        return (
+            f"{self._link.name}: no vehicle's HEARTBEAT{wanted} within {timeout_s:g} s (heard: {others}); "
+            "check the cable, the address and that the bridge runs"
+        )
+
+    def _known_vehicle(self) -> Source:
+        if self._vehicle is None:
+            self.find_vehicle()
+        assert self._vehicle is not None
+        return self._vehicle
+
+    def _vehicle_text(self) -> str:
+        system, component = self._known_vehicle()
+        return f"vehicle {system}, component {component} on {self._link.name}"
+
+
+_USED: Final = frozenset(
+    (
+        dialect.MAVLINK_MSG_ID_HEARTBEAT,
+        dialect.MAVLINK_MSG_ID_SYSTEM_TIME,
+        dialect.MAVLINK_MSG_ID_PARAM_VALUE,
+        dialect.MAVLINK_MSG_ID_PARAM_ERROR,
+    )
+)
