@@ -1,0 +1,55 @@
+"""What the body does at chosen moments, and at points away from its origin."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.simulator.plant import Stretch
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """NED position, attitude w x y z, body velocity and rate and their derivatives, a row a moment."""
+
+    time_s: Array
+    position: Array
+    attitude: Array
+    velocity: Array
+    rate: Array
+    acceleration: Array
+    turning: Array
+
+    def velocity_at(self, arm_m: Array) -> Array:
+        """(k, 3) body velocity of the point that sits at `arm_m`."""
+        return self.velocity + np.cross(self.rate, arm_m)
+
+    def specific_force_at(self, arm_m: Array, gravity_m_s2: float) -> Array:
+        """(k, 3) what an accelerometer at `arm_m` feels, body axes."""
+        w, x, y, z = self.attitude.T
+        down = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+        inner = np.cross(self.turning, arm_m) + np.cross(self.rate, np.cross(self.rate, arm_m))
+        return self.acceleration + np.cross(self.rate, self.velocity) + inner - gravity_m_s2 * down
+
+
+def motion_at(stretch: Stretch, time_s: Array) -> Motion:
+    """The body at moments within the stretch, straight between physics steps."""
+    step = stretch.time_s[1] - stretch.time_s[0]
+    place = np.clip((time_s - stretch.time_s[0]) / step, 0, len(stretch.time_s) - 1)
+    left = np.minimum(place.astype(int), len(stretch.time_s) - 2)
+    share = (place - left)[:, None]
+    state = (1 - share) * stretch.state[left] + share * stretch.state[left + 1]
+    nu_dot = (1 - share) * stretch.nu_dot[left] + share * stretch.nu_dot[left + 1]
+    return Motion(
+        time_s, state[:, :3], state[:, 3:7], state[:, 7:10], state[:, 10:13], nu_dot[:, :3], nu_dot[:, 3:]
+    )
+
+
+def moments(stretch: Stretch, rate_hz: float) -> Array:
+    """The multiples of the period after the start of the stretch, up to its end."""
+    first = math.floor(stretch.time_s[0] * rate_hz + 1e-6) + 1
+    last = math.floor(stretch.time_s[-1] * rate_hz + 1e-6)
+    return np.arange(first, last + 1) / rate_hz

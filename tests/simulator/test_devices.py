@@ -1,0 +1,134 @@
+"""The simulated devices are read back with the real parsers and mountings."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bridge.sensors.kvh1750 import Kvh1750Parser
+from bridge.sensors.mounting import to_body
+from bridge.sensors.samples import DvlSample, FogBlock, ImuSample
+from bridge.sensors.wayfinder import WayfinderParser
+from bridge.sensors.xsens import XsensParser
+from bridge.simulator.devices import SimulatedDsp1750, SimulatedDvl, SimulatedImu, Surroundings
+from bridge.simulator.motion import moments, motion_at
+from bridge.simulator.noise import QUIET, NoiseLevels
+from bridge.simulator.plant import Stretch
+from bridge.vehicle.config import Mounting, load_vehicle
+
+SENSORS = load_vehicle("ruvifist").vehicle.sensors
+WORLD = Surroundings(QUIET, 9.80665, 998.2, 101325.0, 1_790_000_000.0)
+YAW = math.radians(30)
+
+
+def cruise(duration_s: float = 1.0, rate: float = 0.0, depth_m: float = 2.0) -> Stretch:
+    """Steady motion ahead, aside and down at a heading of 30 degrees, and a yaw that speeds up evenly."""
+    time_s = np.arange(round(duration_s * 200) + 1) / 200
+    state, nu_dot = np.zeros((len(time_s), 13)), np.zeros((len(time_s), 6))
+    state[:, 2] = depth_m
+    state[:, 3], state[:, 6] = math.cos(YAW / 2), math.sin(YAW / 2)
+    state[:, 7:10] = 0.4, -0.2, 0.05
+    state[:, 12] = rate + 0.1 * time_s
+    nu_dot[:, 5] = 0.1
+    return Stretch(time_s, state, nu_dot, np.zeros(8))
+
+
+@pytest.mark.parametrize("rotation", [(180.0, 0.0, 135.0), (0.0, 0.0, 0.0), (10.0, -20.0, 30.0)])
+def test_the_dvl_says_in_its_own_axes_what_the_mounting_turns_back_into_the_bodys(
+    rotation: tuple[float, float, float],
+) -> None:
+    assert SENSORS.dvl is not None
+    device = replace(SENSORS.dvl, mounting=Mounting(rotation, position_m=(0.3, 0.0, 0.1)))
+    chunks = SimulatedDvl("dvl", device, WORLD, np.random.default_rng(0)).chunks(cruise())
+    parser = WayfinderParser(latency_s=device.latency_s)
+    samples = [to_body(sample, device.mounting) for c in chunks for sample in parser.feed(c.data, c.time_s)]
+    assert len(samples) == 10
+    for number, sample in enumerate(samples, start=1):
+        assert isinstance(sample, DvlSample)
+        assert sample.time_s == pytest.approx(0.1 * number)
+        turning = 0.1 * sample.time_s
+        np.testing.assert_allclose(sample.velocity, [0.4, -0.2 + 0.3 * turning, 0.05], atol=1e-6)
+        assert sample.altitude_m == pytest.approx(6.0)
+        np.testing.assert_allclose(sample.ranges, 6.0 / math.cos(math.radians(30)), rtol=1e-6)
+
+
+def test_the_dvl_loses_the_bottom_as_often_as_it_is_told_and_says_so() -> None:
+    assert SENSORS.dvl is not None
+    world = replace(WORLD, noise=replace(QUIET, dvl_dropout=0.3))
+    chunks = SimulatedDvl("dvl", SENSORS.dvl, world, np.random.default_rng(1)).chunks(cruise(100.0))
+    parser = WayfinderParser()
+    samples = [sample for c in chunks for sample in parser.feed(c.data, c.time_s)]
+    lost = [sample for sample in samples if isinstance(sample, DvlSample) and not sample.locked]
+    assert len(lost) / len(samples) == pytest.approx(0.3, abs=0.05)
+    assert all(math.isnan(sample.altitude_m) for sample in lost)
+
+
+def test_the_imu_at_rest_feels_gravity_and_knows_its_heading() -> None:
+    assert SENSORS.imu is not None
+    still = cruise()
+    still.state[:, 7:], still.nu_dot[:] = 0.0, 0.0
+    chunks = SimulatedImu("imu", SENSORS.imu, WORLD, np.random.default_rng(0)).chunks(still)
+    parser = XsensParser()
+    samples = [to_body(s, SENSORS.imu.mounting) for c in chunks for s in parser.feed(c.data, c.time_s)]
+    assert len(samples) == 100
+    sample = samples[-1]
+    assert isinstance(sample, ImuSample)
+    np.testing.assert_allclose(sample.specific_force, [0.0, 0.0, -9.80665], atol=1e-5)
+    np.testing.assert_allclose(sample.rate, 0.0, atol=1e-7)
+    assert sample.attitude is not None
+    np.testing.assert_allclose(sample.attitude, [math.cos(YAW / 2), 0, 0, math.sin(YAW / 2)], atol=1e-6)
+    assert sample.time_s == pytest.approx(1.0)
+
+
+def test_an_imu_off_the_origin_feels_the_turn() -> None:
+    assert SENSORS.imu is not None
+    device = replace(SENSORS.imu, mounting=Mounting((180.0, 0.0, 0.0), position_m=(0.5, 0.0, 0.0)))
+    chunks = SimulatedImu("imu", device, WORLD, np.random.default_rng(0)).chunks(cruise(rate=0.2))
+    sample = to_body(XsensParser().feed(chunks[-1].data, chunks[-1].time_s)[0], device.mounting)
+    assert isinstance(sample, ImuSample)
+    turning = 0.3
+    coriolis = np.array([0.2 * turning, 0.4 * turning, 0.0])
+    lever = np.array([-0.5 * turning**2, 0.5 * 0.1, 0.0])
+    np.testing.assert_allclose(sample.specific_force, coriolis + lever + [0, 0, -9.80665], atol=1e-5)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_every_frame_of_the_gyro_is_the_mean_rate_over_its_own_millisecond(sign: float) -> None:
+    assert SENSORS.fog is not None
+    device = replace(SENSORS.fog, mounting=Mounting(signs=(1.0, 1.0, sign)))
+    gyro = SimulatedDsp1750("fog", device, WORLD, np.random.default_rng(0))
+    (chunk,) = gyro.chunks(cruise(rate=-0.05))
+    (block,) = Kvh1750Parser().feed(chunk.data, chunk.time_s)
+    block = to_body(block, device.mounting)
+    assert isinstance(block, FogBlock)
+    assert len(block.rate) == 999
+    truth = -0.05 + 0.1 * (np.arange(1, 1000) - 0.5) / 1000
+    np.testing.assert_allclose(block.rate, truth, atol=0.6 * math.radians(1000 / 2**21))
+    np.testing.assert_allclose(block.time_s, np.arange(1, 1000) / 1000, atol=2e-3)
+
+
+def test_noise_has_the_deviation_of_the_table() -> None:
+    assert SENSORS.dvl is not None
+    world = replace(WORLD, noise=NoiseLevels(dvl_dropout=0.0))
+    chunks = SimulatedDvl("dvl", SENSORS.dvl, world, np.random.default_rng(2)).chunks(cruise(100.0))
+    parser = WayfinderParser()
+    velocities = np.array([s.velocity for c in chunks for s in parser.feed(c.data, c.time_s)])  # type: ignore[union-attr]
+    np.testing.assert_allclose(velocities.std(axis=0), 0.004, rtol=0.1)
+
+
+def test_moments_belong_to_one_stretch_each() -> None:
+    whole = cruise(2.0)
+    halves = [
+        Stretch(whole.time_s[a:b], whole.state[a:b], whole.nu_dot[a:b], whole.thrust_n)
+        for a, b in ((0, 151), (150, 401))
+    ]
+    for rate_hz in (10.0, 7.0, 100.0, 1000.0):
+        apart = np.concatenate([moments(half, rate_hz) for half in halves])
+        np.testing.assert_allclose(apart, moments(whole, rate_hz))
+        assert len(apart) == 2 * rate_hz
+
+
+def test_motion_between_two_physics_steps_lies_between_them() -> None:
+    motion = motion_at(cruise(), np.array([0.0, 0.0025, 1.0]))
+    np.testing.assert_allclose(motion.rate[:, 2], [0.0, 0.00025, 0.1])
