@@ -2,8 +2,9 @@
 
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 from bridge.clock import Clock
 
@@ -23,16 +24,29 @@ def until_stopped(
     """
     stop = threading.Event()
     start_s = clock.boot_s()
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
-    with ThreadPoolExecutor(1) as pool:
+    with _set_by_signals(stop), ThreadPoolExecutor(1) as pool:
         job = pool.submit(work, stop)
         try:
-            while not job.done() and (seconds is None or clock.boot_s() - start_s < seconds):
+            while not (job.done() or stop.is_set()) and (
+                seconds is None or clock.boot_s() - start_s < seconds
+            ):
                 stop.wait(LOOK_EVERY_S)
                 each(clock.boot_s() - start_s)
-        except KeyboardInterrupt:
-            pass
         finally:
             stop.set()
         job.result()
+
+
+@contextmanager
+def _set_by_signals(stop: threading.Event) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {
+        number: signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

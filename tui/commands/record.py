@@ -68,10 +68,10 @@ def run(arguments: argparse.Namespace) -> int:
         open_link,
         GROUND_STATION if arguments.heartbeat else None,
     )
-    words.print(f"recording into {folder.path}; Ctrl-C ends it", soft_wrap=True)
     with words.status("waiting for the first frame") as status:
 
         def work(stop: "threading.Event") -> None:
+            words.print(f"recording into {folder.path}; Ctrl-C ends it", soft_wrap=True)
             recorder.run(stop)
 
         def each(since_s: float) -> None:

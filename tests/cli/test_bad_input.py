@@ -1,0 +1,148 @@
+"""What a new user gets wrong: one clear sentence, an exit code, no traceback, nothing half done."""
+
+from pathlib import Path
+
+import pytest
+
+from tui import cli, exit_codes
+
+ROOT = Path(__file__).resolve().parents[2]
+VEHICLE = str(ROOT / "tests" / "data" / "vehicles" / "survey.yaml")
+DIVE = ROOT.parent / "shared" / "sealed" / "open_1"
+
+
+@pytest.fixture
+def complaint(capsys):
+    """Run a command line that must fail: its exit code and its one sentence."""
+
+    def run(*line):
+        code = cli.main([str(word) for word in line])
+        error = capsys.readouterr().err
+        complaints = [text for text in error.splitlines() if text.startswith("seatrial: ")]
+        assert len(complaints) == 1, error
+        assert "Traceback" not in error
+        return code, complaints[0]
+
+    return run
+
+
+def identify(path, *more):
+    return "identify", path, "--vehicle", VEHICLE, *more
+
+
+def test_no_such_dive(complaint, tmp_path):
+    code, sentence = complaint(*identify(tmp_path / "nowhere.tlog"))
+    assert code == exit_codes.BAD_INPUT
+    assert "nowhere.tlog: no such file" in sentence
+
+
+@pytest.mark.parametrize("ending", [".tlog", ".tlog.gz", ".BIN", ".csv"])
+def test_an_empty_recording(complaint, tmp_path, ending):
+    path = tmp_path / f"empty{ending}"
+    path.touch()
+    code, sentence = complaint(*identify(path, "--columns", "bolt"))
+    assert code == exit_codes.BAD_INPUT
+    assert path.name in sentence
+
+
+@pytest.mark.parametrize("ending", [".tlog", ".tlog.gz", ".BIN"])
+def test_a_text_file_renamed(complaint, tmp_path, ending):
+    path = tmp_path / f"letter{ending}"
+    path.write_text("Dear vehicle,\nplease dive.\n" * 40)
+    code, sentence = complaint(*identify(path))
+    assert code == exit_codes.BAD_INPUT
+    assert path.name in sentence
+
+
+def test_an_ending_that_nobody_knows(complaint, tmp_path):
+    path = tmp_path / "dive.docx"
+    path.write_bytes(b"PK")
+    code, sentence = complaint(*identify(path))
+    assert code == exit_codes.BAD_INPUT
+    assert ".tlog" in sentence
+
+
+def test_a_table_without_its_column_map(complaint, tmp_path):
+    path = tmp_path / "dive.csv"
+    path.write_text("a,b\n1,2\n")
+    code, sentence = complaint(*identify(path))
+    assert code == exit_codes.BAD_INPUT
+    assert "--columns" in sentence
+
+
+def test_a_folder_without_a_recording(complaint, tmp_path):
+    code, sentence = complaint(*identify(tmp_path))
+    assert code == exit_codes.BAD_INPUT
+    assert "no recording" in sentence
+
+
+def test_no_such_vehicle_file(complaint, tmp_path):
+    code, sentence = complaint("identify", "dive.tlog", "--vehicle", tmp_path / "mine.yaml")
+    assert code == exit_codes.BAD_INPUT
+    assert "mine.yaml: no such file" in sentence
+
+
+def test_a_vehicle_file_with_a_misspelt_key_names_the_nearest(complaint, tmp_path):
+    text = Path(VEHICLE).read_text(encoding="utf-8").replace("dry_mass_kg", "dry_mas_kg")
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    code, sentence = complaint("identify", "dive.tlog", "--vehicle", path)
+    assert code == exit_codes.BAD_INPUT
+    assert (
+        "mine.yaml: configurations: survey: unknown key 'dry_mas_kg'; did you mean 'dry_mass_kg'?" in sentence
+    )
+
+
+def test_a_configuration_that_the_vehicle_lacks(complaint):
+    code, sentence = complaint("identify", "dive.tlog", "--vehicle", f"{VEHICLE}:racing")
+    assert code == exit_codes.BAD_INPUT
+    assert "no configuration 'racing'; it has survey" in sentence
+
+
+@pytest.mark.parametrize("verb", ["record", "doctor"])
+def test_a_serial_port_that_does_not_exist(complaint, tmp_path, verb):
+    code, sentence = complaint(verb, "--link", "serial:/dev/ttyNowhere:115200", "--out", tmp_path / "dives")
+    assert code == exit_codes.LINK
+    assert "/dev/ttyNowhere" in sentence
+    assert not (tmp_path / "dives").exists()
+
+
+def test_a_link_that_is_none(complaint, tmp_path):
+    code, sentence = complaint("record", "--link", "carrier:pigeon", "--out", tmp_path / "dives")
+    assert code in (exit_codes.BAD_INPUT, exit_codes.LINK)
+    assert "carrier" in sentence
+
+
+def test_no_vehicle_on_the_link(complaint):
+    code, sentence = complaint("params", "show", "--link", "udpin:127.0.0.1:0", "--seconds", "0.3")
+    assert code == exit_codes.LINK
+    assert "127.0.0.1" in sentence
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "1e99", "twelve", ""])
+def test_a_parameter_file_with_a_value_that_is_none(complaint, tmp_path, value):
+    path = tmp_path / "bad.param"
+    path.write_text(f"FF0_M_U,110\nFF0_D_U,{value}\n", encoding="utf-8")
+    code, sentence = complaint("params", "upload", path, "--link", "udpin:127.0.0.1:0", "--yes")
+    assert code == exit_codes.BAD_INPUT
+    assert "bad.param, line 2" in sentence
+
+
+def test_a_replay_of_nothing(complaint, tmp_path):
+    code, sentence = complaint("replay", tmp_path / "no.tlog", "--link", "udpout:127.0.0.1:9")
+    assert code == exit_codes.BAD_INPUT
+    assert "no.tlog: no such file" in sentence
+
+
+def test_an_unknown_method_names_those_there_are(complaint):
+    code, sentence = complaint(*identify(VEHICLE, "--method", "magic"))
+    assert code == exit_codes.BAD_INPUT
+    assert "likelihood" in sentence
+    assert "paper" in sentence
+
+
+def test_a_report_in_a_place_that_is_no_folder(complaint, tmp_path):
+    (tmp_path / "file").touch()
+    code, sentence = complaint("import", VEHICLE, "--out", tmp_path / "file" / "below")
+    assert code == exit_codes.BAD_INPUT
+    assert "survey.yaml" in sentence

@@ -1,0 +1,143 @@
+"""`record`, `replay` and `import`: what goes in comes out again."""
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import Encoder
+from bridge.link.memory import memory_pair
+from bridge.tlog import TlogWriter, read_tlog
+from tui import cli, exit_codes
+
+BOOT_US = 1_790_000_000_000_000
+
+
+def attitudes(count):
+    encoder = Encoder(1, 1)
+    messages = [
+        dialect.MAVLink_attitude_quaternion_message(1000 * second, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        for second in range(count)
+    ]
+    return [encoder.encode(message) for message in messages]
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """A `.tlog` of a hundred attitudes, one a second."""
+    path = tmp_path / "still.tlog"
+    with TlogWriter(path) as writer:
+        for second, raw in enumerate(attitudes(100)):
+            writer.write(BOOT_US + second * 1_000_000, raw)
+    return path
+
+
+@pytest.fixture
+def far_end(monkeypatch):
+    """The other end of the link that the next verb opens."""
+    near, far = memory_pair()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: near)
+    return far
+
+
+def everything(link):
+    data = b""
+    while link._inbox:
+        data += link.read(0)
+    return data
+
+
+def test_record_keeps_every_frame_in_a_dive_folder(far_end, tmp_path, capsys):
+    sent = attitudes(50)
+    for raw in sent:
+        far_end.write(raw)
+    line = ["record", "--link", "any", "--out", str(tmp_path), "--name", "Lake 7", "--seconds", "0.6"]
+    code = cli.main([*line, "--json", "-"])
+    found = json.loads(capsys.readouterr().out)
+    assert code == exit_codes.DONE
+    assert found["frames"] == 50
+    assert found["links"]["memory:a"][0]["received"] == 50
+    folder = Path(found["folder"])
+    assert folder.name.endswith("Z-lake-7")
+    assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == sent
+
+
+def test_record_of_a_silent_link_says_so_and_answers_with_the_code_of_a_link(far_end, tmp_path, capsys):
+    far_end.write(b"")
+    code = cli.main(["record", "--link", "udpin:x", "--out", str(tmp_path), "--seconds", "0.3"])
+    assert code == exit_codes.LINK
+    assert "nothing arrived on udpin:x" in capsys.readouterr().err
+
+
+def test_control_c_ends_a_recording_in_order(tmp_path):
+    command = [
+        Path(sys.executable).with_name("seatrial"),
+        "record",
+        "--link",
+        "udpin:127.0.0.1:0",
+        "--out",
+        tmp_path,
+    ]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as running:
+        assert running.stderr is not None
+        assert "Ctrl-C ends it" in running.stderr.readline()
+        running.send_signal(signal.SIGINT)
+        out, error = running.communicate(timeout=20)
+    assert running.returncode == exit_codes.LINK, error
+    assert out.startswith("0 frames")
+    assert "Traceback" not in error
+
+
+def test_replay_sends_every_frame_unchanged(recording, far_end, capsys):
+    code = cli.main(["replay", str(recording), "--link", "any", "--speed", "1e6"])
+    assert code == exit_codes.DONE
+    assert everything(far_end) == b"".join(attitudes(100))
+    assert "100 frames sent" in capsys.readouterr().out
+
+
+def test_replay_starts_where_it_is_told(recording, far_end):
+    assert (
+        cli.main(["replay", str(recording), "--link", "any", "--speed", "1e6", "--from", "90"])
+        == exit_codes.DONE
+    )
+    assert everything(far_end) == b"".join(attitudes(100)[90:])
+
+
+def test_replay_from_beyond_the_end_says_how_long_the_dive_is(recording, far_end, capsys):
+    code = cli.main(["replay", str(recording), "--link", "any", "--from", "1000"])
+    assert code == exit_codes.BAD_INPUT
+    assert "is 99 s long" in capsys.readouterr().err
+    assert everything(far_end) == b""
+
+
+def test_import_says_what_there_is_and_files_a_copy(recording, tmp_path, capsys):
+    out = tmp_path / "dives" / "lake"
+    code = cli.main(["import", str(recording), "--out", str(out), "--json", "-"])
+    found = json.loads(capsys.readouterr().out)
+    assert code == exit_codes.DONE
+    assert [signal["name"] for signal in found["signals"]] == ["attitude"]
+    assert [signal["samples"] for signal in found["signals"]] == [100]
+    assert any("No velocity" in note for note in found["notes"])
+    assert (out / "telemetry.tlog").read_bytes() == recording.read_bytes()
+    assert "still.tlog" in (out / "dive.yaml").read_text(encoding="utf-8")
+
+
+def test_import_never_overwrites_a_folder(recording, tmp_path, capsys):
+    assert cli.main(["import", str(recording), "--out", str(tmp_path)]) == exit_codes.BAD_INPUT
+    assert "never overwritten" in capsys.readouterr().err
+
+
+def test_a_table_imported_with_its_map_needs_no_map_again(tmp_path, capsys):
+    table = tmp_path / "tank.csv"
+    table.write_text("t,p1,p2\n" + "".join(f"{i / 10},1500,1600\n" for i in range(50)), encoding="utf-8")
+    columns = tmp_path / "map.yaml"
+    columns.write_text("time: {column: t, unit: s}\npwm: {columns: [p1, p2], unit: us}\n", encoding="utf-8")
+    out = tmp_path / "dive"
+    assert cli.main(["import", str(table), "--columns", str(columns), "--out", str(out)]) == exit_codes.DONE
+    capsys.readouterr()
+    assert cli.main(["import", str(out), "--json", "-"]) == exit_codes.DONE
+    assert json.loads(capsys.readouterr().out)["signals"][0]["name"] == "pwm"
