@@ -54,3 +54,24 @@ def test_a_body_above_the_surface_is_pushed_back_down() -> None:
     afloat[2:4] = -0.01, 1.0
     derivative(afloat, np.zeros(6), np.full(6, 100.0), np.ones(6), 0.0, 1.0, 2000.0, out)
     np.testing.assert_allclose(out[9], (0.01 * 2000.0 - 1.0) / 100.0)
+
+
+@given(turn=st.tuples(*[st.floats(0.1, 1)] * 4), nu=st.tuples(*[small] * 6))
+@settings(max_examples=50, deadline=None)
+def test_position_and_attitude_follow_the_rotation_matrix_of_the_attitude(turn, nu) -> None:  # type: ignore[no-untyped-def]
+    attitude, ahead = np.array(turn) / np.linalg.norm(turn), 1e-6
+    out = np.empty(13)
+    state = np.concatenate([[0.0, 0.0, 5.0], attitude, nu])
+    derivative(state, np.zeros(6), np.ones(6), np.ones(6), 0.0, 0.0, 0.0, out)
+    np.testing.assert_allclose(out[:3], matrix_of(attitude) @ nu[:3], atol=1e-9)
+    p, q, r = nu[3:]
+    skew = np.array([[0, -r, q], [r, 0, -p], [-q, p, 0]])
+    numeric = (matrix_of(attitude + ahead * out[3:7]) - matrix_of(attitude - ahead * out[3:7])) / (2 * ahead)
+    np.testing.assert_allclose(numeric, matrix_of(attitude) @ skew, atol=1e-6)
+
+
+def matrix_of(quaternion: np.ndarray) -> np.ndarray:
+    """Body to earth by Rodrigues' formula, from the quaternion's scalar and vector part."""
+    scalar, vector = quaternion[0], quaternion[1:]
+    cross = np.cross(np.eye(3), -vector)
+    return np.eye(3) + 2 * scalar * cross + 2 * cross @ cross

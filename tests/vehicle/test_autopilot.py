@@ -100,3 +100,16 @@ def test_the_configuration_chooses_the_parameters() -> None:
     pilot = Autopilot(FILE.vehicle, "hovering", lambda i: asked.append(i) or MODEL, FILE.path.parent)
     assert pilot.step(0.0, HERE, ASK).veh_cfg == 1
     assert asked == [1]
+
+
+def test_coming_back_from_feedforward_alone_the_pid_starts_without_an_old_integral() -> None:
+    pilot, fresh = autopilot(Mode.OFF), autopilot(Mode.OFF)
+    for step in range(100):
+        pilot.step(0.05 * step, HERE, ASK)
+    pilot.mode = Mode.ALONE
+    pilot.step(5.0, HERE, ASK)
+    pilot.mode = Mode.OFF
+    again, first = pilot.step(5.05, HERE, ASK), fresh.step(5.05, HERE, ASK)
+    assert [again.tau_pid[dof] for dof in (0, 1, 5)] == pytest.approx(
+        [first.tau_pid[dof] for dof in (0, 1, 5)]
+    )
