@@ -73,5 +73,5 @@ def test_position_and_attitude_follow_the_rotation_matrix_of_the_attitude(turn, 
 def matrix_of(quaternion: np.ndarray) -> np.ndarray:
     """Body to earth by Rodrigues' formula, from the quaternion's scalar and vector part."""
     scalar, vector = quaternion[0], quaternion[1:]
-    cross = np.cross(np.eye(3), -vector)
+    cross = np.cross(vector, np.eye(3)).T
     return np.eye(3) + 2 * scalar * cross + 2 * cross @ cross
