@@ -1,0 +1,82 @@
+"""What a vehicle remembers of its parameters: one small file, replaced whole or not at all."""
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bridge.errors import ParamError
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The mode, and the active set by parameter id; None where no set was ever committed."""
+
+    mode: float
+    active: Mapping[str, float] | None
+
+
+def save(path: Path, stored: Stored) -> None:
+    """Replace the file in one step, on the disk before this returns. Raises ParamError where it can't."""
+    text = json.dumps(
+        {"mode": stored.mode, "active": None if stored.active is None else dict(stored.active)}, indent=1
+    )
+    new = path.with_name(path.name + ".new")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(new, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(new, path)
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+    except OSError as error:
+        raise ParamError(f"{path}: parameters can't be stored ({error.strerror}); check the disk") from None
+
+
+def load(path: Path) -> Stored | None:
+    """What the file holds, None where there is no file. Raises ParamError where it is damaged."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise ParamError(f"{path}: stored parameters can't be read ({error}); upload them again") from None
+    stored = _checked(data)
+    if stored is None:
+        raise ParamError(f"{path}: stored parameters are damaged; upload them again")
+    return stored
+
+
+def put_aside(path: Path) -> Path:
+    """Keep a damaged file under a name of its own. Raises ParamError where that fails."""
+    number = 1
+    while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
+        number += 1
+    try:
+        os.replace(path, aside)
+    except OSError as error:
+        raise ParamError(f"{path}: can't be put aside ({error.strerror}); move it away") from None
+    return aside
+
+
+def _checked(data: Any) -> Stored | None:
+    if not isinstance(data, dict) or set(data) != {"mode", "active"} or not _is_number(data["mode"]):
+        return None
+    active = data["active"]
+    if active is None:
+        return Stored(float(data["mode"]), None)
+    if not isinstance(active, dict) or not all(_is_number(value) for value in active.values()):
+        return None
+    return Stored(float(data["mode"]), {name: float(value) for name, value in active.items()})
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,318 @@
+"""The vehicle's parameter server: MAVLink's parameter protocol, REAL32 only.
+
+Coefficients are written into a staged set. Writing its CRC to FF_COMMIT, disarmed, makes the whole set active
+at once: the vehicle never runs on half of a model. FF_ACTIVE tells the CRC of the set in force.
+"""
+
+import math
+import struct
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge import parameter_store
+from bridge.errors import ConfigError, ParamError
+from bridge.messages.readings import CONTRACT_VERSION
+from bridge.vehicle.coefficients import COEFFICIENTS
+from bridge.vehicle.config import Vehicle
+
+MODE: Final = "FF_MODE"
+COMMIT: Final = "FF_COMMIT"
+ACTIVE: Final = "FF_ACTIVE"
+VERSION: Final = "FF_VERSION"
+APPLYING_MODES: Final = (2.0, 3.0)
+
+_FLOAT = struct.Struct("<f")
+
+
+def to_float32(value: float) -> float:
+    """`value` as the wire carries it; an infinity where it is too large, and one zero only."""
+    try:
+        return float(_FLOAT.unpack(_FLOAT.pack(value))[0]) + 0.0
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
+def set_crc(values: Mapping[str, float]) -> int:
+    """The number that stands for a set of parameters: 24 bits, so that a float32 carries it exactly; never 0.
+
+    The low 24 bits of the CRC-32 of every name, "=" and its value's float32 bits (little-endian), by name.
+    """
+    text = b"".join(name.encode() + b"=" + _FLOAT.pack(values[name] + 0.0) for name in sorted(values))
+    return zlib.crc32(text) & 0xFFFFFF or 1
+
+
+class Refusal(IntEnum):
+    """Why a write was refused, as PARAM_ERROR says it (MAV_PARAM_ERROR)."""
+
+    UNKNOWN = 1
+    OUT_OF_RANGE = 2
+    DENIED = 3
+    READ_ONLY = 5
+    WRONG_TYPE = 7
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One row of the vehicle's table. `optional` also takes 0.0, which means: not set."""
+
+    name: str
+    low: float
+    high: float
+    default: float
+    optional: bool = False
+    veh_cfg: int = 0
+    coefficient: str = ""
+
+    def admits(self, value: float) -> bool:
+        return self.low <= value <= self.high or (self.optional and value == 0.0)
+
+
+def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
+    """The coefficients of every configuration; what the vehicle file gives as its model is the default.
+
+    Raises ConfigError where that model is out of bounds.
+    """
+    table = tuple(
+        Parameter(
+            coefficient.parameter_id(veh_cfg),
+            to_float32(coefficient.low),
+            to_float32(coefficient.high),
+            to_float32(shape.model.get(coefficient.name, 0.0)),
+            coefficient.kind == "mass",
+            veh_cfg,
+            coefficient.name,
+        )
+        for name, shape in vehicle.configurations.items()
+        for veh_cfg in (vehicle.veh_cfg(name),)
+        for coefficient in COEFFICIENTS
+    )
+    for row in table:
+        if not row.admits(row.default):
+            raise ConfigError(
+                f"vehicle '{vehicle.name}': model: {row.coefficient} is {row.default:g}; "
+                f"give a value from {row.low:g} to {row.high:g}"
+            )
+    return table
+
+
+class ParameterServer:
+    """Answers parameter messages for one component; the file `store_path` keeps the active set and the mode.
+
+    A parameter's index is its place in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. Without
+    a stored set, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE.
+    """
+
+    def __init__(
+        self, store_path: Path | None, table: Sequence[Parameter], *, system: int = 1, component: int = 1
+    ) -> None:
+        self.system = system
+        self.component = component
+        self._path = store_path
+        self._table = {parameter.name: parameter for parameter in table}
+        self.names = (*self._table, MODE, COMMIT, ACTIVE, VERSION)
+        self._texts: list[str] = []
+        self._mode = 0.0
+        defaults = {parameter.name: parameter.default for parameter in table}
+        self._active: dict[str, float] | None = defaults if any(defaults.values()) else None
+        self._load()
+        self._staged = dict(self._active or defaults)
+        self._by_configuration = self._sorted_by_configuration()
+        self._cursor = 0
+        self._to_list = 0
+
+    @property
+    def mode(self) -> int:
+        """FF_MODE."""
+        return int(self._mode)
+
+    @property
+    def active_crc(self) -> int:
+        """The CRC of the set in force, 0 where there is none."""
+        return 0 if self._active is None else set_crc(self._active)
+
+    @property
+    def staged_crc(self) -> int:
+        """The CRC that FF_COMMIT asks for."""
+        return set_crc(self._staged)
+
+    def active(self, veh_cfg: int) -> Mapping[str, float]:
+        """The coefficients in force for a configuration, by name; a mass that is not set is left out."""
+        return self._by_configuration.get(veh_cfg, {})
+
+    def value(self, name: str) -> float:
+        """What a read answers. Raises KeyError for an unknown name."""
+        if name == MODE:
+            return self._mode
+        if name in (COMMIT, ACTIVE):
+            return float(self.active_crc)
+        return float(CONTRACT_VERSION) if name == VERSION else self._staged[name]
+
+    def write(self, name: str, value: float, armed: bool) -> Refusal | None:
+        """Set one parameter as PARAM_SET does; why it was refused, None where it was taken."""
+        if name not in self.names:
+            return Refusal.UNKNOWN
+        if name in (ACTIVE, VERSION):
+            return Refusal.READ_ONLY
+        value = to_float32(value)
+        if not math.isfinite(value):
+            return Refusal.OUT_OF_RANGE
+        if name == MODE:
+            return self._set_mode(value, armed)
+        if name == COMMIT:
+            return self._commit(value, armed)
+        if not self._table[name].admits(value):
+            return Refusal.OUT_OF_RANGE
+        self._staged[name] = value
+        return None
+
+    def handle(self, message: Any, armed: bool) -> list[Any]:
+        """The answers (pymavlink messages) to a message; none to what does not concern these parameters."""
+        kind = message.get_type()
+        if kind == "PARAM_REQUEST_LIST" and self._is_mine(message, broadcast=True):
+            self._to_list = len(self.names)
+        elif kind == "PARAM_REQUEST_READ" and self._is_mine(message, broadcast=False):
+            return self._read(message)
+        elif kind == "PARAM_SET" and self._is_mine(message, broadcast=False):
+            return self._set(message, armed)
+        return []
+
+    def step(self, most: int) -> list[Any]:
+        """Up to `most` values of a list that was asked for; a second request makes it go round once more."""
+        count = min(most, self._to_list)
+        values = []
+        for _ in range(count):
+            values.append(self._told(self.names[self._cursor]))
+            self._cursor = (self._cursor + 1) % len(self.names)
+        self._to_list -= count
+        return values
+
+    def take_texts(self) -> list[str]:
+        """What the crew must know, each once, for STATUSTEXT."""
+        texts, self._texts = self._texts, []
+        return texts
+
+    def _set_mode(self, value: float, armed: bool) -> Refusal | None:
+        if value not in (0.0, 1.0, 2.0, 3.0):
+            return Refusal.OUT_OF_RANGE
+        if armed and value in APPLYING_MODES and self._active is None:
+            self._texts.append("FF_MODE refused: no active set")
+            return Refusal.DENIED
+        self._mode = value
+        # Switching off must work on a full disk too, so a mode that can't be stored is in force all the same.
+        self._save()
+        return None
+
+    def _commit(self, value: float, armed: bool) -> Refusal | None:
+        if value != self.staged_crc:
+            self._texts.append("FF_COMMIT refused: CRC is not the staged set's")
+            return Refusal.OUT_OF_RANGE
+        before = self._active
+        if armed:
+            self._texts.append("FF_COMMIT refused: armed")
+            return Refusal.DENIED
+        self._active = dict(self._staged)
+        if not self._save():
+            self._active = before
+            return Refusal.DENIED
+        if self._active != before:
+            self._by_configuration = self._sorted_by_configuration()
+            self._texts.append(f"FF set {self.active_crc} active")
+        return None
+
+    def _is_mine(self, message: Any, broadcast: bool) -> bool:
+        everyone = (0,) if broadcast else ()
+        to_system = message.target_system in (self.system, *everyone)
+        return to_system and message.target_component in (self.component, *everyone)
+
+    def _read(self, message: Any) -> list[Any]:
+        index, name = message.param_index, message.param_id
+        if index >= 0:
+            name = self.names[index] if index < len(self.names) else ""
+        if name not in self.names:
+            return [self._error(message, Refusal.UNKNOWN)]
+        return [self._told(name)]
+
+    def _set(self, message: Any, armed: bool) -> list[Any]:
+        name = message.param_id
+        if name in self.names and message.param_type != dialect.MAV_PARAM_TYPE_REAL32:
+            refusal: Refusal | None = Refusal.WRONG_TYPE
+        else:
+            refusal = self.write(name, message.param_value, armed)
+        answers = [] if refusal is None else [self._error(message, refusal)]
+        # A refused write is also answered by the value that still holds: not all clients know PARAM_ERROR.
+        return answers if refusal is Refusal.UNKNOWN else [*answers, self._told(name)]
+
+    def _told(self, name: str) -> Any:
+        return dialect.MAVLink_param_value_message(
+            name.encode(),
+            self.value(name),
+            dialect.MAV_PARAM_TYPE_REAL32,
+            len(self.names),
+            self.names.index(name),
+        )
+
+    def _error(self, message: Any, refusal: Refusal) -> Any:
+        return dialect.MAVLink_param_error_message(
+            message.get_srcSystem(),
+            message.get_srcComponent(),
+            message.param_id.encode("ascii", errors="replace"),
+            getattr(message, "param_index", -1),
+            int(refusal),
+        )
+
+    def _sorted_by_configuration(self) -> dict[int, dict[str, float]]:
+        sets: dict[int, dict[str, float]] = {}
+        for name, value in (self._active or {}).items():
+            row = self._table[name]
+            if value != 0.0 or not row.optional:
+                sets.setdefault(row.veh_cfg, {})[row.coefficient] = value
+        return sets
+
+    def _save(self) -> bool:
+        if self._path is None:
+            return True
+        try:
+            parameter_store.save(self._path, parameter_store.Stored(self._mode, self._active))
+        except ParamError:
+            self._texts.append("parameters can't be stored: check the disk")
+            return False
+        return True
+
+    def _load(self) -> None:
+        if self._path is None:
+            return
+        try:
+            stored = parameter_store.load(self._path)
+            if stored is None:
+                return
+            if not self._fits(stored):
+                raise ParamError("stored parameters don't fit this vehicle file")
+        except ParamError:
+            self._texts.append("stored parameters unusable, defaults in force")
+            self._put_aside(self._path)
+            return
+        self._mode = stored.mode
+        if stored.active is not None:
+            self._active = {name: stored.active[name] for name in self._table}
+
+    def _put_aside(self, path: Path) -> None:
+        try:
+            self._texts.append(f"damaged file kept: {parameter_store.put_aside(path).name}"[:50])
+        except ParamError:
+            self._texts.append("damaged parameter file can't be put aside")
+
+    def _fits(self, stored: parameter_store.Stored) -> bool:
+        if stored.mode not in (0.0, 1.0, 2.0, 3.0):
+            return False
+        if stored.active is None:
+            return True
+        return set(stored.active) == set(self._table) and all(
+            self._table[name].admits(value) and to_float32(value) == value
+            for name, value in stored.active.items()
+        )

@@ -1,0 +1,332 @@
+"""The parameter server takes what is fit, refuses the rest in words, and never runs on half a set."""
+
+import json
+import math
+import zlib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge import parameter_store
+from bridge.errors import ConfigError, ParamError
+from bridge.framing import Encoder, Framer, decode
+from bridge.parameters import ParameterServer, Refusal, set_crc, to_float32, vehicle_table
+from bridge.vehicle.config import Configuration, Thruster, Vehicle
+
+GROUND = Encoder(255, 190)
+REAL32 = dialect.MAV_PARAM_TYPE_REAL32
+
+
+def vehicle(**model: float) -> Vehicle:
+    shape = Configuration(
+        dry_mass_kg=72.0,
+        inertia_kgm2=(2.0, 9.0, 10.0),
+        thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
+        model=model,
+    )
+    return Vehicle("test", {"survey": shape, "hovering": shape})
+
+
+def server(path: Path | None = None, **model: float) -> ParameterServer:
+    return ParameterServer(path, vehicle_table(vehicle(**model)), system=1, component=1)
+
+
+def received(message: Any) -> Any:
+    """The message as the other side decodes it."""
+    (frame,) = Framer().feed(GROUND.encode(message))
+    return decode(frame)
+
+
+def ask(target: ParameterServer, message: Any, armed: bool = False) -> list[tuple[str, Any]]:
+    return [(m.get_type(), m) for m in map(received, target.handle(received(message), armed))]
+
+
+def set_message(name: str, value: float, kind: int = REAL32, system: int = 1, component: int = 1) -> Any:
+    return dialect.MAVLink_param_set_message(system, component, name.encode(), value, kind)
+
+
+def read_message(name: str = "", index: int = -1, system: int = 1, component: int = 1) -> Any:
+    return dialect.MAVLink_param_request_read_message(system, component, name.encode(), index)
+
+
+def fill(target: ParameterServer) -> None:
+    """Stage a whole set."""
+    for name in target.names[:24]:
+        assert target.write(name, 20.1, False) is None
+
+
+def test_the_table_has_every_coefficient_of_every_configuration_and_four_of_its_own() -> None:
+    names = server().names
+    assert len(names) == 2 * 12 + 4
+    assert names[0] == "FF0_M_U"
+    assert names[23] == "FF1_D_R"
+    assert names[24:] == ("FF_MODE", "FF_COMMIT", "FF_ACTIVE", "FF_VERSION")
+    assert all(len(name) <= 16 for name in names)
+
+
+def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true_index() -> None:
+    target = server()
+    ((kind, value),) = ask(target, set_message("FF1_M_U", 96.4))
+    assert kind == "PARAM_VALUE"
+    told = (value.param_id, value.param_value, value.param_type, value.param_count, value.param_index)
+    assert told == ("FF1_M_U", to_float32(96.4), REAL32, 28, 12)
+    for question in (read_message("FF1_M_U"), read_message(index=12)):
+        ((kind, again),) = ask(target, question)
+        assert (kind, again.param_id, again.param_value) == ("PARAM_VALUE", "FF1_M_U", to_float32(96.4))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "armed", "error"),
+    [
+        ("FF0_M_U", math.nan, False, Refusal.OUT_OF_RANGE),
+        ("FF0_M_U", math.inf, False, Refusal.OUT_OF_RANGE),
+        ("FF0_M_U", -1.0, False, Refusal.OUT_OF_RANGE),
+        ("FF0_M_U", 0.05, False, Refusal.OUT_OF_RANGE),
+        ("FF0_M_U", 1.1e5, False, Refusal.OUT_OF_RANGE),
+        ("FF0_D_U", -1e-6, False, Refusal.OUT_OF_RANGE),
+        ("FF_MODE", 4.0, False, Refusal.OUT_OF_RANGE),
+        ("FF_MODE", 1.5, False, Refusal.OUT_OF_RANGE),
+        ("FF_MODE", math.nan, False, Refusal.OUT_OF_RANGE),
+        ("FF_MODE", 2.0, True, Refusal.DENIED),
+        ("FF_MODE", 3.0, True, Refusal.DENIED),
+        ("FF_COMMIT", 12345.0, False, Refusal.OUT_OF_RANGE),
+        ("FF_COMMIT", math.nan, False, Refusal.OUT_OF_RANGE),
+        ("FF_ACTIVE", 1.0, False, Refusal.READ_ONLY),
+        ("FF_VERSION", 2.0, False, Refusal.READ_ONLY),
+    ],
+)
+def test_an_unfit_write_changes_nothing_and_is_answered_by_error_and_present_value(
+    name: str, value: float, armed: bool, error: Refusal
+) -> None:
+    target = server()
+    before = {n: target.value(n) for n in target.names}
+    (first, refusal), (second, held) = ask(target, set_message(name, value), armed)
+    assert (first, second) == ("PARAM_ERROR", "PARAM_VALUE")
+    assert (refusal.param_id, refusal.error) == (name, error)
+    assert (refusal.target_system, refusal.target_component) == (255, 190)
+    assert (held.param_id, held.param_value) == (name, before[name])
+    assert {n: target.value(n) for n in target.names} == before
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        set_message("FF9_M_U", 1.0),
+        set_message("ff0_m_u", 1.0),
+        read_message("FF9_M_U"),
+        read_message(index=28),
+        read_message(index=32767),
+        read_message(""),
+    ],
+)
+def test_an_unknown_parameter_is_answered_by_does_not_exist(message: Any) -> None:
+    ((kind, refusal),) = ask(server(), message)
+    assert (kind, refusal.error) == ("PARAM_ERROR", Refusal.UNKNOWN)
+
+
+def test_only_real32_is_taken() -> None:
+    target = server()
+    (_, refusal), (_, held) = ask(target, set_message("FF0_M_U", 50.0, kind=dialect.MAV_PARAM_TYPE_INT32))
+    assert (refusal.error, held.param_value) == (Refusal.WRONG_TYPE, 0.0)
+
+
+@pytest.mark.parametrize(("system", "component"), [(2, 1), (1, 191), (0, 0), (0, 1), (1, 0)])
+def test_a_write_or_a_read_that_is_not_addressed_to_this_component_is_ignored(
+    system: int, component: int
+) -> None:
+    target = server()
+    assert ask(target, set_message("FF0_M_U", 50.0, system=system, component=component)) == []
+    assert ask(target, read_message("FF0_M_U", system=system, component=component)) == []
+    assert target.value("FF0_M_U") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("system", "component", "served"), [(1, 1, 28), (0, 0, 28), (1, 0, 28), (2, 1, 0), (1, 191, 0)]
+)
+def test_the_list_is_served_to_those_who_ask_this_component(system: int, component: int, served: int) -> None:
+    target = server()
+    assert ask(target, dialect.MAVLink_param_request_list_message(system, component)) == []
+    told = [received(m) for _ in range(10) for m in target.step(5)]
+    assert [m.param_index for m in told] == list(range(served))
+    assert [m.param_id for m in told] == list(target.names)[:served]
+
+
+def test_the_list_is_paced_and_a_second_request_misses_nothing() -> None:
+    target = server()
+    request = dialect.MAVLink_param_request_list_message(1, 1)
+    ask(target, request)
+    first = target.step(5)
+    ask(target, request)
+    second: list[Any] = []
+    while more := target.step(5):
+        assert len(more) <= 5
+        second += more
+    assert len(first) == 5
+    assert {m.param_index for m in second} == set(range(28))
+
+
+def test_other_messages_are_not_its_business() -> None:
+    assert ask(server(), dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)) == []
+
+
+def test_a_staged_set_is_active_only_once_its_crc_is_committed() -> None:
+    target = server()
+    fill(target)
+    assert (target.active(0), target.active_crc, target.value("FF_ACTIVE")) == ({}, 0, 0.0)
+    crc = set_crc({name: target.value(name) for name in target.names[:24]})
+    ((kind, value),) = ask(target, set_message("FF_COMMIT", float(crc)))
+    assert (kind, value.param_value) == ("PARAM_VALUE", float(crc))
+    assert target.value("FF_ACTIVE") == float(crc)
+    assert target.active(1)["M_u"] == to_float32(20.1)
+    assert len(target.active(0)) == 12
+    assert target.active(7) == {}
+    target.write("FF1_M_U", 30.0, False)
+    assert target.active(1)["M_u"] == to_float32(20.1)
+
+
+def test_the_crc_of_another_set_commits_nothing() -> None:
+    target = server()
+    fill(target)
+    stale = float(target.staged_crc)
+    target.write("FF0_M_U", 21.0, False)
+    assert target.write("FF_COMMIT", stale, False) is Refusal.OUT_OF_RANGE
+    assert target.active_crc == 0
+    assert any("CRC" in text for text in target.take_texts())
+
+
+def test_nothing_is_committed_while_armed() -> None:
+    target = server()
+    fill(target)
+    assert target.write("FF_COMMIT", float(target.staged_crc), True) is Refusal.DENIED
+    assert target.active_crc == 0
+    assert target.take_texts() == ["FF_COMMIT refused: armed"]
+    assert target.take_texts() == []
+
+
+def test_the_feed_forward_can_be_switched_while_armed_once_a_set_is_active() -> None:
+    target = server()
+    assert target.write("FF_MODE", 2.0, False) is None
+    assert target.write("FF_MODE", 0.0, True) is None
+    assert target.write("FF_MODE", 1.0, True) is None
+    assert target.write("FF_MODE", 3.0, True) is Refusal.DENIED
+    fill(target)
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
+    assert target.write("FF_MODE", 3.0, True) is None
+    assert target.mode == 3
+
+
+def test_a_mass_of_zero_means_not_set() -> None:
+    target = server()
+    fill(target)
+    assert target.write("FF0_M_V", 0.0, False) is None
+    assert target.write("FF0_D_V", 0.0, False) is None
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
+    assert "M_v" not in target.active(0)
+    assert target.active(0)["D_v"] == 0.0
+    assert "M_v" in target.active(1)
+
+
+def test_the_model_of_the_vehicle_file_is_active_from_the_start() -> None:
+    target = server(M_u=80.0, D_u=40.0)
+    assert target.active(0)["M_u"] == 80.0
+    assert target.active_crc == target.staged_crc != 0
+    with pytest.raises(ConfigError, match=r"M_u is -3; give a value from 0\.1"):
+        server(M_u=-3.0)
+
+
+def test_mode_and_active_set_survive_a_restart_and_a_staged_one_does_not(tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "parameters.json"
+    target = server(path)
+    fill(target)
+    target.write("FF_COMMIT", float(target.staged_crc), False)
+    target.write("FF_MODE", 3.0, False)
+    target.write("FF0_M_U", 99.0, False)
+    again = server(path)
+    assert (again.mode, again.active_crc) == (3, target.active_crc)
+    assert again.active(0) == target.active(0)
+    assert again.value("FF0_M_U") == to_float32(20.1)
+    assert again.take_texts() == []
+
+
+@pytest.mark.parametrize(
+    "damage", ["empty", "cut", "text", "nan", "another vehicle", "out of bounds", "mode", "list"]
+)
+def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage: str) -> None:
+    path = tmp_path / "parameters.json"
+    target = server(path)
+    fill(target)
+    target.write("FF_COMMIT", float(target.staged_crc), False)
+    whole = path.read_text()
+    data = json.loads(whole)
+    damaged = {
+        "empty": "",
+        "cut": whole[: len(whole) // 2],
+        "text": "parameters",
+        "nan": whole.replace(str(to_float32(20.1)), "NaN", 1),
+        "another vehicle": json.dumps(data | {"active": {"FF0_M_U": 20.0}}),
+        "out of bounds": json.dumps(data | {"active": data["active"] | {"FF0_M_U": -5.0}}),
+        "mode": json.dumps(data | {"mode": 7.0}),
+        "list": "[]",
+    }[damage]
+    path.write_text(damaged)
+    again = server(path)
+    assert (again.mode, again.active_crc) == (0, 0)
+    assert (tmp_path / "parameters.json.damaged-1").read_text() == damaged
+    texts = again.take_texts()
+    assert texts[0] == "stored parameters unusable, defaults in force"
+    assert all(len(text) <= 50 for text in texts)
+    assert not path.exists()
+
+
+def test_a_set_that_cannot_be_stored_is_not_active_but_switching_off_still_works(tmp_path: Path) -> None:
+    path = tmp_path / "parameters.json"
+    target = server(path, M_u=80.0, D_u=40.0)
+    target.write("FF_MODE", 3.0, False)
+    before = target.active_crc
+    path.unlink()
+    path.mkdir()
+    fill(target)
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is Refusal.DENIED
+    assert target.active_crc == before
+    assert target.active(0)["M_u"] == 80.0
+    assert target.write("FF_MODE", 0.0, True) is None
+    assert target.mode == 0
+    assert "parameters can't be stored: check the disk" in target.take_texts()
+
+
+def test_the_store_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "parameters.json"
+    first = parameter_store.Stored(1.0, {"a": 1.0})
+    parameter_store.save(path, first)
+
+    def power_cut(*_: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("bridge.parameter_store.os.replace", power_cut)
+    with pytest.raises(ParamError, match="can't be stored"):
+        parameter_store.save(path, parameter_store.Stored(2.0, {"a": 2.0}))
+    assert parameter_store.load(path) == first
+
+
+@given(
+    st.dictionaries(
+        st.text("ABC_", min_size=1, max_size=16), st.floats(width=32, allow_nan=False), max_size=6
+    )
+)
+def test_the_crc_is_24_bits_exact_in_float32_blind_to_order_and_never_zero(values: dict[str, float]) -> None:
+    crc = set_crc(values)
+    assert 0 < crc < 2**24
+    assert to_float32(float(crc)) == crc
+    assert set_crc(dict(reversed(values.items()))) == crc
+
+
+def test_the_crc_tells_neighbouring_float32_values_apart_and_takes_both_zeros_for_one() -> None:
+    assert set_crc({"FF0_M_U": 1.0}) != set_crc({"FF0_M_U": 1.0 + 2.0**-23})
+    assert set_crc({"FF0_M_U": 96.4}) == set_crc({"FF0_M_U": to_float32(96.4)})
+    assert set_crc({"FF0_D_U": -0.0}) == set_crc({"FF0_D_U": 0.0})
+    written_out = b"FF0_D_U=\x00\x00\x00\x40" + b"FF0_M_U=\x00\x00\x80\x3f"
+    assert set_crc({"FF0_M_U": 1.0, "FF0_D_U": 2.0}) == zlib.crc32(written_out) % 2**24 == 2_362_488
