@@ -1,8 +1,10 @@
-"""One grid for all that an algebraic fit needs: zero-phase low-pass, differentiation, body velocity at the origin.
+"""One grid for all that an algebraic fit needs: zero-phase low-pass, differentiation, body velocity at the
+origin.
 
 The source paper "processed the data to increase the signal-to-noise ratio" without saying how. Here it is a
-Butterworth low-pass run forward and backward (scipy's `sosfiltfilt`: no phase shift, gain 1/2 at the cut-off, order
-doubled), the same one on velocity and on the wrench, so that the linear model still holds between them.
+Butterworth low-pass run forward and backward (scipy's `sosfiltfilt`: no phase shift, gain 1/2 at the
+cut-off, order doubled), the same one on velocity and on the wrench, so that the linear model still holds
+between them.
 """
 
 from dataclasses import dataclass
@@ -22,7 +24,8 @@ SHORTEST_S = 20.0
 
 @dataclass(frozen=True)
 class AlignedDive:
-    """Samples on one uniform grid: `time_s` (n,), `nu`, `nu_dot`, `tau` (n, 6) in SI, `attitude` (n, 4) w x y z.
+    """Samples on one uniform grid: `time_s` (n,), `nu`, `nu_dot`, `tau` (n, 6) in SI, `attitude` (n, 4) w x
+    y z.
 
     `valid` (n,): bottom velocity was known around this time. `has` (6,): this velocity was measured at all.
     """
@@ -65,14 +68,16 @@ def aligned(
 ) -> AlignedDive:
     """Velocity of the origin, its derivative and the wrench on a common grid.
 
-    Linear velocity comes from the DVL, carried from the transducer to the origin by the rates; yaw rate from the
-    FOG where there is one, else from the gyro. What is not measured is zero, and `has` says so.
+    Linear velocity comes from the DVL, carried from the transducer to the origin by the rates; yaw rate
+    from the FOG where there is one, else from the gyro. What is not measured is zero, and `has` says so.
     Raises FitError where velocity, rates or forces overlap for less than 20 s, or are lacking altogether.
     """
     forces = wrench(dive, vehicle, configuration_name)
     measured = [s for s in (dive.velocity, dive.gyro, dive.fog) if s is not None and len(s) > 1]
     if not measured:
-        raise FitError(f"{dive.source}: neither velocity nor rates of turn are recorded: nothing can be identified")
+        raise FitError(
+            f"{dive.source}: neither velocity nor rates of turn are recorded: nothing can be identified"
+        )
     start = max(float(forces.time_s[0]), *(float(s.time_s[0]) for s in measured))
     end = min(float(forces.time_s[-1]), *(float(s.time_s[-1]) for s in measured))
     if end - start < SHORTEST_S:
@@ -97,7 +102,9 @@ def aligned(
         low_pass(tau, rate_hz, cutoff_hz),
         _attitude(dive, time_s),
         valid,
-        np.array([dive.velocity is not None] * 3 + [dive.gyro is not None] * 2 + [_yaw_rate(dive) is not None]),
+        np.array(
+            [dive.velocity is not None] * 3 + [dive.gyro is not None] * 2 + [_yaw_rate(dive) is not None]
+        ),
         forces.notes,
     )
 
@@ -123,7 +130,7 @@ def _rates(dive: Dive, time_s: Array) -> Array:
 
 
 def _yaw_rate(dive: Dive) -> Signal | None:
-    """From the FOG at the middle of its interval, as it tells the mean since the sample before; else the gyro."""
+    """From the FOG, a mean since the sample before, at the middle of that; else from the gyro."""
     if dive.fog is not None and len(dive.fog) > 1:
         steps = np.diff(dive.fog.time_s, prepend=dive.fog.time_s[0] - 1 / dive.fog.rate_hz)
         return Signal(dive.fog.time_s - steps / 2, dive.fog.value)

@@ -1,0 +1,261 @@
+"""`paper`: Algorithm 1 of the source paper (Vangi et al., "Deep physics for deep seas"), to the letter.
+
+An LSTM predicts the velocity, and physical parameters beside it are trained by the same optimiser on mean
+|tau_pred - tau|^2 + alpha mean |v_hat - v|^2. The first term holds measured velocity and acceleration only,
+so the network has no part in the parameters; they tend to `paper_physics.closed_form`, and noise in the
+acceleration pulls the masses towards zero (`paper_noise`).
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
+from bridge.vehicle.config import Configuration, VehicleFile
+from identify.dive import Array, Dive
+from identify.estimators.paper_network import PaperNetwork, repeatable
+from identify.estimators.paper_physics import (
+    PAPER_DOFS,
+    Samples,
+    excited,
+    fixed_values,
+    predicted_wrench,
+    samples,
+    starting_values,
+)
+from identify.filters import AlignedDive, aligned
+from identify.identification import Estimate, Identification, Outcome, added_mass
+from identify.identification import estimate as one_estimate
+
+Progress = Callable[[float, str], None]
+
+FEWEST_WINDOWS = 50
+AT_ZERO = 1e-3
+SETTLED = 5e-3
+NO_INTERVAL = "The paper's method states no interval: std and limits are left empty."
+
+
+@dataclass(frozen=True)
+class PaperOptions:
+    """The paper's network (its Table 1); what it leaves open is chosen here.
+
+    `learning_rate` (network) and `physical_rate` (parameters, whose units are kg and N/(m/s)) fall
+    geometrically to a thousandth over the epochs. `cutoff_hz`: the zero-phase filter before it all.
+    """
+
+    hidden: int = 1024
+    depth: int = 5
+    window: int = 20
+    dropout: float = 0.2
+    alpha: float = 1.0
+    epochs: int = 100
+    batch: int = 256
+    learning_rate: float = 1e-3
+    physical_rate: float = 2.0
+    rate_hz: float = 10.0
+    cutoff_hz: float = 1.0
+    seed: int = 0
+    threads: int = 2
+
+
+PAPER = PaperOptions()
+SMALL = PaperOptions(hidden=16, depth=1)
+
+
+@dataclass(frozen=True)
+class TrainingCurves:
+    """One row an epoch: `values` (e, p) of the parameters `names`, the two losses (e,), the learning rate
+    (e,).
+
+    The first row is the start. The paper's Figs 7 and 9.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    physics_loss: Array
+    data_loss: Array
+    learning_rate: Array
+
+
+def estimate(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    progress: Progress,
+    options: PaperOptions = PAPER,
+) -> Identification:
+    """What the paper's method makes of a dive. Raises FitError where it holds too little."""
+    return estimate_with_curves(dive, file, configuration, progress, options)[0]
+
+
+def estimate_with_curves(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    progress: Progress,
+    options: PaperOptions = PAPER,
+) -> tuple[Identification, TrainingCurves]:
+    """As `estimate`, with the training curves."""
+    started = time.perf_counter()
+    shape = file.vehicle.configurations[configuration]
+    grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
+    reasons, dofs = excited(grid)
+    if not dofs:
+        raise FitError(
+            f"{dive.source}: the paper's method finds nothing to learn "
+            f"({'; '.join(reasons[d] for d in PAPER_DOFS)}); dive with changes of speed and heading"
+        )
+    windows = window_ends(grid, options.window)
+    if len(windows) < FEWEST_WINDOWS:
+        raise FitError(
+            f"{dive.source}: only {len(windows)} windows of {options.window} samples have no gap in velocity, "
+            f"at least {FEWEST_WINDOWS} are needed; dive longer or nearer to the bottom"
+        )
+    data = samples(grid, windows, shape, dofs)
+    curves = train(grid, windows, data, shape, options, progress)
+    values = dict(zip(curves.names, curves.values[-1], strict=True))
+    identification = Identification(
+        method="paper",
+        outcome=Outcome.AT_BOUND if min(values.values()) < AT_ZERO else Outcome.CONVERGED,
+        parameters=_parameters(values, reasons, shape),
+        configuration=configuration,
+        dive=dive.name,
+        dive_sha256=dive.sha256,
+        vehicle=file.vehicle.name,
+        vehicle_sha256=file.sha256,
+        duration_s=dive.duration_s,
+        samples=len(windows),
+        nuisance={"alpha": options.alpha, "cutoff_hz": options.cutoff_hz, "rate_hz": options.rate_hz},
+        notes=(*grid.notes, *_notes(options, curves)),
+        wall_s=time.perf_counter() - started,
+    )
+    return identification, curves
+
+
+def window_ends(grid: AlignedDive, window: int) -> NDArray[np.intp]:
+    """The rows at which a window of valid samples ends."""
+    valid = np.concatenate(([0], np.cumsum(grid.valid)))
+    full = valid[window:] - valid[:-window] == window
+    return np.flatnonzero(full) + window - 1
+
+
+def train(
+    grid: AlignedDive,
+    ends: NDArray[np.intp],
+    data: Samples,
+    configuration: Configuration,
+    options: PaperOptions,
+    progress: Progress,
+) -> TrainingCurves:
+    """Algorithm 1, lines 1 to 17."""
+    fixed = fixed_values(configuration)
+    start = starting_values(configuration, data.dofs)
+    with repeatable(options.seed, options.threads):
+        network = PaperNetwork(options.hidden, options.depth, options.dropout)
+        raw = inverse_softplus(torch.tensor([start[name] for name in data.names], dtype=torch.float64))
+        raw.requires_grad_(True)
+        groups = [
+            {"params": list(network.parameters()), "lr": options.learning_rate},
+            {"params": [raw], "lr": options.physical_rate},
+        ]
+        optimiser = torch.optim.Adam(groups)
+        decay = 1e-3 ** (1 / max(options.epochs, 1))
+        schedule = torch.optim.lr_scheduler.ExponentialLR(optimiser, decay)
+        series = torch.tensor(_inputs(grid), dtype=torch.float32)
+        back = torch.arange(1 - options.window, 1)
+        rows = torch.tensor(ends)
+        physics = _tensors(data)
+        history = [(_values(raw), math.nan, math.nan, options.physical_rate)]
+        for epoch in range(options.epochs):
+            sums, count = np.zeros(2), 0
+            rate = optimiser.param_groups[1]["lr"]
+            said = ", ".join(f"{n} {v:.4g}" for n, v in zip(data.names, history[-1][0], strict=True))
+            for batch in torch.split(torch.randperm(len(rows)), options.batch):
+                progress((epoch + count / len(rows)) / options.epochs, f"epoch {epoch + 1}: {said}")
+                windows = series[rows[batch][:, None] + back]
+                measured = windows[:, -1, 1:]
+                l_physics = physics_loss(raw, fixed, data, physics, batch)
+                l_data = data_loss(network(windows), measured)
+                loss = l_physics + options.alpha * l_data.double()
+                optimiser.zero_grad()
+                torch.autograd.backward(loss)
+                optimiser.step()
+                sums += len(batch) * np.array([l_physics.item(), l_data.item()])
+                count += len(batch)
+            schedule.step()
+            history.append((_values(raw), sums[0] / count, sums[1] / count, rate))
+        progress(1.0, f"trained for {options.epochs} epochs")
+    values, l_physics_all, l_data_all, rates = zip(*history, strict=True)
+    return TrainingCurves(
+        data.names, np.array(values), np.array(l_physics_all), np.array(l_data_all), np.array(rates)
+    )
+
+
+def inverse_softplus(value: Tensor) -> Tensor:
+    """The raw parameter whose softplus is `value`."""
+    return value + torch.log(-torch.expm1(-value))
+
+
+def physics_loss(
+    raw: Tensor, fixed: dict[str, float], data: Samples, tensors: tuple[Tensor, ...], rows: Tensor
+) -> Tensor:
+    """mean |tau_pred - tau|^2 over the samples `rows`, summed over the axes that are learnt."""
+    theta = torch.nn.functional.softplus(raw)
+    values = {**fixed, **{name: theta[i] for i, name in enumerate(data.names)}}
+    nu, nu_dot, tau, g = (t[:, rows] for t in tensors)
+    wrench = predicted_wrench(values, list(nu_dot), list(nu), list(g))
+    residual = torch.stack([wrench[dof] - tau[dof] for dof in data.dofs])
+    return (residual**2).sum(dim=0).mean()
+
+
+def data_loss(predicted: Tensor, measured: Tensor) -> Tensor:
+    """mean |v_hat - v|^2."""
+    return ((predicted - measured) ** 2).sum(dim=1).mean()
+
+
+def _tensors(data: Samples) -> tuple[Tensor, ...]:
+    """nu, nu_dot, tau and g as (6, n), in double precision."""
+    return tuple(torch.tensor(a.T, dtype=torch.float64) for a in (data.nu, data.nu_dot, data.tau, data.g))
+
+
+def _inputs(grid: AlignedDive) -> Array:
+    """(n, 7): the time since the sample before, and the velocities."""
+    step_s = np.diff(grid.time_s, prepend=grid.time_s[0] - (grid.time_s[1] - grid.time_s[0]))
+    return np.column_stack((step_s, grid.nu))
+
+
+def _values(raw: Tensor) -> Array:
+    values: Array = torch.nn.functional.softplus(raw).detach().numpy().copy()
+    return values
+
+
+def _parameters(
+    values: dict[str, float], reasons: dict[int, str], shape: Configuration
+) -> tuple[Estimate, ...]:
+    nan = math.nan
+    found = [
+        one_estimate(c.name, float(values.get(c.name, nan)), nan, nan, nan, reasons.get(c.dof, ""))
+        for c in COEFFICIENTS
+    ]
+    return (*found, *(added_mass(total, shape) for total in found[: len(MASSES)]))
+
+
+def _notes(options: PaperOptions, curves: TrainingCurves) -> tuple[str, ...]:
+    notes = [
+        NO_INTERVAL,
+        f"Before it a zero-phase Butterworth low-pass at {options.cutoff_hz:g} Hz; the noise that it leaves in the "
+        "acceleration makes the masses too low.",
+    ]
+    settled_from = curves.values[-max(len(curves.values) // 10, 2)]
+    change = np.abs(curves.values[-1] / settled_from - 1)
+    restless = [name for name, c in zip(curves.names, change, strict=True) if c > SETTLED]
+    if restless:
+        notes.append(f"{', '.join(restless)} had not settled when the training ended: give it more epochs.")
+    return tuple(notes)
