@@ -17,13 +17,14 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost, LinkTimeout, ParamRejected, ParamUnverified
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
+from bridge.parameters import set_crc
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, make_plan
 from gcs_plugin.params.receipt import Receipt, lines_of
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
-from gcs_plugin.params.upload import Crc, Ending, Upload
+from gcs_plugin.params.upload import Ending, Upload
 
 GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
@@ -32,6 +33,9 @@ COMPANIONS_MAY_FOLLOW_S: Final = 1.5
 REBOOT_STEP_MS: Final = 500
 NO_INDEX: Final = -1
 
+_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_NO_AUTOPILOT: Final[int] = dialect.MAV_AUTOPILOT_INVALID
+_COMPANION_KIND: Final[int] = dialect.MAV_TYPE_ONBOARD_CONTROLLER
 _COMPANIONS = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
 
 
@@ -48,24 +52,31 @@ class Heard:
     @property
     def is_vehicle(self) -> bool:
         """Whether it can hold a vehicle's parameters: an autopilot or a companion computer."""
-        return self.kind != dialect.MAV_TYPE_GCS and (
-            self.autopilot != dialect.MAV_AUTOPILOT_INVALID
-            or self.kind == dialect.MAV_TYPE_ONBOARD_CONTROLLER
-        )
+        if self.kind == dialect.MAV_TYPE_GCS:
+            return False
+        return self.autopilot != _NO_AUTOPILOT or self.kind == _COMPANION_KIND
+
+
+def _unseen(stage: str, done: int, total: int) -> None:
+    """Progress that nobody watches."""
+    del stage, done, total
 
 
 class ParameterClient:
-    """Reads and writes the parameters of one vehicle over `link`. `crc` is the vehicle's CRC of a staged set."""
+    """Reads and writes one vehicle's parameters over `link`.
+
+    Every wait is a read of `link` with a timeout: a link whose `read` steps a simulation runs it along.
+    `progress` hears the stage, and how many of how many are done.
+    """
 
     def __init__(
         self,
         link: Link,
         clock: Clock,
-        crc: Crc,
         timing: Timing | None = None,
-        progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+        progress: Callable[[str, int, int], None] = _unseen,
     ) -> None:
-        self._link, self._clock, self._crc = link, clock, crc
+        self._link, self._clock = link, clock
         self._timing = timing or Timing()
         self._progress = progress
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
@@ -76,7 +87,7 @@ class ParameterClient:
     def find_vehicle(
         self, timeout_s: float = 5.0, system: int | None = None, component: int | None = None
     ) -> Source:
-        """The component that holds the parameters: the one named, else a companion computer before an autopilot.
+        """The component that holds the parameters: the one named, else a companion before an autopilot.
 
         Raises LinkTimeout where none beats within `timeout_s`, LinkError where several systems do.
         """
@@ -128,12 +139,13 @@ class ParameterClient:
             self._progress("reading", len(listing.values), listing.count or 0)
         if listing.count is None:
             raise LinkTimeout(
-                f"{self._vehicle_text()} sent no parameter within {timeout_s:.0f} s; check that the bridge runs"
+                f"{self._vehicle_text()} sent no parameter within {timeout_s:.0f} s; "
+                "check that the bridge runs"
             )
         if not listing.complete:
             raise ParamUnverified(
-                f"{len(listing.missing)} of {listing.count} parameters of {self._vehicle_text()} did not come "
-                f"within {timeout_s:.0f} s; better the link and try again"
+                f"{len(listing.missing)} of {listing.count} parameters of {self._vehicle_text()} "
+                f"did not come within {timeout_s:.0f} s; better the link and try again"
             )
         return dict(listing.values)
 
@@ -144,15 +156,19 @@ class ParameterClient:
         is armed, LinkTimeout where its heart no longer beats: in each case nothing was written.
         """
         plan.check()
-        self._gate()
+        self._await_heartbeat()
         if preimage.exists():
             raise ParamRejected(f"{preimage}: exists already and is never overwritten; give another name")
         system, component = self._known_vehicle()
+        upload = Upload(plan, (system, component), self._clock.boot_s(), self._timing, set_crc)
+        if self.armed and upload.needs_disarmed:
+            raise ParamRejected(
+                f"{self._vehicle_text()} is armed; nothing was sent, disarm it and upload again"
+            )
         started_utc = f"{datetime.fromtimestamp(self._clock.unix_s(), UTC):%Y-%m-%dT%H:%M:%SZ}"
         words = [f"what vehicle {system}, component {component} held before an upload, {started_utc}"]
         write_parameters(preimage, plan.present, words, system, component)
         start_s = self._clock.boot_s()
-        upload = Upload(plan, (system, component), start_s, self._timing, self._crc)
         ending = self._drive(upload)
         return Receipt(
             ending.outcome,
@@ -167,7 +183,7 @@ class ParameterClient:
         )
 
     def roll_back(self, preimage: Path, new_preimage: Path) -> Receipt:
-        """Bring the vehicle back to what `preimage` holds; what it holds now goes into `new_preimage` first."""
+        """Bring the vehicle back to what `preimage` holds; first save what it holds now in `new_preimage`."""
         targets = read_parameters(preimage)
         return self.apply(make_plan(targets, self.read_all()), new_preimage)
 
@@ -184,8 +200,8 @@ class ParameterClient:
             self._progress(upload.stage.value, done, total)
         return upload.ending
 
-    def _gate(self) -> None:
-        """Wait for the vehicle's own heartbeat, and refuse where it is armed."""
+    def _await_heartbeat(self) -> None:
+        """Wait for the vehicle's own next heartbeat."""
         vehicle = self._known_vehicle()
         start_s = self._clock.boot_s()
         while self._heard[vehicle].time_s < start_s and self._clock.boot_s() < start_s + HEARTBEAT_LIMIT_S:
@@ -193,11 +209,8 @@ class ParameterClient:
                 self._note(frame)
         if self._heard[vehicle].time_s < start_s:
             raise LinkTimeout(
-                f"{self._vehicle_text()}: no HEARTBEAT for {HEARTBEAT_LIMIT_S} s; nothing was sent, check the link"
-            )
-        if self.armed:
-            raise ParamRejected(
-                f"{self._vehicle_text()} is armed; nothing was sent, disarm it and upload again"
+                f"{self._vehicle_text()}: no HEARTBEAT for {HEARTBEAT_LIMIT_S} s; nothing was sent, "
+                "check the link"
             )
 
     def _feed_listing(self, listing: Listing, frame: Frame) -> None:
@@ -222,7 +235,7 @@ class ParameterClient:
         elif frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME and source == self._vehicle:
             if booted_ms is not None and message.time_boot_ms < booted_ms - REBOOT_STEP_MS:
                 upload.on_reboot(now_s)
-        elif frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT and self.armed:
+        elif frame.message_id == _HEARTBEAT and self.armed and upload.needs_disarmed:
             upload.abort("the vehicle was armed during the upload", now_s)
 
     def _note(self, frame: Frame) -> Any | None:
@@ -233,7 +246,7 @@ class ParameterClient:
         source = (frame.system, frame.component)
         if message is None:
             return None
-        if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+        if frame.message_id == _HEARTBEAT:
             armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
             is_station = message.type == dialect.MAV_TYPE_GCS
             now_s = self._clock.boot_s()

@@ -7,13 +7,11 @@ from enum import Enum
 from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.vehicle.coefficients import COEFFICIENTS
+from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION
+from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from gcs_plugin.params import float32
 
-COMMIT: Final = "FF_COMMIT"
-ACTIVE: Final = "FF_ACTIVE"
-MODE: Final = "FF_MODE"
-VERSION: Final = "FF_VERSION"
+MODES: Final = (0.0, 1.0, 2.0, 3.0)
 READ_ONLY: Final = {
     COMMIT: "the upload raises it itself, last of all",
     ACTIVE: "the vehicle alone says which set is active",
@@ -21,9 +19,7 @@ READ_ONLY: Final = {
 }
 
 _STAGED = re.compile(r"FF(\d+)_(.+)")
-_BOUNDS: Final = {
-    coefficient.name.upper(): (coefficient.low, coefficient.high) for coefficient in COEFFICIENTS
-}
+_BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in COEFFICIENTS}
 
 
 class Verdict(Enum):
@@ -91,18 +87,27 @@ class Plan:
             )
 
 
-def bounds_of(name: str) -> tuple[float, float] | None:
-    """What a parameter may be, None where nothing is known of it."""
-    if name == MODE:
-        return 0.0, 3.0
+def coefficient_of(name: str) -> Coefficient | None:
+    """The coefficient that a parameter holds, None where it holds none."""
     match = _STAGED.fullmatch(name)
-    return _BOUNDS.get(match.group(2)) if match else None
+    return _BY_ID.get(match.group(2)) if match else None
 
 
 def is_staged(name: str) -> bool:
     """Whether a parameter waits in the vehicle's staging until a commit."""
-    match = _STAGED.fullmatch(name)
-    return bool(match and match.group(2) in _BOUNDS)
+    return coefficient_of(name) is not None
+
+
+def objection(name: str, value: float) -> str:
+    """Why a vehicle should not get this value, "" where nothing speaks against it."""
+    if name == MODE and value not in MODES:
+        return f"{value:g} is not one of 0 off, 1 shadow, 2 feed-forward only, 3 with the PID"
+    coefficient = coefficient_of(name)
+    if coefficient is None or coefficient.low <= value <= coefficient.high:
+        return ""
+    if coefficient.kind == "mass" and value == 0.0:
+        return ""  # how the vehicle says "not set": a pre-image may hold it
+    return f"{value:g} is outside {coefficient.low:g} to {coefficient.high:g} {coefficient.unit}"
 
 
 def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:
@@ -119,10 +124,9 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
         return Row(name, now, target, Verdict.REFUSED, str(error))
     if name in READ_ONLY:
         return Row(name, now, value, Verdict.READ_ONLY, READ_ONLY[name])
-    bounds = bounds_of(name)
-    if bounds and not bounds[0] <= value <= bounds[1]:
-        low, high = bounds
-        return Row(name, now, value, Verdict.REFUSED, f"{value:g} is outside {low:g} to {high:g}")
+    against = objection(name, value)
+    if against:
+        return Row(name, now, value, Verdict.REFUSED, against)
     if now is None:
         return Row(name, None, value, Verdict.UNKNOWN, "the vehicle has no such parameter")
     if float32.same(now, value):

@@ -13,9 +13,10 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from bridge.parameters import ACTIVE, COMMIT
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import Timing, deadline_s
-from gcs_plugin.params.plan import ACTIVE, COMMIT, Plan, Verdict, is_staged
+from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
 Crc = Callable[[Mapping[str, float]], int]
@@ -101,6 +102,11 @@ class Upload:
         if self._stage in (Stage.STAGE, Stage.COMMIT, Stage.LIVE):
             self._transfer.abort(sentence)
             self._advance(time_s)
+
+    @property
+    def needs_disarmed(self) -> bool:
+        """Whether it changes more than what an armed vehicle may take, the mode of the feed-forward."""
+        return self._needs_commit or bool(self._direct)
 
     @property
     def commits(self) -> bool:
@@ -226,7 +232,12 @@ class Upload:
         if trouble is not None:
             self._end(Outcome.UNVERIFIED, f"{cause}; and the roll back failed: {trouble.sentence}")
         elif self._undone:
-            self._end(Outcome.ROLLED_BACK, f"{cause}; every value that was written is back as it was")
+            now = "every value that was written is back as it was"
+            if self._committed and not float32.same(self._plan.present[ACTIVE], float(self._crc_old)):
+                now = (
+                    f"the staged values are back and active as set {self._crc_old}; no set of them was before"
+                )
+            self._end(Outcome.ROLLED_BACK, f"{cause}; {now}")
         else:
             refused = self._failure is not None and self._failure.outcome is Outcome.REFUSED
             self._end(Outcome.REFUSED if refused else Outcome.NOT_SENT, f"{cause}; nothing was written")

@@ -7,9 +7,10 @@ import struct
 import zlib
 from dataclasses import dataclass, field
 
+from bridge.parameters import ACTIVE, COMMIT
 from gcs_plugin.params import float32
 from gcs_plugin.params.listing import ReadIndex, ReadList
-from gcs_plugin.params.plan import ACTIVE, COMMIT, is_staged
+from gcs_plugin.params.plan import is_staged
 from gcs_plugin.params.transfer import ReadValue, SetValue
 
 SOURCE = (1, 191)

@@ -27,9 +27,18 @@ def test_every_line_gets_its_verdict():
     }
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e39, 1e6, 0.0, -24.4])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 1e39, 1e6, 0.05, -24.4])
 def test_a_mass_that_no_vehicle_has_is_refused(value):
     assert verdicts({"FF0_M_U": value}) == {"FF0_M_U": Verdict.REFUSED}
+
+
+def test_a_mass_of_zero_means_not_set_and_may_be_restored():
+    assert verdicts({"FF0_M_U": 0.0}) == {"FF0_M_U": Verdict.CHANGED}
+
+
+@pytest.mark.parametrize("mode", [0.5, -1.0, 4.0])
+def test_a_mode_that_does_not_exist_is_refused(mode):
+    assert verdicts({"FF_MODE": mode}) == {"FF_MODE": Verdict.REFUSED}
 
 
 def test_a_negative_zero_is_sent_as_zero():
