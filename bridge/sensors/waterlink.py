@@ -1,0 +1,288 @@
+"""Water Linked A50 and A125 DVL: JSON reports over TCP (port 16171), or ASCII sentences over a serial line.
+
+Source: Water Linked's documentation of the protocols (docs/dvl/dvl-protocol.md; serial 2.6.x, json_v3.1). A
+sentence ends in `*` and two hex digits: CRC-8, polynomial 0x07, of all before the `*`.
+
+Axes: x forward (the side of the LED), y right, z down.
+
+Time: both forms carry the times of validity (centre of the ping) and of transmission, in microseconds of
+the DVL's own clock. Their difference is how old the report was when it left; a sample's time is its arrival
+less that. Where they are absent or make no sense, it is the arrival less the configured latency.
+"""
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from fastcrc import crc8
+
+from bridge.sensors.samples import NAN3, DvlSample, Sample, Vector3
+
+TCP_PORT = 16171
+TRANSDUCERS = 4
+
+_LONGEST_REPORT = 16384
+_LONGEST_SENTENCE = 1024
+_OLDEST_S = 5.0  # more than any ping and its processing take
+_FASTEST_M_S = 20.0
+_FARTHEST_M = 1000.0
+_KNOWN_SENTENCES = (b"wrp", b"wrx", b"wrt", b"wra", b"wrc", b"wrv", b"wrw")
+_REFUSALS = (b"wrn", b"wr?", b"wr!")
+
+
+def encode_command(command: str, parameters: dict[str, Any] | None = None) -> bytes:
+    """A JSON command: `reset_dead_reckoning`, `get_config`, `set_config` with its parameters,
+    `trigger_ping`."""
+    message: dict[str, Any] = {"command": command}
+    if parameters is not None:
+        message["parameters"] = parameters
+    return json.dumps(message).encode() + b"\n"
+
+
+def encode_sentence(body: str) -> bytes:
+    """A serial sentence or command: `body`, its CRC and the end of line."""
+    raw = body.encode()
+    return raw + b"*%02x\r\n" % crc8.smbus(raw)
+
+
+def encode_waterlink_json(
+    velocity: Vector3,
+    altitude_m: float,
+    sigma: float,
+    ranges: Sequence[float],
+    valid_us: int,
+    sent_us: int,
+    since_last_ms: float = 100.0,
+) -> bytes:
+    """A velocity report as the device writes it; NaN in `velocity` is a lost lock, NaN in `ranges` a lost
+    beam."""
+    locked = not any(map(math.isnan, velocity))
+    beams = [
+        {
+            "id": i,
+            "velocity": 0.0,
+            "distance": -1.0 if math.isnan(distance) else distance,
+            "rssi": -40.0,
+            "nsd": -95.0,
+            "beam_valid": not math.isnan(distance),
+        }
+        for i, distance in enumerate(ranges)
+    ]
+    report = {
+        "time": since_last_ms,
+        **dict(zip(("vx", "vy", "vz"), velocity if locked else (0.0, 0.0, 0.0), strict=True)),
+        "fom": sigma if locked else 0.0,
+        "covariance": [[sigma**2 if locked and i == j else 0.0 for j in range(3)] for i in range(3)],
+        "altitude": altitude_m if locked else -1.0,
+        "transducers": beams,
+        "velocity_valid": locked,
+        "status": 0,
+        "format": "json_v3.1",
+        "type": "velocity",
+        "time_of_validity": valid_us,
+        "time_of_transmission": sent_us,
+    }
+    return json.dumps(report).encode() + b"\r\n"
+
+
+def encode_waterlink_serial(
+    velocity: Vector3,
+    altitude_m: float,
+    sigma: float,
+    ranges: Sequence[float],
+    valid_us: int,
+    sent_us: int,
+    since_last_ms: float = 100.0,
+) -> bytes:
+    """The sentences of one report, `wru` of each transducer and then `wrz`; NaN as in the JSON report."""
+    locked = not any(map(math.isnan, velocity))
+    beams = "".join(
+        encode_sentence(f"wru,{i},0.000,{-1 if math.isnan(distance) else distance:.2f},-40,-95").decode()
+        for i, distance in enumerate(ranges)
+    )
+    x, y, z = velocity if locked else (0.0, 0.0, 0.0)
+    variance = sigma**2 if locked else 0.0
+    covariance = ";".join(f"{variance if i % 4 == 0 else 0.0:g}" for i in range(9))
+    return beams.encode() + encode_sentence(
+        f"wrz,{x:.3f},{y:.3f},{z:.3f},{'y' if locked else 'n'},{altitude_m if locked else -1.0:.2f},"
+        f"{sigma if locked else 0.0:.3f},{covariance},{valid_us},{sent_us},{since_last_ms:.2f},0"
+    )
+
+
+class _Lines:
+    """Bytes to lines, with a ceiling: of a longer one nothing is kept until its end has passed."""
+
+    def __init__(self, longest: int, counts: Counter[str]) -> None:
+        self._longest = longest
+        self._counts = counts
+        self.buffer = bytearray()
+        self._discarding = False
+
+    def feed(self, data: bytes) -> list[bytes]:
+        *whole, rest = (self.buffer + data.replace(b"\r", b"\n")).split(b"\n")
+        lines = []
+        for line in whole:
+            if self._discarding:
+                self._discarding = False
+            elif len(line) > self._longest:
+                self._counts["overlong"] += 1
+            elif line.strip():
+                lines.append(bytes(line))
+        if not self._discarding and len(rest) > self._longest:
+            self._counts["overlong"] += 1
+            self._discarding = True
+        self.buffer = bytearray() if self._discarding else rest
+        return lines
+
+
+class WaterlinkJsonParser:
+    """JSON velocity reports.
+
+    counts: good, malformed (no JSON, or a report without its fields), overlong, ignored (dead reckoning),
+    response, refused (a response without success), unknown (other types), out of range.
+    """
+
+    def __init__(self, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._latency_s = latency_s
+        self._lines = _Lines(_LONGEST_REPORT, self.counts)
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples of the reports that `data` completes."""
+        found = (self._report(line, time_s) for line in self._lines.feed(data))
+        return [sample for sample in found if sample is not None]
+
+    def _report(self, line: bytes, time_s: float) -> DvlSample | None:
+        try:
+            report = json.loads(line.decode(), parse_constant=_nan)
+        except (ValueError, RecursionError):
+            report = None
+        if not isinstance(report, dict):
+            self.counts["malformed"] += 1
+            return None
+        kind = report.get("type")
+        if kind == "velocity":
+            return self._velocity(report, time_s)
+        if kind == "response":
+            self.counts["response" if report.get("success") is True else "refused"] += 1
+        else:
+            self.counts["ignored" if kind == "position_local" else "unknown"] += 1
+        return None
+
+    def _velocity(self, report: dict[str, Any], time_s: float) -> DvlSample | None:
+        try:
+            locked = report["velocity_valid"]
+            numbers = [_number(report[name]) for name in ("vx", "vy", "vz", "fom", "altitude")]
+            ranges = tuple(
+                _number(beam["distance"]) if beam["beam_valid"] is True else math.nan
+                for beam in report.get("transducers", ())[:TRANSDUCERS]
+            )
+            stamps = [_number(report.get(name, 0)) for name in ("time_of_validity", "time_of_transmission")]
+        except (KeyError, TypeError, ValueError, OverflowError):
+            locked = None
+        if not isinstance(locked, bool):
+            self.counts["malformed"] += 1
+            return None
+        age_s = _age_s(*stamps)
+        moment_s = time_s - (self._latency_s if age_s is None else age_s)
+        return _sample(self.counts, moment_s, locked, numbers, ranges)
+
+
+class WaterlinkSerialParser:
+    """Serial sentences: `wrz` is a sample, with the ranges of the `wru` that came since the one before.
+
+    Whether a device sends `wru` before or after its `wrz` is not documented, so ranges may be one ping old.
+
+    counts: good, checksum, malformed, overlong, ignored (known sentences of no use here), refused, unknown,
+    out of range.
+    """
+
+    def __init__(self, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._latency_s = latency_s
+        self._lines = _Lines(_LONGEST_SENTENCE, self.counts)
+        self._ranges: dict[int, float] = {}
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples of the sentences that `data` completes."""
+        found = (self._sentence(line, time_s) for line in self._lines.feed(data))
+        return [sample for sample in found if sample is not None]
+
+    def _sentence(self, line: bytes, time_s: float) -> DvlSample | None:
+        body, star, checksum = line.rpartition(b"*")
+        if not star or checksum != b"%02x" % crc8.smbus(body):
+            self.counts["checksum" if star else "malformed"] += 1
+            return None
+        name, *fields = body.split(b",")
+        try:
+            if name == b"wrz":
+                return self._velocity(fields, time_s)
+            if name == b"wru":
+                self._range(fields)
+                return None
+        except ValueError:
+            self.counts["malformed"] += 1
+            return None
+        known = "ignored" if name in _KNOWN_SENTENCES else "unknown"
+        self.counts["refused" if name in _REFUSALS else known] += 1
+        return None
+
+    def _range(self, fields: list[bytes]) -> None:
+        number, _velocity, distance, _rssi, _nsd = fields
+        if not 0 <= int(number) < TRANSDUCERS:
+            raise ValueError(f"there is no transducer {number!r}")
+        self._ranges[int(number)] = float(distance)
+
+    def _velocity(self, fields: list[bytes], time_s: float) -> DvlSample | None:
+        x, y, z, valid, altitude, fom, _covariance, valid_us, sent_us, _since, _status = fields
+        if valid not in (b"y", b"n"):
+            raise ValueError(f"{valid!r} is neither y nor n")
+        numbers = [float(field) for field in (x, y, z, fom, altitude)]
+        age_s = _age_s(float(valid_us), float(sent_us))
+        ranges = tuple(self._ranges.get(i, math.nan) for i in range(TRANSDUCERS)) if self._ranges else ()
+        self._ranges.clear()
+        moment_s = time_s - (self._latency_s if age_s is None else age_s)
+        return _sample(self.counts, moment_s, valid == b"y", numbers, ranges)
+
+
+def _sample(
+    counts: Counter[str], time_s: float, locked: bool, numbers: Sequence[float], ranges: Iterable[float]
+) -> DvlSample | None:
+    """The sample of vx, vy, vz, figure of merit and altitude; without lock they say nothing, whatever they
+    are."""
+    x, y, z, sigma, altitude_m = numbers
+    beams = tuple(distance if 0 <= distance <= _FARTHEST_M else math.nan for distance in ranges)
+    if not locked:
+        counts["good"] += 1
+        return DvlSample(time_s, NAN3, math.nan, math.nan, beams)
+    if not all(abs(speed) <= _FASTEST_M_S for speed in (x, y, z)):
+        counts["out of range"] += 1
+        return None
+    counts["good"] += 1
+    return DvlSample(
+        time_s,
+        (x, y, z),
+        sigma if 0 <= sigma < math.inf else math.nan,
+        altitude_m if 0 <= altitude_m <= _FARTHEST_M else math.nan,
+        beams,
+    )
+
+
+def _age_s(valid_us: float, sent_us: float) -> float | None:
+    """How old a report was when it was sent; None where its two times do not tell."""
+    if not (valid_us > 0 and sent_us > 0):
+        return None
+    age_s = (sent_us - valid_us) * 1e-6
+    return max(age_s, 0.0) if abs(age_s) <= _OLDEST_S else None
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
+
+
+def _nan(_literal: str) -> float:
+    return math.nan

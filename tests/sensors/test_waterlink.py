@@ -1,0 +1,329 @@
+"""Vectors: REPORT and the sentences of DOCUMENTED are the examples of Water Linked's own documentation of the
+protocols (docs/dvl/dvl-protocol.md), REPORT with every field and with numbers cut to six places."""
+
+import json
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
+
+from bridge.sensors.waterlink import (
+    WaterlinkJsonParser,
+    WaterlinkSerialParser,
+    encode_command,
+    encode_sentence,
+    encode_waterlink_json,
+    encode_waterlink_serial,
+)
+
+BEAMS = [(0.000108, 0.5568, -30.49, -88.73), (-1.472e-05, 0.5664, -31.1, -89.51)]
+BEAMS += [(2.786e-05, 0.5376, -27.18, -96.98), (1.942e-05, 0.5472, -28.01, -88.32)]
+FIELDS = {
+    "time": 106.393578,
+    "vx": -3.7e-05,
+    "vy": 5.7e-05,
+    "vz": 2.5e-05,
+    "fom": 0.00016,
+    "covariance": [[2.4e-08, -3.4e-09, -1.7e-09], [-3.4e-09, 1.5e-08, 4.0e-10], [-1.7e-09, 4.0e-10, 1.6e-09]],
+    "altitude": 0.494982,
+    "transducers": [
+        {"id": i, "velocity": v, "distance": d, "rssi": r, "nsd": n, "beam_valid": True}
+        for i, (v, d, r, n) in enumerate(BEAMS)
+    ],
+    "velocity_valid": True,
+    "status": 0,
+    "format": "json_v3.1",
+    "type": "velocity",
+    "time_of_validity": 1638191471563017,
+    "time_of_transmission": 1638191471752336,
+}
+RANGES = tuple(beam[1] for beam in BEAMS)
+DOCUMENTED = {
+    "wrz": b"wrz,0.120,-0.400,2.000,y,1.30,1.855,1e-07;0;1.4;0;1.2;0;0.2;0;1e+09,7,14,123.00,1*50",
+    "wru": b"wru,0,0.070,1.10,-40,-95*9c",
+    "wrp": b"wrp,49056.809,0.41,0.15,1.23,0.4,53.9,13.0,19.3,0*de",
+    "wrx": b"wrx,1164.94,0.000,0.000,0.000,2.707,-1.00,n,1*39",
+}
+NAN = math.nan
+
+
+def line(**changes) -> bytes:
+    return json.dumps({**FIELDS, **changes}).encode() + b"\r\n"
+
+
+REPORT = line()
+
+
+def shown(samples) -> str:
+    """NaN equals itself in text."""
+    return repr(samples)
+
+
+def test_the_documented_report_decodes_to_its_values_at_its_time_of_validity():
+    parser = WaterlinkJsonParser(latency_s=0.5)
+    (sample,) = parser.feed(REPORT, 10.0)
+    assert sample.velocity == (-3.7e-05, 5.7e-05, 2.5e-05)
+    assert (sample.sigma, sample.altitude_m, sample.ranges) == (0.00016, 0.494982, RANGES)
+    assert sample.time_s == pytest.approx(10.0 - 0.189319)
+    assert parser.counts == {"good": 1}
+
+
+def test_the_documented_sentence_decodes_to_its_values():
+    parser = WaterlinkSerialParser()
+    (sample,) = parser.feed(DOCUMENTED["wrz"] + b"\r\n", 10.0)
+    assert (sample.velocity, sample.altitude_m, sample.sigma) == ((0.12, -0.4, 2.0), 1.3, 1.855)
+    assert sample.time_s == pytest.approx(10.0 - 7e-6)
+    assert sample.ranges == ()
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+def test_the_documented_sentences_pass_their_checksum_with_each_line_end(name, end):
+    parser = WaterlinkSerialParser()
+    parser.feed(DOCUMENTED[name] + end, 0.0)
+    assert parser.counts == {"wrz": {"good": 1}, "wru": {}}.get(name, {"ignored": 1})
+    assert encode_sentence(DOCUMENTED[name][:-3].decode()) == DOCUMENTED[name] + b"\r\n"
+
+
+def test_ranges_come_from_the_transducer_sentences_since_the_last_velocity():
+    parser = WaterlinkSerialParser()
+    beams = DOCUMENTED["wru"] + b"\n" + encode_sentence("wru,2,0.000,-1,-62,-104")
+    velocity = DOCUMENTED["wrz"] + b"\n"
+    first, second = parser.feed(beams + velocity + velocity, 0.0)
+    assert first.ranges[0] == 1.10
+    assert all(map(math.isnan, first.ranges[1:]))
+    assert second.ranges == ()
+
+
+@pytest.mark.parametrize(
+    ("valid", "sent", "age_s"), [(0, 0, 0.25), (50_000_000, 1, 0.25), (10, 9_000_000, 0.25)]
+)
+def test_times_that_make_no_sense_leave_the_configured_latency(valid, sent, age_s):
+    parser = WaterlinkJsonParser(latency_s=0.25)
+    (sample,) = parser.feed(line(time_of_validity=valid, time_of_transmission=sent), 10.0)
+    assert sample.time_s == 10.0 - age_s
+
+
+def test_a_report_that_was_sent_before_it_was_valid_is_not_dated_into_the_future():
+    (sample,) = WaterlinkJsonParser().feed(
+        line(time_of_validity=2_000_100, time_of_transmission=2_000_000), 10.0
+    )
+    assert sample.time_s == 10.0
+
+
+def test_a_report_without_times_leaves_the_configured_latency():
+    fields = {k: v for k, v in FIELDS.items() if not k.startswith("time_of")}
+    (sample,) = WaterlinkJsonParser(latency_s=0.25).feed(json.dumps(fields).encode() + b"\n", 10.0)
+    assert sample.time_s == 9.75
+
+
+def test_a_lost_lock_is_nan_whatever_velocity_stands_beside_it():
+    lost = line(velocity_valid=False, vx=0.0, vy=0.0, vz=0.0, altitude=-1.0, fom=0.0)
+    sentence = encode_sentence("wrz,0.000,0.000,0.000,n,-1.00,2.707,0;0;0;0;0;0;0;0;0,7,14,123.00,1")
+    for sample in WaterlinkJsonParser().feed(lost, 0.0) + WaterlinkSerialParser().feed(sentence, 0.0):
+        assert not sample.locked
+        assert all(map(math.isnan, (*sample.velocity, sample.sigma, sample.altitude_m)))
+
+
+def test_a_beam_that_is_not_valid_has_no_range():
+    beams = [dict(beam) for beam in FIELDS["transducers"]]
+    beams[1]["beam_valid"] = False
+    beams[3]["distance"] = -1
+    (sample,) = WaterlinkJsonParser().feed(line(transducers=beams), 0.0)
+    assert [math.isnan(distance) for distance in sample.ranges] == [False, True, False, True]
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        b"{",
+        b"[1, 2]",
+        b"\xff\xfe{}",
+        b"[" * 10_000,
+        b"null",
+        b'{"type": "velocity"}',
+        line(vx=None)[:-2],
+        line(vx=True)[:-2],
+        line(vx="0.1")[:-2],
+        line(velocity_valid="y")[:-2],
+        line(velocity_valid=None)[:-2],
+        line(transducers=5)[:-2],
+        line(transducers={"id": 0})[:-2],
+        line(transducers=[{}])[:-2],
+        line(time_of_validity=[])[:-2],
+        line(vx=10**400)[:-2],
+        b"1" * 5000,
+    ],
+)
+def test_a_bad_line_is_counted_and_the_next_report_is_read(bad):
+    parser = WaterlinkJsonParser()
+    assert len(parser.feed(bad + b"\r\n" + REPORT, 0.0)) == 1
+    assert parser.counts == {"malformed": 1, "good": 1}
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "21"])
+def test_a_velocity_that_no_vehicle_has_is_counted_out_of_range(number):
+    for axis in ("vx", "vy", "vz"):
+        parser = WaterlinkJsonParser()
+        fields = json.dumps({**FIELDS, axis: 12345.0}).replace("12345.0", number)
+        assert parser.feed(fields.encode() + b"\n", 0.0) == []
+        assert parser.counts == {"out of range": 1}
+
+
+def test_a_number_that_is_none_beside_the_velocity_costs_only_itself():
+    fields = (
+        json.dumps({**FIELDS, "fom": 111.0, "altitude": 222.0})
+        .replace("111.0", "NaN")
+        .replace("222.0", "1e999")
+    )
+    (sample,) = WaterlinkJsonParser().feed(fields.encode() + b"\n", 0.0)
+    assert sample.locked
+    assert math.isnan(sample.sigma)
+    assert math.isnan(sample.altitude_m)
+
+
+def test_other_reports_are_counted_by_type():
+    parser = WaterlinkJsonParser()
+    for message in (
+        {"type": "position_local", "x": 1.0},
+        {"type": "velocity_water", "vx": 1.0},
+        {"vx": 1.0},
+        {"type": "response", "response_to": "get_config", "success": True},
+        {"type": "response", "response_to": "set_config", "success": False, "error_message": "no"},
+    ):
+        assert parser.feed(json.dumps(message).encode() + b"\n", 0.0) == []
+    assert parser.counts == {"ignored": 1, "unknown": 2, "response": 1, "refused": 1}
+
+
+@pytest.mark.parametrize(
+    ("sentence", "reason"),
+    [
+        (b"wrz,1,2,3\n", "malformed"),
+        (encode_sentence("wrz,1,2,3"), "malformed"),
+        (encode_sentence("wrz,0,0,0,x,1,0,0,7,14,1,0"), "malformed"),
+        (encode_sentence("wrz,a,0,0,y,1,0,0,7,14,1,0"), "malformed"),
+        (encode_sentence("wrz,nan,0,0,y,1,0,0,7,14,1,0"), "out of range"),
+        (encode_sentence("wrz,0,0,inf,y,1,0,0,7,14,1,0"), "out of range"),
+        (encode_sentence("wru,4,0,1,0,0"), "malformed"),
+        (encode_sentence("wru,0"), "malformed"),
+        (encode_sentence("wr?"), "refused"),
+        (encode_sentence("wrn"), "refused"),
+        (encode_sentence("wra"), "ignored"),
+        (encode_sentence("wrq,1"), "unknown"),
+        (DOCUMENTED["wrz"].replace(b"0.120", b"0.121") + b"\n", "checksum"),
+        (DOCUMENTED["wru"].upper() + b"\n", "checksum"),
+    ],
+)
+def test_a_bad_sentence_is_counted_and_the_next_is_read(sentence, reason):
+    parser = WaterlinkSerialParser()
+    assert len(parser.feed(sentence + DOCUMENTED["wrz"] + b"\n", 0.0)) == 1
+    assert parser.counts == {reason: 1, "good": 1}
+
+
+def test_reports_may_arrive_in_any_pieces():
+    for make, data in ((WaterlinkJsonParser, REPORT), (WaterlinkSerialParser, DOCUMENTED["wrz"] + b"\r\n")):
+        whole = shown(make().feed(data, 10.0))
+        for pieces in (*splits(data), tuple(bytewise(data))):
+            assert shown(fed(make(), pieces)) == whole
+
+
+def test_no_single_flipped_bit_of_a_sentence_gives_another_velocity():
+    good = WaterlinkSerialParser().feed(DOCUMENTED["wrz"] + b"\n", 10.0)
+    for bad in flips(DOCUMENTED["wrz"]):
+        assert WaterlinkSerialParser().feed(bad + b"\n", 10.0) in ([], good)
+
+
+@pytest.mark.parametrize(
+    ("make", "longest", "good"),
+    [(WaterlinkJsonParser, 16384, REPORT), (WaterlinkSerialParser, 1024, DOCUMENTED["wrz"] + b"\n")],
+)
+def test_an_overlong_line_is_discarded_to_its_end_and_counted_once(make, longest, good):
+    stream = b"x" * (3 * longest) + b"\n" + good
+    for pieces in ([stream], random_chunks(stream, random.Random(1), 500)):
+        parser = make()
+        assert len(fed(parser, pieces)) == 1
+        assert parser.counts == {"overlong": 1, "good": 1}
+
+
+def test_reports_are_found_in_random_noise_however_it_is_cut():
+    rng = random.Random(8)
+    for make, good in ((WaterlinkJsonParser, REPORT), (WaterlinkSerialParser, DOCUMENTED["wrz"] + b"\n")):
+        for _ in range(30):
+            stream = rng.randbytes(80) + b"\n" + good + rng.randbytes(80) + b"\n" + good
+            assert len(fed(make(), random_chunks(stream, rng))) == 2
+
+
+def test_commands_are_lines_of_json():
+    assert encode_command("trigger_ping") == b'{"command": "trigger_ping"}\n'
+    changed = json.loads(encode_command("set_config", {"speed_of_sound": 1480}))
+    assert changed == {"command": "set_config", "parameters": {"speed_of_sound": 1480}}
+
+
+speeds = st.floats(-6, 6)
+ranges = st.floats(0.05, 50) | st.just(NAN)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.tuples(speeds, speeds, speeds), st.floats(0, 50), st.floats(0, 1), st.tuples(*[ranges] * 4))
+def test_what_is_encoded_is_what_is_parsed(velocity, altitude_m, sigma, beams):
+    stamps = (1_700_000_000_000_000, 1_700_000_000_050_000)
+    (sample,) = WaterlinkJsonParser().feed(
+        encode_waterlink_json(velocity, altitude_m, sigma, beams, *stamps), 1.0
+    )
+    assert shown((sample.velocity, sample.altitude_m, sample.sigma)) == shown((velocity, altitude_m, sigma))
+    assert shown(sample.ranges) == shown(beams)
+    assert sample.time_s == pytest.approx(0.95)
+    (sample,) = WaterlinkSerialParser().feed(
+        encode_waterlink_serial(velocity, altitude_m, sigma, beams, *stamps), 1.0
+    )
+    assert sample.velocity == pytest.approx(velocity, abs=0.5001e-3)
+    assert sample.ranges == pytest.approx(beams, abs=0.5001e-2, nan_ok=True)
+    assert (sample.altitude_m, sample.sigma) == pytest.approx((altitude_m, sigma), abs=0.5001e-2)
+    assert sample.time_s == pytest.approx(0.95)
+
+
+def test_a_lost_lock_is_encoded_as_the_device_writes_it():
+    lost = ((NAN, NAN, NAN), NAN, NAN, (NAN, 2.0, NAN, NAN), 7, 14)
+    assert b"wrz,0.000,0.000,0.000,n,-1.00," in encode_waterlink_serial(*lost)
+    report = json.loads(encode_waterlink_json(*lost))
+    assert (report["velocity_valid"], report["vx"], report["altitude"]) == (False, 0.0, -1.0)
+    for parser, data in (
+        (WaterlinkJsonParser(), encode_waterlink_json(*lost)),
+        (WaterlinkSerialParser(), encode_waterlink_serial(*lost)),
+    ):
+        (sample,) = parser.feed(data, 0.0)
+        assert not sample.locked
+        assert sample.ranges[1] == 2.0
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.dictionaries(st.sampled_from(sorted(FIELDS)), json_values, max_size=4))
+def test_no_field_of_a_report_makes_the_parser_raise(changes):
+    parser = WaterlinkJsonParser()
+    parser.feed(line(**changes), 0.0)
+    assert sum(parser.counts.values()) == 1
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.binary(max_size=100) | st.sampled_from([REPORT, b"wrz,", b"*50\n"]), max_size=10))
+def test_no_bytes_raise(chunks):
+    json_parser, serial_parser = WaterlinkJsonParser(), WaterlinkSerialParser()
+    fed(json_parser, chunks)
+    assert fed(serial_parser, chunks) == []
+
+
+def test_memory_stays_bounded_in_noise():
+    rng = random.Random(1)
+    assert largest_buffer(WaterlinkJsonParser, rng, alphabet=b'{}":,1') <= 16384
+    assert largest_buffer(WaterlinkSerialParser, rng, alphabet=b"wrz,1*") <= 1024
+    assert largest_buffer(WaterlinkSerialParser, rng) <= 1024
