@@ -54,9 +54,9 @@ def table(
     return shown
 
 
-def number(value: float, digits: int = 4) -> str:
+def number(value: float | None, digits: int = 4) -> str:
     """A number to so many significant digits; `-` for one that does not exist."""
-    if not math.isfinite(value):
+    if value is None or not math.isfinite(value):
         return "-"
     if value == 0:
         return "0"

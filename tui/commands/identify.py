@@ -67,11 +67,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def identify(dive: "Dive", file: "VehicleFile", configuration: str, method: str) -> "Identification":
     """One dive through one estimator, with a progress bar."""
-    from identify.estimators.table import METHODS
+    from identify.estimators.table import estimator
     from tui import show
 
     with show.progress(f"identify {dive.name}") as progress:
-        return METHODS[method](dive, file, configuration, progress)
+        return estimator(method)(dive, file, configuration, progress)
 
 
 def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
