@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bridge.vehicle.config import Water
 
 Array = NDArray[np.float64]
 
@@ -21,7 +24,9 @@ class Signal:
 
     def __post_init__(self) -> None:
         if self.time_s.ndim != 1 or self.value.ndim != 2 or len(self.time_s) != len(self.value):
-            raise ValueError(f"a signal is (n,) times and (n, k) values, not {self.time_s.shape}, {self.value.shape}")
+            raise ValueError(
+                f"a signal is (n,) times and (n, k) values, not {self.time_s.shape}, {self.value.shape}"
+            )
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -117,7 +122,17 @@ class Dive:
 
     def between(self, start_s: float, end_s: float) -> "Dive":
         """The part of the dive in [start_s, end_s)."""
-        return replace(self, **{name: signal.between(start_s, end_s) for name, signal in self.signals().items()})
+        cut: dict[str, Any] = {
+            name: signal.between(start_s, end_s) for name, signal in self.signals().items()
+        }
+        return replace(self, **cut)
+
+    def depth_by(self, water: Water) -> Signal | None:
+        """Depth (n, 1) in m, positive down: as stated, else from pressure through the water's density."""
+        if self.depth is not None or self.pressure is None:
+            return self.depth
+        over_pa = self.pressure.value - 100.0 * water.surface_pressure_hpa
+        return Signal(self.pressure.time_s, over_pa / (water.density_kg_m3 * water.gravity_m_s2))
 
     def configuration_index(self) -> int | None:
         """The VEH_CFG value that held for most of the dive, None where it was never said."""

@@ -1,0 +1,87 @@
+"""Why an interval might be wrong: a drag that the model lacks, a controller that used what was not recorded."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dive import Dive
+from identify.estimators.innovations import VELOCITY
+from identify.estimators.likelihood_axis import FORCES, AxisFit
+from identify.estimators.scoring import score
+
+Array = NDArray[np.float64]
+
+DOUBTFUL_SCORE = 5.0
+LARGEST_UNEXPLAINED = 0.05
+DEAF_NOISE = 1e6
+
+
+def quadratic_score(fit: AxisFit) -> float:
+    """How many standard errors a quadratic damping is away from none, without fitting it.
+
+    The Lagrange-multiplier test (Engle 1984, eq. 13): the gradient of the likelihood with respect to the new
+    coefficient at zero, over the root of its information with the fitted parameters projected out. Positive
+    for drag.
+    """
+    problem, theta = fit.problem, fit.maximum.theta
+    speed = simulated_speed(fit)
+    shape = -speed * np.abs(speed)
+    size = float(np.sqrt(np.mean(shape**2)))
+    if size == 0.0:
+        return 0.0
+    place = FORCES + problem.shapes.shape[1]
+    wider = replace(
+        problem,
+        shapes=np.column_stack([problem.shapes, shape]),
+        prior_mean=np.insert(problem.prior_mean, place, 0.0),
+        prior_precision=np.insert(problem.prior_precision, place, 0.0),
+        difference=np.insert(problem.difference, place, 1e-3 / size),
+    )
+    gradient, information = score(wider, np.insert(theta, place, 0.0))
+    information = information + np.diag(wider.prior_precision)
+    others = np.arange(len(gradient)) != place
+    cross = information[place, others]
+    left = information[place, place] - cross @ np.linalg.solve(information[np.ix_(others, others)], cross)
+    return float(gradient[place] / np.sqrt(left)) if left > 0 else 0.0
+
+
+def simulated_speed(fit: AxisFit) -> Array:
+    """Speed (n,) at the events as the model alone gives it from the forces: it shares no noise with the readings."""
+    axis = fit.problem.axis
+    deaf = replace(fit.problem, gate_sigma=np.inf)
+    theta = fit.maximum.theta.copy()
+    theta[FORCES + fit.problem.shapes.shape[1] :] = np.log(DEAF_NOISE)
+    error, _ = deaf.innovations(theta)
+    moving = axis.state_read == VELOCITY
+    speed: Array = np.interp(axis.time_s, axis.time_s[moving], (axis.reading - error)[moving])
+    return speed
+
+
+def unexplained_feedback(dive: Dive, dof: int, depth: Array | None) -> float | None:
+    """Share of the feedback controller's recorded wrench that no recorded reading explains; None where unknown.
+
+    A linear controller's wrench is a combination of the velocity that it used, its reference, the error's
+    integral and, in heave, depth. What is left over came from a signal that the recording lacks; through it the
+    disturbance steers the thrust unseen, and a likelihood takes that for mass. `depth` (n,) m at the times of
+    TAU_PID.
+    """
+    tau, used, reference = dive.tau_pid, dive.nu_fb, dive.nu_ref
+    if tau is None or used is None or reference is None or len(tau) < 100:
+        return None
+    wanted = tau.value[:, dof]
+    if np.std(wanted) == 0.0:
+        return None
+    nu, target = used.held_at(tau.time_s)[:, dof], reference.held_at(tau.time_s)
+    step_s = np.diff(tau.time_s, prepend=tau.time_s[0])
+    errors = [target[:, dof] - nu]
+    if dof == 2 and depth is not None:
+        errors.append(target[:, 13] - depth)
+    columns = [nu, target[:, dof], target[:, 6 + dof], np.ones(len(wanted))]
+    columns += [e for error in errors for e in (error, np.cumsum(np.nan_to_num(error) * step_s))]
+    table = np.column_stack(columns)
+    good = np.isfinite(table).all(axis=1)
+    if good.sum() < 100:
+        return None
+    fitted, *_ = np.linalg.lstsq(table[good], wanted[good], rcond=None)
+    return float(np.std(wanted[good] - table[good] @ fitted) / np.std(wanted[good]))

@@ -1,0 +1,174 @@
+"""Innovations maximum likelihood: a Kalman filter on the vehicle's dynamics with a Gauss-Markov disturbance.
+
+Closed loop does no harm here: the likelihood of each reading given all before it is the same whether or not a
+controller chose the thrust from those readings (Ljung 1999, section 13.4), as long as the readings that the
+controller used are among them. Noise levels and the disturbance's time constant are fitted with the
+coefficients; intervals come from the Fisher information.
+"""
+
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.estimators.axes import build_axes
+from identify.estimators.doubts import (
+    DOUBTFUL_SCORE,
+    LARGEST_UNEXPLAINED,
+    quadratic_score,
+    unexplained_feedback,
+)
+from identify.estimators.innovations import VELOCITY
+from identify.estimators.likelihood_axis import (
+    DAMPING,
+    DISTURBANCE,
+    FORCES,
+    MASS,
+    TIME_CONSTANT,
+    AxisFit,
+    fit_axes,
+)
+from identify.identification import Estimate, Identification, Outcome, added_mass
+from identify.identification import estimate as as_estimate
+
+Array = NDArray[np.float64]
+
+SHORTEST_DIVE_S = 20.0
+LARGEST_RELATIVE_STD = 0.30
+"""A relative standard error above this is called not identifiable."""
+
+Z95 = 1.959963984540054
+
+
+def estimate(
+    dive: Dive, file: VehicleFile, configuration: str, progress: Callable[[float, str], None]
+) -> Identification:
+    """Total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
+
+    Raises FitError where the recording is too short, or holds no thruster command or no velocity at all.
+    """
+    began = time.perf_counter()
+    if dive.duration_s < SHORTEST_DIVE_S:
+        raise FitError(
+            f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, identification needs at least "
+            f"{SHORTEST_DIVE_S:.0f} s; record a longer one"
+        )
+    axes, notes = build_axes(dive, file, configuration)
+    if not axes:
+        raise FitError(
+            f"{dive.name}: no axis has both a recorded velocity and a thrust that changes; "
+            "record the DVL or the gyro together with the thruster commands"
+        )
+    shape = file.vehicle.configurations[configuration]
+    fits = fit_axes(axes, shape, progress)
+    progress(1.0, "done")
+    hidden = _hidden_feedback(dive, file, fits)
+    totals = tuple(
+        _one(c.name, c.dof, place, fits, hidden)
+        for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS))
+        for c in group
+    )
+    drags = {dof: quadratic_score(fit) for dof, fit in fits.items()}
+    names, covariance = _covariance(totals, fits)
+    return Identification(
+        "likelihood",
+        _outcome(totals, fits, drags),
+        (*totals, *(added_mass(total, shape) for total in totals[:6])),
+        configuration,
+        dive.name,
+        dive.sha256,
+        file.vehicle.name,
+        file.sha256,
+        dive.duration_s,
+        sum(len(axis.reading) for axis in axes),
+        covariance,
+        names,
+        _nuisance(fits),
+        (*dive.notes, *notes, *_drag_notes(drags)),
+        time.perf_counter() - began,
+    )
+
+
+def _hidden_feedback(dive: Dive, file: VehicleFile, fits: Mapping[int, AxisFit]) -> dict[int, float]:
+    """The share of the controller's wrench that no reading explains, for the axes where it is too large."""
+    depth = dive.depth_by(file.vehicle.water)
+    at_control = None
+    if depth is not None and dive.tau_pid is not None:
+        at_control = depth.at(dive.tau_pid.time_s)[:, 0]
+    shares = {dof: unexplained_feedback(dive, dof, at_control) for dof in fits if dof < 3}
+    return {dof: share for dof, share in shares.items() if share is not None and share > LARGEST_UNEXPLAINED}
+
+
+def _one(
+    name: str, dof: int, place: int, fits: Mapping[int, AxisFit], hidden: Mapping[int, float]
+) -> Estimate:
+    """A coefficient with the interval of its logarithm, or the reason why it has none."""
+    axis = DOFS[dof]
+    if dof not in fits:
+        nan = float("nan")
+        reason = f"no thrust in {axis} and a velocity to see it by: nothing was there to weigh it against"
+        return as_estimate(name, nan, nan, nan, nan, reason)
+    value = float(np.exp(fits[dof].maximum.theta[place]))
+    std = float(np.sqrt(fits[dof].covariance[place, place]))
+    reason = ""
+    if std > LARGEST_RELATIVE_STD:
+        reason = f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
+    elif place == MASS and dof in hidden:
+        reason = (
+            f"the controller steered {axis} by a signal that the recording lacks ({100 * hidden[dof]:.0f} % of "
+            "its wrench follows from nothing recorded), which passes for mass: log what it used"
+        )
+    low, high = value * np.exp(-Z95 * std), value * np.exp(Z95 * std)
+    return as_estimate(name, value, value * std, float(low), float(high), reason)
+
+
+def _covariance(totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit]) -> tuple[tuple[str, ...], Array]:
+    """Names and covariance of the identifiable coefficients; those of different axes are independent."""
+    kept = [(i % 6, i // 6, total) for i, total in enumerate(totals) if total.identifiable]
+    out = np.zeros((len(kept), len(kept)))
+    for row, (dof, place, total) in enumerate(kept):
+        for column, (other_dof, other_place, other) in enumerate(kept):
+            if dof == other_dof:
+                out[row, column] = fits[dof].covariance[place, other_place] * total.value * other.value
+    return tuple(total.name for _, _, total in kept), out
+
+
+def _outcome(
+    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], drags: Mapping[int, float]
+) -> Outcome:
+    if not any(total.identifiable for total in totals):
+        return Outcome.NOT_IDENTIFIABLE
+    if not all(fits[i % 6].maximum.converged for i, total in enumerate(totals) if total.identifiable):
+        return Outcome.AT_BOUND
+    if any(abs(drag) > DOUBTFUL_SCORE for drag in drags.values()):
+        return Outcome.DISAGREES
+    return Outcome.CONVERGED
+
+
+def _drag_notes(drags: Mapping[int, float]) -> tuple[str, ...]:
+    return tuple(
+        f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model ({drag:+.0f} standard "
+        "errors): mass and linear damping hold for the speeds of this dive alone, their intervals are too narrow."
+        for dof, drag in drags.items()
+        if abs(drag) > DOUBTFUL_SCORE
+    )
+
+
+def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:
+    """Noise levels and trims by name, with the unit in the name."""
+    out = {}
+    for dof, fit in fits.items():
+        theta, name, axis = fit.maximum.theta, DOFS[dof], fit.problem.axis
+        force, speed, place = ("n", "m_s", "m") if dof < 3 else ("nm", "rad_s", "rad")
+        out[f"{name}_disturbance_std_{force}"] = float(np.exp(theta[DISTURBANCE]))
+        out[f"{name}_disturbance_time_constant_s"] = float(np.exp(theta[TIME_CONSTANT]))
+        out[f"{name}_trim_{force}"] = float(theta[FORCES])
+        for i, channel in enumerate(axis.channels):
+            unit = speed if axis.state_read[axis.channel == i][0] == VELOCITY else place
+            out[f"{name}_{channel}_noise_std_{unit}"] = float(np.exp(theta[FORCES + 1 + i]))
+    return out

@@ -1,0 +1,137 @@
+"""The likelihood of one axis and its maximum; `likelihood` makes an Identification of six of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import Configuration
+from identify.estimators.axes import Axis, noise_std
+from identify.estimators.innovations import innovations
+from identify.estimators.scoring import Maximum, climb
+
+Array = NDArray[np.float64]
+
+PASSES = 5
+"""Fits at most; each takes the masses of the Coriolis forces from the one before."""
+
+SETTLED = 2e-4
+MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
+PRIOR_STD = (1.5, 2.5, 3.0, 1.0)
+"""Of log mass, damping, disturbance and its time constant: they matter only where a dive is mute."""
+
+NOISE_PRIOR_STD = 2.0
+TRIM_SHARE = 0.05
+"""Standard deviation of the trim force as a share of one thruster's limit."""
+
+GATE_SIGMA = 6.0
+"""A reading further off is left out, its likelihood held at the gate: no parameter gains by shutting it out."""
+
+
+@dataclass(frozen=True)
+class AxisLikelihood:
+    """The `scoring.Problem` of one axis.
+
+    theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor of each column of
+    `shapes` (n, k), then the log noise std of each channel. `known` (n,) is the force that needs no fitting.
+    The first shape is a constant: the trim force.
+    """
+
+    axis: Axis
+    known: Array
+    shapes: Array
+    gate_sigma: float
+    prior_mean: Array
+    prior_precision: Array
+    difference: Array
+
+    def innovations(self, theta: Array) -> tuple[Array, Array]:
+        axis, noise = self.axis, FORCES + self.shapes.shape[1]
+        error: Array
+        variance: Array
+        error, variance = innovations(
+            axis.step_s,
+            self.known + self.shapes @ theta[FORCES:noise],
+            axis.reading,
+            axis.state_read,
+            np.exp(2 * theta[noise:])[axis.channel],
+            float(np.exp(theta[MASS])),
+            float(np.exp(theta[DAMPING])),
+            axis.stiffness,
+            float(np.exp(theta[DISTURBANCE])),
+            float(np.exp(theta[TIME_CONSTANT])),
+            axis.initial,
+            self.gate_sigma,
+        )
+        return error, variance
+
+
+@dataclass(frozen=True)
+class AxisFit:
+    """The maximum of one axis and what it was found with."""
+
+    problem: AxisLikelihood
+    maximum: Maximum
+
+    @property
+    def covariance(self) -> Array:
+        return np.asarray(np.linalg.inv(self.maximum.precision), dtype=np.float64)
+
+
+def rigid_mass(configuration: Configuration, dof: int) -> float:
+    """Dry mass or rigid-body inertia of a degree of freedom, kg or kg m2."""
+    return configuration.dry_mass_kg if dof < 3 else configuration.inertia_kgm2[dof - 3]
+
+
+def likelihood_of(
+    axis: Axis, configuration: Configuration, masses: Array, gate_sigma: float
+) -> AxisLikelihood:
+    """The likelihood of an axis, `masses` (6,) in its Coriolis forces; its prior's mean is where to start."""
+    rigid = rigid_mass(configuration, axis.dof)
+    trim = max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)
+    noises = [max(noise_std(axis.reading[axis.channel == i]), 1e-6) for i in range(len(axis.channels))]
+    start = [
+        np.log(1.4 * rigid),
+        np.log(0.7 * rigid),
+        np.log(7e-3 * rigid),
+        np.log(2.0),
+        0.0,
+        *np.log(noises),
+    ]
+    width = [*PRIOR_STD, trim, *[NOISE_PRIOR_STD] * len(noises)]
+    difference = np.full(len(start), 1e-4)
+    difference[FORCES] = 1e-3 * trim
+    return AxisLikelihood(
+        axis,
+        axis.force + axis.coriolis @ masses,
+        np.ones((len(axis.force), 1)),
+        gate_sigma,
+        np.array(start),
+        np.array(width) ** -2.0,
+        difference,
+    )
+
+
+def fit_axes(
+    axes: tuple[Axis, ...], configuration: Configuration, progress: Callable[[float, str], None]
+) -> dict[int, AxisFit]:
+    """The fit of every axis by degree of freedom, Coriolis forces made with the masses that come out.
+
+    The gate is open on the first pass: far from the answer it would shut out the readings that lead there.
+    """
+    masses = np.array([1.4 * rigid_mass(configuration, dof) for dof in range(6)])
+    fits: dict[int, AxisFit] = {}
+    for turn in range(PASSES):
+        before = masses.copy()
+        for i, axis in enumerate(axes):
+            progress((turn + i / len(axes)) / PASSES, f"fitting {DOFS[axis.dof]}")
+            gate = GATE_SIGMA if turn else np.inf
+            problem = likelihood_of(axis, configuration, before, gate)
+            start = fits[axis.dof].maximum.theta if axis.dof in fits else problem.prior_mean
+            fits[axis.dof] = AxisFit(problem, climb(problem, start))
+            masses[axis.dof] = np.exp(fits[axis.dof].maximum.theta[MASS])
+        if turn and np.max(np.abs(masses / before - 1.0)) < SETTLED:
+            break
+    return fits

@@ -1,0 +1,104 @@
+"""Fisher scoring of a Gaussian innovations likelihood: climb it, with Levenberg's damping, and weigh it.
+
+For innovations e with variance S (Gupta and Mehra 1974, IEEE TAC 19(6), eqs 27 and 35):
+    log L = -1/2 sum(log S + e^2/S),   J_ij = sum(de_i de_j / S) + 1/2 sum(dS_i dS_j / S^2).
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+MOST_STEPS = 60
+LARGEST_MOVE = 0.7
+ENOUGH = 1e-3
+
+
+class Problem(Protocol):
+    """A likelihood of parameters theta (p,), with a Gaussian prior on each."""
+
+    @property
+    def difference(self) -> Array:
+        """(p,) half-width of the central difference in each parameter."""
+        ...
+
+    @property
+    def prior_mean(self) -> Array:
+        """(p,)"""
+        ...
+
+    @property
+    def prior_precision(self) -> Array:
+        """(p,) one over the prior's variance; 0 for none."""
+        ...
+
+    def innovations(self, theta: Array) -> tuple[Array, Array]:
+        """Innovations and their variances, (n,) each, no NaN."""
+        ...
+
+
+@dataclass(frozen=True)
+class Maximum:
+    """Where the climb ended; `information` (p, p) is the data's alone, `precision` adds the prior's."""
+
+    theta: Array
+    log_likelihood: float
+    information: Array
+    precision: Array
+    steps: int
+    converged: bool
+
+
+def log_posterior(problem: Problem, theta: Array) -> float:
+    """log L plus the log of the prior, without constants."""
+    e, s = problem.innovations(theta)
+    data = -0.5 * float(np.sum(np.log(s) + e * e / s))
+    return data - 0.5 * float(np.sum(problem.prior_precision * (theta - problem.prior_mean) ** 2))
+
+
+def score(problem: Problem, theta: Array) -> tuple[Array, Array]:
+    """Gradient of log L (p,) and information (p, p) at theta, by central differences."""
+    e, s = problem.innovations(theta)
+    root = np.sqrt(s)
+    de, ds = np.empty((len(theta), len(e))), np.empty((len(theta), len(e)))
+    for i, h in enumerate(problem.difference):
+        moved = theta.copy()
+        moved[i] = theta[i] + h
+        e_up, s_up = problem.innovations(moved)
+        moved[i] = theta[i] - h
+        e_down, s_down = problem.innovations(moved)
+        de[i] = (e_up - e_down) / (2 * h) / root
+        ds[i] = (s_up - s_down) / (2 * h) / s
+    whitened = e / root
+    gradient = -(de @ whitened) - 0.5 * (ds @ (1.0 - whitened**2))
+    return gradient, de @ de.T + 0.5 * ds @ ds.T
+
+
+def climb(problem: Problem, start: Array) -> Maximum:
+    """The maximum of the posterior from `start`; converged where a step gains less than ENOUGH nats."""
+    theta = start.copy()
+    value = log_posterior(problem, theta)
+    damping = 1e-3
+    prior = np.diag(problem.prior_precision)
+    for step in range(1, MOST_STEPS + 1):
+        gradient, information = score(problem, theta)
+        gradient = gradient - problem.prior_precision * (theta - problem.prior_mean)
+        precision = information + prior
+        scale = np.diag(precision) + 1e-12
+        gain = 0.0
+        while damping < 1e8:
+            move = np.linalg.solve(precision + damping * np.diag(scale), gradient)
+            move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move))), 1e-12))
+            trial = log_posterior(problem, theta + move)
+            gain = trial - value
+            if gain >= 0:
+                theta, value, damping = theta + move, trial, max(damping / 10, 1e-9)
+                break
+            damping *= 10
+        if gain < ENOUGH:
+            converged = damping < 1e8
+            return Maximum(theta, value, information, precision, step, converged)
+    return Maximum(theta, value, information, precision, MOST_STEPS, False)

@@ -1,0 +1,66 @@
+"""A small closed-loop vehicle for tests: surge alone, exact discretisation, a controller that acts on the noisy DVL."""
+
+from pathlib import Path
+
+import numpy as np
+
+from bridge.vehicle.config import Configuration, Thruster, ThrustCurve, Vehicle, VehicleFile
+from identify.dive import Dive, Signal
+
+MASS, DAMPING = 100.0, 50.0
+
+
+def vehicle_file() -> VehicleFile:
+    along = Configuration(
+        dry_mass_kg=72.0,
+        inertia_kgm2=(3.0, 9.0, 10.0),
+        thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
+        thruster_limit_n=60.0,
+    )
+    vehicle = Vehicle("one-axis", {"only": along}, thrust_curve=ThrustCurve(lag_s=0.0))
+    return VehicleFile(Path("one-axis.yaml"), vehicle, None, "0" * 64)
+
+
+def dive(
+    rng: np.random.Generator,
+    seconds: float = 300.0,
+    noise: float = 0.004,
+    disturbance: float = 0.35,
+    quadratic: float = 0.0,
+    hidden_noise: float = 0.0,
+) -> Dive:
+    """A dive of steps in speed at 10 Hz. `hidden_noise`: of a second velocity, unrecorded, that the controller uses."""
+    step, inner = 0.1, 20
+    n = int(seconds / step)
+    h = step / inner
+    u = d = integral = 0.0
+    keep = np.exp(-h / 1.5)
+    time_s = np.arange(n) * step
+    speed, force, reference, used = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    for k in range(n):
+        speed[k] = u + noise * rng.normal()
+        reference[k] = 0.4 * np.sign(np.sin(2 * np.pi * time_s[k] / 40.0)) * (time_s[k] > 5)
+        used[k] = u + hidden_noise * rng.normal() if hidden_noise else speed[k]
+        error = reference[k] - used[k]
+        integral += error * step
+        force[k] = 60.0 * error + 25.0 * integral
+        for _ in range(inner):
+            d = keep * d + disturbance * np.sqrt(1 - keep**2) * rng.normal()
+            u += h * (force[k] - (DAMPING + quadratic * abs(u)) * u + d) / MASS
+    six = np.zeros((n, 6))
+    six[:, 0] = force
+    velocity = np.column_stack([speed, np.zeros((n, 2))])
+    fed = np.zeros((n, 6))
+    fed[:, 0] = speed
+    ref = np.zeros((n, 14))
+    ref[:, 0] = reference
+    return Dive(
+        "closed loop",
+        Path("closed-loop.tlog"),
+        "1" * 64,
+        velocity=Signal(time_s, velocity),
+        tau_cmd=Signal(time_s, six),
+        tau_pid=Signal(time_s, six),
+        nu_fb=Signal(time_s, fed),
+        nu_ref=Signal(time_s, ref),
+    )

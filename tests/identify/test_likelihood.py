@@ -1,0 +1,139 @@
+"""What the likelihood promises: true values inside its intervals in closed loop, and doubts said out loud."""
+
+from pathlib import Path
+
+import closed_loop
+import numpy as np
+import pytest
+
+from bridge.errors import FitError
+from bridge.vehicle.config import load_vehicle
+from identify.estimators.likelihood import estimate
+from identify.estimators.scoring import climb, score
+from identify.identification import Outcome
+from identify.ingest.open import read_dive
+
+ROOT = Path(__file__).resolve().parents[2]
+SEALED = ROOT.parent / "shared" / "sealed"
+
+
+def quiet(_share: float, _text: str) -> None:
+    pass
+
+
+def fit(dive):
+    return estimate(dive, closed_loop.vehicle_file(), "only", quiet)
+
+
+def test_mass_and_damping_lie_in_their_intervals_as_often_as_they_should():
+    inside, errors = 0, []
+    for seed in range(30):
+        found = fit(closed_loop.dive(np.random.default_rng(seed), seconds=150.0))
+        for name, truth in (("M_u", closed_loop.MASS), ("D_u", closed_loop.DAMPING)):
+            one = found[name]
+            inside += one.low95 <= truth <= one.high95
+            errors.append((one.value - truth) / one.std)
+    # 60 trials: 53 to 60 inside holds 99.4 % of what a true 95 % interval gives.
+    assert inside >= 53
+    assert 0.75 < np.std(errors) < 1.3
+
+
+def test_the_information_is_the_variance_of_the_score():
+    """Of a hundred noises around one truth the mass scatters by what the Fisher information says."""
+    values, stds = [], []
+    for seed in range(100, 130):
+        one = fit(closed_loop.dive(np.random.default_rng(seed), seconds=100.0))["M_u"]
+        values.append(one.value)
+        stds.append(one.std)
+    assert 0.7 < np.std(values) / np.mean(stds) < 1.35
+
+
+def test_added_mass_is_total_mass_less_dry_mass_with_the_same_width():
+    found = fit(closed_loop.dive(np.random.default_rng(3)))
+    assert found["X_udot"].value == pytest.approx(found["M_u"].value - 72.0)
+    assert found["X_udot"].std == found["M_u"].std
+
+
+def test_an_axis_without_thrust_is_called_not_identifiable_with_a_reason():
+    found = fit(closed_loop.dive(np.random.default_rng(3), seconds=60.0))
+    assert not found["M_v"].identifiable
+    assert "sway" in found["M_v"].reason
+    assert found.to_json()["parameters"][1]["value"] is None
+
+
+def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
+    found = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
+    assert found.outcome is Outcome.DISAGREES
+    assert any("surge" in note and "speed squared" in note for note in found.notes)
+
+
+def test_a_plain_dive_makes_no_such_claim():
+    outcomes = {
+        fit(closed_loop.dive(np.random.default_rng(seed), seconds=120.0)).outcome for seed in range(8)
+    }
+    assert outcomes == {Outcome.CONVERGED}
+
+
+def test_a_controller_that_used_an_unrecorded_velocity_is_found_out():
+    found = fit(closed_loop.dive(np.random.default_rng(5), hidden_noise=0.02))
+    assert not found["M_u"].identifiable
+    assert "signal that the recording lacks" in found["M_u"].reason
+    assert found["D_u"].identifiable
+
+
+def test_a_dropout_and_a_wild_reading_do_no_harm():
+    dive = closed_loop.dive(np.random.default_rng(6))
+    plain = fit(dive)
+    velocity = dive.velocity.value
+    velocity[500:560] = np.nan
+    velocity[1000, 0] = 7.0
+    spoiled = fit(dive)
+    assert abs(spoiled["M_u"].value - plain["M_u"].value) < plain["M_u"].std
+
+
+def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
+    with pytest.raises(FitError, match="lasts 3 s"):
+        fit(closed_loop.dive(np.random.default_rng(7), seconds=3.0))
+
+
+class Line:
+    """Innovations of y = a x + noise of known spread: its maximum and information are those of least squares."""
+
+    def __init__(self) -> None:
+        self.x = np.linspace(-1, 1, 50)
+        self.y = 3.0 * self.x + 0.1 * np.cos(40 * self.x)
+        self.difference = np.array([1e-3])
+        self.prior_mean, self.prior_precision = np.zeros(1), np.zeros(1)
+
+    def innovations(self, theta):
+        return self.y - theta[0] * self.x, np.full(50, 0.25)
+
+
+def test_scoring_finds_the_least_squares_answer_and_its_information():
+    line = Line()
+    found = climb(line, np.array([0.0]))
+    assert found.converged
+    assert found.theta[0] == pytest.approx(line.x @ line.y / (line.x @ line.x), rel=1e-9)
+    assert found.information[0, 0] == pytest.approx(line.x @ line.x / 0.25)
+    gradient, _ = score(line, found.theta)
+    assert abs(gradient[0]) < 1e-6
+
+
+@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
+    truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
+    truth |= {"D_u": 56.24, "D_v": 53.05, "D_w": 95.0, "D_r": 26.07}
+    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    found = estimate(read_dive(SEALED / "open_1" / "dive.tlog.gz"), file, "hovering", quiet)
+    named = [name for name in truth if found[name].identifiable]
+    assert {"M_u", "M_v", "I_r", "D_u", "D_v", "D_w", "D_r"} <= set(named)
+    for name in named:
+        assert abs(found[name].value - truth[name]) < 2.576 * found[name].std, name
+    assert found.outcome is Outcome.CONVERGED
+
+
+@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
+    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    found = estimate(read_dive(SEALED / "open_2" / "dive.tlog.gz"), file, "hovering", quiet)
+    assert found.outcome is Outcome.DISAGREES
