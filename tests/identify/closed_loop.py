@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bridge.vehicle.config import Configuration, Thruster, ThrustCurve, Vehicle, VehicleFile
+from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.dive import Dive, Signal
 
 MASS, DAMPING = 100.0, 50.0
