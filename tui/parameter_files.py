@@ -1,14 +1,18 @@
-"""The values that `params` is to bring to a vehicle, from any file that holds some."""
+"""Parameter files on their way between `identify` and `params`: any file in, `.param` with its sidecar out."""
 
 import json
 from collections.abc import Collection
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import ParamError
-from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import read_parameters
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.params.files import read_parameters, write_parameters
+from gcs_plugin.params.sidecar import Sidecar, intervals_of, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
+from identify.identification import Identification
 from tui.exit_codes import UsageError
 
 
@@ -22,6 +26,29 @@ def targets_of(path: Path, vehicle: str | None, only: Collection[str] | None) ->
     if missing:
         raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found))}")
     return {name: value for name, value in found.items() if only is None or name in only}
+
+
+def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:
+    """Write what was identified as a parameter file, and its sidecar beside it. Raises ParamRejected."""
+    data = answer.to_json()
+    veh_cfg = file.vehicle.veh_cfg(answer.configuration)
+    values = parameters_from_identification(data, veh_cfg)
+    ids = {name: BY_NAME[name].parameter_id(veh_cfg) for name in answer.values()}
+    words = (
+        f"{answer.vehicle}, configuration {answer.configuration}, by {answer.method} from {answer.dive}",
+    )
+    write_parameters(path, values, words)
+    write_sidecar(
+        path,
+        Sidecar(
+            answer.dive_sha256,
+            answer.vehicle_sha256,
+            answer.configuration,
+            answer.method,
+            version("seatrial"),
+            intervals_of(data, ids),
+        ),
+    )
 
 
 def _of_identification(path: Path, vehicle: str | None) -> dict[str, float]:

@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", default="likelihood", help="likelihood (default) or paper")
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+    parser.add_argument("--param", metavar="FILE", help="write a .param with its sidecar, for one dive")
     parser.add_argument("--report", metavar="HTML", help="write a report with plots")
 
 
@@ -45,6 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}"
         )
+    if arguments.param and len(arguments.dives) > 1:
+        raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
@@ -60,6 +63,11 @@ def run(arguments: argparse.Namespace) -> int:
         tell(console, dive, answer)
     found = [answer.to_json() for answer in answers]
     show.write_json(found[0] if len(found) == 1 else found, arguments.json)
+    if arguments.param and answers[0].values():
+        from tui.parameter_files import write_identified
+
+        write_identified(Path(arguments.param), answers[0], file)
+        console.print(f"parameters: {arguments.param}", soft_wrap=True)
     if arguments.report:
         console.print(f"report: {report(Path(arguments.report), dives, file, answers)}", soft_wrap=True)
     return exit_codes.DONE if all(answer.values() for answer in answers) else exit_codes.NO
@@ -86,7 +94,7 @@ def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
             numbers=("value", "low 95 %", "high 95 %"),
         )
     )
-    for note in (*dive.notes, *answer.notes):
+    for note in dict.fromkeys((*dive.notes, *answer.notes)):
         console.print(f"note: {note}", soft_wrap=True)
 
 

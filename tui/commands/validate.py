@@ -1,0 +1,100 @@
+"""`seatrial validate`: tracking errors of dives, by feed-forward mode."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from identify.dive import Dive
+    from identify.validate import TrackingErrors
+
+EXAMPLE = "seatrial validate dives/pid dives/both --vehicle ruvifist"
+
+MODES = ("PID", "PID, shadow", "feed-forward", "PID and feed-forward")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("dives", nargs="+", metavar="DIVE", help="a dive folder or a recording; one a mode")
+    parser.add_argument(
+        "--vehicle", required=True, metavar="FILE", help="the vehicle file: where its DVL sits"
+    )
+    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
+    parser.add_argument("--json", metavar="FILE", help="write the errors as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.vehicle.config import load_vehicle
+    from identify.ingest.open import read_dive
+    from identify.validate import compare, tracking_errors
+    from tui import show
+
+    file = load_vehicle(arguments.vehicle)
+    columns = Path(arguments.columns) if arguments.columns else None
+    dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
+    runs = dict(zip(labels(dives), dives, strict=True))
+    dvl = file.vehicle.sensors.dvl
+    lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
+    errors = {label: tracking_errors(dive, lever_m) for label, dive in runs.items()}
+    rows = compare(runs, lever_m)
+    console = show.results(arguments.json)
+    if rows:
+        console.print(
+            show.table(
+                "mean absolute tracking error",
+                ("axis", "phase", *runs, "unit"),
+                [(r.axis, r.phase, *(show.number(v, 3) for v in r.values), r.unit) for r in rows],
+                numbers=tuple(runs),
+            )
+        )
+        console.print(_lags(errors))
+    show.write_json([_plain(label, found) for label, found in errors.items()], arguments.json)
+    still = [label for label, found in errors.items() if not found.axes]
+    for label in still:
+        show.words().print(
+            f"{runs[label].name}: has no reference (NU_REF) that moves, so nothing to compare with",
+            soft_wrap=True,
+        )
+    return exit_codes.NO if still else exit_codes.DONE
+
+
+def labels(dives: "Sequence[Dive]") -> list[str]:
+    """What each dive is called in the table: its mode, and its name where two have the same."""
+    modes = [_mode(dive) for dive in dives]
+    named = [
+        m if m and modes.count(m) == 1 else f"{dive.name} {m}".strip()
+        for m, dive in zip(modes, dives, strict=True)
+    ]
+    return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
+
+
+def _mode(dive: "Dive") -> str:
+    import numpy as np
+
+    if dive.ff_mode is None or not len(dive.ff_mode):
+        return ""
+    values, counts = np.unique(dive.ff_mode.value[:, 0], return_counts=True)
+    mode = int(values[np.argmax(counts)])
+    return MODES[mode] if 0 <= mode < len(MODES) else f"mode {mode}"
+
+
+def _lags(errors: "dict[str, TrackingErrors]") -> Any:
+    from tui import show
+
+    columns = ("axis", "dive", "delay s", "acceleration less delay", "mean |PID| in steady state")
+    rows = [
+        (axis.axis, label, show.number(axis.delay_s, 3), show.number(axis.acceleration_less_delay, 3),
+         show.number(axis.pid_magnitude, 3))
+        for label, found in errors.items()
+        for axis in found.axes
+    ]  # fmt: skip
+    return show.table(
+        "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]
+    )
+
+
+def _plain(label: str, found: "TrackingErrors") -> dict[str, Any]:
+    return {"run": label, "dive": found.dive, "axes": [asdict(axis) for axis in found.axes]}
