@@ -1,90 +1,105 @@
-"""The simulated devices: what the body does, as the byte streams that the real sensors write.
+"""Simulated DVLs, IMU and gyro: what the body does, as the byte streams that the real sensors write.
 
 Each device looks at a stretch of the body's motion and gives chunks of bytes with their simulated arrival:
 the moment measured, plus the latency that the vehicle file states for the device.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.sensors.kvh1750 import encode_kvh1750
+from bridge.sensors.kvh1760 import encode_kvh1760
 from bridge.sensors.mounting import mounting_matrix, quaternion_of
+from bridge.sensors.samples import NAN3, Vector3
+from bridge.sensors.waterlink import encode_waterlink_json, encode_waterlink_serial
 from bridge.sensors.wayfinder import encode_wayfinder
 from bridge.sensors.xsens import encode_xsens
 from bridge.simulator.motion import moments, motion_at
-from bridge.simulator.noise import NoiseLevels
 from bridge.simulator.plant import Stretch
+from bridge.simulator.world import Chunk, Surroundings
 from bridge.vehicle.config import Device
 
 Array = NDArray[np.float64]
 BOTTOM_M = 8.0
+GYRO_HZ = 1000.0
 BEAM_COSINE = math.cos(math.radians(30))
 ENU_OF_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 @dataclass(frozen=True, slots=True)
-class Chunk:
-    """Bytes of the device in a slot of the vehicle file, the last of which arrives at `time_s`."""
+class Ping:
+    """What a DVL found, in its own axes; NaN for what it lost. Times are boot time."""
 
-    slot: str
-    time_s: float
-    data: bytes
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What every device may know of the world."""
-
-    noise: NoiseLevels
-    gravity_m_s2: float
-    density_kg_m3: float
-    surface_pressure_pa: float
-    unix_at_boot_s: float
-
-
-class SimulatedDevice(Protocol):
-    """One device aboard."""
-
-    def chunks(self, stretch: Stretch) -> list[Chunk]:
-        """What it writes of what it saw after the start of the stretch, up to its end."""
-        ...
+    valid_s: float
+    sent_s: float
+    velocity: Vector3
+    error_velocity: float
+    ranges: tuple[float, float, float, float]
+    altitude_m: float
 
 
 class SimulatedDvl:
-    """Velocity over the bottom and range, at 10 Hz unless the vehicle file says otherwise."""
+    """Velocity over the bottom and ranges, at 10 Hz unless the vehicle file says otherwise."""
 
-    def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
-        self._slot, self._latency_s, self._world, self._rng = slot, device.latency_s, world, rng
+    def __init__(
+        self,
+        slot: str,
+        device: Device,
+        world: Surroundings,
+        rng: np.random.Generator,
+        encode: Callable[[Ping], bytes],
+    ) -> None:
+        self._slot, self._latency_s, self._noise, self._rng = slot, device.latency_s, world.noise, rng
         self._rate_hz = device.rate_hz or 10.0
         self._arm = np.array(device.mounting.position_m)
         self._to_body = np.array(mounting_matrix(device.mounting))
+        self._encode = encode
 
-    def chunks(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Chunk]:
         chunks = []
         motion = motion_at(stretch, moments(stretch, self._rate_hz))
         velocities = motion.velocity_at(self._arm) @ self._to_body
         for time_s, velocity, depth_m in zip(motion.time_s, velocities, motion.position[:, 2], strict=True):
-            data = self._ping(float(time_s), velocity, BOTTOM_M - float(depth_m))
-            chunks.append(Chunk(self._slot, float(time_s) + self._latency_s, data))
+            ping = self._ping(float(time_s), velocity, BOTTOM_M - float(depth_m))
+            chunks.append(Chunk(self._slot, ping.sent_s, self._encode(ping)))
         return chunks
 
-    def _ping(self, time_s: float, velocity: Array, altitude_m: float) -> bytes:
-        noise = self._world.noise
-        draw = self._rng.standard_normal(8)
-        lost = self._rng.random() < noise.dvl_dropout
+    def _ping(self, time_s: float, velocity: Array, altitude_m: float) -> Ping:
+        noise, draw = self._noise, self._rng.standard_normal(8)
+        sent_s = time_s + self._latency_s
         x, y, z = (velocity + noise.dvl_m_s * draw[:3]).tolist()
         a, b, c, d = (altitude_m / BEAM_COSINE + noise.dvl_range_m * draw[3:7]).tolist()
-        when = datetime.fromtimestamp(self._world.unix_at_boot_s + time_s, UTC)
-        nan = math.nan
-        if lost:
-            return encode_wayfinder((nan, nan, nan), (a, nan, nan, nan), nan, when, error_velocity=nan)
-        error_velocity = noise.dvl_m_s * float(draw[7])
-        return encode_wayfinder((x, y, z), (a, b, c, d), altitude_m, when, error_velocity=error_velocity)
+        if self._rng.random() < noise.dvl_dropout:
+            return Ping(time_s, sent_s, NAN3, math.nan, (a, math.nan, math.nan, math.nan), math.nan)
+        return Ping(time_s, sent_s, (x, y, z), noise.dvl_m_s * float(draw[7]), (a, b, c, d), altitude_m)
+
+
+def wayfinder(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedDvl:
+    """A Teledyne Wayfinder."""
+
+    def encode(ping: Ping) -> bytes:
+        when = datetime.fromtimestamp(world.unix_at_boot_s + ping.valid_s, UTC)
+        return encode_wayfinder(
+            ping.velocity, ping.ranges, ping.altitude_m, when, error_velocity=ping.error_velocity
+        )
+
+    return SimulatedDvl(slot, device, world, rng, encode)
+
+
+def a50(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedDvl:
+    """A Water Linked A50: JSON over TCP, sentences over a serial port."""
+    write = encode_waterlink_json if device.port.startswith("tcp") else encode_waterlink_serial
+
+    def encode(ping: Ping) -> bytes:
+        valid_us, sent_us = (round(1e6 * (world.unix_at_boot_s + t)) for t in (ping.valid_s, ping.sent_s))
+        return write(ping.velocity, ping.altitude_m, world.noise.dvl_m_s, ping.ranges, valid_us, sent_us)
+
+    return SimulatedDvl(slot, device, world, rng, encode)
 
 
 class SimulatedImu:
@@ -99,11 +114,11 @@ class SimulatedImu:
         self._bias = world.noise.gyro_bias_rad_s * rng.standard_normal(3)
         self._packet = 0
 
-    def chunks(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Chunk]:
         noise, draw = self._world.noise, self._rng.standard_normal
         motion = motion_at(stretch, moments(stretch, self._rate_hz))
         shape = motion.rate.shape
-        force = motion.specific_force_at(self._arm, self._world.gravity_m_s2) @ self._to_body
+        force = motion.specific_force_at(self._arm, self._world.water.gravity_m_s2) @ self._to_body
         force += noise.accelerometer_m_s2 * draw(shape)
         rate = motion.rate @ self._to_body + self._bias + noise.gyro_rad_s * draw(shape)
         attitude = motion.attitude @ self._turn.T + 0.5 * noise.attitude_rad * draw((shape[0], 4))
@@ -128,24 +143,49 @@ def _outer(left: tuple[float, ...], right: tuple[float, ...]) -> Array:
     return turn
 
 
-class SimulatedDsp1750:
-    """The mean rate about z over each frame's own millisecond; a tick's frames come in one chunk."""
+class SimulatedGyro:
+    """The mean rate about z over each frame's own period, 1 kHz unless the vehicle file says otherwise.
 
-    def __init__(self, slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> None:
-        self._slot, self._latency_s, self._world, self._rng = slot, device.latency_s, world, rng
-        self._rate_hz = device.rate_hz or 1000.0
+    The frames of a stretch come in one chunk. `encode` takes their rates and the running count of the first.
+    """
+
+    def __init__(
+        self,
+        slot: str,
+        device: Device,
+        world: Surroundings,
+        rng: np.random.Generator,
+        encode: Callable[[Array, int], bytes],
+    ) -> None:
+        self._slot, self._latency_s, self._noise, self._rng = slot, device.latency_s, world.noise, rng
+        self._rate_hz = device.rate_hz or GYRO_HZ
         self._sign = math.copysign(1.0, mounting_matrix(device.mounting)[2][2])
         self._bias = world.noise.fog_bias_rad_s * float(rng.standard_normal())
+        self._encode = encode
         self._count = 0
 
-    def chunks(self, stretch: Stretch) -> list[Chunk]:
+    def arrivals(self, stretch: Stretch) -> list[Chunk]:
         ends = moments(stretch, self._rate_hz)
         if not len(ends):
             return []
-        # Between physics steps the rate is straight, and a frame lies within one: its mean is its middle.
+        # Between physics steps the rate is straight, and a millisecond lies within one: its mean is its middle.
         rate = np.interp(ends - 0.5 / self._rate_hz, stretch.time_s, stretch.state[:, 12])
-        noise = self._world.noise
-        measured = self._sign * rate + self._bias + noise.fog_rad_s * self._rng.standard_normal(len(ends))
-        data = encode_kvh1750(measured, self._count)
+        noise = self._noise.fog_rad_s * self._rng.standard_normal(len(ends))
+        data = self._encode(self._sign * rate + self._bias + noise, self._count)
         self._count += len(ends)
         return [Chunk(self._slot, float(ends[-1]) + self._latency_s, data)]
+
+
+def dsp1750(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedGyro:
+    """A KVH DSP-1750."""
+    return SimulatedGyro(slot, device, world, rng, encode_kvh1750)
+
+
+def dsp1760(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedGyro:
+    """A KVH DSP-1760 as it comes: angles turned since the frame before."""
+    period_s = 1 / (device.rate_hz or GYRO_HZ)
+
+    def encode(rates: Array, first: int) -> bytes:
+        return b"".join(encode_kvh1760(r * period_s, first + i) for i, r in enumerate(rates.tolist()))
+
+    return SimulatedGyro(slot, device, world, rng, encode)

@@ -27,12 +27,19 @@ class Motion:
         """(k, 3) body velocity of the point that sits at `arm_m`."""
         return self.velocity + np.cross(self.rate, arm_m)
 
+    def depth_of(self, arm_m: Array) -> Array:
+        """(k,) depth of the point that sits at `arm_m`."""
+        return self.position[:, 2] + self._down() @ arm_m
+
     def specific_force_at(self, arm_m: Array, gravity_m_s2: float) -> Array:
         """(k, 3) what an accelerometer at `arm_m` feels, body axes."""
-        w, x, y, z = self.attitude.T
-        down = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
         inner = np.cross(self.turning, arm_m) + np.cross(self.rate, np.cross(self.rate, arm_m))
-        return self.acceleration + np.cross(self.rate, self.velocity) + inner - gravity_m_s2 * down
+        return self.acceleration + np.cross(self.rate, self.velocity) + inner - gravity_m_s2 * self._down()
+
+    def _down(self) -> Array:
+        """(k, 3) the downward vertical in body axes."""
+        w, x, y, z = self.attitude.T
+        return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
 
 
 def motion_at(stretch: Stretch, time_s: Array) -> Motion:
