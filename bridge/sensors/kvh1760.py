@@ -1,0 +1,172 @@
+"""KVH DSP-1760 fibre-optic gyro and the 1750/1775 IMU family: frames with a header and a CRC, big-endian.
+
+Source: open drivers (github ESA-PRL/drivers-dsp1760, RIVeR-Lab/kvh_driver) and the 1775 IMU's interface
+document. Format A has 36 bytes: header, rotation x y z (f32), acceleration x y z (f32), status, sequence
+0..127, temperature (i16), CRC-32/MPEG-2. Format B (40 bytes) has a time stamp of the device (u32) before
+the status; that is inferred from open drivers, not from the maker. A single-axis unit uses z. Status bit 2
+set: gyro z valid.
+
+Rotation is a delta angle since the last frame (the default) or a rate, in radians; the device does not tell
+which, so the vehicle file must, or `encode_setup` must have been sent.
+
+Time: arrivals fitted over the sequence, as for the DSP-1750.
+"""
+
+import math
+import struct
+from collections import Counter
+from typing import Literal
+
+import numpy as np
+from fastcrc import crc32
+from numpy.typing import NDArray
+
+from bridge.errors import ConfigError
+from bridge.sensors.clockfit import ClockFit
+from bridge.sensors.samples import FogBlock, Sample
+
+Rotation = Literal["delta", "rate"]
+
+RATES_HZ = (1, 5, 10, 25, 50, 100, 250, 500, 750, 1000)
+GYRO_Z_VALID = 1 << 2
+RATED_RAD_S = math.radians(490.0)
+
+_PREFIX = b"\xfe\x81\xff"
+_LAYOUTS = {0x55: struct.Struct(">12x f 12x B B h 4x"), 0x56: struct.Struct(">12x f 12x 4x B B h 4x")}
+_SEQUENCES = 128
+_PERIOD_TOLERANCE = 0.01
+
+
+def encode_kvh1760(
+    rotation_z: float,
+    sequence: int,
+    *,
+    valid: bool = True,
+    temperature_c: float = 20.0,
+    stamp: int | None = None,
+) -> bytes:
+    """A frame of format A, or of format B where a time stamp is given; temperature in 0.01 deg C (C_100)."""
+    header = _PREFIX + (b"\x55" if stamp is None else b"\x56")
+    vectors = struct.pack(">6f", 0.0, 0.0, rotation_z, 0.0, 0.0, 0.0)
+    middle = b"" if stamp is None else struct.pack(">I", stamp & 0xFFFFFFFF)
+    end = struct.pack(">BBh", 0x07 if valid else 0x03, sequence % _SEQUENCES, round(temperature_c * 100))
+    body = header + vectors + middle + end
+    return body + crc32.mpeg_2(body).to_bytes(4, "big")
+
+
+def encode_command(text: str) -> bytes:
+    """A command such as `=dr,1000`; settings need `=config,1` before them and `=config,0` after."""
+    return text.encode("ascii") + b"\n"
+
+
+def encode_setup(rotation: Rotation, rate_hz: int) -> bytes:
+    """The commands that set rotation format, radians and rate. Raises ConfigError for a rate it does not
+    have."""
+    if rate_hz not in RATES_HZ:
+        raise ConfigError(
+            f"a DSP-1760 can't send at {rate_hz} Hz; set rate_hz to one of {', '.join(map(str, RATES_HZ))}"
+        )
+    commands = ("=config,1", f"=rotfmt,{rotation}", "=rotunits,RAD", f"=dr,{rate_hz}", "=config,0")
+    return b"".join(map(encode_command, commands))
+
+
+class Kvh1760Parser:
+    """Rates about z, one FogBlock a feed.
+
+    counts: good (frames), checksum, skipped bytes, unknown (other headers), invalid (the device says so),
+    out of range, lost (sequence numbers missing).
+    """
+
+    def __init__(self, rotation: Rotation = "delta", rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._per_rotation = rate_hz if rotation == "delta" else 1.0
+        self._latency_s = latency_s
+        self._clock = ClockFit(1.0 / rate_hz, _PERIOD_TOLERANCE)
+        self._buffer = bytearray()
+        self._sequence: int | None = None
+        self._frames = 0
+        self._last_time_s = -math.inf
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """The frames that `data` completes, as one block."""
+        buffer = self._buffer
+        buffer += data
+        numbers: list[int] = []
+        rates: list[float] = []
+        valid: list[bool] = []
+        at = 0
+        while True:
+            start = _find_start(buffer, at)
+            if start > at:
+                self.counts["skipped bytes"] += start - at
+                at = start
+            if len(buffer) - at <= len(_PREFIX):
+                break
+            layout = _LAYOUTS.get(buffer[at + 3])
+            if layout is None:
+                self.counts["unknown"] += 1
+                at = self._skip(at)
+                continue
+            stop = at + layout.size
+            if stop > len(buffer):
+                break
+            frame = bytes(buffer[at:stop])
+            if crc32.mpeg_2(frame[:-4]) != int.from_bytes(frame[-4:], "big"):
+                self.counts["checksum"] += 1
+                at = self._skip(at)
+                continue
+            at = stop
+            rotation, status, sequence, _temperature = layout.unpack(frame)
+            self._count(sequence)
+            rate = rotation * self._per_rotation
+            if not math.isfinite(rate):
+                self.counts["out of range"] += 1
+                continue
+            numbers.append(self._frames)
+            rates.append(rate)
+            valid.append(self._is_valid(rate, status))
+        del buffer[:at]
+        if not rates:
+            return []
+        return [FogBlock(self._stamps(numbers, time_s - self._latency_s), np.array(rates), np.array(valid))]
+
+    def _skip(self, at: int) -> int:
+        self.counts["skipped bytes"] += 1
+        return at + 1
+
+    def _count(self, sequence: int) -> None:
+        """Number the frame, missing ones included."""
+        if self._sequence is not None:
+            missing = (sequence - self._sequence - 1) % _SEQUENCES
+            if missing:
+                self.counts["lost"] += missing
+            self._frames += missing + 1
+        self._sequence = sequence
+
+    def _is_valid(self, rate: float, status: int) -> bool:
+        if not status & GYRO_Z_VALID:
+            self.counts["invalid"] += 1
+        elif abs(rate) > RATED_RAD_S:
+            self.counts["out of range"] += 1
+        else:
+            self.counts["good"] += 1
+            return True
+        return False
+
+    def _stamps(self, numbers: list[int], arrival_s: float) -> NDArray[np.float64]:
+        last_s = self._clock.time_of(numbers[-1], arrival_s)
+        stamps = last_s + (np.array(numbers, dtype=np.float64) - numbers[-1]) * self._clock.period_s
+        stamps = np.maximum(stamps, self._last_time_s)
+        self._last_time_s = float(stamps[-1])
+        return stamps
+
+
+def _find_start(buffer: bytearray, at: int) -> int:
+    """Where a frame may start: the whole prefix, or as much of it as the end of the buffer shows."""
+    found = buffer.find(_PREFIX, at)
+    if found >= 0:
+        return found
+    for kept in (2, 1):
+        if len(buffer) - at >= kept and buffer.endswith(_PREFIX[:kept]):
+            return len(buffer) - kept
+    return len(buffer)
