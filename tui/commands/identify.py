@@ -74,26 +74,55 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def identify(dive: "Dive", file: "VehicleFile", configuration: str, method: str) -> "Identification":
-    """One dive through one estimator, with a progress bar."""
+    """One dive through one estimator, with a progress bar; a dive that holds too little for it says so."""
+    from bridge.errors import FitError
     from identify.estimators.table import estimator
     from tui import show
 
     with show.progress(f"identify {dive.name}") as progress:
-        return estimator(method)(dive, file, configuration, progress)
+        try:
+            return estimator(method)(dive, file, configuration, progress)
+        except FitError as error:
+            return nothing(dive, file, configuration, method, str(error))
+
+
+def nothing(
+    dive: "Dive", file: "VehicleFile", configuration: str, method: str, reason: str
+) -> "Identification":
+    """The answer where no parameter could be fitted, for one reason."""
+    from bridge.vehicle.coefficients import COEFFICIENTS
+    from identify.identification import Identification, Outcome, estimate
+
+    nan = float("nan")
+    return Identification(
+        method,
+        Outcome.NOT_IDENTIFIABLE,
+        tuple(estimate(coefficient.name, nan, nan, nan, nan, reason) for coefficient in COEFFICIENTS),
+        configuration,
+        dive.name,
+        dive.sha256,
+        file.vehicle.name,
+        file.sha256,
+        dive.duration_s,
+        0,
+    )
 
 
 def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
     """The result as a table, and what to know about it."""
     from tui import show
 
+    reasons = list(dict.fromkeys(p.reason for p in answer.parameters if not p.identifiable))
     console.print(
         show.table(
             f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}",
             ("name", "value", "low 95 %", "high 95 %", "unit", "identifiable"),
-            [_row(parameter) for parameter in answer.parameters],
+            [_row(parameter, reasons) for parameter in answer.parameters],
             numbers=("value", "low 95 %", "high 95 %"),
         )
     )
+    for number, reason in enumerate(reasons, start=1):
+        console.print(f"{number}: {reason}", soft_wrap=True)
     for note in dict.fromkeys((*dive.notes, *answer.notes)):
         console.print(f"note: {note}", soft_wrap=True)
 
@@ -120,9 +149,9 @@ def report(
     )
 
 
-def _row(parameter: "Estimate") -> tuple[str, ...]:
+def _row(parameter: "Estimate", reasons: "Sequence[str]") -> tuple[str, ...]:
     from tui import show
 
     values = (parameter.value, parameter.low95, parameter.high95)
-    why = "yes" if parameter.identifiable else f"no: {parameter.reason}"
+    why = "yes" if parameter.identifiable else f"no, see {1 + reasons.index(parameter.reason)}"
     return parameter.name, *(show.number(value) for value in values), parameter.unit, why
