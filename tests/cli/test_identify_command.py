@@ -1,0 +1,118 @@
+"""`identify` and `validate` on real recordings of the telemetry contract, made by a program that is not ours."""
+
+import gzip
+import json
+from pathlib import Path
+
+import pytest
+
+from bridge.tlog import TlogWriter, read_tlog
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
+from tui import cli, exit_codes
+
+ROOT = Path(__file__).resolve().parents[2]
+DIVE = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
+ARDUSUB = ROOT.parent / "shared" / "data" / "ardusub_dives" / "2023-04-18.tlog"
+VEHICLE = str(ROOT / "tests" / "data" / "vehicles" / "hovering.yaml")
+
+needs_shared = pytest.mark.skipif(not DIVE.exists(), reason="needs ../shared/sealed beside the checkout")
+
+
+def identify(*words):
+    return cli.main(["identify", *map(str, words), "--vehicle", VEHICLE])
+
+
+@pytest.fixture(scope="module")
+def minute(tmp_path_factory):
+    """Two minutes of a dive, as a `.tlog`."""
+    return cut(tmp_path_factory.mktemp("dive") / "minutes.tlog", 120.0, 240.0)
+
+
+def cut(path, start_s, end_s):
+    first = None
+    with TlogWriter(path) as writer:
+        for stamp, frame in read_tlog(DIVE):
+            first = first or stamp
+            if start_s <= (stamp - first) / 1e6 < end_s:
+                writer.write(stamp, frame.raw)
+    return path
+
+
+@needs_shared
+def test_the_json_of_one_dive_is_its_identification(minute, tmp_path):
+    out, page, param = (tmp_path / name for name in ("out.json", "report.html", "out.param"))
+    assert identify(minute, "--json", out, "--report", page, "--param", param) == exit_codes.DONE
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["method"] == "likelihood"
+    assert found["configuration"] == "hovering"
+    by_name = {parameter["name"]: parameter for parameter in found["parameters"]}
+    assert {coefficient.name for coefficient in COEFFICIENTS} <= set(by_name)
+    assert set(by_name) <= {coefficient.name for coefficient in COEFFICIENTS} | set(ADDED_MASS_NAMES)
+    keys = {"name", "symbol", "value", "unit", "std", "low95", "high95", "identifiable"}
+    assert all(keys <= set(parameter) for parameter in by_name.values())
+    assert all(p["identifiable"] or p["reason"] for p in by_name.values())
+    assert 90 < by_name["M_u"]["value"] < 130
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert "FF1_M_U," in param.read_text(encoding="utf-8")
+    beside = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
+    assert beside["dive_sha256"] == found["dive"]["sha256"]
+    assert beside["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["low95"]
+
+
+@needs_shared
+def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(minute, capsys):
+    assert identify(minute, minute, "--json", "-") == exit_codes.DONE
+    shown = capsys.readouterr()
+    assert [found["dive"]["name"] for found in json.loads(shown.out)] == ["minutes", "minutes"]
+    assert "low 95 %" in shown.err
+
+
+@needs_shared
+def test_a_recording_cut_within_a_frame_is_identified_all_the_same(minute, tmp_path):
+    path = tmp_path / "cut.tlog"
+    path.write_bytes(minute.read_bytes()[:-7])
+    assert identify(path) == exit_codes.DONE
+
+
+@needs_shared
+def test_a_compressed_recording_cut_anywhere_is_identified_all_the_same(minute, tmp_path):
+    path = tmp_path / "cut.tlog.gz"
+    path.write_bytes(gzip.compress(minute.read_bytes())[:-1000])
+    assert identify(path) == exit_codes.DONE
+
+
+@needs_shared
+def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, capsys):
+    out = tmp_path / "out.json"
+    assert identify(cut(tmp_path / "short.tlog", 120.0, 123.0), "--json", out) == exit_codes.NO
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["outcome"] == "not identifiable"
+    assert not any(parameter["identifiable"] for parameter in found["parameters"])
+    assert all(parameter["reason"] for parameter in found["parameters"])
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@needs_shared
+def test_a_dive_without_velocity_says_what_can_not_be_identified(capsys):
+    code = cli.main(["identify", str(ARDUSUB), "--vehicle", "bluerov2_heavy"])
+    assert code == exit_codes.NO
+    shown = capsys.readouterr().out
+    assert "No velocity is recorded" in shown
+    assert "no, see 1" in shown
+
+
+@needs_shared
+def test_validate_shows_each_phase_of_each_axis(minute, capsys):
+    assert cli.main(["validate", str(minute), "--vehicle", VEHICLE, "--json", "-"]) == exit_codes.DONE
+    shown = capsys.readouterr()
+    (run,) = json.loads(shown.out)
+    assert run["run"] == "PID"
+    assert {axis["axis"] for axis in run["axes"]} <= {"surge", "sway", "yaw"}
+    assert "Steady state" in shown.err
+
+
+@needs_shared
+def test_validate_of_a_dive_without_reference_is_a_no(capsys):
+    code = cli.main(["validate", str(ARDUSUB), "--vehicle", "bluerov2_heavy"])
+    assert code == exit_codes.NO
+    assert "no reference" in capsys.readouterr().err
