@@ -28,7 +28,7 @@ from gcs_plugin.params.upload import Ending, Upload
 
 GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
-HEARTBEAT_LIMIT_S: Final = 3.5
+HEARTBEAT_LIMIT_S: Final = 6.0
 COMPANIONS_MAY_FOLLOW_S: Final = 1.5
 REBOOT_STEP_MS: Final = 500
 NO_INDEX: Final = -1

@@ -98,8 +98,8 @@ class Upload:
             self._transfer.on_reboot(time_s)
 
     def abort(self, sentence: str, time_s: float) -> None:
-        """Stop and roll back, as when the vehicle was armed."""
-        if self._stage in (Stage.STAGE, Stage.COMMIT, Stage.LIVE):
+        """Stop and roll back, as when the vehicle was armed; from the commit on, only the vehicle can refuse."""
+        if self._stage is Stage.STAGE:
             self._transfer.abort(sentence)
             self._advance(time_s)
 

@@ -1,0 +1,328 @@
+"""The parameter client against the vehicle's own parameter server, over a link in simulated time."""
+
+import json
+import random
+from collections import deque
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkError, LinkLost, LinkTimeout, ParamRejected, ParamUnknown, ParamUnverified
+from bridge.framing import Encoder, Framer, decode
+from bridge.link.lossy import Lossy
+from bridge.parameters import ParameterServer, set_crc, vehicle_table
+from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.transfer import Outcome
+
+SHAPE = Configuration(
+    dry_mass_kg=72.0,
+    inertia_kgm2=(2.0, 14.0, 14.0),
+    thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
+    model={"M_u": 72.0, "D_u": 40.0},
+)
+VEHICLE = Vehicle("test", {"survey": SHAPE, "hovering": SHAPE})
+TARGETS = {"FF0_M_U": 96.5, "FF0_D_U": 42.25, "FF1_I_R": 15.5, "FF_MODE": 3.0}
+
+
+class SimulatedVehicle:
+    """A link whose every read lets a vehicle live on for as long as the read waits. Faults are attributes."""
+
+    name = "simulated:"
+
+    def __init__(self, clock, store=None, component=1, kind=dialect.MAV_TYPE_SUBMARINE, autopilot=0):
+        self.clock, self.store, self.source = clock, store, (1, component)
+        self.kind, self.autopilot = kind, autopilot
+        self.encoder, self.framer = Encoder(*self.source), Framer()
+        self.queue = deque()
+        self.sets = []
+        self.armed = False
+        self.arms_at_s = self.reboots_at_s = self.lost_at_s = float("inf")
+        self.beats = True
+        self.others = []
+        self.next_beat_s = 0.0
+        self.boot()
+
+    def boot(self):
+        self.booted_s = self.clock.now_s
+        self.server = ParameterServer(self.store, vehicle_table(VEHICLE), component=self.source[1])
+
+    def read(self, timeout_s):
+        self.clock.advance_to(self.clock.now_s + max(timeout_s, 0.001))
+        now_s = self.clock.now_s
+        if now_s >= self.lost_at_s:
+            raise LinkLost("simulated: the cable is out; plug it in")
+        if now_s >= self.arms_at_s:
+            self.armed = True
+        if now_s >= self.reboots_at_s:
+            self.reboots_at_s = float("inf")
+            self.boot()
+        if now_s >= self.next_beat_s and self.beats:
+            self.next_beat_s = now_s + 1.0
+            self.say(dialect.MAVLink_system_time_message(0, round((now_s - self.booted_s) * 1000)))
+            mode = 128 if self.armed else 0
+            self.say(dialect.MAVLink_heartbeat_message(self.kind, self.autopilot, mode, 0, 4, 3))
+            self.queue += [raw() for raw in self.others]
+        for message in self.server.step(10):
+            self.say(message)
+        return self.queue.popleft() if self.queue else b""
+
+    def write(self, data):
+        for frame in self.framer.feed(data):
+            message = decode(frame)
+            if message is None:
+                continue
+            if message.get_type() == "PARAM_SET":
+                self.sets.append((message.target_component, message.param_id))
+            for answer in self.server.handle(message, self.armed):
+                self.say(answer)
+
+    def close(self):
+        self.queue.clear()
+
+    def say(self, message):
+        self.queue.append(self.encoder.encode(message))
+
+
+def beat_of(system, component, kind, autopilot=8):
+    encoder = Encoder(system, component)
+    return lambda: encoder.encode(dialect.MAVLink_heartbeat_message(kind, autopilot, 0, 0, 4, 3))
+
+
+@pytest.fixture
+def clock():
+    return SimulatedClock()
+
+
+@pytest.fixture
+def vehicle(clock, tmp_path):
+    return SimulatedVehicle(clock, tmp_path / "store.json")
+
+
+@pytest.fixture
+def client(vehicle, clock):
+    return ParameterClient(vehicle, clock)
+
+
+def truth(vehicle):
+    return {name: vehicle.server.value(name) for name in vehicle.server.names}
+
+
+def upload(client, tmp_path, targets=TARGETS):
+    client.find_vehicle()
+    return client.apply(make_plan(targets, client.read_all()), tmp_path / "before.param")
+
+
+def test_a_set_goes_into_the_vehicle_and_flies(client, vehicle, tmp_path):
+    before = truth(vehicle)
+    receipt = upload(client, tmp_path)
+    assert receipt.outcome is Outcome.APPLIED
+    assert receipt.good
+    assert truth(vehicle) == before | TARGETS | {
+        "FF_COMMIT": receipt.active_crc,
+        "FF_ACTIVE": receipt.active_crc,
+    }
+    assert vehicle.server.active(0)["M_u"] == 96.5
+    assert read_parameters(tmp_path / "before.param") == before
+    data = json.loads(json.dumps(receipt.to_json(), allow_nan=False))
+    assert data["outcome"] == "applied"
+    assert data["parameters"][0] == {
+        "name": "FF0_M_U",
+        "before": 72.0,
+        "target": 96.5,
+        "after": 96.5,
+        "outcome": "applied",
+        "sentence": "FF0_M_U = 96.5",
+    }
+
+
+def test_the_set_is_still_there_after_a_reboot(client, vehicle, tmp_path):
+    upload(client, tmp_path)
+    vehicle.boot()
+    assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
+
+
+def test_a_second_upload_of_the_same_set_writes_nothing(client, vehicle, tmp_path):
+    upload(client, tmp_path)
+    vehicle.sets.clear()
+    receipt = client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "again.param")
+    assert receipt.outcome is Outcome.SAME
+    assert vehicle.sets == []
+
+
+def test_the_pre_image_brings_everything_back(client, vehicle, tmp_path):
+    before = truth(vehicle)
+    upload(client, tmp_path)
+    receipt = client.roll_back(tmp_path / "before.param", tmp_path / "between.param")
+    assert receipt.good
+    assert truth(vehicle) == before
+    assert read_parameters(tmp_path / "between.param")["FF0_M_U"] == 96.5
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_it_works_over_a_link_that_loses_doubles_and_reorders(vehicle, clock, tmp_path, seed):
+    rng = random.Random(seed)
+    link = Lossy(vehicle, rng, clock, loss=0.3, duplicate=0.1, reorder=0.1, corrupt=0.02, delay_s=0.2)
+    client = ParameterClient(link, clock)
+    receipt = upload(client, tmp_path)
+    assert receipt.outcome is Outcome.APPLIED
+    assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
+    assert vehicle.server.active_crc == receipt.active_crc
+
+
+@pytest.mark.parametrize("targets", [{"FF0_M_U": float("nan")}, {"FF0_M_U": 96.5, "FF0_D_U": -1.0}])
+def test_one_value_unfit_to_send_sends_nothing(client, vehicle, tmp_path, targets):
+    with pytest.raises(ParamRejected, match="nothing was sent"):
+        upload(client, tmp_path, targets)
+    assert vehicle.sets == []
+    assert not (tmp_path / "before.param").exists()
+
+
+def test_a_name_that_the_vehicle_lacks_sends_nothing(client, vehicle, tmp_path):
+    with pytest.raises(ParamUnknown, match="FF7_M_U"):
+        upload(client, tmp_path, {"FF0_M_U": 96.5, "FF7_M_U": 1.0})
+    assert vehicle.sets == []
+
+
+def test_an_armed_vehicle_is_left_alone(client, vehicle, tmp_path):
+    vehicle.armed = True
+    with pytest.raises(ParamRejected, match="is armed; nothing was sent, disarm it"):
+        upload(client, tmp_path)
+    assert vehicle.sets == []
+
+
+def test_an_armed_vehicle_may_change_its_mode(client, vehicle, tmp_path):
+    vehicle.armed = True
+    assert upload(client, tmp_path, {"FF_MODE": 1.0}).outcome is Outcome.APPLIED
+    assert vehicle.server.mode == 1
+
+
+@pytest.mark.parametrize("after_s", [0.1, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4])
+def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
+    client, vehicle, clock, tmp_path, after_s
+):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    before = truth(vehicle)
+    vehicle.arms_at_s = clock.now_s + 1.0 + after_s
+    receipt = client.apply(plan, tmp_path / "before.param")
+    if receipt.outcome is Outcome.APPLIED:
+        assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
+    else:
+        assert receipt.outcome is Outcome.ROLLED_BACK
+        assert "armed" in receipt.sentence or "FF_COMMIT" in receipt.sentence
+        assert truth(vehicle) == before
+
+
+@pytest.mark.parametrize("after_s", [0.1 * n for n in range(1, 40, 3)])
+def test_a_reboot_at_any_moment_ends_with_the_whole_set(client, vehicle, clock, tmp_path, after_s):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    vehicle.reboots_at_s = clock.now_s + after_s
+    receipt = client.apply(plan, tmp_path / "before.param")
+    assert receipt.outcome is Outcome.APPLIED
+    assert vehicle.server.active_crc == receipt.active_crc
+    assert vehicle.server.active(0)["D_u"] == 42.25
+
+
+@pytest.mark.parametrize("after_s", [0.05, 0.5, 1.5, 2.5, 3.5])
+def test_a_cable_pulled_at_any_moment_is_said_and_the_upload_can_be_finished(
+    client, vehicle, clock, tmp_path, after_s
+):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    vehicle.lost_at_s = clock.now_s + 1.0 + after_s
+    receipt = client.apply(plan, tmp_path / "before.param")
+    if receipt.outcome is not Outcome.APPLIED:
+        assert receipt.outcome in (Outcome.UNVERIFIED, Outcome.NOT_SENT)
+        assert "the cable is out" in receipt.sentence
+        assert Outcome.APPLIED not in {line.outcome for line in receipt.lines}
+    vehicle.lost_at_s = float("inf")
+    again = client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "again.param")
+    assert again.good
+    assert vehicle.server.active_crc == set_crc(
+        {n: vehicle.server.value(n) for n in vehicle.server.names[:-4]}
+    )
+    assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
+
+
+def test_a_pre_image_is_never_overwritten(client, vehicle, tmp_path):
+    (tmp_path / "before.param").write_text("A,1\n")
+    with pytest.raises(ParamRejected, match="exists already"):
+        upload(client, tmp_path)
+    assert vehicle.sets == []
+    assert (tmp_path / "before.param").read_text() == "A,1\n"
+
+
+def test_silence_is_no_vehicle(client, vehicle):
+    vehicle.beats = False
+    with pytest.raises(LinkTimeout, match=r"no vehicle's HEARTBEAT within 5 s \(heard: nobody at all\)"):
+        client.find_vehicle()
+
+
+def test_another_ground_station_is_no_vehicle(client, vehicle):
+    vehicle.kind, vehicle.autopilot = dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID
+    with pytest.raises(LinkTimeout, match="heard: 1/1"):
+        client.find_vehicle()
+
+
+def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, tmp_path):
+    companion = SimulatedVehicle(clock, None, 191, dialect.MAV_TYPE_ONBOARD_CONTROLLER, 8)
+    companion.others = [beat_of(1, 1, dialect.MAV_TYPE_SUBMARINE, 3), beat_of(255, 190, dialect.MAV_TYPE_GCS)]
+    client = ParameterClient(companion, clock)
+    assert client.find_vehicle() == (1, 191)
+    assert client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "b.param").good
+    assert {component for component, _ in companion.sets} == {191}
+
+
+def test_nothing_is_sent_to_a_companion_that_was_not_heard(client, vehicle):
+    with pytest.raises(LinkTimeout, match="system 1 component 191"):
+        client.find_vehicle(system=1, component=191)
+    assert vehicle.sets == []
+
+
+def test_of_two_vehicles_one_must_be_named(client, vehicle):
+    vehicle.others = [beat_of(2, 1, dialect.MAV_TYPE_SUBMARINE, 0)]
+    with pytest.raises(LinkError, match=r"several vehicles beat \(systems 1, 2\); name one"):
+        client.find_vehicle()
+    assert client.find_vehicle(system=2) == (2, 1)
+
+
+def test_a_vehicle_that_holds_back_its_parameters_is_said(client, vehicle):
+    client.find_vehicle()
+    vehicle.server.handle = lambda *_: []
+    with pytest.raises(LinkTimeout, match="sent no parameter within 5 s"):
+        client.read_all(5.0)
+
+
+def test_a_list_with_a_hole_is_no_list(client, vehicle):
+    client.find_vehicle()
+    step = vehicle.server.step
+    vehicle.server.step = lambda most: [m for m in step(most) if m.param_index != 3]
+    vehicle.server._read = lambda *_: []
+    with pytest.raises(ParamUnverified, match="1 of 28 parameters"):
+        client.read_all(5.0)
+
+
+def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle, tmp_path):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    vehicle.beats = False
+    vehicle.queue.clear()
+    with pytest.raises(LinkTimeout, match="no HEARTBEAT"):
+        client.apply(plan, tmp_path / "before.param")
+    assert vehicle.sets == []
+
+
+def test_progress_is_told(vehicle, clock, tmp_path):
+    told = []
+    upload(ParameterClient(vehicle, clock, progress=lambda *what: told.append(what)), tmp_path)
+    assert ("reading", 28, 28) in told
+    assert list(dict.fromkeys(s for s, _, _ in told))[:3] == [
+        "reading",
+        "staging",
+        "committing",
+    ]
