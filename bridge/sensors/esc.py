@@ -1,0 +1,118 @@
+"""Speed controllers with BLHeli_32 / KISS serial telemetry: 10 bytes at 115200 baud, answers to requests.
+
+Source: ArduPilot's AP_BLHeli. Temperature u8 (deg C), voltage u16 (0.01 V), current u16 (0.01 A),
+consumption u16 (mAh), electrical rpm / 100 u16, big-endian, and CRC-8 (polynomial 0x07). Mechanical rpm is
+the electrical one times 2 / poles.
+
+An answer has no start byte and does not say which controller gave it, nor which way it turns. So the parser
+counts along: the requester asks 0, 1 .. n-1 in turn, and an answer that came broken still takes its turn. A
+pause of 1 ms before a byte is where an answer may start; within a burst the CRC alone tells. A requester
+that knows whom it asks says so with `expect`.
+"""
+
+import struct
+from collections import Counter
+
+from fastcrc import crc8
+
+from bridge.sensors.samples import EscSample, Sample
+
+FRAME = 10
+
+_BODY = struct.Struct(">B4H")
+_PAUSE_S = 1e-3
+_BYTE_S = 10 / 115200
+_RPM_PER_FIELD = 200.0  # electrical rpm / 100, and two poles a pair
+# a CRC of 8 bits lets one in 256 broken answers pass: what no such controller reports is refused as well
+_HOTTEST_C, _MOST_V, _MOST_A = 150.0, 80.0, 300.0
+
+
+def encode_esc(
+    rpm: float, poles: int, voltage_v: float, current_a: float, temperature_c: float, consumed_mah: float
+) -> bytes:
+    """An answer as the controller writes it; the sign of `rpm` is lost."""
+    body = _BODY.pack(
+        round(temperature_c),
+        round(voltage_v * 100),
+        round(current_a * 100),
+        round(consumed_mah),
+        round(abs(rpm) * poles / _RPM_PER_FIELD),
+    )
+    return body + bytes((crc8.smbus(body),))
+
+
+class EscParser:
+    """Answers of `count` controllers on one line, asked in turn; motors with `poles` magnets.
+
+    counts: good, skipped bytes (of broken answers), out of range.
+    """
+
+    def __init__(self, count: int, poles: int = 14, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._count = count
+        self._poles = poles
+        self._latency_s = latency_s
+        self._buffer = bytearray()
+        self._starts: list[int] = []  # offsets in the buffer where a pause was
+        self._skipped = 0
+        self._next = 0
+        self._last_s: float | None = None
+
+    def expect(self, index: int) -> None:
+        """The requester has asked controller `index`: what is not yet answered will not be."""
+        self._drop(len(self._buffer))
+        self._skipped = 0
+        self._next = index
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples of the answers that `data` completes."""
+        if not data:
+            return []
+        begun_s = time_s - (len(data) - 1) * _BYTE_S
+        if self._buffer and self._last_s is not None and begun_s - self._last_s > _PAUSE_S:
+            self._starts.append(len(self._buffer))
+        self._last_s = time_s
+        self._buffer += data
+        samples: list[Sample] = []
+        while len(self._buffer) >= FRAME:
+            frame = bytes(self._buffer[:FRAME])
+            if crc8.smbus(frame[:-1]) != frame[-1]:
+                self._drop(self._starts[0] if self._starts else 1)
+                continue
+            temperature_c, centivolts, centiamps, consumed_mah, field = _BODY.unpack_from(frame)
+            voltage_v, current_a = centivolts / 100, centiamps / 100
+            if temperature_c > _HOTTEST_C or not 0 < voltage_v <= _MOST_V or current_a > _MOST_A:
+                self.counts["out of range"] += 1
+                self._drop(FRAME)
+                continue
+            self._cut(FRAME)
+            self.counts["good"] += 1
+            samples.append(
+                EscSample(
+                    time_s=time_s - self._latency_s,
+                    index=self._turn(),
+                    rpm=field * _RPM_PER_FIELD / self._poles,
+                    voltage_v=voltage_v,
+                    current_a=current_a,
+                    temperature_c=float(temperature_c),
+                    consumed_mah=float(consumed_mah),
+                )
+            )
+        return samples
+
+    def _turn(self) -> int:
+        """Whose answer this is: three bytes or more of a broken one before it are an answer too."""
+        index = (self._next + (self._skipped + 7) // FRAME) % self._count
+        self._skipped = 0
+        self._next = index + 1
+        return index
+
+    def _drop(self, size: int) -> None:
+        if size:
+            self.counts["skipped bytes"] += size
+            self._skipped += size
+            self._cut(size)
+
+    def _cut(self, size: int) -> None:
+        del self._buffer[:size]
+        self._starts = [start - size for start in self._starts if start > size]

@@ -1,0 +1,156 @@
+"""Vector: SYNTHETIC, from the table in ArduPilot's AP_BLHeli; no capture was to be had."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
+
+from bridge.sensors.esc import EscParser, encode_esc
+from bridge.sensors.samples import EscSample
+
+VECTOR = bytes.fromhex("23064001f4007b00f548")
+
+
+def four() -> EscParser:
+    return EscParser(count=4, poles=14)
+
+
+def answer(number: int) -> bytes:
+    """An answer that shows by its temperature which controller gave it."""
+    return encode_esc(2000.0, 14, 16.0, 5.0, 30.0 + number, 100.0)
+
+
+def test_the_vector_decodes_to_its_stated_values():
+    (sample,) = EscParser(count=1, poles=14, latency_s=0.25).feed(VECTOR, 10.0)
+    assert sample == EscSample(9.75, 0, 3500.0, 16.0, 5.0, 35.0, 123.0)
+
+
+def test_the_encoder_writes_the_vector_byte_for_byte():
+    assert encode_esc(3500.0, 14, 16.0, 5.0, 35.0, 123.0) == VECTOR
+    assert encode_esc(-3500.0, 14, 16.0, 5.0, 35.0, 123.0) == VECTOR
+
+
+def test_fewer_poles_turn_faster_for_the_same_field():
+    (sample,) = EscParser(count=1, poles=12).feed(VECTOR, 0.0)
+    assert sample.rpm == pytest.approx(245 * 200 / 12)
+
+
+def test_answers_go_round_the_controllers_in_turn():
+    parser = four()
+    samples = [s for i in range(10) for s in parser.feed(answer(i % 4), i * 0.005)]
+    assert [s.index for s in samples] == [0, 1, 2, 3, 0, 1, 2, 3, 0, 1]
+    assert [s.temperature_c - 30 for s in samples] == [s.index for s in samples]
+
+
+def test_answers_that_arrive_in_one_read_are_told_apart():
+    samples = four().feed(b"".join(answer(i % 4) for i in range(6)), 1.0)
+    assert [(s.index, s.temperature_c) for s in samples] == [(i % 4, 30.0 + i % 4) for i in range(6)]
+
+
+def test_an_answer_may_arrive_in_any_pieces_also_with_pauses_between():
+    for gap_s in (0.0, 0.01):
+        for pieces in (*splits(VECTOR), tuple(bytewise(VECTOR))):
+            parser = four()
+            found = [s for i, piece in enumerate(pieces) for s in parser.feed(piece, 1.0 + i * gap_s)]
+            assert [s.rpm for s in found] == [3500.0]
+            assert parser.counts == {"good": 1}
+
+
+@pytest.mark.parametrize("kept", range(10))
+def test_an_answer_cut_short_takes_its_turn_and_the_pause_starts_the_next(kept):
+    parser = four()
+    chunks = [answer(0), answer(1)[:kept], answer(2), answer(3)]
+    samples = [s for i, chunk in enumerate(chunks) for s in parser.feed(chunk, i * 0.005)]
+    assert [s.temperature_c for s in samples] == [30.0, 32.0, 33.0]
+    turned = 1 if kept >= 3 else 0
+    assert [s.index for s in samples] == [0, 1 + turned, 2 + turned]
+    assert parser.counts["skipped bytes"] == kept
+
+
+def test_a_broken_answer_takes_its_turn():
+    for bad in flips(answer(1)):
+        parser = four()
+        samples = [s for i, c in enumerate((answer(0), bad, answer(2))) for s in parser.feed(c, i * 0.005)]
+        assert [(s.index, s.temperature_c) for s in samples] == [(0, 30.0), (2, 32.0)]
+
+
+def test_a_broken_answer_in_the_middle_of_one_read_takes_its_turn():
+    for bad in flips(answer(1)):
+        samples = four().feed(answer(0) + bad + answer(2), 0.0)
+        assert (samples[0].index, samples[-1].index, samples[-1].temperature_c) == (0, 2, 32.0)
+        assert len(samples) == 2
+
+
+def test_a_requester_that_knows_whom_it_asked_needs_no_counting():
+    parser = four()
+    parser.feed(answer(0)[:7], 0.0)
+    parser.expect(3)
+    (sample,) = parser.feed(answer(3), 0.0)
+    assert sample.index == 3
+    parser.expect(1)
+    (sample,) = parser.feed(answer(1), 0.0)
+    assert sample.index == 1
+    assert parser.counts == {"skipped bytes": 7, "good": 2}
+
+
+@pytest.mark.parametrize(
+    "values", [(0.0, 5.0, 30.0), (81.0, 5.0, 30.0), (16.0, 301.0, 30.0), (16.0, 5.0, 151.0)]
+)
+def test_what_no_controller_reports_is_counted_out_of_range_and_takes_its_turn(values):
+    voltage_v, current_a, temperature_c = values
+    parser = four()
+    parser.feed(encode_esc(0.0, 14, voltage_v, current_a, temperature_c, 0.0), 0.0)
+    (sample,) = parser.feed(answer(1), 0.005)
+    assert sample.index == 1
+    assert parser.counts["out of range"] == 1
+
+
+def test_a_line_held_low_gives_no_sample():
+    parser = four()
+    assert parser.feed(bytes(1000), 0.0) == []
+    assert parser.counts["out of range"] == 100
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.integers(0, 65535),
+    st.integers(1, 8000),
+    st.integers(0, 30000),
+    st.integers(0, 150),
+    st.integers(0, 65535),
+)
+def test_what_is_encoded_is_what_is_parsed(field, centivolts, centiamps, temperature_c, consumed_mah):
+    rpm = field * 200 / 14
+    values = (centivolts / 100, centiamps / 100, float(temperature_c), float(consumed_mah))
+    (sample,) = four().feed(encode_esc(rpm, 14, *values), 0.0)
+    assert (sample.rpm, sample.voltage_v, sample.current_a, sample.temperature_c, sample.consumed_mah) == (
+        rpm,
+        *values,
+    )
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.binary(max_size=40), max_size=10), st.floats(0, 0.01))
+def test_no_bytes_raise(chunks, gap_s):
+    parser = four()
+    for number, chunk in enumerate(chunks):
+        assert all(0 <= s.index < 4 for s in parser.feed(chunk, number * gap_s))
+
+
+def test_memory_stays_bounded_in_noise():
+    rng = random.Random(1)
+    assert largest_buffer(four, rng) < 10
+    parser = four()
+    for number, chunk in enumerate(random_chunks(rng.randbytes(20_000), rng, 3)):
+        parser.feed(chunk, number * 0.01)
+        assert len(parser._starts) < 10
+
+
+def test_good_answers_after_noise_are_found():
+    rng = random.Random(4)
+    for _ in range(100):
+        noise = rng.randbytes(25)
+        samples = fed(four(), random_chunks(noise + b"".join(map(answer, range(6))), rng))
+        assert [s.temperature_c for s in samples][-4:] == [32.0, 33.0, 34.0, 35.0]
