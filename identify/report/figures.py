@@ -24,13 +24,11 @@ def time_axis(dive: Dive) -> Axis:
     return close_axis(TIME_TITLE, 0.0, dive.duration_s, at_least=5)
 
 
-def signal_line(
-    signal: Signal, column: int, start_s: float, label: str = "", style: int = 0, scale: float = 1.0
-) -> Line:
+def signal_line(signal: Signal, column: int, start_s: float, label: str = "", style: int = 0) -> Line:
     """One column against time, broken where the signal falls silent."""
     silence_s = max(GAP_PERIODS / signal.rate_hz, 0.5) if signal.rate_hz else 1.0
     time_s, value = broken_at_gaps(signal, column, silence_s)
-    return Line(time_s - start_s, scale * value, label, style)
+    return Line(time_s - start_s, value, label, style)
 
 
 def time_panel(title: str, x: Axis, lines: Sequence[Line], height_px: int = 150) -> Panel:
@@ -111,7 +109,7 @@ def thrusters(pwm: Signal, x: Axis, start_s: float) -> Figure:
     step = nice_step(0.0, reach, 2)
     ticks = tuple((REST_US + k * step, fixed(REST_US + k * step, 0)) for k in (-1, 0, 1))
     panels = [
-        Panel(x, Axis(f"thruster {i}, µs", REST_US - reach, REST_US + reach, ticks), (line,), height_px=84)
+        Panel(x, Axis(f"thruster {i}, µs", REST_US - reach, REST_US + reach, ticks), (line,), height_px=72)
         for i, line in enumerate(lines, start=1)
     ]
     return Figure("Thruster commands, pulse width in microseconds; 1500 is at rest.", plot.stack(panels))

@@ -122,4 +122,5 @@ def _table(table: Table) -> str:
     )
     kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS else ""
     caption = f"<caption>{safe(table.caption)}</caption>" if table.caption else ""
-    return f"<table{kind}>{caption}<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table>\n"
+    body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
+    return f'<div class="scroll"><table{kind}>{caption}{body}</table></div>\n'

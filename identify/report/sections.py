@@ -8,9 +8,10 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive, Signal
 from identify.identification import Identification
-from identify.report import figures, plot, tables, track, whiteness
+from identify.report import figures, plot, tables, track, tracking, whiteness
 from identify.report.page import Figure, Section
 from identify.report.text import count, fixed, seconds, significant
+from identify.validate import TrackingErrors
 
 FF_MODE_WORDS = ("off", "shadow", "feed-forward only", "feed-forward and PID")
 
@@ -55,8 +56,8 @@ def dive_section(dive: Dive, water: Water | None = None) -> Section:
         ]
     turning = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
     if turning is not None and len(turning):
-        lines = [figures.signal_line(turning, turning.value.shape[1] - 1, start_s, scale=180 / np.pi)]
-        panels.append(figures.time_panel("yaw rate r, °/s", x, lines, 110))
+        lines = [figures.signal_line(turning, turning.value.shape[1] - 1, start_s)]
+        panels.append(figures.time_panel("yaw rate r, rad/s", x, lines, 110))
     if panels:
         source = "an autopilot's filter" if dive.velocity_is_filtered else "the DVL, at its transducer"
         drawn.append(Figure(f"Speeds in body axes; velocity from {source}.", plot.stack(panels)))
@@ -85,6 +86,17 @@ def _modes(dive: Dive) -> str:
         return ""
     seen = sorted({int(v) for v in dive.ff_mode.value[:, 0] if np.isfinite(v)})
     return ", ".join(FF_MODE_WORDS[m] if 0 <= m < len(FF_MODE_WORDS) else f"unknown mode {m}" for m in seen)
+
+
+def tracking_section(errors: Mapping[str, TrackingErrors], dives: Mapping[str, Dive]) -> Section:
+    """How runs in different modes followed their references; both mappings are by the mode in words, in order."""
+    drawn = tuple(figure for mode, dive in dives.items() for figure in tracking.curves(mode, dive))
+    words = (
+        "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
+        "speed looks most like the reference."
+    )
+    found = tracking.error_tables(errors)
+    return Section("Tracking", words if found else "", found, drawn)
 
 
 def training_section(curves: Mapping[str, Array], units: Mapping[str, str] | None = None) -> Section:

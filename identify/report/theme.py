@@ -26,7 +26,7 @@ section > p, section > ul { max-width: 75ch; }
   border-left: 8px solid var(--first); }
 nav ul { display: flex; flex-wrap: wrap; gap: .3em 1.4em; list-style: none; margin: 0; padding: 0; }
 a { color: var(--first); }
-table { border-collapse: collapse; margin: 1.2em 0; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 caption, figcaption { text-align: left; color: var(--soft); font-size: .92em; max-width: 85ch; }
 caption { padding-bottom: .4em; }
 th, td { text-align: left; vertical-align: baseline; padding: .32em 1.1em .32em 0;
@@ -34,8 +34,10 @@ th, td { text-align: left; vertical-align: baseline; padding: .32em 1.1em .32em 
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; line-height: 1.25; }
 .number { text-align: right; }
 .number, .short { white-space: nowrap; }
+table:not(.wide) thead th { white-space: normal; }
+.scroll { overflow-x: auto; margin: 1.2em 0; }
 tbody th { font-weight: 600; }
-figure { margin: 1.4em 0 2em; }
+figure { display: flow-root; margin: 1.4em 0 2em; }
 figcaption { margin-top: .3em; }
 .panel { display: block; overflow: visible; margin: 34px 22px 52px 66px; width: calc(100% - 88px);
   font-size: 15px; fill: var(--ink); }
@@ -60,6 +62,8 @@ figcaption { margin-top: .3em; }
   .panel { margin-left: 54px; margin-right: 14px; width: calc(100% - 68px); font-size: 14px; }
   .legend { margin-left: 0; }
   .odd { display: none; }
+  table { font-size: 15px; }
+  th, td { padding-right: .5em; }
   .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }
   .wide caption { display: block; }
   .wide thead { display: none; }

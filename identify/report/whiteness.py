@@ -4,10 +4,10 @@ import numpy as np
 
 from identify.dive import Array, Signal
 from identify.report import plot
-from identify.report.axes import close_axis
+from identify.report.axes import close_axis, roomy_axis
 from identify.report.figures import TIME_TITLE, time_panel
 from identify.report.page import Figure
-from identify.report.plot import Line
+from identify.report.plot import Line, Panel
 
 LAGS = 40
 
@@ -20,7 +20,7 @@ def innovations(name: str, normalised: Signal) -> Figure:
     x = close_axis(TIME_TITLE, 0.0, float(time_s[-1]) - start_s)
     ends = np.array([x.low, x.high])
     over_time = time_panel(
-        f"{name}: innovation over its expected std",
+        f"{name}: normalised innovation",
         x,
         [
             Line(time_s - start_s, value),
@@ -34,11 +34,10 @@ def innovations(name: str, normalised: Signal) -> Figure:
     lag_x = close_axis("lag, samples", 0.0, max(float(len(rho)), 1.0))
     lag_ends = np.array([lag_x.low, lag_x.high])
     level = np.array([limit, limit])
-    lag_panel = time_panel(
-        f"{name}: autocorrelation",
-        lag_x,
-        [Line(lags, rho), Line(lag_ends, level, style=1), Line(lag_ends, -level, style=1)],
-    )
+    lag_lines = (Line(lags, rho), Line(lag_ends, level, style=1), Line(lag_ends, -level, style=1))
+    # Never magnified until nothing looks like something.
+    lag_y = roomy_axis(f"{name}: autocorrelation", [np.array([-0.2, 0.2]), level, rho])
+    lag_panel = Panel(lag_x, lag_y, lag_lines)
     words = plot.legend(over_time.lines)
     caption = (
         f"{name}: what the filter did not foresee, over what it expected. White noise crosses the dashed "

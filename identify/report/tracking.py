@@ -1,0 +1,83 @@
+"""How a vehicle followed its reference: errors laid out as Table 5 of the source paper, curves as its Figs 10 to 17."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from bridge.vehicle.coefficients import DOFS
+from identify.dive import Dive, Signal
+from identify.report import plot
+from identify.report.axes import Axis
+from identify.report.figures import signal_line, time_axis, time_panel
+from identify.report.page import Figure, Table
+from identify.report.plot import Panel
+from identify.report.text import MISSING, fixed
+from identify.validate import AXES, LEAST_SPEED, PHASES, AxisErrors, TrackingErrors
+
+TITLES = {
+    0: ("surge speed u, m/s", "surge force X, N"),
+    1: ("sway speed v, m/s", "sway force Y, N"),
+    5: ("yaw rate r, rad/s", "yaw moment N, N m"),
+}
+
+
+def error_tables(errors: Mapping[str, TrackingErrors]) -> tuple[Table, ...]:
+    """One table for each axis that any run moved along: the phases from top to bottom, the runs side by side."""
+    return tuple(
+        _error_table(DOFS[dof], "N" if dof < 3 else "N m", errors)
+        for dof in AXES
+        if any(run.axis(DOFS[dof]) for run in errors.values())
+    )
+
+
+def _error_table(axis: str, wrench_unit: str, errors: Mapping[str, TrackingErrors]) -> Table:
+    runs = [run.axis(axis) for run in errors.values()]
+    unit = next(run.unit for run in runs if run)
+
+    def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
+        return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
+
+    rows = (
+        *(row(f"{phase}, {unit}", 4, partial(AxisErrors.phase, name=phase)) for phase in PHASES),
+        row(f"Acceleration, delay taken out, {unit}", 4, lambda run: run.acceleration_less_delay),
+        row("Delay, s", 2, lambda run: run.delay_s),
+        row(f"Steady PID effort, {wrench_unit}", 2, lambda run: run.pid_effort),
+        row(f"Steady |PID − feed-forward|, {wrench_unit}", 2, lambda run: run.pid_minus_ff),
+    )
+    columns = (f"{axis.capitalize()} motion", *errors)
+    return Table(columns, rows, f"Mean absolute tracking error in {axis}, phase by phase.")
+
+
+def curves(mode: str, dive: Dive) -> tuple[Figure, ...]:
+    """For each axis that the reference moves along: its speed and the measured one, PID and feed-forward."""
+    if dive.nu_ref is None:
+        return ()
+    start_s, x = dive.span_s[0], time_axis(dive)
+    figures = []
+    for dof in AXES:
+        if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any():
+            panels = _panels(dof, dive, dive.nu_ref, x, start_s)
+            caption = (
+                f"{mode}, {DOFS[dof]}: speed as asked for and as measured; wrench of PID and of feed-forward."
+            )
+            figures.append(Figure(caption, plot.stack(panels)))
+    return tuple(figures)
+
+
+def _panels(dof: int, dive: Dive, reference: Signal, x: Axis, start_s: float) -> list[Panel]:
+    speed, wrench = TITLES[dof]
+    speeds = [signal_line(signal, column, start_s, "measured") for signal, column in _measured(dof, dive)]
+    speeds.append(signal_line(reference, dof, start_s, "reference", 1))
+    sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
+    wrenches = [
+        signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None and len(s)
+    ]
+    panels = [time_panel(speed, x, speeds, 130)]
+    return [*panels, time_panel(wrench, x, wrenches, 130)] if wrenches else panels
+
+
+def _measured(dof: int, dive: Dive) -> list[tuple[Signal, int]]:
+    """The signal and column that measure an axis: the DVL; in yaw the fibre-optic gyro, or else the IMU's."""
+    sources = [(dive.velocity, dof)] if dof < 3 else [(dive.fog, 0), (dive.gyro, dof - 3)]
+    return [(signal, column) for signal, column in sources if signal is not None and len(signal)][:1]

@@ -1,0 +1,108 @@
+"""How a report shows the tracking of several runs: Table 5's rows, the runs side by side, a figure an axis."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from identify.dive import Dive, Signal
+from identify.report.sections import tracking_section
+from identify.validate import AxisErrors, TrackingErrors, tracking_errors
+
+NAN = math.nan
+SURGE = AxisErrors("surge", "m/s", 0.0091, 0.0036, 0.0048, 0.0051, 0.3, 0.0042, -1.1528, 1.2, 2.4)
+SWAY = AxisErrors("sway", "m/s", 0.0069, 0.0030, 0.0026, 0.0035, 0.25, 0.0031, 1.6706, 1.7, NAN)
+YAW = AxisErrors("yaw", "rad/s", 0.02, 0.01, NAN, 0.015, 1.0, 0.012, 0.5, 0.6, 1.7)
+
+
+def moving_dive(*columns: int) -> Dive:
+    """40 s in which the reference of each column rises, holds and falls, and the vehicle follows 0.5 s later."""
+    time_s = np.arange(0.0, 40.0, 0.05)
+    n = len(time_s)
+    profile = np.interp(time_s, [2.0, 7.0, 30.0, 35.0], [0.0, 0.4, 0.4, 0.0])
+    late = np.interp(time_s - 0.5, [2.0, 7.0, 30.0, 35.0], [0.0, 0.4, 0.4, 0.0])
+    reference, velocity, rate = np.zeros((n, 14)), np.zeros((n, 3)), np.zeros((n, 3))
+    for column in columns:
+        reference[:, column], reference[:, 6 + column] = profile, np.gradient(profile, time_s)
+        target = velocity if column < 3 else rate
+        target[:, column % 3] = late
+    return Dive(
+        "run",
+        Path("run.tlog"),
+        "",
+        velocity=Signal(time_s, velocity),
+        gyro=Signal(time_s, rate),
+        nu_ref=Signal(time_s, reference),
+        tau_pid=Signal(time_s, np.ones((n, 6))),
+        tau_ff=Signal(time_s, np.zeros((n, 6))),
+    )
+
+
+def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
+    both = TrackingErrors("b", (SURGE, SWAY))
+    alone = TrackingErrors("a", (SURGE,))
+    surge, sway = tracking_section({"PID alone": alone, "Both": both}, {}).tables
+    assert surge.columns == ("Surge motion", "PID alone", "Both")
+    assert surge.rows == (
+        ("Acceleration, m/s", "0.0091", "0.0091"),
+        ("Steady state, m/s", "0.0036", "0.0036"),
+        ("Deceleration, m/s", "0.0048", "0.0048"),
+        ("Overall, m/s", "0.0051", "0.0051"),
+        ("Acceleration, delay taken out, m/s", "0.0042", "0.0042"),
+        ("Delay, s", "0.30", "0.30"),
+        ("Steady PID effort, N", "−1.15", "−1.15"),
+        ("Steady |PID − feed-forward|, N", "2.40", "2.40"),
+    )
+    assert sway.columns == ("Sway motion", "PID alone", "Both")
+    assert sway.rows[0] == ("Acceleration, m/s", "—", "0.0069")
+    assert sway.rows[-1] == ("Steady |PID − feed-forward|, N", "—", "—")
+
+
+def test_yaw_has_its_own_units():
+    (table,) = tracking_section({"PID alone": TrackingErrors("a", (YAW,))}, {}).tables
+    assert [row[0].rpartition(", ")[2] for row in table.rows] == ["rad/s"] * 5 + ["s", "N m", "N m"]
+    assert table.rows[2] == ("Deceleration, rad/s", "—")
+
+
+def test_each_run_has_a_figure_for_each_axis_that_moved():
+    dives = {"PID alone": moving_dive(0, 5), "Both": moving_dive(1)}
+    section = tracking_section({mode: tracking_errors(dive) for mode, dive in dives.items()}, dives)
+    assert [f.caption.partition(":")[0] for f in section.figures] == [
+        "PID alone, surge",
+        "PID alone, yaw",
+        "Both, sway",
+    ]
+    assert [re.findall(r'aria-label="([^"]*)"', f.svg) for f in section.figures] == [
+        ["surge speed u, m/s", "surge force X, N"],
+        ["yaw rate r, rad/s", "yaw moment N, N m"],
+        ["sway speed v, m/s", "sway force Y, N"],
+    ]
+    words = re.findall(r"</svg>([^<]+)</li>", section.figures[0].svg)
+    assert words == ["measured", "reference", "PID", "feed-forward"]
+
+
+def test_measured_and_reference_speed_are_drawn_in_the_same_panel():
+    (figure,) = tracking_section({}, {"PID alone": moving_dive(5)}).figures
+    speed = figure.svg.split("</ul>")[1].split("yaw moment")[0]
+    paths = re.findall(r'class="line (\w+)" d="([^"]*)"', speed)
+    assert [style for style, _ in paths] == ["solid", "dashed"]
+    measured, reference = (
+        np.cumsum(np.reshape(re.findall(r"-?\d+", d), (-1, 2)).astype(int), axis=0) for _, d in paths
+    )
+    assert np.ptp(measured[:, 1]) == np.ptp(reference[:, 1])
+    first_moved = [line[np.flatnonzero(line[:, 1] < line[0, 1])[0], 0] for line in (measured, reference)]
+    assert 20 <= first_moved[0] - first_moved[1] <= 30
+
+
+def test_a_recording_without_wrench_or_measurement_shows_what_it_has():
+    whole = moving_dive(0)
+    bare = Dive("run", Path("run.tlog"), "", nu_ref=whole.nu_ref)
+    (figure,) = tracking_section({}, {"Off": bare}).figures
+    assert re.findall(r"</svg>([^<]+)</li>", figure.svg) == ["reference"]
+
+
+def test_runs_without_a_reference_make_an_empty_section():
+    dive = Dive("run", Path("run.tlog"), "")
+    section = tracking_section({"Off": tracking_errors(dive)}, {"Off": dive})
+    assert (section.text, section.tables, section.figures) == ("", (), ())
