@@ -1,6 +1,7 @@
 """Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its map."""
 
 import hashlib
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -39,11 +40,20 @@ def _files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     found = sorted(file for file in path.iterdir() if file.name.endswith((".tlog", ".tlog.gz")))
-    own = [file for file in found if file.name.startswith("telemetry")] or found
+    own = sorted((file for file in found if file.name.startswith("telemetry")), key=_number) or found
+    if len(own) > 1 and own is found:
+        names = ", ".join(file.name for file in found)
+        raise LogError(f"{path}: holds several recordings ({names}); name one of them")
     own = own or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
     if not own:
         raise LogError(f"{path}: holds no recording; {FORMS}")
     return own
+
+
+def _number(file: Path) -> int:
+    """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, the one that the recorder began next."""
+    digits = re.search(r"\d+", file.name)
+    return int(digits.group()) if digits else 1
 
 
 def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[str, Any]:

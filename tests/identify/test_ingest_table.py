@@ -1,0 +1,133 @@
+"""Tables and the maps that say what their columns hold."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.errors import ConfigError, LogError
+from identify.ingest.open import read_dive
+from identify.ingest.table import column_map
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+
+MAP = """
+time: {column: ms, unit: ms}
+velocity: {columns: [u, v, "-"], unit: cm/s}
+euler: {columns: ["-", "-", heading], unit: deg, offset: [0, 0, -10]}
+gyro: {columns: ["-", "-", r], unit: deg/s, scale: [1, 1, -1]}
+pwm: {columns: [T1, T2], unit: us}
+tau_cmd: {columns: [X, "-", "-", "-", "-", N], unit: N}
+notes: ["From the tank."]
+"""
+HEADER = "ms,u,v,heading,r,T1,T2,X,N\n"
+
+
+def table(tmp_path: Path, rows: str, columns: str = MAP) -> tuple[Path, Path]:
+    data, layout = tmp_path / "dive.csv", tmp_path / "columns.yaml"
+    data.write_text(HEADER + rows)
+    layout.write_text(columns)
+    return data, layout
+
+
+def test_units_offsets_and_scales_are_applied_in_that_order(tmp_path: Path) -> None:
+    rows = "0,50,-20,100,90,1500,1600,3,1\n100,,0,100,90,1500,1600,4,2\n"
+    dive = read_dive(*table(tmp_path, rows))
+    assert dive.velocity is not None
+    assert dive.velocity.time_s.tolist() == [0.0, 0.1]
+    assert dive.velocity.value[0] == pytest.approx([0.5, -0.2, 0.0])
+    assert np.isnan(dive.velocity.value[1, 0])
+    assert dive.attitude is not None
+    assert dive.attitude.value[0] == pytest.approx([np.cos(np.pi / 4), 0, 0, np.sin(np.pi / 4)])
+    assert dive.gyro is not None
+    assert dive.gyro.value[0] == pytest.approx([0, 0, -np.pi / 2])
+    assert dive.tau_cmd is not None
+    assert dive.tau_cmd.value[1] == pytest.approx([4, 0, 0, 0, 0, 2])
+    assert "From the tank." in dive.notes
+
+
+def test_a_cut_last_row_is_left_out_and_said(tmp_path: Path) -> None:
+    dive = read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n100,1,1,0,0,1500,1500,0,0\n200,1,1"))
+    assert dive.pwm is not None
+    assert len(dive.pwm) == 2
+    assert any("cut off" in note for note in dive.notes)
+
+
+def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
+    row = "1,1,0,0,1500,1500,0,0\n"
+    dive = read_dive(*table(tmp_path, f"0,{row}100,{row}100,{row}50,{row}"))
+    assert dive.pwm is not None
+    assert dive.pwm.time_s.tolist() == [0.0, 0.05, 0.1]
+    assert any("1 rows" in note for note in dive.notes)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("0,1,one,0,0,1500,1500,0,0\n", "row 2 holds 'one', which is no number"),
+        ("0,1\n0,1,1,0,0,1500,1500,0,0\n", "row 2 has 2 cells, the first line names 9"),
+        ("", "holds no rows"),
+    ],
+)
+def test_a_table_that_is_none_is_refused_with_its_row(tmp_path: Path, rows: str, said: str) -> None:
+    with pytest.raises(LogError, match=said):
+        read_dive(*table(tmp_path, rows))
+
+
+def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path: Path) -> None:
+    columns = MAP.replace("T2]", "T9]")
+    with pytest.raises(LogError, match=r"no column 'T9'; it has ms, u, v"):
+        read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n", columns))
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ("velocty: {columns: [u, v, w], unit: m/s}", "did you mean 'velocity'"),
+        ("velocity: {columns: [u, v, w], unit: m/h}", "unit 'm/h' is none of m/s"),
+        ("velocity: {columns: [u, v], unit: m/s}", "needs 3 columns, 2 are given"),
+        ("gyro: {columns: [p, q, r], unit: rad/s, offset: [1]}", "offset needs one number for each"),
+    ],
+)
+def test_a_wrong_column_map_is_refused_with_its_key(tmp_path: Path, columns: str, said: str) -> None:
+    path = tmp_path / "columns.yaml"
+    path.write_text(f"time: {{column: t}}\n{columns}\n")
+    with pytest.raises(ConfigError, match=said):
+        column_map(path)
+
+
+def test_an_unknown_map_names_those_that_are_bundled() -> None:
+    with pytest.raises(ConfigError, match=r"no such column map.*bolt"):
+        column_map(Path("boltt"))
+
+
+def test_a_table_needs_a_map(tmp_path: Path) -> None:
+    data, _ = table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n")
+    with pytest.raises(LogError, match="--columns"):
+        read_dive(data)
+
+
+@pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])
+def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
+    path = SHARED / "data" / "bolt_auv" / name
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    dive = read_dive(path, Path("bolt"))
+    assert dive.pwm is not None
+    assert dive.pwm.value.shape[1] == 8
+    notes = " ".join(dive.notes)
+    assert "No velocity is recorded" in notes
+    assert "inertia and damping in yaw can't be identified" in notes
+
+
+def test_fossen_runs_give_motion_but_no_force() -> None:
+    path = SHARED / "data" / "fossen_simulator" / "otter_a.csv"
+    if not path.exists():
+        pytest.skip(f"{path} is not here")
+    dive = read_dive(path, Path("fossen_otter"))
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 6000
+    assert dive.rpm is not None
+    # The file's propeller speeds are rad/s.
+    assert dive.rpm.value[1] == pytest.approx(np.array([-3.301362, 52.247483]) * 30 / np.pi, rel=1e-6)
+    assert any("nothing can be identified" in note for note in dive.notes)
