@@ -3,15 +3,18 @@
 import math
 from dataclasses import dataclass
 
-from bridge.sensors.samples import NAN3, Quaternion, Vector3
+from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion, Vector3
+from bridge.vehicle.config import Vehicle
+
+FOG_STALE_S = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
     """The latest values (SI, FRD) with their times of validity; NaN until first heard.
 
-    `velocity` is held through dropouts. `rate` takes yaw from the fibre-optic gyro where there is one.
-    `heading_rad` is unwrapped.
+    `velocity` is that of the body's origin, held through dropouts. `rate` takes yaw from the fibre-optic gyro
+    where there is one. `heading_rad` is unwrapped.
     """
 
     velocity: Vector3 = NAN3
@@ -23,3 +26,82 @@ class Navigation:
     attitude_time_s: float = math.nan
     depth_m: float = math.nan
     depth_time_s: float = math.nan
+
+
+class Navigator:
+    """Keeps the latest of every sensor; takes samples in body axes."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._water = vehicle.water
+        dvl = vehicle.sensors.dvl
+        self._dvl_arm = dvl.mounting.position_m if dvl is not None else (0.0, 0.0, 0.0)
+        self._velocity, self._velocity_time_s = NAN3, math.nan
+        self._rate, self._rate_time_s = NAN3, math.nan
+        self._yaw_rate, self._yaw_rate_time_s = math.nan, -math.inf
+        self._attitude: Quaternion = (math.nan, math.nan, math.nan, math.nan)
+        self._heading_rad, self._attitude_time_s = math.nan, math.nan
+        self._depth_m, self._depth_time_s = math.nan, math.nan
+
+    @property
+    def navigation(self) -> Navigation:
+        """The latest of everything."""
+        return Navigation(
+            self._velocity,
+            self._velocity_time_s,
+            self._best_rate(),
+            self._rate_time_s,
+            self._attitude,
+            self._heading_rad,
+            self._attitude_time_s,
+            self._depth_m,
+            self._depth_time_s,
+        )
+
+    def take_imu(self, sample: ImuSample) -> None:
+        """Rates and, where the device tells it, attitude."""
+        self._rate, self._rate_time_s = sample.rate, sample.time_s
+        if sample.attitude is not None:
+            self._attitude, self._attitude_time_s = sample.attitude, sample.time_s
+            self._heading_rad = unwrapped(yaw_of(sample.attitude), self._heading_rad)
+
+    def take_yaw_rate(self, time_s: float, rate: float) -> None:
+        """A mean yaw rate of the fibre-optic gyro."""
+        self._yaw_rate, self._yaw_rate_time_s = rate, time_s
+
+    def take_dvl(self, sample: DvlSample) -> None:
+        """Velocity, moved from the transducer to the body's origin; without bottom lock the last one holds."""
+        if not sample.locked:
+            return
+        self._velocity_time_s = sample.time_s
+        u, v, w = sample.velocity
+        x, y, z = self._dvl_arm
+        p, q, r = self._best_rate()
+        if (x or y or z) and p == p and q == q and r == r:
+            u, v, w = u - (q * z - r * y), v - (r * x - p * z), w - (p * y - q * x)
+        self._velocity = (u, v, w)
+
+    def take_pressure(self, sample: PressureSample) -> None:
+        """Depth below the surface pressure of the vehicle file."""
+        water = self._water
+        above_pa = sample.pressure_pa - 100 * water.surface_pressure_hpa
+        self._depth_m = above_pa / (water.density_kg_m3 * water.gravity_m_s2)
+        self._depth_time_s = sample.time_s
+
+    def _best_rate(self) -> Vector3:
+        fresh = not self._rate_time_s > self._yaw_rate_time_s + FOG_STALE_S
+        if fresh and self._yaw_rate == self._yaw_rate:
+            return self._rate[0], self._rate[1], self._yaw_rate
+        return self._rate
+
+
+def yaw_of(attitude: Quaternion) -> float:
+    """Heading (rad, -pi to pi) of an attitude w x y z from body to north-east-down."""
+    w, x, y, z = attitude
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def unwrapped(angle: float, near: float) -> float:
+    """`angle` plus the whole turns that bring it nearest to `near`; itself where there is none yet."""
+    if near != near:
+        return angle
+    return angle + math.tau * round((near - angle) / math.tau)

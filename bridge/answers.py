@@ -1,0 +1,51 @@
+"""What a vehicle answers to the ground, beside its parameters: arming, TIMESYNC, and a plain no to the rest."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+_FTP_NAK: Final = 129
+_FTP_UNKNOWN_COMMAND: Final = 7
+
+Arm = Callable[[bool], bool]
+
+
+def answer_timesync(message: Any, boot_s: float) -> list[Any]:
+    """The answer to a request, which has tc1 = 0; none to someone else's answer."""
+    if message.tc1 != 0:
+        return []
+    return [dialect.MAVLink_timesync_message(round(boot_s * 1e9), message.ts1)]
+
+
+def answer_command(message: Any, arm: Arm) -> list[Any]:
+    """COMMAND_ACK to a COMMAND_LONG that was addressed here; `arm` says whether it did as asked."""
+    if message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
+        result = dialect.MAV_RESULT_UNSUPPORTED
+    elif message.param1 not in (0.0, 1.0):
+        result = dialect.MAV_RESULT_DENIED
+    else:
+        result = dialect.MAV_RESULT_ACCEPTED if arm(message.param1 == 1.0) else dialect.MAV_RESULT_DENIED
+    sender = message.get_srcSystem(), message.get_srcComponent()
+    return [dialect.MAVLink_command_ack_message(message.command, result, 0, 0, *sender)]
+
+
+def answer_file_transfer(message: Any) -> list[Any]:
+    """A refusal at once: a ground station that asks for parameters as a file then asks for them one by one."""
+    asked = message.payload
+    sequence = (asked[0] | asked[1] << 8) + 1 & 0xFFFF
+    head = [sequence & 0xFF, sequence >> 8, asked[2], _FTP_NAK, 1, asked[3], 0, 0, 0, 0, 0, 0]
+    payload = [*head, _FTP_UNKNOWN_COMMAND]
+    payload += [0] * (251 - len(payload))
+    sender = message.get_srcSystem(), message.get_srcComponent()
+    return [dialect.MAVLink_file_transfer_protocol_message(0, *sender, payload)]
+
+
+def status_texts(text: str, severity: int, number: int) -> list[Any]:
+    """STATUSTEXT of any length, in pieces of 50 bytes; `number` (1 to 65535) joins the pieces of a long one."""
+    data = text.encode("ascii", errors="replace")
+    pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
+    together = number if len(pieces) > 1 else 0
+    return [
+        dialect.MAVLink_statustext_message(severity, piece, together, i) for i, piece in enumerate(pieces)
+    ]

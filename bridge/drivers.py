@@ -1,0 +1,45 @@
+"""Which parser reads which device."""
+
+from bridge.sensors.clockfit import ClockFit
+from bridge.sensors.esc import EscParser
+from bridge.sensors.kvh1750 import Kvh1750Parser
+from bridge.sensors.kvh1760 import Kvh1760Parser
+from bridge.sensors.samples import Parser
+from bridge.sensors.waterlink import WaterlinkJsonParser, WaterlinkSerialParser
+from bridge.sensors.wayfinder import WayfinderParser
+from bridge.sensors.xsens import XsensParser
+from bridge.vehicle.config import Device
+
+TICK_S = 1e-4  # of the MTi's sample time
+CRYSTAL = 1e-3
+GYRO_RATE_HZ = 1000.0
+
+
+def make_parser(device: Device, thrusters: int) -> Parser | None:
+    """A fresh parser of a device's byte stream; None for the Bar30, which is asked over I2C."""
+    late_s = device.latency_s
+    match device.kind:
+        case "wayfinder":
+            return WayfinderParser(late_s)
+        case "a50":
+            return WaterlinkJsonParser(late_s) if speaks_tcp(device) else WaterlinkSerialParser(late_s)
+        case "mti300":
+            return XsensParser(late_s, ClockFit(TICK_S, CRYSTAL))
+        case "kvh1750":
+            return Kvh1750Parser(device.rate_hz or GYRO_RATE_HZ, late_s)
+        case "kvh1760":
+            return Kvh1760Parser(rate_hz=device.rate_hz or GYRO_RATE_HZ, latency_s=late_s)
+        case "esc":
+            return EscParser(thrusters, device.poles, late_s)
+        case "ublox":
+            # Its library takes a tenth of a second to import, and most dives have no use for it.
+            from bridge.sensors.ublox import UbloxParser
+
+            return UbloxParser(late_s)
+        case "bar30":
+            return None
+
+
+def speaks_tcp(device: Device) -> bool:
+    """Whether a device is reached over the network, where the Water Linked A50 speaks JSON."""
+    return device.port.startswith("tcp:")

@@ -1,0 +1,310 @@
+"""The bridge: bytes of the devices in, frames of the telemetry contract out, answers to the ground.
+
+No thread and no clock of its own: who drives it (`ports` in real time, the simulator in lock-step) hands it
+bytes with their time of arrival, and calls `step` at the control rate.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.answers import answer_command, answer_file_transfer, answer_timesync, status_texts
+from bridge.clock import Clock
+from bridge.decimate import FogMean, ImuMean
+from bridge.drivers import make_parser
+from bridge.errors import FrameError, LinkError
+from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.link.base import Link
+from bridge.messages import compose
+from bridge.messages.readings import Reading, encode
+from bridge.navigation import Navigation, Navigator
+from bridge.parameters import APPLYING_MODES, ParameterServer
+from bridge.sensors.mounting import to_body
+from bridge.sensors.samples import (
+    DvlSample,
+    EscSample,
+    FogBlock,
+    GnssSample,
+    ImuSample,
+    Parser,
+    PressureSample,
+    Sample,
+)
+from bridge.thrust_feedback import ThrustFeedback
+from bridge.vehicle.autopilot import Actuation
+from bridge.vehicle.config import Vehicle
+from bridge.watch import SensorWatch
+
+BEAT_S: Final = 1.0
+MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
+LARGEST_WRITE: Final = 1200  # fits a datagram on every network
+PAUSE_S: Final = 0.2
+MOST_READS_A_STEP: Final = 64
+GROUND_SYSTEM: Final = 255
+
+_QUESTIONS: Final = frozenset(
+    (
+        dialect.MAVLINK_MSG_ID_PARAM_REQUEST_LIST,
+        dialect.MAVLINK_MSG_ID_PARAM_REQUEST_READ,
+        dialect.MAVLINK_MSG_ID_PARAM_SET,
+        dialect.MAVLINK_MSG_ID_COMMAND_LONG,
+        dialect.MAVLINK_MSG_ID_TIMESYNC,
+        dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL,
+    )
+)
+_ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
+
+
+@dataclass
+class _Side:
+    """One link with its own framer; `fault` is why it fails, "" once a whole step went through it."""
+
+    link: Link
+    framer: Framer = field(default_factory=Framer)
+    heard_s: float = 0.0
+    fault: str = ""
+    failed: bool = False
+
+
+class Bridge:
+    """One vehicle's bridge. Orders (writes, arming) are taken from systems in `commanders` alone.
+
+    `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "link faults".
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        clock: Clock,
+        links: Sequence[Link],
+        parameters: ParameterServer,
+        *,
+        veh_cfg: int | None = None,
+        imu_rate_hz: float = 50.0,
+        fog_rate_hz: float = 40.0,
+        commanders: frozenset[int] = frozenset((GROUND_SYSTEM,)),
+    ) -> None:
+        self.counts: Counter[str] = Counter()
+        self.parsers: dict[str, Parser] = {}
+        self.armed = False
+        self._vehicle = vehicle
+        self._clock = clock
+        self._sides = [_Side(link) for link in links]
+        self._parameters = parameters
+        self._commanders = commanders
+        self._encoder = Encoder(parameters.system, parameters.component)
+        self._devices = vehicle.sensors.present()
+        self._navigator = Navigator(vehicle)
+        self._imu_mean, self._fog_mean = ImuMean(imu_rate_hz), FogMean(fog_rate_hz)
+        self._feedback = ThrustFeedback()
+        self._watch = SensorWatch(self._devices, clock.boot_s())
+        self._veh_cfg = vehicle.veh_cfg(next(iter(vehicle.configurations))) if veh_cfg is None else veh_cfg
+        self._attitude: ImuSample | None = None
+        self._queue: list[bytes] = []
+        self._beat_due_s = clock.boot_s()
+        self._text_number = 0
+        self._strangers: set[int] = set()
+        thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
+        for slot, device in self._devices.items():
+            parser = make_parser(device, thrusters)
+            if parser is not None:
+                self.parsers[slot] = parser
+
+    @property
+    def navigation(self) -> Navigation:
+        """The latest of every sensor."""
+        return self._navigator.navigation
+
+    @property
+    def link_faults(self) -> dict[str, str]:
+        """Why links do not work, by name."""
+        return {side.link.name: side.fault for side in self._sides if side.fault}
+
+    def receive(self, slot: str, data: bytes, time_s: float) -> None:
+        """Bytes of the device in `slot` (dvl, imu, fog, esc, gnss), the last of which came at `time_s`."""
+        self._watch.bytes_came(slot, time_s)
+        self.accept(slot, self.parsers[slot].feed(data, time_s))
+
+    def accept(self, slot: str, samples: Iterable[Sample]) -> None:
+        """Samples of the device in `slot`, in its own axes."""
+        mounting = self._devices[slot].mounting
+        for sample in samples:
+            self._watch.sample_came(slot, self._clock.boot_s())
+            self._take(to_body(sample, mounting))
+
+    def publish(self, actuation: Actuation) -> None:
+        """Tell what the controller did in this tick."""
+        self._veh_cfg = actuation.veh_cfg
+        self._feedback.command(actuation.pwm_us)
+        for reading in compose.actuation_readings(actuation):
+            self._send(reading)
+
+    def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
+        """Tell the crew in words."""
+        self._text_number = self._text_number % 65535 + 1
+        for message in status_texts(text, severity, self._text_number):
+            self._queue.append(self._encoder.encode(message))
+
+    def arm(self, wanted: bool) -> bool:
+        """Arm or disarm; False where that is refused, which is then told in words."""
+        if wanted and self._parameters.mode in APPLYING_MODES and not self._parameters.active_crc:
+            self.say("arming refused: FF_MODE needs an active set")
+            return False
+        self.armed = wanted
+        return True
+
+    def step(self) -> None:
+        """Listen, answer, and send what is due. Call at the control rate."""
+        now_s = self._clock.boot_s()
+        for side in self._sides:
+            self._listen(side, now_s)
+        for message in self._parameters.step(MOST_VALUES_A_STEP):
+            self._queue.append(self._encoder.encode(message))
+        if self._attitude is not None:
+            reading = compose.attitude_reading(self._attitude)
+            self._attitude = None
+            if reading is not None:
+                self._send(reading)
+        rpm = self._feedback.rpm_reading()
+        if rpm is not None:
+            self._send(rpm)
+        if now_s >= self._beat_due_s:
+            self._beat_due_s = max(self._beat_due_s + BEAT_S, now_s)
+            self._beat(now_s)
+        for text in (*self._parameters.take_texts(), *self._watch.texts(now_s)):
+            self.say(text)
+        self._flush()
+
+    def _take(self, sample: Sample) -> None:
+        if isinstance(sample, ImuSample):
+            self._navigator.take_imu(sample)
+            if sample.attitude is not None:
+                self._attitude = sample
+            mean = self._imu_mean.take(sample)
+            if mean is not None:
+                self._send(compose.imu_reading(mean))
+        elif isinstance(sample, FogBlock):
+            for end_s, rate in self._fog_mean.take(sample):
+                self._navigator.take_yaw_rate(end_s, rate)
+                self._send(Reading("fog", end_s, (rate,)))
+        elif isinstance(sample, DvlSample):
+            self._navigator.take_dvl(sample)
+            for reading in compose.dvl_readings(sample):
+                self._send(reading)
+        elif isinstance(sample, PressureSample):
+            self._navigator.take_pressure(sample)
+            self._send(compose.pressure_reading(sample))
+        elif isinstance(sample, EscSample):
+            self._feedback.take(sample)
+        elif isinstance(sample, GnssSample):
+            self._send(compose.gnss_reading(sample))
+
+    def _send(self, reading: Reading) -> None:
+        try:
+            number, payload = encode(reading)
+        except FrameError:
+            self.counts["unfit"] += 1
+            return
+        self._queue.append(self._encoder.frame(number, payload))
+
+    def _beat(self, now_s: float) -> None:
+        self._send(Reading("alive", now_s, (float(self.armed), *self._kind())))
+        self._send(Reading("clock", now_s, (self._clock.unix_s(),)))
+        self._send(Reading("ff_mode", now_s, (float(self._parameters.mode),)))
+        self._send(Reading("veh_cfg", now_s, (float(self._veh_cfg),)))
+        battery = self._feedback.battery_reading(now_s)
+        if battery is not None:
+            self._send(battery)
+
+    def _kind(self) -> tuple[float, float]:
+        if self._encoder.component == dialect.MAV_COMP_ID_ONBOARD_COMPUTER:
+            return float(dialect.MAV_TYPE_ONBOARD_CONTROLLER), float(dialect.MAV_AUTOPILOT_INVALID)
+        return float(dialect.MAV_TYPE_SUBMARINE), float(dialect.MAV_AUTOPILOT_GENERIC)
+
+    def _listen(self, side: _Side, now_s: float) -> None:
+        for _ in range(MOST_READS_A_STEP):
+            try:
+                data = side.link.read(0.0)
+            except LinkError as error:
+                self._failed(side, error)
+                return
+            if not data:
+                if now_s - side.heard_s > PAUSE_S:
+                    self._hear(side, side.framer.flush())
+                return
+            side.heard_s = now_s
+            self._hear(side, side.framer.feed(data))
+
+    def _hear(self, side: _Side, frames: Iterable[Frame]) -> None:
+        own = (self._encoder.system, self._encoder.component)
+        for frame in frames:
+            if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own:
+                continue
+            message = decode(frame)
+            if message is None:
+                continue
+            if message.get_type() == "TIMESYNC":
+                # Only the one who asked can use the answer: it measures the way there and back.
+                for answer in answer_timesync(message, self._clock.boot_s()):
+                    self._write(side, self._encoder.encode(answer))
+                continue
+            for answer in self._answers(message):
+                self._queue.append(self._encoder.encode(answer))
+
+    def _answers(self, message: Any) -> list[Any]:
+        kind = message.get_type()
+        target = message.target_system, message.target_component
+        mine = target == (self._encoder.system, self._encoder.component)
+        if kind in _ORDERS and mine and message.get_srcSystem() not in self._commanders:
+            self._refuse(message.get_srcSystem())
+            return []
+        if kind == "COMMAND_LONG":
+            return answer_command(message, self.arm) if mine else []
+        if kind == "FILE_TRANSFER_PROTOCOL":
+            return answer_file_transfer(message) if mine else []
+        return self._parameters.handle(message, self.armed)
+
+    def _refuse(self, system: int) -> None:
+        self.counts["refused"] += 1
+        if system not in self._strangers:
+            self._strangers.add(system)
+            self.say(f"orders from system {system} are refused")
+
+    def _flush(self) -> None:
+        queue, self._queue = self._queue, []
+        for data in _batches(queue):
+            for side in self._sides:
+                self._write(side, data)
+        for side in self._sides:
+            if not side.failed:
+                side.fault = ""
+            side.failed = False
+
+    def _write(self, side: _Side, data: bytes) -> None:
+        try:
+            side.link.write(data)
+        except LinkError as error:
+            self._failed(side, error)
+
+    def _failed(self, side: _Side, error: LinkError) -> None:
+        self.counts["link faults"] += 1
+        if not side.fault:
+            self.say(f"link lost: {side.link.name}")
+        side.fault, side.failed = str(error), True
+
+
+def _batches(frames: Sequence[bytes]) -> Iterable[bytes]:
+    """The frames in order, joined as far as one write carries them."""
+    batch: list[bytes] = []
+    size = 0
+    for frame in frames:
+        if size + len(frame) > LARGEST_WRITE and batch:
+            yield b"".join(batch)
+            batch, size = [], 0
+        batch.append(frame)
+        size += len(frame)
+    if batch:
+        yield b"".join(batch)
