@@ -81,6 +81,27 @@ def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) 
     return Figure(caption, words + plot.render(panel))
 
 
+def speeds(dive: Dive, x: Axis) -> Figure | None:
+    """Velocity and yaw rate over time, with what measured them; None where nothing did."""
+    start_s = dive.span_s[0]
+    panels: list[Panel] = []
+    sources: list[str] = []
+    if dive.velocity is not None and len(dive.velocity):
+        lines = [signal_line(dive.velocity, column, start_s) for column in range(3)]
+        titles = ("surge u, m/s", "sway v, m/s", "heave w, m/s")
+        panels += [time_panel(title, x, [line], 110) for title, line in zip(titles, lines, strict=True)]
+        place = "from an autopilot's own filter" if dive.velocity_is_filtered else "at the DVL's transducer"
+        sources.append(f"velocity {place}")
+    gyros = (("the fibre-optic gyro", dive.fog), ("the IMU", dive.gyro))
+    for name, signal in [(name, gyro) for name, gyro in gyros if gyro is not None and len(gyro)][:1]:
+        line = signal_line(signal, signal.value.shape[1] - 1, start_s)
+        panels.append(time_panel("yaw rate r, rad/s", x, [line], 110))
+        sources.append(f"yaw rate of {name}")
+    if not panels:
+        return None
+    return Figure(f"Speeds in body axes: {', '.join(sources)}.", plot.stack(panels))
+
+
 def depth(dive: Dive, water: Water) -> tuple[Signal, str] | None:
     """Depth in m, and where it comes from: the recording's own word, or pressure and the vehicle's water."""
     if dive.depth is not None and len(dive.depth):

@@ -82,9 +82,7 @@ def render_report(report: Report) -> str:
 <body>
 <header>
 <h1>{safe(report.title)}</h1>
-<p class="subtitle">{safe(report.subtitle)}</p>
-<p class="verdict">{safe(report.verdict)}</p>
-<nav aria-label="Parts"><ul>{links}</ul></nav>
+{_told("subtitle", report.subtitle)}{_told("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
 </header>
 <main>
 {parts}
@@ -92,6 +90,10 @@ def render_report(report: Report) -> str:
 </body>
 </html>
 """
+
+
+def _told(kind: str, words: str) -> str:
+    return f'<p class="{kind}">{safe(words)}</p>\n' if words else ""
 
 
 def _section(section: Section, anchor: str) -> str:

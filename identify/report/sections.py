@@ -47,20 +47,8 @@ def dive_section(dive: Dive, water: Water | None = None) -> Section:
     start_s = dive.span_s[0]
     x = figures.time_axis(dive)
     drawn = [path] if (path := track.track(dive)) else []
-    panels = []
-    if dive.velocity is not None and len(dive.velocity):
-        names = ("surge u, m/s", "sway v, m/s", "heave w, m/s")
-        panels += [
-            figures.time_panel(name, x, [figures.signal_line(dive.velocity, i, start_s)], 110)
-            for i, name in enumerate(names)
-        ]
-    turning = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
-    if turning is not None and len(turning):
-        lines = [figures.signal_line(turning, turning.value.shape[1] - 1, start_s)]
-        panels.append(figures.time_panel("yaw rate r, rad/s", x, lines, 110))
-    if panels:
-        source = "an autopilot's filter" if dive.velocity_is_filtered else "the DVL, at its transducer"
-        drawn.append(Figure(f"Speeds in body axes; velocity from {source}.", plot.stack(panels)))
+    if speeds := figures.speeds(dive, x):
+        drawn.append(speeds)
     if found := figures.depth(dive, water or Water()):
         signal, told = found
         drawn.append(Figure(told, plot.stack([figures.depth_panel(signal, x, start_s)])))

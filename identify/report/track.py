@@ -27,8 +27,9 @@ def track(dive: Dive) -> Figure | None:
     every = max(1, len(east) // TRACK_POINTS)
     keep = np.append(np.arange(0, len(east) - 1, every), len(east) - 1)
     panel = Panel(x, y, (Line(east[keep], north[keep]),), marks, aspect=aspect)
+    what = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"
     caption = (
-        f"Path of the DVL's transducer, {significant(length)} m, dead-reckoned from velocity and attitude: "
+        f"Path of {what}, {significant(length)} m, dead-reckoned from velocity and attitude: "
         f"north is up, scales are equal. {count(unlocked)} of {count(len(dive.velocity))} velocities lacked "
         "bottom lock and were bridged."
     )

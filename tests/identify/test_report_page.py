@@ -84,6 +84,11 @@ def test_a_report_without_sections_is_a_page():
     assert Page(render_report(report())).texts_in("h1", "p") == ["Title", "Subtitle", "It works."]
 
 
+def test_a_report_without_a_verdict_has_no_empty_box():
+    page = Page(render_report(Report("Title", "", "")))
+    assert [attrs.get("class") for tag, attrs in page.elements if tag == "p"] == []
+
+
 def test_a_table_without_rows_is_a_table():
     page = Page(render_report(report(Section("Part", tables=(Table(("Name", "Value"), ()),)))))
     assert page.texts_in("th") == ["Name", "Value"]

@@ -162,6 +162,18 @@ def test_a_dive_shows_path_speeds_depth_and_thrusters():
     assert re.findall(r'aria-label="([^"]*)"', thrusters.svg) == ["thruster 1, µs", "thruster 2, µs"]
 
 
+def test_speeds_say_what_measured_them():
+    dive = straight_dive()
+    spin = Signal(np.arange(5.0), np.zeros((5, 3)))
+    both = replace(dive, gyro=spin, velocity_is_filtered=True)
+    gyros = replace(dive, velocity=None, gyro=spin, fog=Signal(np.arange(5.0), np.zeros((5, 1))))
+    assert dive_section(dive).figures[1].caption == "Speeds in body axes: velocity at the DVL's transducer."
+    assert dive_section(both).figures[1].caption == (
+        "Speeds in body axes: velocity from an autopilot's own filter, yaw rate of the IMU."
+    )
+    assert dive_section(gyros).figures[0].caption == "Speeds in body axes: yaw rate of the fibre-optic gyro."
+
+
 def test_a_dropout_is_a_gap_in_the_line():
     speeds = dive_section(straight_dive()).figures[1].svg
     surge = re.findall(r'class="line solid" d="([^"]*)"', speeds)[0]
