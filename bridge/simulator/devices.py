@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.drivers import speaks_tcp
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.kvh1760 import encode_kvh1760
 from bridge.sensors.mounting import mounting_matrix, quaternion_of
@@ -93,7 +94,7 @@ def wayfinder(slot: str, device: Device, world: Surroundings, rng: np.random.Gen
 
 def a50(slot: str, device: Device, world: Surroundings, rng: np.random.Generator) -> SimulatedDvl:
     """A Water Linked A50: JSON over TCP, sentences over a serial port."""
-    write = encode_waterlink_json if device.port.startswith("tcp") else encode_waterlink_serial
+    write = encode_waterlink_json if speaks_tcp(device) else encode_waterlink_serial
 
     def encode(ping: Ping) -> bytes:
         valid_us, sent_us = (round(1e6 * (world.unix_at_boot_s + t)) for t in (ping.valid_s, ping.sent_s))

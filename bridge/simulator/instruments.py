@@ -7,22 +7,23 @@ from itertools import count
 
 import numpy as np
 
-from bridge.errors import ConfigError
-from bridge.simulator.ancillary import SimulatedBar30
+from bridge.simulator.ancillary import SimulatedBar30, SimulatedEscs, SimulatedUblox
 from bridge.simulator.devices import SimulatedImu, a50, dsp1750, dsp1760, wayfinder
 from bridge.simulator.plant import Stretch
 from bridge.simulator.world import Arrival, SimulatedDevice, Surroundings
-from bridge.vehicle.config import Device, Sensors
+from bridge.vehicle.config import Device, DeviceKind, Sensors
 
 Maker = Callable[[str, Device, Surroundings, np.random.Generator], SimulatedDevice]
 
-MAKERS: Mapping[str, Maker] = {
+MAKERS: Mapping[DeviceKind, Maker] = {
     "wayfinder": wayfinder,
     "a50": a50,
     "mti300": SimulatedImu,
     "kvh1750": dsp1750,
     "kvh1760": dsp1760,
     "bar30": SimulatedBar30,
+    "esc": SimulatedEscs,
+    "ublox": SimulatedUblox,
 }
 
 
@@ -33,7 +34,7 @@ class Instruments:
         slots = [field.name for field in fields(Sensors)]
         own = dict(zip(slots, rng.spawn(len(slots)), strict=True))
         self._devices = [
-            _maker(slot, device)(slot, device, world, own[slot]) for slot, device in sensors.present().items()
+            MAKERS[device.kind](slot, device, world, own[slot]) for slot, device in sensors.present().items()
         ]
         self._order = count()
         self._on_the_wire: list[tuple[float, int, Arrival]] = []
@@ -48,11 +49,3 @@ class Instruments:
         while self._on_the_wire and self._on_the_wire[0][0] <= end_s:
             arrived.append(heapq.heappop(self._on_the_wire)[2])
         return arrived
-
-
-def _maker(slot: str, device: Device) -> Maker:
-    if device.kind not in MAKERS:
-        raise ConfigError(
-            f"sensors: {slot}: a '{device.kind}' can't be simulated; there are {', '.join(MAKERS)}"
-        )
-    return MAKERS[device.kind]

@@ -23,9 +23,17 @@ class Motion:
     acceleration: Array
     turning: Array
 
+    def earth_velocity(self) -> Array:
+        """(k, 2) of the origin, north and east."""
+        w, x, y, z = self.attitude.T
+        u, v, down = self.velocity.T
+        north = (1 - 2 * (y * y + z * z)) * u + 2 * (x * y - w * z) * v + 2 * (x * z + w * y) * down
+        east = 2 * (x * y + w * z) * u + (1 - 2 * (x * x + z * z)) * v + 2 * (y * z - w * x) * down
+        return np.stack([north, east], axis=1)
+
     def velocity_at(self, arm_m: Array) -> Array:
         """(k, 3) body velocity of the point that sits at `arm_m`."""
-        return self.velocity + np.cross(self.rate, arm_m)
+        return self.velocity + _cross(self.rate, arm_m)
 
     def depth_of(self, arm_m: Array) -> Array:
         """(k,) depth of the point that sits at `arm_m`."""
@@ -33,8 +41,8 @@ class Motion:
 
     def specific_force_at(self, arm_m: Array, gravity_m_s2: float) -> Array:
         """(k, 3) what an accelerometer at `arm_m` feels, body axes."""
-        inner = np.cross(self.turning, arm_m) + np.cross(self.rate, np.cross(self.rate, arm_m))
-        return self.acceleration + np.cross(self.rate, self.velocity) + inner - gravity_m_s2 * self._down()
+        inner = _cross(self.turning, arm_m) + _cross(self.rate, _cross(self.rate, arm_m))
+        return self.acceleration + _cross(self.rate, self.velocity) + inner - gravity_m_s2 * self._down()
 
     def _down(self) -> Array:
         """(k, 3) the downward vertical in body axes."""
@@ -60,3 +68,10 @@ def moments(stretch: Stretch, rate_hz: float) -> Array:
     first = math.floor(stretch.time_s[0] * rate_hz + 1e-6) + 1
     last = math.floor(stretch.time_s[-1] * rate_hz + 1e-6)
     return np.arange(first, last + 1) / rate_hz
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Vector products along the last axis; `np.cross` takes four times as long for a handful of rows."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)

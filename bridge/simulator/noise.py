@@ -26,4 +26,5 @@ class NoiseLevels:
     gnss_m_s: float = 0.05
 
 
+TYPICAL = NoiseLevels()
 QUIET = NoiseLevels(**dict.fromkeys(NoiseLevels.__dataclass_fields__, 0.0))
