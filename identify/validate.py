@@ -117,13 +117,8 @@ def phases(velocity: Array, slope: Array) -> Phases:
     """
     least = max(STEADY_SHARE * float(np.abs(slope).max(initial=0.0)), LEAST_SLOPE)
     moving = np.abs(slope) > least
-    away = np.sign(velocity) * slope > 0
-    starting = np.abs(velocity) <= LEAST_SPEED
-    return Phases(
-        moving & (away | starting),
-        ~moving & (np.abs(velocity) > LEAST_SPEED),
-        moving & ~away & ~starting,
-    )
+    slowing = np.sign(velocity) * slope < 0
+    return Phases(moving & ~slowing, ~moving & (np.abs(velocity) > LEAST_SPEED), moving & slowing)
 
 
 def delay(reference: Signal, response: Signal) -> float:

@@ -142,7 +142,7 @@ def test_replaying_the_commands_of_the_real_firmware_gives_its_motion() -> None:
     assert recorded.velocity is not None
     assert recorded.gyro is not None
     step_s = 0.01
-    time_s = np.arange(50.0, 250.0, step_s)
+    time_s = np.arange(50.0, 500.0, step_s)
     file = load_vehicle("ardusub_vectored")
     tau = wrench(recorded, file, "vectored").mean_between(time_s, time_s + step_s)
     u = v = r = 0.0

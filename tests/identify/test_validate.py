@@ -1,0 +1,140 @@
+"""Tracking errors of dives whose error is known."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.vehicle.references import DoubleS
+from identify.dive import Array, Dive, Signal
+from identify.validate import PHASES, compare, delay, phases, tracking_errors
+
+RATE_HZ = 20.0
+RISE_S, HOLD_S = 5.0, 15.0
+
+
+def surge_reference() -> tuple[Array, Array, Array]:
+    """Rest, up to 0.4 m/s in 5 s, hold, down again, rest: times, velocity, derivative."""
+    up, down = DoubleS(0.0, 0.4, RISE_S), DoubleS(0.4, 0.0, RISE_S)
+    time_s = np.arange(int(40 * RATE_HZ)) / RATE_HZ
+    start, stop = 5.0, 5.0 + RISE_S + HOLD_S
+    rows = [
+        (0.0, 0.0) if t < start else up.at(t - start)[:2] if t < stop else down.at(t - stop)[:2]
+        for t in time_s.tolist()
+    ]
+    velocity, slope = np.array(rows).T
+    return time_s, velocity, slope
+
+
+def dive(offset_m_s: float = 0.0, lag_s: float = 0.0) -> Dive:
+    """Surge follows `lag_s` late and `offset_m_s` too fast; the PID pushes 5 N, the feed-forward 3 N."""
+    time_s, velocity, slope = surge_reference()
+    reference = np.zeros((len(time_s), 14))
+    reference[:, 0], reference[:, 6] = velocity, slope
+    measured = np.zeros((len(time_s), 3))
+    measured[:, 0] = np.interp(time_s - lag_s, time_s, velocity) + offset_m_s
+    pid, ff = np.zeros((len(time_s), 6)), np.zeros((len(time_s), 6))
+    pid[:, 0], ff[:, 0] = -5.0, 3.0
+    return Dive(
+        "d", Path("d.tlog"), "0",
+        velocity=Signal(time_s, measured), nu_ref=Signal(time_s, reference),
+        gyro=Signal(time_s, np.zeros_like(measured)),
+        tau_pid=Signal(time_s, pid), tau_ff=Signal(time_s, ff),
+    )  # fmt: skip
+
+
+def test_a_constant_error_is_found_in_every_phase() -> None:
+    surge = tracking_errors(dive(offset_m_s=-0.02)).axis("surge")
+    assert surge is not None
+    assert [surge.phase(name) for name in PHASES] == pytest.approx([0.02] * 4)
+    assert surge.unit == "m/s"
+
+
+def test_phases_follow_the_reference_derivative() -> None:
+    time_s, velocity, slope = surge_reference()
+    of = phases(velocity, slope)
+    # The derivative lies below a twentieth of its peak in the first and last twentieth of each ramp of 1.25 s.
+    edge_s = 0.05 * 0.25 * RISE_S
+    assert time_s[of.acceleration][[0, -1]] == pytest.approx([5 + edge_s, 10 - edge_s], abs=0.06)
+    assert time_s[of.deceleration][[0, -1]] == pytest.approx([25 + edge_s, 30 - edge_s], abs=0.06)
+    assert not of.any[time_s < 5.0].any()
+    assert not (of.acceleration & of.steady).any()
+
+
+def test_going_backwards_speeds_up_with_a_negative_derivative() -> None:
+    _, velocity, slope = surge_reference()
+    forward, backward = phases(velocity, slope), phases(-velocity, -slope)
+    assert np.array_equal(forward.acceleration, backward.acceleration)
+    assert np.array_equal(forward.deceleration, backward.deceleration)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.3, 1.0])
+def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes(lag_s: float) -> None:
+    surge = tracking_errors(dive(lag_s=lag_s)).axis("surge")
+    assert surge is not None
+    assert surge.delay_s == pytest.approx(lag_s, abs=0.01)
+    # While speeding up the mean error is the reference's rise over the delay.
+    assert surge.acceleration == pytest.approx(0.4 / RISE_S * lag_s, rel=0.15, abs=1e-9)
+    assert surge.acceleration_less_delay < 1e-3
+
+
+def test_the_delay_of_a_response_that_never_moves_is_unknown() -> None:
+    time_s, velocity, _ = surge_reference()
+    still = Signal(time_s, np.zeros((len(time_s), 1)))
+    assert math.isnan(delay(Signal(time_s, velocity[:, None]), still))
+
+
+def test_wrenches_are_taken_in_steady_state() -> None:
+    surge = tracking_errors(dive()).axis("surge")
+    assert surge is not None
+    assert (surge.pid_effort, surge.pid_magnitude, surge.pid_minus_ff) == pytest.approx((-5.0, 5.0, 8.0))
+
+
+def test_samples_without_bottom_lock_count_for_nothing() -> None:
+    whole = dive(offset_m_s=0.02)
+    assert whole.velocity is not None
+    value = whole.velocity.value.copy()
+    value[::3] = np.nan
+    gappy = replace(whole, velocity=Signal(whole.velocity.time_s, value))
+    surge = tracking_errors(gappy).axis("surge")
+    assert surge is not None
+    assert surge.overall == pytest.approx(0.02)
+
+
+def test_a_linear_heading_reference_has_only_a_steady_state() -> None:
+    """The paper's yaw reference: the rate jumps to its value, and its derivative is never told."""
+    time_s = np.arange(800) / RATE_HZ
+    reference = np.zeros((800, 14))
+    reference[200:600, 5] = 0.1
+    gyro = np.zeros((800, 3))
+    gyro[:, 2] = reference[:, 5] + 0.01
+    turning = Dive("d", Path("d"), "0", nu_ref=Signal(time_s, reference), gyro=Signal(time_s, gyro))
+    yaw = tracking_errors(turning).axis("yaw")
+    assert yaw is not None
+    assert yaw.steady_state == pytest.approx(0.01)
+    assert math.isnan(yaw.acceleration)
+    assert math.isnan(yaw.pid_effort)
+
+
+def test_the_transducer_s_lever_arm_is_taken_out() -> None:
+    turning = dive()
+    assert turning.gyro is not None
+    assert turning.velocity is not None
+    gyro = np.tile([0.0, 0.0, 0.2], (len(turning.gyro), 1))
+    turning = replace(turning, gyro=Signal(turning.gyro.time_s, gyro))
+    surge = tracking_errors(turning, lever_m=(0.0, 0.5, 0.0)).axis("surge")
+    assert surge is not None
+    assert surge.overall == pytest.approx(0.1)
+
+
+def test_the_table_compares_modes_row_by_row() -> None:
+    rows = compare({"PID": dive(0.03), "feed-forward": dive(0.02), "both": dive(0.01)})
+    assert [row.phase for row in rows] == list(PHASES)
+    assert {row.axis for row in rows} == {"surge"}
+    assert rows[1].values == pytest.approx((0.03, 0.02, 0.01))
+
+
+def test_a_dive_without_a_reference_has_no_errors() -> None:
+    assert tracking_errors(replace(dive(), nu_ref=None)).axes == ()
