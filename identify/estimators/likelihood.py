@@ -170,5 +170,7 @@ def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:
         out[f"{name}_trim_{force}"] = float(theta[FORCES])
         for i, channel in enumerate(axis.channels):
             unit = speed if axis.state_read[axis.channel == i][0] == VELOCITY else place
-            out[f"{name}_{channel}_noise_std_{unit}"] = float(np.exp(theta[FORCES + 1 + i]))
+            out[f"{name}_{channel}_noise_std_{unit}"] = float(
+                np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i])
+            )
     return out

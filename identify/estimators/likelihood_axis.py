@@ -1,6 +1,6 @@
 """The likelihood of one axis and its maximum; `likelihood` makes an Identification of six of them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,13 @@ PRIOR_STD = (1.5, 2.5, 3.0, 1.0)
 """Of log mass, damping, disturbance and its time constant: they matter only where a dive is mute."""
 
 NOISE_PRIOR_STD = 2.0
+MASS_RATIO, DAMPING_RATIO, DISTURBANCE_SHARE, TIME_S = 1.4, 0.7, 7e-3, 2.0
+"""Where the climb starts, as shares of the rigid body's mass or inertia, and the disturbance's time constant."""
+
+UNMEASURED_SHARE = 0.5
+"""Standard deviation of a mass that nothing in the dive weighs, as a share of the rigid body's."""
+
+NOTICEABLE = 0.05
 TRIM_SHARE = 0.05
 """Standard deviation of the trim force as a share of one thruster's limit."""
 
@@ -86,31 +93,34 @@ def rigid_mass(configuration: Configuration, dof: int) -> float:
 
 
 def likelihood_of(
-    axis: Axis, configuration: Configuration, masses: Array, gate_sigma: float
+    axis: Axis, configuration: Configuration, masses: Array, unmeasured: Sequence[int], gate_sigma: float
 ) -> AxisLikelihood:
-    """The likelihood of an axis, `masses` (6,) in its Coriolis forces; its prior's mean is where to start."""
+    """The likelihood of an axis, `masses` (6,) in its Coriolis forces; its prior's mean is where to start.
+
+    What a mass of an `unmeasured` axis may be off by is a factor to fit, where it makes any difference here.
+    """
     rigid = rigid_mass(configuration, axis.dof)
-    trim = max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)
+    disturbance = DISTURBANCE_SHARE * rigid
+    shapes = [np.ones(len(axis.force))]
+    width = [max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)]
+    for dof in unmeasured:
+        spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
+        if spread * np.std(axis.coriolis[:, dof]) > NOTICEABLE * disturbance:
+            shapes.append(axis.coriolis[:, dof])
+            width.append(spread)
     noises = [max(noise_std(axis.reading[axis.channel == i]), 1e-6) for i in range(len(axis.channels))]
-    start = [
-        np.log(1.4 * rigid),
-        np.log(0.7 * rigid),
-        np.log(7e-3 * rigid),
-        np.log(2.0),
-        0.0,
-        *np.log(noises),
-    ]
-    width = [*PRIOR_STD, trim, *[NOISE_PRIOR_STD] * len(noises)]
-    difference = np.full(len(start), 1e-4)
-    difference[FORCES] = 1e-3 * trim
+    motion = [np.log(MASS_RATIO * rigid), np.log(DAMPING_RATIO * rigid), np.log(disturbance), np.log(TIME_S)]
+    start = [*motion, *np.zeros(len(shapes)), *np.log(noises)]
+    difference = [*[1e-4] * len(motion), *(1e-3 * np.array(width)), *[1e-4] * len(noises)]
+    prior_std = [*PRIOR_STD, *width, *[NOISE_PRIOR_STD] * len(noises)]
     return AxisLikelihood(
         axis,
         axis.force + axis.coriolis @ masses,
-        np.ones((len(axis.force), 1)),
+        np.column_stack(shapes),
         gate_sigma,
         np.array(start),
-        np.array(width) ** -2.0,
-        difference,
+        np.array(prior_std) ** -2.0,
+        np.array(difference),
     )
 
 
@@ -121,14 +131,15 @@ def fit_axes(
 
     The gate is open on the first pass: far from the answer it would shut out the readings that lead there.
     """
-    masses = np.array([1.4 * rigid_mass(configuration, dof) for dof in range(6)])
+    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
     fits: dict[int, AxisFit] = {}
     for turn in range(PASSES):
         before = masses.copy()
         for i, axis in enumerate(axes):
             progress((turn + i / len(axes)) / PASSES, f"fitting {DOFS[axis.dof]}")
             gate = GATE_SIGMA if turn else np.inf
-            problem = likelihood_of(axis, configuration, before, gate)
+            problem = likelihood_of(axis, configuration, before, unmeasured, gate)
             start = fits[axis.dof].maximum.theta if axis.dof in fits else problem.prior_mean
             fits[axis.dof] = AxisFit(problem, climb(problem, start))
             masses[axis.dof] = np.exp(fits[axis.dof].maximum.theta[MASS])
