@@ -66,7 +66,7 @@ class PaperOptions:
 
 
 PAPER = PaperOptions()
-SMALL = PaperOptions(hidden=16, depth=1)
+SMALL = PaperOptions(hidden=16, depth=1, threads=1)
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ def train(
         series = torch.tensor(_inputs(grid), dtype=torch.float32)
         back = torch.arange(1 - options.window, 1)
         rows = torch.tensor(ends)
-        physics = _tensors(data)
+        physics = tensors(data)
         history = [(_values(raw), math.nan, math.nan, options.physical_rate)]
         for epoch in range(options.epochs):
             sums, count = np.zeros(2), 0
@@ -220,7 +220,7 @@ def data_loss(predicted: Tensor, measured: Tensor) -> Tensor:
     return ((predicted - measured) ** 2).sum(dim=1).mean()
 
 
-def _tensors(data: Samples) -> tuple[Tensor, ...]:
+def tensors(data: Samples) -> tuple[Tensor, ...]:
     """nu, nu_dot, tau and g as (6, n), in double precision."""
     return tuple(torch.tensor(a.T, dtype=torch.float64) for a in (data.nu, data.nu_dot, data.tau, data.g))
 

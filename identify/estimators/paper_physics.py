@@ -98,7 +98,7 @@ def closed_form(data: Samples, fixed: Mapping[str, float]) -> dict[str, float]:
     none = stacked({**fixed, **dict.fromkeys(data.names, 0.0)})
     columns = [stacked({**fixed, **dict.fromkeys(data.names, 0.0), name: 1.0}) - none for name in data.names]
     target = np.concatenate([data.tau[:, dof] for dof in data.dofs]) - none
-    fit = lsq_linear(np.column_stack(columns), target, bounds=(0.0, np.inf))
+    fit = lsq_linear(np.column_stack(columns), target, bounds=(0.0, np.inf), method="bvls")
     return dict(zip(data.names, (float(x) for x in fit.x), strict=True))
 
 
