@@ -7,7 +7,7 @@ import numpy as np
 from bridge.sensors.samples import FogBlock, ImuSample
 
 EARLY = 0.25  # of a period: a sample this early counts as the one that was due
-LONGEST_GAP_S = 0.5
+LONGEST_GAP_S = 0.1  # after which a mean starts anew: it would say nothing of the time between
 
 
 class ImuMean:

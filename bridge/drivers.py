@@ -3,10 +3,10 @@
 from bridge.sensors.clockfit import ClockFit
 from bridge.sensors.esc import EscParser
 from bridge.sensors.kvh1750 import Kvh1750Parser
-from bridge.sensors.kvh1760 import Kvh1760Parser
+from bridge.sensors.kvh1760 import Kvh1760Parser, encode_setup
 from bridge.sensors.samples import Parser
 from bridge.sensors.waterlink import WaterlinkJsonParser, WaterlinkSerialParser
-from bridge.sensors.wayfinder import WayfinderParser
+from bridge.sensors.wayfinder import EXIT_COMMAND_MODE, WayfinderParser, encode_command
 from bridge.sensors.xsens import XsensParser
 from bridge.vehicle.config import Device
 
@@ -38,6 +38,18 @@ def make_parser(device: Device, thrusters: int) -> Parser | None:
             return UbloxParser(late_s)
         case "bar30":
             return None
+
+
+def greeting(device: Device) -> bytes:
+    """What sets a device speaking when its port opens; b"" for one that speaks by itself.
+
+    Raises ConfigError for a rate that the device does not have.
+    """
+    if device.kind == "wayfinder":
+        return encode_command(EXIT_COMMAND_MODE)
+    if device.kind == "kvh1760":
+        return encode_setup("delta", round(device.rate_hz or GYRO_RATE_HZ))
+    return b""
 
 
 def speaks_tcp(device: Device) -> bool:

@@ -203,6 +203,20 @@ def test_invalid_gyro_samples_are_left_out_of_the_mean() -> None:
     assert rig.told("fog") == []
 
 
+def test_a_mean_never_reaches_over_a_gap() -> None:
+    rig = Rig(fog_rate_hz=40.0)
+    rig.bridge.accept("fog", [fog(0.01, [5.0] * 10)])
+    rig.bridge.accept("fog", [fog(0.25, [1.0] * 30)])
+    rig.step(0.3)
+    assert [r.values for r in rig.told("fog")] == [(1.0,)]
+    rig.bridge.accept(
+        "imu", [imu(0.01, (5.0, 0.0, 9.81)), imu(0.02, (5.0, 0.0, 9.81)), imu(0.03, (5.0, 0.0, 9.81))]
+    )
+    rig.bridge.accept("imu", [imu(0.5), imu(0.52)])
+    rig.step(0.52)
+    assert [r.values[0] for r in rig.told("imu")][-2:] == [0.0, 0.0]
+
+
 def test_navigation_holds_velocity_through_dropouts_and_takes_yaw_from_the_gyro_while_it_speaks() -> None:
     rig = Rig()
     rig.bridge.accept("imu", [imu(0.0)])

@@ -1,0 +1,216 @@
+"""The bridge in real time, over pseudo-terminals: bytes in, frames out, ports pulled and put back."""
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SystemClock
+from bridge.drivers import greeting, make_parser
+from bridge.errors import ConfigError, LinkError
+from bridge.framing import Frame, Framer, decode
+from bridge.link.base import Link
+from bridge.link.memory import memory_pair
+from bridge.link.pseudo import open_pty
+from bridge.messages import readings
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.ports import port_spec, run_ports
+from bridge.sensors.bar30 import FakeBar30, I2cBus
+from bridge.sensors.kvh1750 import encode_kvh1750
+from bridge.service import Bridge
+from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
+
+WITHIN_S = 10.0
+
+
+def vehicle(**sensors: Device) -> Vehicle:
+    shape = Configuration(
+        dry_mass_kg=72.0,
+        inertia_kgm2=(2.0, 9.0, 10.0),
+        thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
+    )
+    return Vehicle("test", {"only": shape}, sensors=Sensors(**sensors))
+
+
+class Ground:
+    """What the other end of the bridge's link hears."""
+
+    def __init__(self, link: Any) -> None:
+        self._link = link
+        self._framer = Framer()
+        self._waiting: list[Frame] = []
+
+    def until(self, wanted: Callable[[Frame], bool]) -> Frame:
+        """The next frame that is wanted."""
+        deadline_s = time.monotonic() + WITHIN_S
+        while time.monotonic() < deadline_s:
+            while self._waiting:
+                frame = self._waiting.pop(0)
+                if wanted(frame):
+                    return frame
+            self._waiting += self._framer.feed(self._link.read(0.5))
+        raise AssertionError("it did not come in time")
+
+    def text(self, part: str) -> None:
+        """Waits for words that hold `part`, in however many pieces."""
+        said = ""
+
+        def says(frame: Frame) -> bool:
+            nonlocal said
+            message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
+            said += message.text if message is not None else ""
+            return part in said
+
+        self.until(says)
+
+    def reading(self, signal: str) -> readings.Reading:
+        def carries(frame: Frame) -> bool:
+            reading = readings.decode(frame)
+            return reading is not None and reading.signal == signal
+
+        found = readings.decode(self.until(carries))
+        assert found is not None
+        return found
+
+
+@contextmanager
+def running(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Ground, SystemClock]]:
+    clock, stop = SystemClock(), threading.Event()
+    near, far = memory_pair()
+    bridge = Bridge(craft, clock, [near], ParameterServer(None, vehicle_table(craft)))
+
+    def open_bus(number: int) -> I2cBus:
+        if bus is None:
+            raise LinkError(f"/dev/i2c-{number} can't be opened")
+        return bus
+
+    thread = threading.Thread(
+        target=run_ports, args=(bridge, craft, clock, stop), kwargs={"open_bus": open_bus}
+    )
+    thread.start()
+    try:
+        yield Ground(far), clock
+    finally:
+        stop.set()
+        thread.join(WITHIN_S)
+        assert not thread.is_alive()
+
+
+@contextmanager
+def feeding(device: Link, data: bytes) -> Iterator[None]:
+    """Writes `data` over and over: a port drops what came before it was opened."""
+    enough = threading.Event()
+
+    def feed() -> None:
+        while not enough.wait(0.02):
+            device.write(data)
+
+    thread = threading.Thread(target=feed)
+    thread.start()
+    try:
+        yield
+    finally:
+        enough.set()
+        thread.join(WITHIN_S)
+
+
+def test_bytes_on_a_port_become_frames_dated_by_their_arrival() -> None:
+    device, path = open_pty()
+    craft = vehicle(fog=Device("kvh1750", port=path))
+    with running(craft) as (ground, clock), feeding(device, encode_kvh1750(np.full(20, 0.25))):
+        begun_s = clock.boot_s()
+        fog = ground.reading("fog")
+        assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
+        assert begun_s - 0.2 < fog.time_s <= clock.boot_s()
+        assert ground.reading("alive").values[1:] == (12.0, 0.0)
+    device.close()
+
+
+def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path: Path) -> None:
+    name = tmp_path / "ttyFOG"
+    with running(vehicle(fog=Device("kvh1750", port=str(name)))) as (ground, _):
+        ground.text("there is no port")
+        for rate in (0.5, 0.75):
+            device, path = open_pty()
+            name.symlink_to(path)
+            noise = b"\xff\x00 no such frame"
+            with feeding(device, noise + encode_kvh1750(np.full(100, rate))):
+                assert ground.reading("fog").values[0] == pytest.approx(rate, abs=1e-5)
+            name.unlink()
+            device.close()
+            ground.text("the other side has gone")
+
+
+def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_back() -> None:
+    bus = FakeBar30(pressure_pa=110_000.0)
+    with running(vehicle(depth=Device("bar30", port="i2c:1:0x76", rate_hz=10.0)), bus) as (ground, _):
+        assert ground.reading("pressure").values[0] == pytest.approx(110_000.0, abs=30.0)
+        bus.unplugged = True
+        ground.text("depth: nothing answers")
+        bus.unplugged = False
+        assert ground.reading("pressure").values[0] == pytest.approx(110_000.0, abs=30.0)
+
+
+def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on() -> None:
+    with running(vehicle(depth=Device("bar30", port="1"))) as (ground, _):
+        ground.text("/dev/i2c-1 can't be opened")
+        assert ground.reading("alive").values[0] == 0.0
+
+
+def test_a_dvl_on_the_network_is_read_over_tcp() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        spec = f"tcp:127.0.0.1:{listener.getsockname()[1]}"
+        with running(vehicle(dvl=Device("a50", port=spec))) as (ground, _):
+            peer, _ = listener.accept()
+            report = (
+                b'{"type":"velocity","format":"json_v3.1","time":100.0,"vx":0.5,"vy":-0.25,"vz":0.125,"fom":0.002,'
+                b'"altitude":2.5,"velocity_valid":true,"status":0,"transducers":[],'
+                b'"time_of_validity":1000000,"time_of_transmission":1000000}\n'
+            )
+            with peer:
+                peer.sendall(b"not json at all\n" + report)
+                assert ground.reading("dvl").values[:3] == (0.5, -0.25, 0.125)
+
+
+def test_a_port_name_that_cannot_be_read_is_refused_before_anything_starts() -> None:
+    craft = vehicle(depth=Device("bar30", port="i2c:x"))
+    clock = SystemClock()
+    bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
+    with pytest.raises(ConfigError, match="names no I2C device"):
+        run_ports(bridge, craft, clock, threading.Event())
+
+
+@pytest.mark.parametrize(
+    ("device", "spec"),
+    [
+        (Device("wayfinder", port="/dev/ttyDVL"), "serial:/dev/ttyDVL:115200"),
+        (Device("ublox", port="/dev/ttyGPS", baud=9600), "serial:/dev/ttyGPS:9600"),
+        (Device("a50", port="tcp:192.168.2.95:16171"), "tcp:192.168.2.95:16171"),
+    ],
+)
+def test_a_devices_port_names_its_link(device: Device, spec: str) -> None:
+    assert port_spec(device) == spec
+
+
+@pytest.mark.parametrize("kind", ["wayfinder", "a50", "mti300", "kvh1750", "kvh1760", "esc", "ublox"])
+def test_every_kind_of_device_on_a_line_has_a_parser_that_noise_does_not_stop(kind: Any) -> None:
+    parser = make_parser(Device(kind), 8)
+    assert parser is not None
+    rng = np.random.default_rng(1)
+    for i in range(100):
+        parser.feed(rng.bytes(1000), 0.1 * i)
+    assert sum(parser.counts.values()) > 0 or kind in ("esc", "ublox")
+
+
+def test_devices_that_wait_to_be_asked_are_asked() -> None:
+    assert greeting(Device("wayfinder")).startswith(b"\xaa\x10\x01")
+    assert b"=dr,1000" in greeting(Device("kvh1760"))
+    assert greeting(Device("mti300")) == b""
+    assert make_parser(Device("bar30"), 8) is None
