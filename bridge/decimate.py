@@ -58,26 +58,28 @@ def _mean(samples: list[ImuSample]) -> ImuSample:
 
 
 class FogMean:
-    """Mean rates over intervals of 1 / `rate_hz`, each dated at the end of its interval.
+    """Mean rates over intervals of 1 / `rate_hz`, each dated at the middle of its interval: when it was true.
 
-    Samples marked invalid are left out; an interval of nothing else gives no mean.
+    Dated at its end, a mean lags by half an interval, which a fit takes for inertia. Samples marked invalid are left out; an interval of nothing else gives no mean.
     """
 
     def __init__(self, rate_hz: float) -> None:
         self._period_s = 1.0 / rate_hz
+        self._begin_s = math.nan
         self._end_s = math.nan
         self._last_s = math.nan
         self._sum = 0.0
         self._count = 0
 
     def take(self, block: FogBlock) -> list[tuple[float, float]]:
-        """(end of interval, mean rate) of each interval that `block` completes."""
+        """(middle of interval, mean rate) of each interval that `block` completes."""
         times = block.time_s
         if not len(times):
             return []
         means: list[tuple[float, float]] = []
         if not -self._period_s < float(times[0]) - self._last_s < LONGEST_GAP_S:
-            self._end_s = float(times[0]) + self._period_s
+            self._begin_s = float(times[0])
+            self._end_s = self._begin_s + self._period_s
             self._sum, self._count = 0.0, 0
         begin = 0
         while True:
@@ -89,8 +91,9 @@ class FogMean:
                 break
             end_s = float(times[last])
             if self._count:
-                means.append((end_s, self._sum / self._count))
+                means.append((0.5 * (self._begin_s + end_s), self._sum / self._count))
             self._sum, self._count = 0.0, 0
+            self._begin_s = end_s
             self._end_s = max(self._end_s, end_s - self._period_s) + self._period_s
             begin = until
         self._last_s = float(times[-1])

@@ -187,9 +187,9 @@ class Bridge:
             if mean is not None:
                 self._send(compose.imu_reading(mean))
         elif isinstance(sample, FogBlock):
-            for end_s, rate in self._fog_mean.take(sample):
-                self._navigator.take_yaw_rate(end_s, rate)
-                self._send(Reading("fog", end_s, (rate,)))
+            for middle_s, rate in self._fog_mean.take(sample):
+                self._navigator.take_yaw_rate(middle_s, rate)
+                self._send(Reading("fog", middle_s, (rate,)))
         elif isinstance(sample, DvlSample):
             self._navigator.take_dvl(sample)
             for reading in compose.dvl_readings(sample):

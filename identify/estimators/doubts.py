@@ -13,8 +13,9 @@ from identify.estimators.scoring import score
 Array = NDArray[np.float64]
 
 DOUBTFUL_SCORE = 5.0
-LARGEST_UNEXPLAINED = 0.05
+LARGEST_UNEXPLAINED = 0.25
 DEAF_NOISE = 1e6
+WINDOW_S = 10.0
 
 
 def quadratic_score(fit: AxisFit) -> float:
@@ -63,15 +64,13 @@ def unexplained_feedback(dive: Dive, dof: int, depth: Array | None) -> float | N
 
     A linear controller's wrench is a combination of the velocity that it used, its reference, the error's
     integral and, in heave, depth. What is left over came from a signal that the recording lacks; through it the
-    disturbance steers the thrust unseen, and a likelihood takes that for mass. `depth` (n,) m at the times of
-    TAU_PID.
+    disturbance steers the thrust unseen, and a likelihood takes that for mass. The median over short windows, so
+    that gains which are scheduled slowly do not count. `depth` (n,) m at the times of TAU_PID.
     """
     tau, used, reference = dive.tau_pid, dive.nu_fb, dive.nu_ref
-    if tau is None or used is None or reference is None or len(tau) < 100:
+    if tau is None or used is None or reference is None or len(tau) < 2:
         return None
     wanted = tau.value[:, dof]
-    if np.std(wanted) == 0.0:
-        return None
     nu, target = used.held_at(tau.time_s)[:, dof], reference.held_at(tau.time_s)
     step_s = np.diff(tau.time_s, prepend=tau.time_s[0])
     errors = [target[:, dof] - nu]
@@ -79,9 +78,17 @@ def unexplained_feedback(dive: Dive, dof: int, depth: Array | None) -> float | N
         errors.append(target[:, 13] - depth)
     columns = [nu, target[:, dof], target[:, 6 + dof], np.ones(len(wanted))]
     columns += [e for error in errors for e in (error, np.cumsum(np.nan_to_num(error) * step_s))]
-    table = np.column_stack(columns)
-    good = np.isfinite(table).all(axis=1)
-    if good.sum() < 100:
+    table = np.column_stack([*columns, wanted])
+    window = round(WINDOW_S * tau.rate_hz)
+    shares = [_left_over(table[i : i + window]) for i in range(0, len(table) - window + 1, window)]
+    known = [share for share in shares if share is not None]
+    return float(np.median(known)) if known else None
+
+
+def _left_over(table: Array) -> float | None:
+    """Share of the last column that no combination of the others gives; None where it stands still."""
+    table = table[np.isfinite(table).all(axis=1)]
+    if len(table) < 4 * table.shape[1] or np.std(table[:, -1]) < 1e-9:
         return None
-    fitted, *_ = np.linalg.lstsq(table[good], wanted[good], rcond=None)
-    return float(np.std(wanted[good] - table[good] @ fitted) / np.std(wanted[good]))
+    fitted, *_ = np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)
+    return float(np.std(table[:, -1] - table[:, :-1] @ fitted) / np.std(table[:, -1]))

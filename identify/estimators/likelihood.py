@@ -99,7 +99,7 @@ def _hidden_feedback(dive: Dive, file: VehicleFile, fits: Mapping[int, AxisFit])
     depth = dive.depth_by(file.vehicle.water)
     at_control = None
     if depth is not None and dive.tau_pid is not None:
-        at_control = depth.at(dive.tau_pid.time_s)[:, 0]
+        at_control = depth.held_at(dive.tau_pid.time_s)[:, 0]
     shares = {dof: unexplained_feedback(dive, dof, at_control) for dof in fits if dof < 3}
     return {dof: share for dof, share in shares.items() if share is not None and share > LARGEST_UNEXPLAINED}
 

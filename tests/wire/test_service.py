@@ -174,7 +174,7 @@ def test_attitude_goes_out_at_the_control_rate_level_and_north() -> None:
     assert rig.told("attitude") == []
 
 
-def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_its_end() -> None:
+def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_the_middle_of_it() -> None:
     rig = Rig(fog_rate_hz=40.0)
     told = []
     # The rate equals the time in ms at the end of each sample, so a mean tells which samples are in it.
@@ -184,10 +184,10 @@ def test_the_gyro_tells_the_mean_since_its_last_message_dated_at_its_end() -> No
         rig.step(0.05 * (tick + 1))
         told += rig.told("fog")
     assert len(told) == pytest.approx(40, abs=1)
-    ends = [round(r.time_s * 1000) for r in told]
-    begins = [0, *ends]
-    for reading, begin, end in zip(told, begins, ends, strict=False):
-        assert reading.values[0] == pytest.approx((begin + 1 + end) / 2, rel=1e-6)
+    # The first interval begins with the first sample, every other one with the end of the one before.
+    for reading in told[1:]:
+        assert reading.values[0] == pytest.approx(1000 * reading.time_s + 0.5, rel=1e-6)
+    assert np.diff([r.time_s for r in told[1:]]) == pytest.approx(0.025, abs=1e-6)
 
 
 def test_invalid_gyro_samples_are_left_out_of_the_mean() -> None:
