@@ -6,45 +6,29 @@ arrival, the controller acts on what the bridge then knows, and the bridge sends
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
-import numpy as np
-
-from bridge.clock import SimulatedClock
+from bridge.clock import Clock, SimulatedClock
 from bridge.errors import ParamRejected
 from bridge.link.base import Link
 from bridge.link.memory import memory_pair
 from bridge.parameters import MODE, ParameterServer, vehicle_table
 from bridge.service import Bridge
-from bridge.simulator.instruments import Instruments
+from bridge.simulator.body import SimulatedBody, Start
 from bridge.simulator.missions import Mission
 from bridge.simulator.noise import TYPICAL, NoiseLevels
-from bridge.simulator.plant import Plant, Stretch
-from bridge.simulator.truth import Truth, load_truth
-from bridge.simulator.world import Chunk, Surroundings
+from bridge.simulator.plant import Stretch
+from bridge.simulator.truth import Truth
+from bridge.simulator.world import Chunk
 from bridge.vehicle.autopilot import RATE_HZ, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
 from bridge.vehicle.references import Reference
-from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
 TICK_S = 1 / RATE_HZ
 WARM_UP_S = 1.0
 PROGRESS_TICKS = 100
 
 Sink = Callable[[float, bytes], None]
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where and in which water a dive begins. `truth` None is that beside the vehicle file."""
-
-    seed: int
-    depth_m: float = 0.6
-    heading_rad: float = 0.0
-    unix_at_boot_s: float = 1_790_000_000.0
-    noise: NoiseLevels = TYPICAL
-    truth: Truth | None = None
 
 
 class SimulatedVehicle:
@@ -60,52 +44,41 @@ class SimulatedVehicle:
     ) -> None:
         """Boots at time 0, disarmed and idle, with the parameters given or those of the vehicle file."""
         vehicle = file.vehicle
-        shape = vehicle.configurations[vehicle.configuration_named(configuration)]
-        directory = file.path.parent
-        body, devices = np.random.default_rng(start.seed).spawn(2)
+        self.body = SimulatedBody(file, configuration, start)
         self.clock = SimulatedClock(unix_at_boot_s=start.unix_at_boot_s)
         self.parameters = parameters or ParameterServer(None, vehicle_table(vehicle))
-        self.bridge = Bridge(
-            vehicle, self.clock, links, self.parameters, veh_cfg=vehicle.veh_cfg(configuration)
-        )
-        self.plant = Plant(
-            shape,
-            thrust_curve(vehicle.thrust_curve, directory),
-            vehicle.thrust_curve.lag_s,
-            start.truth or load_truth(file, configuration),
-            body,
-            depth_m=start.depth_m,
-            heading_rad=start.heading_rad,
-        )
-        self._autopilot = Autopilot(vehicle, configuration, self.parameters.active, directory)
-        world = Surroundings(start.noise, vehicle.water, vehicle.thrust_curve, self.clock.unix_at_boot_s)
-        self._instruments = Instruments(vehicle.sensors, world, devices)
-        self._idle = (NEUTRAL_US,) * len(shape.thrusters)
-        self._pwm_us = self._idle
+        veh_cfg = vehicle.veh_cfg(configuration)
+        self.bridge = Bridge(vehicle, self.clock, links, self.parameters, veh_cfg=veh_cfg)
+        self._autopilot = Autopilot(vehicle, configuration, self.parameters.active, file.path.parent)
 
     def tick(self, reference: Reference | None) -> Stretch:
         """One control tick, 50 ms. Without a reference the thrusters stand still."""
-        stretch = self.plant.advance(self._pwm_us, TICK_S)
-        for arrival in self._instruments.arrivals(stretch):
+        stretch, arrivals = self.body.move(TICK_S)
+        for arrival in arrivals:
             self.clock.advance_to(max(arrival.time_s, self.clock.boot_s()))
             if isinstance(arrival, Chunk):
                 self.bridge.receive(arrival.slot, arrival.data, arrival.time_s)
             else:
                 self.bridge.accept(arrival.slot, (arrival.sample,))
-        self.clock.advance_to(max(self.plant.time_s, self.clock.boot_s()))
-        self._pwm_us = self._idle
-        if reference is not None:
-            self._act(reference)
+        self.clock.advance_to(max(self.body.time_s, self.clock.boot_s()))
+        if reference is None:
+            self.body.idle()
+        else:
+            self.body.pwm_us = control(self._autopilot, self.bridge, self.parameters, self.clock, reference)
         self.bridge.step()
         return stretch
 
-    def _act(self, reference: Reference) -> None:
-        self._autopilot.mode = Mode(self.parameters.mode)
-        actuation = self._autopilot.step(self.clock.boot_s(), self.bridge.navigation, reference)
-        self.bridge.publish(actuation)
-        for text in self._autopilot.take_texts():
-            self.bridge.say(text)
-        self._pwm_us = actuation.pwm_us
+
+def control(
+    autopilot: Autopilot, bridge: Bridge, parameters: ParameterServer, clock: Clock, reference: Reference
+) -> tuple[float, ...]:
+    """One tick of the controller on what the bridge knows, told to the ground; the pulse widths."""
+    autopilot.mode = Mode(parameters.mode)
+    actuation = autopilot.step(clock.boot_s(), bridge.navigation, reference)
+    bridge.publish(actuation)
+    for text in autopilot.take_texts():
+        bridge.say(text)
+    return actuation.pwm_us
 
 
 def simulate_dive(
@@ -136,7 +109,7 @@ def simulate_dive(
     _make_ready(vehicle, mode)
     ticks = round((WARM_UP_S + mission.duration_s) * RATE_HZ)
     for tick in range(1, ticks + 1):
-        since_s = vehicle.plant.time_s + TICK_S - WARM_UP_S
+        since_s = vehicle.body.time_s + TICK_S - WARM_UP_S
         vehicle.tick(mission.reference(since_s) if since_s >= 0 else None)
         while data := far.read(0.0):
             sink(vehicle.clock.unix_s(), data)
