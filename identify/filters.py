@@ -20,6 +20,7 @@ from identify.ingest.rotation import attitude_at
 
 ORDER = 4
 SHORTEST_S = 20.0
+SLOWEST_COMMAND_HZ = 5.0
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,19 @@ def aligned(
 
     Linear velocity comes from the DVL, carried from the transducer to the origin by the rates; yaw rate
     from the FOG where there is one, else from the gyro. What is not measured is zero, and `has` says so.
-    Raises FitError where velocity, rates or forces overlap for less than 20 s, or are lacking altogether.
+    Raises FitError where velocity, rates or forces overlap for less than 20 s or are lacking, or commands are rare.
     """
     forces = wrench(dive, vehicle, configuration_name)
     measured = [s for s in (dive.velocity, dive.gyro, dive.fog) if s is not None and len(s) > 1]
     if not measured:
         raise FitError(
             f"{dive.source}: neither velocity nor rates of turn are recorded: nothing can be identified"
+        )
+    commands_hz = 1 / max(float(np.median(np.diff(forces.time_s))), 1e-9) if len(forces.time_s) > 1 else 0.0
+    if commands_hz < SLOWEST_COMMAND_HZ:
+        raise FitError(
+            f"{dive.source}: thruster commands come at {commands_hz:.1f} Hz, too slow to know the force between them; "
+            f"record at least {SLOWEST_COMMAND_HZ:.0f} Hz"
         )
     start = max(float(forces.time_s[0]), *(float(s.time_s[0]) for s in measured))
     end = min(float(forces.time_s[-1]), *(float(s.time_s[-1]) for s in measured))

@@ -89,9 +89,13 @@ def estimate(
     file: VehicleFile,
     configuration: str,
     progress: Progress,
-    options: PaperOptions = PAPER,
+    options: PaperOptions = SMALL,
 ) -> Identification:
-    """What the paper's method makes of a dive. Raises FitError where it holds too little."""
+    """What the paper's method makes of a dive. Raises FitError where it holds too little.
+
+    Without `options` the network is small: on two cores one of the paper's size takes some 15 minutes an epoch, and
+    the parameters do not depend on it.
+    """
     return estimate_with_curves(dive, file, configuration, progress, options)[0]
 
 
@@ -100,7 +104,7 @@ def estimate_with_curves(
     file: VehicleFile,
     configuration: str,
     progress: Progress,
-    options: PaperOptions = PAPER,
+    options: PaperOptions = SMALL,
 ) -> tuple[Identification, TrainingCurves]:
     """As `estimate`, with the training curves."""
     started = time.perf_counter()
@@ -250,6 +254,8 @@ def _parameters(
 def _notes(options: PaperOptions, curves: TrainingCurves) -> tuple[str, ...]:
     notes = [
         NO_INTERVAL,
+        f"Network: LSTM of {options.depth} x {options.hidden} (the paper's: {PAPER.depth} x {PAPER.hidden}); "
+        "the parameters do not depend on it.",
         f"Before it a zero-phase Butterworth low-pass at {options.cutoff_hz:g} Hz; the noise that it leaves in the "
         "acceleration makes the masses too low.",
     ]

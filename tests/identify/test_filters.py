@@ -89,6 +89,12 @@ def test_what_is_not_measured_is_zero_and_named() -> None:
     assert grid.attitude[0].tolist() == [1.0, 0.0, 0.0, 0.0]
 
 
+def test_commands_too_rare_to_know_the_force_between_them_are_refused() -> None:
+    rare = dive(velocity=sampled(10.0, 0.1, 0.0, 0.0), tau_cmd=sampled(2.0, *[1.0] * 6))
+    with pytest.raises(FitError, match=r"commands come at 2\.0 Hz"):
+        aligned(rare, vehicle(), "v")
+
+
 def test_a_dive_of_three_seconds_is_refused() -> None:
     short = dive(velocity=sampled(10.0, 0.1, 0.0, 0.0, seconds=3.0))
     with pytest.raises(FitError, match=r"overlap for 2\.9 s, at least 20 s"):

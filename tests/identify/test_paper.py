@@ -184,6 +184,7 @@ def test_it_states_no_interval_and_its_json_has_none() -> None:
     plain = next(p for p in answer.to_json()["parameters"] if p["name"] == "M_u")
     assert (plain["std"], plain["low95"], plain["high95"]) == (None, None, None)
     assert any("states no interval" in note for note in answer.notes)
+    assert any("LSTM of 1 x 8 (the paper's: 5 x 1024)" in note for note in answer.notes)
     assert answer["X_udot"].value == pytest.approx(surge.value - 72.0)
 
 
