@@ -229,9 +229,13 @@ class Bridge:
             try:
                 data = side.link.read(0.0)
             except LinkError as error:
-                self._failed(side, error)
+                self._failed(side, str(error))
                 return
             if not data:
+                # A link that mends itself raises nothing: it says in words that it is away.
+                away = getattr(side.link, "fault", "")
+                if away:
+                    self._failed(side, away)
                 if now_s - side.heard_s > PAUSE_S:
                     self._hear(side, side.framer.flush())
                 return
@@ -287,13 +291,13 @@ class Bridge:
         try:
             side.link.write(data)
         except LinkError as error:
-            self._failed(side, error)
+            self._failed(side, str(error))
 
-    def _failed(self, side: _Side, error: LinkError) -> None:
+    def _failed(self, side: _Side, fault: str) -> None:
         self.counts["link faults"] += 1
         if not side.fault:
             self.say(f"link lost: {side.link.name}")
-        side.fault, side.failed = str(error), True
+        side.fault, side.failed = fault, True
 
 
 def _batches(frames: Sequence[bytes]) -> Iterable[bytes]:

@@ -206,3 +206,19 @@ def test_payloads_of_noise_under_a_right_checksum_decode_without_raising() -> No
 def test_no_stream_depends_on_its_split(pieces: list[bytes], size: int) -> None:
     data = b"".join(pieces)
     assert take([data[i : i + size] for i in range(0, len(data), size)]) == take([data])
+
+
+def test_a_false_start_that_ends_where_a_frame_ends_hides_nothing_either() -> None:
+    good = stream(6)
+    hidden = b"".join(good[:2])
+    false_start = bytes((0xFD, len(hidden) - 2, 0, 0, 0, 1, 1)) + (60_123).to_bytes(3, "little")
+    assert take([good[5] + false_start + hidden + good[2]]) == [good[5], *good[:2], good[2]]
+
+
+def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one() -> None:
+    a, b, c = stream(3)
+    strange = unknown_frame(b"some words")
+    damaged = b[:-1] + bytes((b[-1] ^ 1,))
+    assert take([a + strange + damaged + c]) == [a, strange, c]
+    assert take([a + damaged + strange + c]) == [a, strange, c]
+    assert take([a + damaged + strange + damaged + c]) == [a, c]

@@ -13,6 +13,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
 from bridge.link.memory import MemoryLink, memory_pair
+from bridge.link.reconnecting import Reconnecting
 from bridge.messages import readings
 from bridge.messages.readings import Reading
 from bridge.parameters import ParameterServer, vehicle_table
@@ -473,6 +474,32 @@ def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
     bridge.step()
     assert bridge.link_faults == {}
     assert broken.written
+
+
+def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
+    rig = Rig()
+    plugged: list[BrokenLink] = []
+
+    def connect() -> BrokenLink:
+        if not plugged:
+            raise LinkLost("there is no port")
+        return plugged[0]
+
+    link = Reconnecting(connect, rig.clock, "serial:/dev/ttyX")
+    bridge = Bridge(rig.vehicle, rig.clock, [link, *rig.links], rig.parameters)
+    texts = []
+    for i in range(40):
+        rig.clock.advance_to(0.05 * i)
+        bridge.step()
+        texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
+    assert texts == ["link lost: serial:/dev/ttyX"]
+    assert bridge.link_faults == {"serial:/dev/ttyX": "there is no port"}
+    plugged.append(BrokenLink())
+    plugged[0].reads_fail = plugged[0].writes_fail = False
+    rig.clock.advance_to(5.0)
+    bridge.step()
+    assert bridge.link_faults == {}
+    assert plugged[0].written
 
 
 def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named() -> None:
