@@ -75,6 +75,7 @@ def progress(sentence: str) -> Iterator[Tell]:
         TimeElapsedColumn(),
         console=words(),
         transient=True,
+        disable=not words().is_terminal,
     )
     with bar:
         task = bar.add_task(sentence, total=1.0)

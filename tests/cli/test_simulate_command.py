@@ -1,0 +1,164 @@
+"""`simulate` and `bridge`: dives by the simulated vehicle, and the vehicle's side on a link."""
+
+import json
+import threading
+from pathlib import Path
+
+import pytest
+
+from bridge.clock import SystemClock
+from bridge.framing import Framer
+from bridge.link.memory import memory_pair
+from bridge.tlog import read_tlog
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.plan import make_plan
+from identify.ingest.open import read_dive
+from tui import cli, exit_codes
+
+LEGS = """
+name: a short one
+legs:
+  - {name: rest, phase: rest, duration_s: 1}
+  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}
+  - {name: ahead, phase: steady, duration_s: 2, surge_m_s: 0.3}
+"""
+
+
+@pytest.fixture
+def mission(tmp_path):
+    path = tmp_path / "short.yaml"
+    path.write_text(LEGS, encoding="utf-8")
+    return str(path)
+
+
+def simulate(tmp_path, mission, *more):
+    line = [
+        "simulate",
+        "--vehicle",
+        "ruvifist:hovering",
+        "--mission",
+        mission,
+        "--out",
+        str(tmp_path / "dives"),
+    ]
+    return cli.main([*line, *more])
+
+
+def frames(folder):
+    return [frame.raw for _, frame in read_tlog(Path(folder) / "telemetry.tlog")]
+
+
+def test_a_mission_of_ones_own_becomes_a_dive_folder(tmp_path, mission, capsys):
+    assert simulate(tmp_path, mission, "--json", "-") == exit_codes.DONE
+    found = json.loads(capsys.readouterr().out)
+    assert Path(found["folder"]).name.endswith("Z-a-short-one")
+    dive = read_dive(Path(found["folder"]))
+    assert 6.0 < dive.duration_s < 7.5
+    assert {"velocity", "gyro", "fog", "pwm", "nu_ref", "tau_cmd", "depth", "attitude"} <= (
+        set(dive.signals()) | {"depth"}
+    )
+    assert dive.configuration_index() == 1
+
+
+def test_the_seed_decides_the_noise(tmp_path, mission, capsys):
+    folders = []
+    for seed in ("1", "1", "2"):
+        assert simulate(tmp_path, mission, "--seed", seed, "--json", "-") == exit_codes.DONE
+        folders.append(json.loads(capsys.readouterr().out)["folder"])
+    one, again, other = (read_dive(Path(folder)).velocity.value.tolist() for folder in folders)
+    assert one == again
+    assert one != other
+
+
+@pytest.mark.parametrize("mode", ["ff", "both"])
+def test_feed_forward_without_parameters_is_refused_before_a_folder_is_made(tmp_path, mission, mode, capsys):
+    assert simulate(tmp_path, mission, "--mode", mode) == exit_codes.BAD_INPUT
+    assert "no parameters to feed forward" in capsys.readouterr().err
+    assert not (tmp_path / "dives").exists()
+
+
+def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, mission, monkeypatch, capsys):
+    near, far = memory_pair()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: near)
+    store = str(tmp_path / "memory.json")
+    receipts = []
+
+    def until_the_ground_is_done(work, *_):
+        stop = threading.Event()
+        vehicle = threading.Thread(target=work, args=(stop,))
+        vehicle.start()
+        receipts.append(upload_to(far, tmp_path))
+        stop.set()
+        vehicle.join()
+
+    monkeypatch.setattr("tui.running.until_stopped", until_the_ground_is_done)
+    line = [
+        "simulate",
+        "--vehicle",
+        "ruvifist:hovering",
+        "--mission",
+        "idle",
+        "--link",
+        "any",
+        "--speed",
+        "20",
+    ]
+    assert cli.main([*line, "--parameters", store]) == exit_codes.DONE
+    assert [receipt.good for receipt in receipts] == [True]
+    assert (
+        simulate(tmp_path, mission, "--mode", "both", "--parameters", store, "--json", "-") == exit_codes.DONE
+    )
+    folder = json.loads(capsys.readouterr().out)["folder"]
+    assert max(abs(read_dive(Path(folder)).tau_ff.value[:, 0])) > 10
+
+
+def upload_to(link, tmp_path):
+    client = ParameterClient(link, SystemClock())
+    client.find_vehicle()
+    plan = make_plan({"FF1_M_U": 111.6, "FF1_D_U": 56.24}, client.read_all())
+    return client.apply(plan, tmp_path / "before.param")
+
+
+def test_an_idle_vehicle_without_a_link_says_what_it_waits_for(capsys):
+    assert cli.main(["simulate", "--vehicle", "ruvifist:survey", "--mission", "idle"]) == exit_codes.BAD_INPUT
+    assert "--link" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--vehicle", "ruvifist", "--mission", "validation"), "name one: --vehicle FILE:CONFIGURATION"),
+        (("--vehicle", "ruvifist:survey", "--mission", "hovering"), "moves sideways"),
+        (("--vehicle", "ruvifist:survey", "--mission", "nowhere"), "no mission 'nowhere'"),
+        (("--vehicle", "ruvifist:survey", "--mission", "survey", "--speed", "0"), "--speed"),
+        (("--vehicle", "bolt", "--mission", "survey"), "truth"),
+    ],
+)
+def test_a_dive_that_can_not_be_says_why(tmp_path, words, sentence, capsys):
+    assert cli.main(["simulate", *words, "--out", str(tmp_path / "dives")]) == exit_codes.BAD_INPUT
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "dives").exists()
+
+
+def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkeypatch):
+    near, far = memory_pair()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: near)
+    vehicle = tmp_path / "bare.yaml"
+    vehicle.write_text(
+        "name: bare\nconfigurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
+        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    line = [
+        "bridge",
+        "--vehicle",
+        str(vehicle),
+        "--link",
+        "any",
+        "--parameters",
+        str(tmp_path / "memory.json"),
+    ]
+    assert cli.main([*line, "--seconds", "0.5"]) == exit_codes.DONE
+    framer = Framer()
+    heard = [frame for data in far._inbox for frame in framer.feed(data)]
+    assert any(frame.message_id == 0 and frame.system == 1 for frame in heard)

@@ -1,0 +1,92 @@
+"""`seatrial bridge`: the vehicle's side, on real ports."""
+
+import argparse
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    import threading
+
+    from bridge.clock import Clock
+    from bridge.link.base import Link
+    from bridge.vehicle.config import Vehicle
+
+EXAMPLE = "seatrial bridge --vehicle ruvifist:hovering --link serial:/dev/ttyS0:115200"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--vehicle", required=True, metavar="FILE[:CONFIGURATION]", help="which sensors, on which ports"
+    )
+    parser.add_argument(
+        "--link", required=True, action="append", metavar="SPEC", help="where to stream; may be given again"
+    )
+    parser.add_argument(
+        "--parameters",
+        metavar="FILE",
+        help="where the vehicle keeps its parameters (default: ~/.local/state/seatrial/VEHICLE.json)",
+    )
+    parser.add_argument("--seconds", type=float, metavar="N", help="stop after so long (default: at Ctrl-C)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from bridge.parameters import ParameterServer, vehicle_table
+    from bridge.ports import run_ports
+    from bridge.service import Bridge
+    from bridge.vehicle.config import load_vehicle
+    from tui import show
+    from tui.running import until_stopped
+
+    file = load_vehicle(arguments.vehicle)
+    vehicle = file.vehicle
+    configuration = file.configuration or next(iter(vehicle.configurations))
+    clock = SystemClock()
+    links = [lasting(spec, clock) for spec in arguments.link]
+    store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
+    parameters = ParameterServer(
+        store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
+    )
+    bridge = Bridge(vehicle, clock, links, parameters, veh_cfg=vehicle.veh_cfg(configuration))
+    words = show.words()
+    told: dict[str, str] = {}
+
+    def work(stop: "threading.Event") -> None:
+        words.print(
+            f"{vehicle.name}, configuration {configuration}: streaming on {', '.join(arguments.link)}; "
+            f"parameters in {store}; Ctrl-C ends it",
+            soft_wrap=True,
+        )
+        run_ports(bridge, vehicle, clock, stop)
+
+    def each(_: float) -> None:
+        for name, fault in bridge.link_faults.items():
+            if told.get(name) != fault:
+                words.print(f"warning: {fault}", soft_wrap=True)
+        told.clear()
+        told.update(bridge.link_faults)
+
+    try:
+        until_stopped(work, clock, arguments.seconds, each)
+    finally:
+        for link in links:
+            link.close()
+    return exit_codes.DONE
+
+
+def lasting(spec: str, clock: "Clock") -> "Link":
+    """A link that must open now, and comes back by itself later. Raises LinkError."""
+    from bridge.link.open import open_link
+    from bridge.link.reconnecting import Reconnecting
+
+    first = [open_link(spec)]
+    return Reconnecting(lambda: first.pop() if first else open_link(spec), clock, spec)
+
+
+def default_store(vehicle: "Vehicle") -> Path:
+    """Where a vehicle's parameters are kept when nobody says."""
+    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(state) / "seatrial" / f"{vehicle.name}.json"

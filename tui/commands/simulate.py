@@ -1,0 +1,211 @@
+"""`seatrial simulate`: a mission dived by the simulated vehicle, recorded into a dive folder."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    import threading
+    from collections.abc import Callable, Sequence
+
+    from bridge.clock import SystemClock
+    from bridge.link.base import Link
+    from bridge.parameters import ParameterServer
+    from bridge.simulator.missions import Mission
+    from bridge.tlog import TlogWriter
+    from bridge.vehicle.config import VehicleFile
+
+EXAMPLE = "seatrial simulate --vehicle ruvifist:survey --mission survey --seed 1"
+
+MODES = {"off": 0, "shadow": 1, "ff": 2, "both": 3}
+IDLE = "idle"
+IDLE_DEPTH_M = 0.2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--vehicle",
+        required=True,
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file; FILE.truth.yaml beside it holds what the simulated vehicle truly is",
+    )
+    parser.add_argument(
+        "--mission",
+        required=True,
+        metavar="NAME",
+        help="survey, hovering, validation, a YAML file of legs, or idle: afloat and disarmed until Ctrl-C",
+    )
+    parser.add_argument(
+        "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument("--mode", choices=MODES, help="what the feed-forward does (default: as stored)")
+    parser.add_argument(
+        "--heading",
+        choices=("smooth", "linear"),
+        default="smooth",
+        help="how turns are led (default: smooth)",
+    )
+    parser.add_argument(
+        "--parameters", metavar="FILE", help="where the vehicle keeps its parameters (default: nowhere)"
+    )
+    parser.add_argument("--link", action="append", default=[], metavar="SPEC", help="also stream there")
+    parser.add_argument(
+        "--speed", type=speed, metavar="N|max", help="times real time (default: max, with --link 1)"
+    )
+    parser.add_argument("--seconds", type=float, metavar="N", help="end idle after so long")
+    parser.add_argument("--json", metavar="FILE", help="write what was dived as JSON; - for standard output")
+
+
+def speed(text: str) -> float:
+    """A speed of simulated time: a positive number, or `max`."""
+    value = float("inf") if text == "max" else float(text)
+    if not value > 0:
+        raise ValueError
+    return value
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from bridge.link.open import open_link
+    from bridge.parameters import ParameterServer, vehicle_table
+    from bridge.simulator.missions import mission_named
+    from bridge.vehicle.config import load_vehicle
+
+    file = load_vehicle(arguments.vehicle)
+    vehicle = file.vehicle
+    configuration = configuration_of(file, arguments.mission)
+    shape = vehicle.configurations[configuration]
+    mission = (
+        None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
+    )
+    store = Path(arguments.parameters) if arguments.parameters else None
+    parameters = ParameterServer(
+        store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
+    )
+    links = [open_link(spec) for spec in arguments.link]
+    try:
+        if mission is None:
+            return idle(arguments, file, configuration, parameters, links, SystemClock())
+        return dive(arguments, file, configuration, mission, parameters, links, SystemClock().unix_s())
+    finally:
+        for link in links:
+            link.close()
+
+
+def configuration_of(file: "VehicleFile", mission: str) -> str:
+    """The configuration named; else the one called like the mission, or the only one."""
+    configurations = file.vehicle.configurations
+    chosen = file.configuration or (mission if mission in configurations else None)
+    if chosen is None and len(configurations) > 1:
+        raise exit_codes.UsageError(
+            f"vehicle '{file.vehicle.name}' has {', '.join(configurations)}; name one: --vehicle FILE:CONFIGURATION"
+        )
+    return chosen or next(iter(configurations))
+
+
+def dive(
+    arguments: argparse.Namespace,
+    file: "VehicleFile",
+    configuration: str,
+    mission: "Mission",
+    parameters: "ParameterServer",
+    links: "Sequence[Link]",
+    unix_s: float,
+) -> int:
+    """Dive a mission and record it."""
+    import math
+
+    from bridge.simulator.dive import real_time, simulate_dive
+    from bridge.simulator.truth import load_truth
+    from bridge.vehicle.feedforward import Mode
+    from gcs_plugin.folder import about_vehicle, new_folder
+    from tui import show
+
+    times = arguments.speed or (1.0 if links else math.inf)
+    if Mode(MODES.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
+        raise exit_codes.UsageError(
+            f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
+            "upload some first into the --parameters FILE of an idle one, or give the vehicle file a 'model'"
+        )
+    truth = load_truth(file, configuration)
+    folder = new_folder(Path(arguments.out), unix_s, mission.name)
+    folder.describe(about_vehicle(file, configuration, f"simulated, seed {arguments.seed}"))
+    with folder.open_telemetry(1) as writer, show.progress(f"dive {mission.name}") as tell:
+        simulate_dive(
+            file,
+            configuration,
+            mission,
+            seed=arguments.seed,
+            sink=into(writer),
+            parameters=parameters,
+            mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
+            truth=truth,
+            unix_at_boot_s=unix_s,
+            links=links,
+            progress=lambda share: tell(share, f"{share * mission.duration_s:.0f} s of {mission.name}"),
+            pace=at_once if math.isinf(times) else real_time(times),
+        )
+    found = {
+        "folder": str(folder.path),
+        "mission": mission.name,
+        "configuration": configuration,
+        "seed": arguments.seed,
+        "duration_s": mission.duration_s,
+        "ff_mode": parameters.mode,
+    }
+    show.results(arguments.json).print(f"{mission.duration_s:.0f} s dived: {folder.path}", soft_wrap=True)
+    show.write_json(found, arguments.json)
+    return exit_codes.DONE
+
+
+def idle(
+    arguments: argparse.Namespace,
+    file: "VehicleFile",
+    configuration: str,
+    parameters: "ParameterServer",
+    links: "Sequence[Link]",
+    clock: "SystemClock",
+) -> int:
+    """Lie afloat and disarmed, and answer on the links, until the user ends it."""
+    from bridge.simulator.body import Start
+    from bridge.simulator.dive import SimulatedVehicle, real_time
+    from tui import show
+    from tui.running import until_stopped
+
+    if not links:
+        raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")
+    start = Start(arguments.seed, IDLE_DEPTH_M, unix_at_boot_s=clock.unix_s())
+    vehicle = SimulatedVehicle(file, configuration, links, start, parameters)
+    words = show.words()
+
+    def work(stop: "threading.Event") -> None:
+        words.print(
+            f"{file.vehicle.name} is afloat on {', '.join(arguments.link)}; Ctrl-C ends it", soft_wrap=True
+        )
+        pace = real_time(arguments.speed or 1.0)
+        while not stop.is_set():
+            vehicle.tick(None)
+            pace(vehicle.clock.boot_s())
+
+    until_stopped(work, clock, arguments.seconds, lambda _: None)
+    return exit_codes.DONE
+
+
+def at_once(_: float) -> None:
+    """The pace of simulated time that waits for nothing."""
+
+
+def into(writer: "TlogWriter") -> "Callable[[float, bytes], None]":
+    """A sink that records each frame with its time."""
+    from bridge.framing import Framer
+
+    framer = Framer()
+
+    def sink(unix_s: float, data: bytes) -> None:
+        for frame in framer.feed(data):
+            writer.write(round(unix_s * 1e6), frame.raw)
+
+    return sink
