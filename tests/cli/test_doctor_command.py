@@ -1,0 +1,112 @@
+"""`doctor` on a simulated vehicle that is afloat, in simulated time."""
+
+import json
+
+import pytest
+
+from bridge.clock import SimulatedClock
+from bridge.link.memory import memory_pair
+from bridge.simulator.body import Start
+from bridge.simulator.dive import SimulatedVehicle
+from bridge.vehicle.config import load_vehicle
+from tui import cli, exit_codes
+
+
+class Afloat:
+    """A link to an idle vehicle; reading it lets simulated time pass."""
+
+    name = "memory:afloat"
+
+    def __init__(self):
+        near, self._far = memory_pair()
+        start = Start(1, 0.2)
+        self.vehicle = SimulatedVehicle(load_vehicle("ruvifist"), "hovering", [near], start)
+        self.clock = self.vehicle.clock
+
+    def read(self, _):
+        self.vehicle.tick(None)
+        return self._far.read(0.0)
+
+    def write(self, data):
+        self._far.write(data)
+
+    def close(self):
+        pass
+
+
+class Silent:
+    """A link on which nobody speaks."""
+
+    name = "memory:silent"
+
+    def __init__(self):
+        self.clock = SimulatedClock()
+
+    def read(self, timeout_s):
+        self.clock.advance_to(self.clock.now_s + timeout_s)
+        return b""
+
+    def write(self, data):
+        pass
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def findings(monkeypatch, tmp_path, capsys):
+    """Run the doctor on a link: its exit code and its findings by name."""
+
+    def run(link, *words):
+        monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+        monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
+        code = cli.main(["doctor", "--link", "any", "--out", str(tmp_path), "--json", "-", *words])
+        return code, {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
+
+    return run
+
+
+def test_a_vehicle_afloat_is_heard_with_all_its_sensors(findings):
+    _, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
+    well = (
+        "vehicle file",
+        "link",
+        "loss",
+        "time",
+        "disk",
+        "imu",
+        "fog",
+        "dvl",
+        "attitude",
+        "gravity",
+        "parameters",
+    )
+    assert {name: found[name]["level"] for name in well} == dict.fromkeys(well, "ok")
+
+
+def test_a_silent_link_is_a_failed_check(findings):
+    code, found = findings(Silent())
+    assert code == exit_codes.NO
+    assert found["link"]["level"] == "failed"
+    assert "nothing arrived" in found["link"]["sentence"]
+    assert found["disk"]["level"] == "ok"
+
+
+def test_without_a_link_the_ports_of_the_devices_are_looked_for(capsys, tmp_path):
+    port = tmp_path / "ttyHere"
+    port.touch()
+    vehicle = tmp_path / "mine.yaml"
+    vehicle.write_text(
+        f"name: mine\nsensors:\n  imu: {{kind: mti300, port: {port}}}\n  dvl: {{kind: wayfinder, port: /dev/ttyGone}}\n"
+        "configurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
+        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
+    levels = {finding["name"]: finding["level"] for finding in json.loads(capsys.readouterr().out)}
+    assert levels == {"vehicle file": "ok", "disk": "ok", "imu": "ok", "dvl": "failed"}
+
+
+def test_nothing_to_check_is_wrong_usage(capsys):
+    assert cli.main(["doctor"]) == exit_codes.BAD_INPUT
+    assert "--vehicle FILE, --link SPEC" in capsys.readouterr().err
