@@ -131,13 +131,17 @@ def _make_ready(vehicle: SimulatedVehicle, mode: Mode | None) -> None:
         )
 
 
-def real_time(speed: float = 1.0) -> Callable[[float], None]:
-    """A pace of `speed` simulated seconds a second, from the first tick on."""
-    begun_s = time.monotonic()
+def real_time(
+    speed: float = 1.0,
+    now_s: Callable[[], float] = time.monotonic,
+    wait: Callable[[float], None] = time.sleep,
+) -> Callable[[float], None]:
+    """A pace of `speed` simulated seconds a second, from now on."""
+    begun_s = now_s()
 
     def pace(boot_s: float) -> None:
-        ahead_s = begun_s + boot_s / speed - time.monotonic()
+        ahead_s = begun_s + boot_s / speed - now_s()
         if ahead_s > 0:
-            time.sleep(ahead_s)
+            wait(ahead_s)
 
     return pace

@@ -1,0 +1,221 @@
+"""The whole chain in lock-step, read back from its frames."""
+
+import math
+import subprocess
+import sys
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bridge.errors import ParamRejected
+from bridge.framing import Framer, decode
+from bridge.link.memory import memory_pair
+from bridge.parameters import COMMIT, ParameterServer, vehicle_table
+from bridge.simulator.body import Start
+from bridge.simulator.direct import simulate_truth
+from bridge.simulator.dive import SimulatedVehicle, real_time, simulate_dive
+from bridge.simulator.missions import Mission, dive, rest, run, turn
+from bridge.simulator.noise import QUIET
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.thrusters import allocation_matrix, shaft_speed, thrust_curve
+
+FILE = load_vehicle("ruvifist")
+HOVERING = FILE.vehicle.configurations["hovering"]
+OUT = Mission(
+    "out",
+    tuple(
+        rest("still", 2.0)
+        + run("ahead", 0.4, 0.0, 3.0)
+        + run("aside", 0.0, 0.3, 2.0)
+        + turn("turn", math.pi / 2, 0.2, "smooth")
+    ),
+)
+
+
+def recorded(mission: Mission = OUT, **options: Any) -> dict[str, list[Any]]:
+    """The messages of a dive by type, those with a name by name."""
+    framer = Framer()
+    told: dict[str, list[Any]] = defaultdict(list)
+
+    def sink(_unix_s: float, data: bytes) -> None:
+        for frame in framer.feed(data):
+            message = decode(frame)
+            kind = message.get_type()
+            if kind in ("DEBUG_FLOAT_ARRAY", "NAMED_VALUE_FLOAT"):
+                kind = message.name
+            elif kind == "HIGHRES_IMU":
+                kind += str(message.to_dict()["id"])
+            told[kind].append(message)
+
+    simulate_dive(FILE, "hovering", mission, seed=options.pop("seed", 7), sink=sink, **options)
+    assert framer.counts["checksum"] == framer.counts["skipped"] == 0
+    return told
+
+
+def accepted() -> ParameterServer:
+    """A vehicle that has been given the truth as its parameters."""
+    table = vehicle_table(FILE.vehicle)
+    server = ParameterServer(None, table)
+    for configuration in FILE.vehicle.configurations:
+        veh_cfg = FILE.vehicle.veh_cfg(configuration)
+        model = load_truth(FILE, configuration).model
+        for parameter in table:
+            if parameter.veh_cfg == veh_cfg:
+                assert server.write(parameter.name, model[parameter.coefficient], armed=False) is None
+    assert server.write(COMMIT, float(server.staged_crc), armed=False) is None
+    return server
+
+
+@pytest.fixture(scope="module")
+def told() -> dict[str, list[Any]]:
+    return recorded()
+
+
+RATES_HZ = {
+    "HEARTBEAT": 1, "SYSTEM_TIME": 1, "HIGHRES_IMU0": 25, "HIGHRES_IMU1": 25, "ODOMETRY": 5, "DISTANCE_SENSOR": 5,
+    "SCALED_PRESSURE2": 5, "ATTITUDE_QUATERNION": 10, "ACTUATOR_OUTPUT_STATUS": 10, "BATTERY_STATUS": 1,
+    "TAU_PID": 10, "TAU_FF": 10, "TAU_CMD": 10, "NU_FB": 10, "NU_REF": 10, "RPM": 10, "FF_MODE": 1, "VEH_CFG": 1,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("signal", "rate_hz"), RATES_HZ.items())
+def test_every_signal_of_the_telemetry_contract_comes_at_its_rate(
+    told: dict[str, list[Any]], signal: str, rate_hz: float
+) -> None:
+    assert len(told[signal]) >= rate_hz * OUT.duration_s
+
+
+def test_the_vehicle_is_armed_in_the_configuration_that_it_dives_in(told: dict[str, list[Any]]) -> None:
+    assert all(message.base_mode & 128 for message in told["HEARTBEAT"])
+    assert {message.value for message in told["VEH_CFG"]} == {1.0}
+    assert not [m.text for m in told["STATUSTEXT"] if "FF " not in m.text]
+
+
+def test_the_recorded_pulses_give_the_commanded_wrench_through_the_vehicles_own_curve(
+    told: dict[str, list[Any]],
+) -> None:
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    pwm = np.array([message.actuator[:8] for message in told["ACTUATOR_OUTPUT_STATUS"]])
+    wrench = curve.thrust(pwm) @ allocation_matrix(HOVERING).T
+    commanded = np.array([message.data[:6] for message in told["TAU_CMD"]])
+    large = (np.abs(curve.thrust(pwm[:, :4])) > 3.0).all(axis=1)
+    assert large.sum() > 50
+    level = [0, 1, 5]
+    np.testing.assert_allclose(wrench[large][:, level], commanded[large][:, level], atol=1e-3)
+
+
+def test_what_the_controller_used_is_the_dvl_reading_of_that_moment(told: dict[str, list[Any]]) -> None:
+    valid_s = np.array([m.time_usec for m in told["ODOMETRY"]]) / 1e6
+    velocity = np.array([(m.vx, m.vy, m.vz) for m in told["ODOMETRY"]])
+    fed_s = np.array([m.time_usec for m in told["NU_FB"]]) / 1e6
+    fed = np.array([m.data[:3] for m in told["NU_FB"]])
+    good = np.isfinite(velocity).all(axis=1)
+    latest = np.searchsorted(valid_s[good] + 0.05, fed_s + 1e-6, side="right") - 1
+    np.testing.assert_allclose(fed, velocity[good][latest], atol=1e-6)
+
+
+def test_one_seed_gives_the_same_bytes_twice_and_another_seed_others() -> None:
+    short = Mission("short", tuple(rest("still", 3.0)))
+    runs: list[bytes] = []
+    for seed in (1, 1, 2):
+        data: list[bytes] = []
+        simulate_dive(FILE, "survey", short, seed=seed, sink=lambda _, d, data=data: data.append(d))
+        runs.append(b"".join(data))
+    assert runs[0] == runs[1]
+    assert runs[0] != runs[2]
+
+
+def test_without_noise_the_chain_of_bytes_dives_as_the_direct_path_does() -> None:
+    truth = load_truth(FILE, "hovering").calm()
+    frames = recorded(noise=QUIET, truth=truth)
+    direct = simulate_truth(FILE, "hovering", OUT, seed=0, noise=None, truth=truth)
+    last = [m for m in frames["ODOMETRY"] if not math.isnan(m.vx)]
+    by_bytes = np.interp(
+        np.arange(3.0, 30.0, 0.5), [m.time_usec / 1e6 - 1.0 for m in last], [m.vx for m in last]
+    )
+    by_truth = np.interp(np.arange(3.0, 30.0, 0.5), direct.time_s, direct.nu[:, 0])
+    np.testing.assert_allclose(by_bytes, by_truth, atol=0.03)
+
+
+def test_with_accepted_parameters_the_feedforward_is_computed_logged_and_applied() -> None:
+    server = accepted()
+    frames = recorded(parameters=server, mode=Mode.BOTH)
+    assert {m.value for m in frames["FF_MODE"]} == {3.0}
+    assert not [m.text for m in frames["STATUSTEXT"] if " off: " in m.text]
+    model = load_truth(FILE, "hovering").model
+    for tau, wanted in zip(frames["TAU_FF"], frames["NU_REF"], strict=True):
+        surge = model["M_u"] * wanted.data[6] + model["D_u"] * wanted.data[0]
+        assert tau.data[0] == pytest.approx(surge, rel=1e-5, abs=1e-4)
+        yaw = model["I_r"] * wanted.data[11] + model["D_r"] * wanted.data[5]
+        assert tau.data[5] == pytest.approx(yaw, rel=1e-5, abs=1e-4)
+    error = [abs(fb.data[0] - ref.data[0]) for fb, ref in zip(frames["NU_FB"], frames["NU_REF"], strict=True)]
+    assert np.mean(error) < 0.01
+
+
+def test_a_mode_that_needs_parameters_is_refused_where_there_are_none() -> None:
+    with pytest.raises(ParamRejected, match="FF_MODE 2 needs a set of parameters"):
+        recorded(mode=Mode.ALONE)
+
+
+def test_surface_fixes_come_only_while_the_antenna_is_out_of_the_water() -> None:
+    mission = Mission("down", tuple(rest("afloat", 3.0) + dive("down", 0.4) + rest("below", 3.0)), 0.2)
+    fixes = recorded(mission, noise=QUIET)["GPS_RAW_INT"]
+    assert fixes[1].fix_type == 3
+    assert (fixes[1].lat / 1e7, fixes[1].lon / 1e7) == pytest.approx((44.03, 11.27), abs=1e-5)
+    assert fixes[-1].fix_type == 1
+
+
+def test_shaft_speeds_have_the_sign_of_their_thrust_and_its_square_root(told: dict[str, list[Any]]) -> None:
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    thrust = {m.time_usec: curve.thrust(m.actuator[:8]) for m in told["ACTUATOR_OUTPUT_STATUS"]}
+    checked = 0
+    for message in told["RPM"]:
+        ticks = [thrust.get(message.time_usec - 50_000 * back) for back in (1, 2, 3, 4, 5)]
+        if any(tick is None for tick in ticks):
+            continue
+        steady = np.ptp(ticks, axis=0) < 0.02 * np.abs(ticks[0])
+        for i in np.flatnonzero(steady & (np.abs(ticks[0]) > 2.0)):
+            wanted = 60 * shaft_speed(FILE.vehicle.thrust_curve, ticks[0][i])
+            assert message.data[i] == pytest.approx(wanted, rel=0.05)
+            checked += 1
+    assert checked > 40
+
+
+def test_progress_runs_up_to_one_and_the_pace_is_asked_every_tick() -> None:
+    shares: list[float] = []
+    asked: list[float] = []
+    short = Mission("short", tuple(rest("still", 10.0)))
+    recorded(short, progress=shares.append, pace=asked.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    np.testing.assert_allclose(asked, np.arange(1, 221) * 0.05)
+
+
+def test_an_idle_vehicle_answers_the_ground_while_simulated_time_passes() -> None:
+    near, far = memory_pair()
+    vehicle = SimulatedVehicle(FILE, "survey", (near,), Start(0), accepted())
+    for _ in range(40):
+        vehicle.tick(None)
+    assert vehicle.clock.boot_s() == pytest.approx(2.0)
+    assert vehicle.body.pwm_us == (1500.0,) * 8
+    assert far.read(0.0)
+
+
+def test_a_pace_of_twice_real_time_waits_for_half_the_time_that_is_left_and_never_backwards() -> None:
+    now, waits = [100.0], list[float]()
+    pace = real_time(2.0, lambda: now[0], waits.append)
+    pace(1.0)
+    now[0] = 100.4
+    pace(1.0)
+    now[0] = 103.0
+    pace(2.0)
+    assert waits == pytest.approx([0.5, 0.1])
+
+
+def test_a_vehicles_computer_never_loads_the_compiler() -> None:
+    program = "import sys, bridge.ports, bridge.vehicle.autopilot; sys.exit('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
