@@ -12,7 +12,10 @@ Address = tuple[str, int]
 
 
 class UdpLink:
-    """A datagram socket; each `read` gives one datagram. Without `peer` it answers all that spoke to it."""
+    """A datagram socket; each `read` gives one datagram. Without `peer` it answers all that spoke to it.
+
+    It is never connected: a peer that does not listen yet then raises no error.
+    """
 
     def __init__(self, name: str, sock: socket.socket, peer: Address | None) -> None:
         self.name = name
@@ -27,8 +30,7 @@ class UdpLink:
             if not ready:
                 return b""
             data, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
-        except (BlockingIOError, ConnectionRefusedError):
-            # Nobody listens there yet: an earlier datagram came back. That is no reason to stop.
+        except BlockingIOError:
             return b""
         except (OSError, ValueError) as error:
             raise self._lost(error) from None
@@ -42,7 +44,7 @@ class UdpLink:
         for peer in self._peers:
             try:
                 self._socket.sendto(data, peer)
-            except (BlockingIOError, ConnectionRefusedError):
+            except BlockingIOError:
                 continue
             except (OSError, ValueError) as error:
                 if not self._learns:

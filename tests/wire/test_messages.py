@@ -141,6 +141,17 @@ def test_no_bottom_lock_is_nan_and_quality_minus_1_even_if_one_axis_still_speaks
     assert all(math.isnan(v) for v in reading.values[:3])
 
 
+def test_a_foreign_dvl_that_says_zero_velocity_and_failed_has_no_velocity() -> None:
+    lost = [0.0] * 21
+    odometry = dialect.MAVLink_odometry_message(
+        1, 20, 12, 0, 0, 0, [1, 0, 0, 0], 0.0, 0.0, 0.0, 0, 0, 0, lost, lost, quality=-1
+    )
+    (frame,) = Framer().feed(Encoder(1, 1).encode(odometry))
+    reading = decode(frame)
+    assert reading is not None
+    assert all(math.isnan(v) for v in reading.values[:3])
+
+
 def test_altitude_looks_down_in_centimetres_and_pressure_is_hectopascal() -> None:
     _, m = over_the_wire(Reading("altitude", 2.0, (3.21,)))
     assert (m["orientation"], m["current_distance"], m["time_boot_ms"]) == (25, 321, 2000)

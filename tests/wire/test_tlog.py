@@ -210,6 +210,17 @@ def test_an_unknown_id_is_kept_unchecked(tmp_path: Path) -> None:
     assert reader.counts == {"records": 5, "unknown": 1}
 
 
+def test_a_false_record_that_ends_where_a_record_ends_hides_nothing(tmp_path: Path) -> None:
+    log = records(5)
+    hidden = to_bytes(log[1:3])
+    false_record = log[0][0].to_bytes(8, "big") + unknown_frame(hidden)[:10]
+    # The last two bytes of the hidden records stand where the false one has its checksum.
+    false_record = false_record[:9] + bytes((len(hidden) - 2,)) + false_record[10:]
+    path = tmp_path / "false.tlog"
+    path.write_bytes(to_bytes(log[:1]) + false_record + hidden + to_bytes(log[3:]))
+    assert read(path) == log
+
+
 @pytest.mark.parametrize("content", [b"", b"time,u,v\n1,2,3\n" * 50, bytes(1000), b"\x1f\x8bnot gzip at all"])
 def test_what_is_no_recording_is_named_in_one_sentence(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "notes.tlog"
