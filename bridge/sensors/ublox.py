@@ -1,0 +1,283 @@
+"""u-blox 7 GNSS receiver: UBX NAV messages or NMEA sentences, told apart here and decoded by pyubx2 and
+pynmeagps.
+
+Source: u-blox 7 receiver description (protocol version 14). A fix is one of, best first: NAV-PVT;
+NAV-POSLLH, NAV-SOL and NAV-VELNED of one epoch; GGA and RMC of one epoch. While a better one arrives, the
+others are ignored.
+
+Without a fix, position and motion are NaN. NMEA states no accuracy: its sigma is NaN. Time: arrival less the
+configured latency.
+"""
+
+import math
+import operator
+import re
+import struct
+from collections import Counter
+from functools import reduce
+from typing import Any, Final
+
+from pynmeagps import NMEAMessageError, NMEAParseError, NMEAReader, NMEATypeError
+from pyubx2 import UBXMessageError, UBXParseError, UBXReader, UBXTypeError
+
+from bridge.sensors.samples import GnssSample, Sample
+
+NO_FIX, FIX_2D, FIX_3D, FIX_DGPS, RTK_FLOAT, RTK_FIXED = range(1, 7)  # MAVLink's GPS_FIX_TYPE
+
+_UBX_START: Final = b"\xb5\x62"
+_MAX_PAYLOAD: Final = 1024
+_MAX_SENTENCE: Final = 120  # NMEA says 82, receivers exceed it
+_PVT, _POSLLH, _SOL, _VELNED = b"\x01\x07", b"\x01\x02", b"\x01\x06", b"\x01\x12"
+_LENGTHS: Final = {_PVT: (84, 92), _POSLLH: (28,), _SOL: (52,), _VELNED: (36,)}
+_SENTENCE: Final = re.compile(rb"\$[ -~]{0,%d}\r?\n" % _MAX_SENTENCE)
+_UNFINISHED: Final = re.compile(rb"\$[ -~]{0,%d}\r?" % _MAX_SENTENCE)
+_START: Final = re.compile(rb"\$|\xb5\x62|\xb5\Z")
+_FIELDS: Final = {b"GGA": 15, b"RMC": 12}  # at least, with the name
+_NMEA_FIXES: Final = {1: FIX_3D, 2: FIX_DGPS, 4: RTK_FIXED, 5: RTK_FLOAT}
+_KNOT_M_S: Final = 1852 / 3600
+_BY_NMEA, _BY_PARTS, _BY_PVT = range(3)
+_PARTS: Final = {_BY_NMEA: 2, _BY_PARTS: 3}
+_HIGHEST_M, _FASTEST_M_S = 20_000.0, 600.0
+_SILENCE_S: Final = 5.0  # after which a worse source is taken again
+
+
+def encode_ubx(message: bytes, payload: bytes) -> bytes:
+    """A UBX frame of the message class and id (2 bytes)."""
+    body = message + struct.pack("<H", len(payload)) + payload
+    return _UBX_START + body + _fletcher(body)
+
+
+def encode_enable(message: bytes, each: int = 1) -> bytes:
+    """The command (CFG-MSG) that has a message sent on this port with each n-th epoch; 0 turns it off."""
+    return encode_ubx(b"\x06\x01", message + bytes((each,)))
+
+
+def encode_nav_pvt(sample: GnssSample, epoch_ms: int) -> bytes:
+    """NAV-PVT (84 bytes, as a u-blox 7 sends it) of a sample; a NaN is sent as zero, the date as none."""
+    fix = {NO_FIX: 0, FIX_2D: 2}.get(sample.fix_type, 3)
+    flags = (fix > 0) | (sample.fix_type == FIX_DGPS) << 1
+    height_mm = _scaled(sample.altitude_m, 1e3)
+    speed_mm_s = _scaled(sample.speed_m_s, 1e3)
+    north = _scaled(sample.speed_m_s * math.cos(sample.course_rad), 1e3)
+    east = _scaled(sample.speed_m_s * math.sin(sample.course_rad), 1e3)
+    payload = struct.pack(
+        "<I 8x I i 2B x B 2i 2i 2I 4i i 2I H 6x",
+        epoch_ms,
+        0, 0,
+        fix, flags, sample.satellites,
+        _scaled(sample.longitude_deg, 1e7), _scaled(sample.latitude_deg, 1e7),
+        height_mm, height_mm,
+        _scaled(sample.horizontal_sigma_m, 1e3), 0,
+        north, east, 0, speed_mm_s,
+        _scaled(math.degrees(sample.course_rad) % 360, 1e5),
+        0, 0, 100,
+    )  # fmt: skip
+    return encode_ubx(_PVT, payload)
+
+
+def encode_nmea(body: str) -> bytes:
+    """A sentence around `body` (`GPGGA,...`), with its checksum."""
+    return b"$%s*%02X\r\n" % (body.encode("ascii"), _xor(body.encode("ascii")))
+
+
+_Place = tuple[float, float, float, float]  # latitude and longitude (deg), altitude and sigma (m)
+
+
+class UbloxParser:
+    """Fixes of the receiver.
+
+    counts: good, checksum, malformed, overlong, skipped bytes, ignored (messages of no use here, or a worse
+    source), out of range.
+    """
+
+    def __init__(self, latency_s: float = 0.0) -> None:
+        self.counts: Counter[str] = Counter()
+        self._latency_s = latency_s
+        self._buffer = bytearray()
+        self._parts: dict[bytes, Any] = {}
+        self._epoch: tuple[int, bytes] | None = None
+        self._source, self._source_s = _BY_NMEA, -math.inf
+
+    def feed(self, data: bytes, time_s: float) -> list[Sample]:
+        """Samples that the messages in `data` complete."""
+        samples: list[Sample] = []
+        buffer = self._buffer
+        buffer += data
+        at = 0
+        while True:
+            match = _START.search(buffer, at)
+            start = match.start() if match else len(buffer)
+            if start > at:
+                self.counts["skipped bytes"] += start - at
+                at = start
+            if match is None:
+                break
+            size = self._ubx_size(at) if buffer[at] == _UBX_START[0] else self._nmea_size(at)
+            if size is None:
+                break
+            message = bytes(buffer[at : at + size])
+            if not message or not self._is_sound(message):
+                self.counts["skipped bytes"] += 1
+                at += 1
+                continue
+            at += size
+            is_ubx = message.startswith(_UBX_START)
+            sample = self._ubx(message, time_s) if is_ubx else self._nmea(message, time_s)
+            if sample is not None:
+                samples.append(sample)
+        del buffer[:at]
+        return samples
+
+    def _ubx_size(self, at: int) -> int | None:
+        """Size of the message at `at`; 0 where there is none, None where it is not all there."""
+        if len(self._buffer) - at < 6:
+            return None
+        length = int.from_bytes(self._buffer[at + 4 : at + 6], "little")
+        fitting = _LENGTHS.get(bytes(self._buffer[at + 2 : at + 4]))
+        if length > _MAX_PAYLOAD or (fitting and length not in fitting):
+            self.counts["overlong" if length > _MAX_PAYLOAD else "malformed"] += 1
+            return 0
+        return length + 8 if at + length + 8 <= len(self._buffer) else None
+
+    def _nmea_size(self, at: int) -> int | None:
+        sentence = _SENTENCE.match(self._buffer, at)
+        if sentence:
+            return sentence.end() - at
+        return None if _UNFINISHED.fullmatch(self._buffer, at) else 0
+
+    def _is_sound(self, message: bytes) -> bool:
+        if message.startswith(_UBX_START):
+            sound = _fletcher(message[2:-2]) == message[-2:]
+        else:
+            body, _, given = message[1:].rstrip(b"\r\n").rpartition(b"*")
+            sound = given == b"%02X" % _xor(body)
+        if not sound:
+            self.counts["checksum"] += 1
+        return sound
+
+    def _ubx(self, message: bytes, time_s: float) -> GnssSample | None:
+        kind = message[2:4]
+        if kind not in _LENGTHS or not self._is_best(_BY_PVT if kind == _PVT else _BY_PARTS, time_s):
+            self.counts["ignored"] += 1
+            return None
+        try:
+            decoded = UBXReader.parse(message)
+        except (UBXParseError, UBXMessageError, UBXTypeError):
+            self.counts["malformed"] += 1
+            return None
+        if kind == _PVT:
+            fix = _ubx_fix(decoded.fixType, decoded.gnssFixOk, decoded.diffSoln)
+            motion = decoded.gSpeed / 1e3, decoded.headMot
+            return self._fix(_BY_PVT, time_s, fix, _place(decoded), motion, decoded.numSV)
+        parts = self._together(_BY_PARTS, message[6:10], kind, decoded)
+        if len(parts) < 3:
+            return None
+        state, velocity = parts[_SOL], parts[_VELNED]
+        fix = _ubx_fix(state.gpsFix, state.gpsfixOK, state.diffSoln)
+        motion = velocity.gSpeed / 1e2, velocity.heading
+        return self._fix(_BY_PARTS, time_s, fix, _place(parts[_POSLLH]), motion, state.numSV)
+
+    def _nmea(self, message: bytes, time_s: float) -> GnssSample | None:
+        kind = message[3:6]
+        if kind not in _FIELDS or not self._is_best(_BY_NMEA, time_s):
+            self.counts["ignored"] += 1
+            return None
+        fields = message.split(b",")
+        try:
+            decoded = NMEAReader.parse(message) if len(fields) >= _FIELDS[kind] else None
+        except (NMEAParseError, NMEAMessageError, NMEATypeError):
+            decoded = None
+        if decoded is None:
+            self.counts["malformed"] += 1
+            return None
+        parts = self._together(_BY_NMEA, fields[1], kind, decoded)
+        if len(parts) < 2:
+            return None
+        gga, rmc = parts[b"GGA"], parts[b"RMC"]
+        fix = _NMEA_FIXES.get(_field(gga, "quality"), NO_FIX) if _field(rmc, "status") == "A" else NO_FIX
+        place = _number(gga, "lat"), _number(gga, "lon"), _number(gga, "alt"), math.nan
+        motion = _number(rmc, "spd") * _KNOT_M_S, _number(rmc, "cog")
+        return self._fix(_BY_NMEA, time_s, fix, place, motion, _field(gga, "numSV") or 0)
+
+    def _is_best(self, source: int, time_s: float) -> bool:
+        return source >= self._source or time_s - self._source_s > _SILENCE_S
+
+    def _together(self, source: int, epoch: bytes, kind: bytes, decoded: Any) -> dict[bytes, Any]:
+        """The messages of one epoch so far; once they are complete, the next starts empty."""
+        if (source, epoch) != self._epoch:
+            self._epoch, self._parts = (source, epoch), {}
+        self._parts[kind] = decoded
+        parts = self._parts
+        if len(parts) == _PARTS[source]:
+            self._parts = {}
+        return parts
+
+    def _fix(
+        self,
+        source: int,
+        time_s: float,
+        fix: int,
+        place: _Place,
+        motion: tuple[float, float],
+        satellites: int,
+    ) -> GnssSample | None:
+        self._source, self._source_s = source, time_s
+        latitude_deg, longitude_deg, altitude_m, sigma_m = place
+        speed_m_s, course_deg = motion
+        if fix == NO_FIX:
+            latitude_deg = longitude_deg = altitude_m = sigma_m = speed_m_s = course_deg = math.nan
+        elif not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):
+            self.counts["out of range"] += 1
+            return None
+        self.counts["good"] += 1
+        return GnssSample(
+            time_s - self._latency_s,
+            fix,
+            latitude_deg,
+            longitude_deg,
+            altitude_m if abs(altitude_m) <= _HIGHEST_M else math.nan,
+            sigma_m,
+            speed_m_s if 0 <= speed_m_s <= _FASTEST_M_S else math.nan,
+            math.radians(course_deg) if abs(course_deg) <= 360 else math.nan,
+            satellites,
+        )
+
+
+def _ubx_fix(fix: int, is_ok: int, is_differential: int) -> int:
+    """MAVLink's fix type of the receiver's: 2 is 2D, 3 is 3D, 4 is 3D with dead reckoning."""
+    if not is_ok or fix not in (2, 3, 4):
+        return NO_FIX
+    if fix == 2:
+        return FIX_2D
+    return FIX_DGPS if is_differential else FIX_3D
+
+
+def _place(decoded: Any) -> _Place:
+    return decoded.lat, decoded.lon, decoded.hMSL / 1e3, decoded.hAcc / 1e3
+
+
+def _field(decoded: Any, name: str) -> Any:
+    """A field of a sentence; an absent or empty one is None."""
+    value = getattr(decoded, name, "")
+    return None if value == "" else value
+
+
+def _number(decoded: Any, name: str) -> float:
+    value = _field(decoded, name)
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
+def _scaled(value: float, by: float) -> int:
+    return round(value * by) if math.isfinite(value) else 0
+
+
+def _fletcher(body: bytes) -> bytes:
+    a = b = 0
+    for byte in body:
+        a = (a + byte) & 0xFF
+        b = (b + a) & 0xFF
+    return bytes((a, b))
+
+
+def _xor(body: bytes) -> int:
+    return reduce(operator.xor, body, 0)

@@ -1,0 +1,300 @@
+"""Vectors: GGA and RMC are the well-known pair of the NMEA literature (48 07.038 N); the CFG-MSG commands
+are the ones that u-blox's documentation and users print. UBX NAV messages are built by pyubx2, so not by
+the hand that decodes."""
+
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyubx2 import GET, UBXMessage
+from sensor_streams import bytewise, fed, flips, largest_buffer, random_chunks, splits
+
+from bridge.sensors.samples import GnssSample
+from bridge.sensors.ublox import (
+    FIX_2D,
+    FIX_3D,
+    FIX_DGPS,
+    NO_FIX,
+    RTK_FIXED,
+    UbloxParser,
+    encode_enable,
+    encode_nav_pvt,
+    encode_nmea,
+    encode_ubx,
+)
+
+GGA = b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n"
+RMC = b"$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A\r\n"
+PVT_FIELDS = {
+    "fixType": 3,
+    "gnssFixOk": 1,
+    "numSV": 9,
+    "lat": 59.91,
+    "lon": -10.75,
+    "hMSL": 12_500,
+    "hAcc": 2100,
+}
+PVT_FIELDS |= {"gSpeed": 500, "headMot": 57.3}
+
+
+def nav(name: str, **fields) -> bytes:
+    return UBXMessage("NAV", f"NAV-{name}", GET, **fields).serialize()
+
+
+PVT = nav("PVT", **PVT_FIELDS)
+
+
+def parts(epoch: int, **state) -> list[bytes]:
+    return [
+        nav("POSLLH", iTOW=epoch, lat=59.91, lon=-10.75, hMSL=12_500, hAcc=2100),
+        nav("SOL", iTOW=epoch, **{"gpsFix": 3, "gpsfixOK": 1, "numSV": 9, **state}),
+        nav("VELNED", iTOW=epoch, gSpeed=50, heading=57.3),
+    ]
+
+
+def shown(samples) -> str:
+    """NaN equals itself in text."""
+    return repr(samples)
+
+
+def assert_the_fix(sample: GnssSample) -> None:
+    assert (sample.fix_type, sample.satellites) == (FIX_3D, 9)
+    place = (sample.latitude_deg, sample.longitude_deg, sample.altitude_m, sample.horizontal_sigma_m)
+    assert place == pytest.approx((59.91, -10.75, 12.5, 2.1))
+    assert (sample.speed_m_s, math.degrees(sample.course_rad)) == pytest.approx((0.5, 57.3))
+
+
+def test_nav_pvt_is_a_fix_at_arrival_less_latency():
+    parser = UbloxParser(latency_s=0.25)
+    (sample,) = parser.feed(PVT, 10.0)
+    assert sample.time_s == 9.75
+    assert_the_fix(sample)
+    assert parser.counts == {"good": 1}
+
+
+def test_the_84_bytes_of_a_u_blox_7_are_read_as_the_92_of_later_ones():
+    (sample,) = UbloxParser().feed(encode_ubx(b"\x01\x07", PVT[6 : 6 + 84]), 10.0)
+    assert_the_fix(sample)
+
+
+def test_three_messages_of_one_epoch_are_a_fix_in_any_order():
+    for order in ((0, 1, 2), (2, 1, 0), (1, 2, 0)):
+        messages = parts(7000)
+        (sample,) = fed(UbloxParser(), [messages[i] for i in order])
+        assert_the_fix(sample)
+
+
+def test_messages_of_different_epochs_are_not_put_together():
+    old, new = parts(7000), parts(8000)
+    parser = UbloxParser()
+    assert fed(parser, [old[0], old[1], new[2], new[0]]) == []
+    assert len(parser.feed(new[1], 0.0)) == 1
+
+
+def test_the_well_known_sentences_are_a_fix():
+    (sample,) = UbloxParser().feed(GGA + RMC, 10.0)
+    assert (sample.fix_type, sample.satellites) == (FIX_3D, 8)
+    assert (sample.latitude_deg, sample.longitude_deg) == pytest.approx((48 + 7.038 / 60, 11 + 31.0 / 60))
+    assert sample.altitude_m == 545.4
+    assert sample.speed_m_s == pytest.approx(22.4 * 0.514444, rel=1e-5)
+    assert math.degrees(sample.course_rad) == pytest.approx(84.4)
+    assert math.isnan(sample.horizontal_sigma_m)
+
+
+def test_the_encoder_of_sentences_writes_the_well_known_checksum():
+    assert encode_nmea(GGA[1:-5].decode()) == GGA
+    assert encode_nmea(RMC[1:-5].decode()) == RMC
+
+
+def test_the_commands_that_enable_a_message_are_the_documented_bytes():
+    assert encode_enable(b"\x01\x07").hex() == "b562060103000107011351"
+    assert (
+        encode_ubx(b"\x06\x01", bytes.fromhex("0107000100000000")).hex() == "b56206010800010700010000000018e1"
+    )
+
+
+@pytest.mark.parametrize(
+    ("fields", "fix_type"),
+    [
+        ({"fixType": 0}, NO_FIX),
+        ({"fixType": 1}, NO_FIX),
+        ({"fixType": 2}, FIX_2D),
+        ({"fixType": 4}, FIX_3D),
+        ({"fixType": 5}, NO_FIX),
+        ({"diffSoln": 1}, FIX_DGPS),
+        ({"gnssFixOk": 0}, NO_FIX),
+    ],
+)
+def test_the_fix_type_is_mavlinks(fields, fix_type):
+    (sample,) = UbloxParser().feed(nav("PVT", **{**PVT_FIELDS, **fields}), 0.0)
+    assert sample.fix_type == fix_type
+    assert math.isnan(sample.latitude_deg) == (fix_type == NO_FIX)
+
+
+@pytest.mark.parametrize(
+    ("quality", "fix_type"), [("0", NO_FIX), ("2", FIX_DGPS), ("4", RTK_FIXED), ("6", NO_FIX)]
+)
+def test_the_quality_of_a_sentence_is_mavlinks_fix_type(quality, fix_type):
+    gga = encode_nmea(f"GPGGA,123519,4807.038,N,01131.000,E,{quality},08,0.9,545.4,M,46.9,M,,")
+    (sample,) = UbloxParser().feed(gga + RMC, 0.0)
+    assert sample.fix_type == fix_type
+
+
+def test_without_a_fix_position_and_motion_are_nan():
+    empty = encode_nmea("GPGGA,123519,,,,,0,00,99.99,,,,,,") + encode_nmea("GPRMC,123519,V,,,,,,,230394,,,N")
+    void = GGA + encode_nmea("GPRMC,123519,V,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W")
+    pvt = nav("PVT", **{**PVT_FIELDS, "fixType": 0})
+    solution = b"".join(parts(1, gpsFix=0))
+    for data in (empty, void, pvt, solution):
+        (sample,) = UbloxParser().feed(data, 0.0)
+        assert sample.fix_type == NO_FIX
+        assert all(map(math.isnan, (sample.latitude_deg, sample.longitude_deg, sample.altitude_m)))
+        assert all(map(math.isnan, (sample.speed_m_s, sample.course_rad)))
+
+
+def test_a_better_source_silences_the_others_until_it_has_been_silent_itself():
+    parser = UbloxParser()
+    assert len(parser.feed(GGA + RMC, 0.0)) == 1
+    assert len(parser.feed(b"".join(parts(1)), 1.0)) == 1
+    assert parser.feed(GGA + RMC, 1.1) == []
+    assert len(parser.feed(PVT, 2.0)) == 1
+    assert parser.feed(b"".join(parts(2)) + GGA + RMC, 2.1) == []
+    assert len(parser.feed(GGA + RMC, 8.0)) == 1
+    assert parser.counts == {"good": 4, "ignored": 7}
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (encode_nmea("GPGSV,1,1,00"), "ignored"),
+        (encode_nmea("PUBX,00,1"), "ignored"),
+        (encode_ubx(b"\x01\x30", bytes(20)), "ignored"),
+        (encode_ubx(b"\x05\x01", b"\x06\x01"), "ignored"),
+        (encode_nmea("GPGGA,123519,4807.038,N,01131.000,E,x,08,0.9,545.4,M,46.9,M,,"), "malformed"),
+        (GGA.replace(b"4807", b"4808"), "checksum"),
+        (GGA.replace(b"*47", b""), "checksum"),
+        (PVT[:30] + bytes((PVT[30] ^ 1,)) + PVT[31:], "checksum"),
+        (encode_ubx(b"\x01\x07", bytes(10)), "malformed"),
+        (nav("PVT", **{**PVT_FIELDS, "lat": 91.0}), "out of range"),
+    ],
+)
+def test_what_gives_no_fix_is_counted_and_the_next_is_read(data, reason):
+    parser = UbloxParser()
+    assert len(fed(parser, [data, PVT, PVT])) >= 1
+    assert parser.counts[reason] == 1
+
+
+def test_numbers_that_are_none_do_not_become_a_fix():
+    gga = encode_nmea("GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,inf,M,nan,M,,")
+    rmc = encode_nmea("GPRMC,123519,A,4807.038,N,01131.000,E,nan,inf,230394,003.1,W")
+    (sample,) = UbloxParser().feed(gga + rmc, 0.0)
+    assert all(map(math.isnan, (sample.altitude_m, sample.speed_m_s, sample.course_rad)))
+
+
+@pytest.mark.parametrize("data", [PVT, GGA + RMC, b"".join(parts(1))])
+def test_messages_may_arrive_in_any_pieces(data):
+    whole = shown(UbloxParser().feed(data, 10.0))
+    for pieces in (*splits(data), tuple(bytewise(data))):
+        parser = UbloxParser()
+        assert shown(fed(parser, pieces)) == whole
+        assert parser.counts["good"] == 1
+        assert parser.counts["skipped bytes"] == 0
+
+
+def test_no_single_flipped_bit_gives_another_fix():
+    for data in (PVT, GGA + RMC):
+        good = shown(UbloxParser().feed(data, 0.0))
+        for bad in flips(data):
+            assert shown(UbloxParser().feed(bad, 0.0)) in ("[]", good)
+
+
+@pytest.mark.parametrize(
+    "noise", [b"$", b"$GP", b"\xb5", b"\xb5\x62", b"\xb5\x62\x01\x07\xff\xff", b"\r\n", bytes(9)]
+)
+def test_noise_before_and_between_costs_no_message(noise):
+    parser = UbloxParser()
+    found = fed(parser, [noise + PVT + noise + PVT + noise + bytes(1100)])
+    assert len(found) == 2
+
+
+def test_messages_are_found_in_random_noise_however_it_is_cut():
+    rng = random.Random(9)
+    for _ in range(50):
+        stream = (
+            rng.randbytes(rng.randint(0, 60)) + PVT + rng.randbytes(rng.randint(0, 60)) + PVT + bytes(1100)
+        )
+        assert len(fed(UbloxParser(), random_chunks(stream, rng))) == 2
+
+
+@pytest.mark.parametrize("data", [b"$" + b"G" * 5000, b"$GPGGA," + b"1" * 200 + b"\r\n"])
+def test_an_overlong_sentence_is_passed_over(data):
+    parser = UbloxParser()
+    assert len(parser.feed(data + PVT, 0.0)) == 1
+    assert parser.counts["skipped bytes"] == len(data)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.floats(-89.9, 89.9),
+    st.floats(-179.9, 179.9),
+    st.floats(-400, 9000),
+    st.floats(0, 100),
+    st.floats(0, 6.28),
+    st.sampled_from([FIX_2D, FIX_3D, FIX_DGPS]),
+)
+def test_what_is_encoded_is_what_is_parsed(latitude, longitude, altitude, speed, course, fix_type):
+    given_sample = GnssSample(10.0, fix_type, latitude, longitude, altitude, 2.5, speed, course, 11)
+    (sample,) = UbloxParser().feed(encode_nav_pvt(given_sample, 123_000), 10.0)
+    assert (sample.fix_type, sample.satellites) == (fix_type, 11)
+    assert (sample.latitude_deg, sample.longitude_deg) == pytest.approx((latitude, longitude), abs=0.51e-7)
+    assert (sample.altitude_m, sample.speed_m_s) == pytest.approx((altitude, speed), abs=0.51e-3)
+    assert sample.course_rad == pytest.approx(course, abs=2e-7)
+
+
+def test_a_sample_without_a_fix_is_encoded_without_one():
+    nan = math.nan
+    lost = GnssSample(10.0, NO_FIX, nan, nan, nan, nan, nan, nan, 3)
+    assert shown(UbloxParser().feed(encode_nav_pvt(lost, 0), 10.0)) == shown([lost])
+
+
+fields = st.text(st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="*$"), max_size=8)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.sampled_from(["GPGGA", "GPRMC"]),
+    st.lists(fields | st.sampled_from(["1", "N", "E", "A", "4807.038", "123519"]), max_size=16),
+)
+def test_no_sentence_makes_the_parser_raise(kind, values):
+    parser = UbloxParser()
+    parser.feed(encode_nmea(",".join([kind, *values])), 0.0)
+    parser.feed(GGA + RMC, 0.0)
+    assert parser.counts["good"] >= 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from([b"\x01\x07", b"\x01\x02", b"\x01\x06", b"\x01\x12", b"\x0a\x04"]),
+    st.binary(max_size=100),
+)
+def test_no_payload_makes_the_parser_raise(kind, payload):
+    parser = UbloxParser()
+    sizes = {b"\x01\x07": 84, b"\x01\x02": 28, b"\x01\x06": 52, b"\x01\x12": 36}
+    size = sizes.get(kind, len(payload))
+    parser.feed(encode_ubx(kind, payload[:size].ljust(size, b"\x5a")), 0.0)
+    assert parser.counts["malformed"] == 0
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.binary(max_size=100) | st.sampled_from([PVT[:40], GGA[:30], b"$"]), max_size=10))
+def test_no_bytes_raise(chunks):
+    assert fed(UbloxParser(), chunks) == []
+
+
+def test_memory_stays_bounded_in_noise():
+    rng = random.Random(1)
+    assert largest_buffer(UbloxParser, rng) <= 1032
+    assert largest_buffer(UbloxParser, rng, alphabet=b"$GP,*\r1") <= 1032
+    assert largest_buffer(UbloxParser, rng, alphabet=b"\xb5\x62\x01\x03\x00") <= 1032
