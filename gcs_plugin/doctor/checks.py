@@ -1,0 +1,216 @@
+"""The dry doctor: each check judges one thing that was heard, and says it in a sentence."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Final
+
+from bridge.errors import SeatrialError
+from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
+from gcs_plugin.doctor.findings import Finding, fail, ok, warn
+from gcs_plugin.doctor.observe import Arrival, Observed
+
+HEARTBEAT_LIMIT_S: Final = 3.5
+LOSS_WARN: Final = 0.05
+ROUND_TRIP_WARN_S: Final = 0.25
+CLOCK_WARN_S: Final = 2.0
+GRAVITY_TOLERANCE_M_S2: Final = 0.5
+DISK_WARN_BYTES: Final = 500_000_000
+DISK_FAIL_BYTES: Final = 20_000_000
+RATE_TOLERANCE: Final = 0.8
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """One line of the telemetry contract: the least rate of a signal, and which device must be aboard for it."""
+
+    signal: str
+    label: str
+    least_hz: float
+    device: str = ""
+
+
+CONTRACT: Final = (
+    Expected("imu", "IMU", 25.0, "imu"),
+    Expected("fog", "fibre-optic gyro", 25.0, "fog"),
+    Expected("dvl", "DVL", 5.0, "dvl"),
+    Expected("altitude", "altitude", 5.0, "dvl"),
+    Expected("pressure", "depth", 5.0, "depth"),
+    Expected("attitude", "attitude", 10.0, "imu"),
+    Expected("pwm", "thruster commands", 10.0),
+    Expected("tau_cmd", "wrench applied", 10.0),
+    Expected("nu_fb", "controller's velocity", 10.0),
+    Expected("nu_ref", "reference", 10.0),
+    Expected("ff_mode", "feed-forward mode", 1.0),
+    Expected("veh_cfg", "configuration", 1.0),
+)
+
+
+def check_heartbeat(observed: Observed) -> Finding:
+    """Whether a vehicle beats on the link, now."""
+    beats = observed.arrivals.get("alive", [])
+    if not observed.frames:
+        return fail(
+            "link",
+            f"{observed.link}: nothing arrived in {observed.listened_s:.0f} s; check cable and address",
+        )
+    if not beats:
+        return fail(
+            "link",
+            f"{observed.link}: {observed.frames} frames, but no vehicle's HEARTBEAT; is this the vehicle?",
+        )
+    age_s = observed.ended_s - beats[-1].time_s
+    if age_s > HEARTBEAT_LIMIT_S:
+        return fail(
+            "link", f"{observed.link}: the last HEARTBEAT is {age_s:.1f} s old; the vehicle went silent"
+        )
+    armed = "armed" if beats[-1].reading.values[0] else "disarmed"
+    return ok("link", f"{observed.link}: a vehicle beats, {armed}, last {age_s:.1f} s ago")
+
+
+def check_loss(observed: Observed) -> Finding:
+    """How much of what was sent is seen here."""
+    sources = [s for s in observed.health.sources if s.received + s.lost >= 20]
+    if not sources:
+        return warn("loss", f"{observed.link}: too few frames to tell a loss from")
+    worst = max(sources, key=lambda source: source.loss)
+    sentence = f"{observed.link}: {worst.loss:.1%} of {worst.system}/{worst.component} lost, as seen here"
+    return warn("loss", f"{sentence}; better the link") if worst.loss > LOSS_WARN else ok("loss", sentence)
+
+
+def check_timesync(observed: Observed) -> Finding:
+    """Whether the vehicle tells its time, and how quickly."""
+    if not observed.time_answers:
+        return warn(
+            "time", f"{observed.link}: nobody answers TIMESYNC, latencies can't be told; update the bridge"
+        )
+    best = min(observed.time_answers, key=lambda answer: answer.round_trip_s)
+    sentence = (
+        f"round trip {best.round_trip_s * 1e3:.0f} ms, the vehicle's clock is at {best.vehicle_s:.1f} s"
+    )
+    if best.round_trip_s > ROUND_TRIP_WARN_S:
+        return warn("time", f"{sentence}; the link is slow")
+    return ok("time", sentence)
+
+
+def check_date(observed: Observed) -> Finding:
+    """Whether vehicle and ground agree on the date."""
+    clocks = observed.arrivals.get("clock", [])
+    if not clocks:
+        return warn("date", "no SYSTEM_TIME arrived, the recording's date is the ground's alone")
+    last = clocks[-1]
+    there_s = last.reading.values[0] + observed.ended_s - last.time_s
+    apart_s = there_s - observed.unix_s
+    if abs(apart_s) > CLOCK_WARN_S:
+        way = "ahead of" if apart_s > 0 else "behind"
+        return warn(
+            "date", f"the vehicle's date is {abs(apart_s):.0f} s {way} this computer's; set one of them"
+        )
+    return ok("date", f"the vehicle's date and this computer's are {abs(apart_s) * 1e3:.0f} ms apart")
+
+
+def check_disk(free_bytes: int, place: str) -> Finding:
+    """Whether there is room for a dive's recording."""
+    sentence = f"{place}: {free_bytes / 1e9:.1f} GB free"
+    if free_bytes < DISK_FAIL_BYTES:
+        return fail("disk", f"{sentence}, not enough for a dive; free some space")
+    return (
+        warn("disk", f"{sentence}; free some space") if free_bytes < DISK_WARN_BYTES else ok("disk", sentence)
+    )
+
+
+def check_signal(observed: Observed, expected: Expected, vehicle: Vehicle | None) -> Finding | None:
+    """Rate and age of one signal of the contract; None where this vehicle does not carry its device."""
+    if vehicle is not None and expected.device and expected.device not in vehicle.sensors.present():
+        return None
+    arrivals = observed.arrivals.get(expected.signal, [])
+    if not arrivals:
+        must = vehicle is not None or not expected.device
+        says = f"{expected.label}: nothing arrived in {observed.listened_s:.0f} s"
+        return (
+            fail(expected.signal, f"{says}; check the device and its port")
+            if must
+            else warn(expected.signal, says)
+        )
+    rate_hz, age_s = _rate_hz(arrivals), observed.ended_s - arrivals[-1].time_s
+    if age_s > max(3.0 / expected.least_hz, 1.0):
+        return fail(expected.signal, f"{expected.label}: the last value is {age_s:.1f} s old; it went silent")
+    sentence = f"{expected.label}: {rate_hz:.1f} Hz"
+    if len(arrivals) < 3 or rate_hz < RATE_TOLERANCE * expected.least_hz:
+        return warn(
+            expected.signal, f"{sentence}, the contract asks for {expected.least_hz:g}; check its settings"
+        )
+    return ok(expected.signal, sentence)
+
+
+def check_bottom_lock(observed: Observed) -> Finding | None:
+    """How often the DVL sees the bottom; None without a DVL."""
+    arrivals = observed.arrivals.get("dvl", [])
+    if not arrivals:
+        return None
+    locked = sum(all(map(math.isfinite, a.reading.values[:3])) for a in arrivals) / len(arrivals)
+    sentence = f"DVL: bottom lock in {locked:.0%} of its pings"
+    if locked == 0.0:
+        return warn("bottom lock", f"{sentence}; out of the water, or too far from the bottom")
+    return warn("bottom lock", f"{sentence}; it drops out") if locked < 0.9 else ok("bottom lock", sentence)
+
+
+def check_gravity(observed: Observed) -> Finding | None:
+    """Whether the IMU at rest feels gravity, upwards; None without an IMU."""
+    arrivals = observed.arrivals.get("imu", [])
+    if not arrivals:
+        return None
+    x, y, z = (median(a.reading.values[axis] for a in arrivals) for axis in range(3))
+    size = math.sqrt(x * x + y * y + z * z)
+    if abs(size - GRAVITY_M_S2) > GRAVITY_TOLERANCE_M_S2:
+        return fail(
+            "gravity", f"IMU: it feels {size:.2f} m/s2 at rest, not {GRAVITY_M_S2:.2f}; check its units"
+        )
+    if z > 0.7 * size:
+        return fail(
+            "gravity", "IMU: zacc is positive at rest, so it is mounted upside down; turn its mounting"
+        )
+    if z > -0.7 * size:
+        axis = "x" if abs(x) > abs(y) else "y"
+        return fail(
+            "gravity", f"IMU: its {axis} axis points up or down; turn its mounting, or level the vehicle"
+        )
+    tilt_deg = math.degrees(math.acos(min(1.0, -z / size)))
+    return ok("gravity", f"IMU: {size:.2f} m/s2 downwards, {tilt_deg:.0f} deg off level")
+
+
+def check_parameters(read_all: Callable[[], dict[str, float]]) -> Finding:
+    """Whether the vehicle's parameters can be read; `read_all` raises SeatrialError where not."""
+    try:
+        values = read_all()
+    except SeatrialError as error:
+        return fail("parameters", str(error))
+    return ok("parameters", f"{len(values)} parameters read")
+
+
+def dry_findings(
+    observed: Observed, vehicle: Vehicle | None, free_bytes: int, place: str, others: Sequence[Finding] = ()
+) -> list[Finding]:
+    """Every check in the order in which a crew would ask; where nothing beats, only what still makes sense."""
+    first = check_heartbeat(observed)
+    disk = check_disk(free_bytes, place)
+    if not observed.arrivals:
+        return [first, disk, *others]
+    optional = [check_signal(observed, expected, vehicle) for expected in CONTRACT]
+    optional += [check_bottom_lock(observed), check_gravity(observed)]
+    found = [finding for finding in optional if finding is not None]
+    return [
+        first,
+        check_loss(observed),
+        check_timesync(observed),
+        check_date(observed),
+        disk,
+        *found,
+        *others,
+    ]
+
+
+def _rate_hz(arrivals: Sequence[Arrival]) -> float:
+    span_s = arrivals[-1].time_s - arrivals[0].time_s
+    return (len(arrivals) - 1) / span_s if span_s > 0 else 0.0

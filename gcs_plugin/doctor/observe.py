@@ -1,0 +1,100 @@
+"""Listening: what a link says for a while, and how a vehicle answers TIMESYNC."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import Clock
+from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.link.base import Link
+from bridge.messages.readings import Reading
+from bridge.messages.readings import decode as decode_reading
+from gcs_plugin.link_health import Health, LinkHealth
+
+GROUND_STATION: Final = (255, 190)
+POLL_S: Final = 0.05
+ASK_TIME_EVERY_S: Final = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A reading with the ground's own time of its arrival."""
+
+    time_s: float
+    reading: Reading
+
+
+@dataclass(frozen=True, slots=True)
+class TimeAnswer:
+    """One TIMESYNC exchange: the ground's clock halfway, the vehicle's clock, and how long it took."""
+
+    ground_s: float
+    vehicle_s: float
+    round_trip_s: float
+
+    @property
+    def offset_s(self) -> float:
+        """Vehicle's clock minus ground's clock."""
+        return self.vehicle_s - self.ground_s
+
+
+@dataclass
+class Observed:
+    """What one link said. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended."""
+
+    link: str
+    arrivals: dict[str, list[Arrival]] = field(default_factory=dict)
+    time_answers: list[TimeAnswer] = field(default_factory=list)
+    texts: list[str] = field(default_factory=list)
+    frames: int = 0
+    health: Health = field(default_factory=lambda: Health((), ()))
+    listened_s: float = 0.0
+    ended_s: float = 0.0
+    unix_s: float = 0.0
+
+    def take(self, frame: Frame, now_s: float) -> None:
+        """Note one frame."""
+        self.frames += 1
+        reading = decode_reading(frame)
+        if reading is not None and frame.system != GROUND_STATION[0]:
+            self.arrivals.setdefault(reading.signal, []).append(Arrival(now_s, reading))
+        if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
+            message = decode(frame)
+            if message is not None:
+                self.texts.append("".join(c for c in message.text if c.isprintable()))
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_TIMESYNC:
+            message = decode(frame)
+            if message is not None and message.tc1 != 0 and frame.system != GROUND_STATION[0]:
+                sent_s = message.ts1 / 1e9
+                # Someone else's exchange, or one of before: not an answer to this listening.
+                if 0.0 <= now_s - sent_s <= 10.0:
+                    halfway_s = (now_s + sent_s) / 2
+                    self.time_answers.append(TimeAnswer(halfway_s, message.tc1 / 1e9, now_s - sent_s))
+
+
+def observe(
+    link: Link,
+    clock: Clock,
+    duration_s: float,
+    on_frame: Callable[[Frame], None] = lambda _: None,
+) -> Observed:
+    """Listen for `duration_s`, asking for the time every half second."""
+    observed, health, framer = Observed(link.name), LinkHealth(), Framer()
+    encoder = Encoder(*GROUND_STATION)
+    start_s = ask_s = clock.boot_s()
+    while (now_s := clock.boot_s()) - start_s < duration_s:
+        if now_s >= ask_s:
+            ask_s = now_s + ASK_TIME_EVERY_S
+            # Zero would read as an answer's echo of nothing.
+            link.write(encoder.encode(dialect.MAVLink_timesync_message(0, max(1, round(now_s * 1e9)))))
+        for frame in framer.feed(link.read(POLL_S)):
+            arrived_s = clock.boot_s()
+            health.on_frame(frame, arrived_s)
+            observed.take(frame, arrived_s)
+            on_frame(frame)
+    observed.ended_s, observed.unix_s = clock.boot_s(), clock.unix_s()
+    observed.listened_s = observed.ended_s - start_s
+    observed.health = health.snapshot(observed.ended_s)
+    return observed

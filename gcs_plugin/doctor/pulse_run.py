@@ -1,0 +1,215 @@
+"""Running the pulses of a wet check: MAV_CMD_DO_MOTOR_TEST, one thruster at a time, stopped at any sign of trouble.
+
+The vehicle stops each pulse by itself when its time is up, so that a dead link leaves no thruster running.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import Clock
+from bridge.errors import ConfigError, LinkError
+from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.link.base import Link
+from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
+from gcs_plugin.doctor.wet_record import NEUTRAL_US
+
+GROUND_STATION: Final = (255, 190)
+POLL_S: Final = 0.02
+ANSWER_S: Final = 1.0
+TRIES: Final = 3
+SILENCE_S: Final = 3.0
+
+_FAILSAFE: Final = frozenset(
+    (dialect.MAV_STATE_CRITICAL, dialect.MAV_STATE_EMERGENCY, dialect.MAV_STATE_FLIGHT_TERMINATION)
+)
+_REFUSALS: Final = {
+    dialect.MAV_RESULT_TEMPORARILY_REJECTED: "the vehicle can't do it now: arm it and end its mission",
+    dialect.MAV_RESULT_DENIED: "the vehicle does not permit it: arm it and end its mission",
+    dialect.MAV_RESULT_UNSUPPORTED: "the vehicle knows no motor test: update its bridge",
+    dialect.MAV_RESULT_FAILED: "the vehicle tried and failed",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MotorTest:
+    """One order: `thruster` counts from 0; the vehicle goes back to neutral by itself after `timeout_s`."""
+
+    thruster: int
+    pwm_us: float
+    timeout_s: float
+
+    def message(self, system: int, component: int) -> dialect.MAVLink_command_long_message:
+        """The order as COMMAND_LONG: motors count from 1 there, in the order of the vehicle's file."""
+        return dialect.MAVLink_command_long_message(
+            system,
+            component,
+            dialect.MAV_CMD_DO_MOTOR_TEST,
+            0,
+            self.thruster + 1,
+            dialect.MOTOR_TEST_THROTTLE_PWM,
+            self.pwm_us,
+            self.timeout_s,
+            1,
+            dialect.MOTOR_TEST_ORDER_BOARD,
+            0,
+        )
+
+
+class _State(Enum):
+    REST = auto()
+    ASKED = auto()
+    RUNNING = auto()
+    DONE = auto()
+
+
+class PulseRun:
+    """The schedule as a pure state machine; `trouble` says why it stopped early, "" where it did not."""
+
+    def __init__(self, planned: tuple[PlannedPulse, ...], start_s: float) -> None:
+        self._planned = planned
+        self._index = 0
+        self._state = _State.REST
+        self._due_s = start_s + planned[0].start_s
+        self._tries = 0
+        self._asked_s = start_s
+        self._last_beat_s = start_s
+        self.trouble = ""
+
+    @property
+    def done(self) -> bool:
+        return self._state is _State.DONE
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Pulses over, pulses in all."""
+        return self._index, len(self._planned)
+
+    def on_heartbeat(self, armed: bool, state: int, time_s: float) -> list[MotorTest]:
+        """The vehicle beat; anything but armed and well stops the run."""
+        self._last_beat_s = time_s
+        if self.done:
+            return []
+        if not armed:
+            return self._stop("the vehicle is disarmed")
+        if state in _FAILSAFE:
+            return self._stop("the vehicle is in a failsafe")
+        return []
+
+    def on_answer(self, result: int, time_s: float) -> list[MotorTest]:
+        """A COMMAND_ACK to the motor test arrived."""
+        if self._state is not _State.ASKED:
+            return []
+        if result != dialect.MAV_RESULT_ACCEPTED:
+            return self._stop(_REFUSALS.get(result, f"the vehicle answers {result} to the motor test"))
+        self._state, self._due_s = _State.RUNNING, time_s + self._pulse.duration_s
+        return []
+
+    def tick(self, time_s: float) -> list[MotorTest]:
+        """What to order now."""
+        if self.done:
+            return []
+        if time_s - self._last_beat_s > SILENCE_S:
+            return self._stop(f"no HEARTBEAT for {SILENCE_S:.0f} s")
+        if time_s < self._due_s:
+            return []
+        if self._state is _State.RUNNING:
+            return self._next(time_s)
+        if self._tries >= TRIES:
+            return self._stop("the vehicle does not answer the motor test")
+        self._tries += 1
+        self._state, self._asked_s = _State.ASKED, time_s
+        # An order whose answer was lost may have run: let it settle before the next try.
+        self._due_s = time_s + self._pulse.duration_s + max(ANSWER_S, LEAST_GAP_S)
+        return [MotorTest(self._pulse.thruster, self._pulse.pwm_us, self._pulse.duration_s)]
+
+    def stop(self, sentence: str) -> list[MotorTest]:
+        """Stop now, as when the operator says so."""
+        return [] if self.done else self._stop(sentence)
+
+    @property
+    def _pulse(self) -> PlannedPulse:
+        return self._planned[self._index]
+
+    def _next(self, time_s: float) -> list[MotorTest]:
+        behind_s = self._asked_s - self._pulse.start_s
+        self._index, self._tries = self._index + 1, 0
+        if self._index == len(self._planned):
+            self._state = _State.DONE
+        else:
+            self._state = _State.REST
+            self._due_s = max(behind_s + self._pulse.start_s, time_s + LEAST_GAP_S)
+        return []
+
+    def _stop(self, sentence: str) -> list[MotorTest]:
+        self.trouble = sentence
+        running = self._state in (_State.ASKED, _State.RUNNING)
+        self._state = _State.DONE
+        return [MotorTest(self._pulse.thruster, NEUTRAL_US, 0.0)] if running else []
+
+
+def confirm(vehicle_name: str, typed: str | None) -> None:
+    """Thrusters turn only for one who typed the vehicle's name. Raises ConfigError otherwise."""
+    if typed != vehicle_name:
+        raise ConfigError(
+            f"the wet check turns every thruster of '{vehicle_name}' once; with the vehicle in the water and nobody "
+            f"near it, confirm by its name: --confirm {vehicle_name}"
+        )
+
+
+def run_pulses(
+    link: Link,
+    clock: Clock,
+    target: tuple[int, int],
+    planned: tuple[PlannedPulse, ...],
+    settle_s: float = LEAST_GAP_S,
+    on_progress: Callable[[int, int], None] = lambda *_: None,
+) -> list[Frame]:
+    """Run the pulses with the vehicle `target` (system, component) and return every frame that it sent meanwhile.
+
+    `confirm` comes before it. Raises LinkError where the vehicle refused, or where the run had to be stopped.
+    """
+    framer, encoder = Framer(), Encoder(*GROUND_STATION)
+    run = PulseRun(planned, clock.boot_s())
+    frames: list[Frame] = []
+
+    def order(tests: list[MotorTest]) -> None:
+        for test in tests:
+            link.write(encoder.encode(test.message(*target)))
+
+    def listen() -> None:
+        for frame in framer.feed(link.read(POLL_S)):
+            if (frame.system, frame.component) == target:
+                frames.append(frame)
+                order(_heard(run, frame, clock.boot_s()))
+
+    try:
+        while not run.done:
+            order(run.tick(clock.boot_s()))
+            listen()
+            on_progress(*run.progress)
+    finally:
+        order(run.stop("stopped by hand"))
+    if run.trouble:
+        raise LinkError(f"{link.name}: the wet check stopped: {run.trouble}; its thrusters are at neutral")
+    end_s = clock.boot_s() + settle_s
+    while clock.boot_s() < end_s:
+        listen()
+    return frames
+
+
+def _heard(run: PulseRun, frame: Frame, now_s: float) -> list[MotorTest]:
+    if frame.message_id not in (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_COMMAND_ACK):
+        return []
+    message = decode(frame)
+    if message is None:
+        return []
+    if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
+        armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
+        return run.on_heartbeat(armed, message.system_status, now_s)
+    if message.command == dialect.MAV_CMD_DO_MOTOR_TEST and message.target_system in (0, GROUND_STATION[0]):
+        return run.on_answer(message.result, now_s)
+    return []

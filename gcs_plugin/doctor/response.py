@@ -1,0 +1,136 @@
+"""What a pulse does to a vehicle, expected and measured: small feature vectors, one a pulse and sensor.
+
+Expected comes from the linear model at rest, M nu_dot + D nu + G theta = B T: with the righting moment,
+because a roll or pitch after a pulse swings back within seconds. Only the first part of a response is used,
+while the sign is sure.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Vehicle
+from bridge.vehicle.thrusters import Curve, allocation_matrix
+from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord
+
+Array = NDArray[np.float64]
+
+STEP_S: Final = 0.01
+BASELINE_S: Final = 0.8
+WINDOWS: Final = {"dvl": (0.5, 1.2), "rate": (0.3, 0.6), "force": (0.1, 0.5), "fog": (0.3, 0.6)}
+ADDED_SHARE: Final = (1.3, 1.6, 2.0, 1.6, 1.6, 1.6)  # total over rigid-body mass where the file has no model
+DAMPING_TIME_S: Final = 3.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A simulated response to one thruster: `time_s` (n,) after the pulse began, `nu` (n, 6), `force` (n, 3)."""
+
+    time_s: Array
+    nu: Array
+    force: Array
+
+
+def nominal(configuration: Configuration) -> tuple[Array, Array]:
+    """Total mass (6,) and linear damping (6,): the file's model where it has one, else a rule of thumb."""
+    rigid = [configuration.dry_mass_kg] * 3 + list(configuration.inertia_kgm2)
+    mass = np.array([configuration.model.get(c.name, rigid[c.dof] * ADDED_SHARE[c.dof]) for c in MASSES])
+    damping = [configuration.model.get(c.name, mass[c.dof] / DAMPING_TIME_S) for c in DAMPINGS]
+    return mass, np.array(damping)
+
+
+def motion(configuration: Configuration, column: Array, thrust_n: float, on_s: float, lag_s: float) -> Motion:
+    """The linear response to `thrust_n` for `on_s` of the thruster whose wrench per newton is `column` (6,)."""
+    mass, damping = nominal(configuration)
+    righting = np.zeros(6)
+    arm = configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2
+    righting[3:5] = arm
+    count = round((on_s + 1.0) / STEP_S)
+    nu, angle = np.zeros((count, 6)), np.zeros(6)
+    force = np.zeros((count, 3))
+    thrust = 0.0
+    for k in range(1, count):
+        wanted = thrust_n if k * STEP_S <= on_s else 0.0
+        thrust += (wanted - thrust) * min(1.0, STEP_S / max(lag_s, STEP_S))
+        nu_dot = (column * thrust - damping * nu[k - 1] - righting * angle) / mass
+        nu[k] = nu[k - 1] + STEP_S * nu_dot
+        angle += STEP_S * nu[k]
+        # Specific force: acceleration less gravity as the tilted body sees it, without its part at rest.
+        force[k] = nu_dot[:3] + GRAVITY_M_S2 * np.array([angle[4], -angle[3], 0.0])
+    return Motion(np.linspace(0.0, (count - 1) * STEP_S, count), nu, force)
+
+
+def expected(
+    vehicle: Vehicle, configuration: Configuration, curve: Curve, pulses: Sequence[Pulse]
+) -> dict[str, Array]:
+    """(pulses, thrusters, k) by sensor: what each pulse would do if it drove each of the thrusters, forwards."""
+    matrix = allocation_matrix(configuration)
+    levers = {
+        slot: np.array(device.mounting.position_m) for slot, device in vehicle.sensors.present().items()
+    }
+    found: dict[str, list[list[Array]]] = {"dvl": [], "rate": [], "force": [], "fog": []}
+    for pulse in pulses:
+        thrust_n = float(curve.thrust(pulse.pwm_us))
+        rows: dict[str, list[Array]] = {name: [] for name in found}
+        for column in matrix.T:
+            moved = motion(
+                configuration, column, thrust_n, pulse.end_s - pulse.start_s, vehicle.thrust_curve.lag_s
+            )
+            at_dvl = moved.nu[:, :3] + np.cross(moved.nu[:, 3:], levers.get("dvl", np.zeros(3)))
+            turning = np.gradient(moved.nu[:, 3:], STEP_S, axis=0)
+            at_imu = moved.force + np.cross(turning, levers.get("imu", np.zeros(3)))
+            series = {"dvl": at_dvl, "rate": moved.nu[:, 3:], "force": at_imu, "fog": moved.nu[:, 5:]}
+            for name, value in series.items():
+                start_s, end_s = WINDOWS[name]
+                inside = (moved.time_s >= start_s) & (moved.time_s < end_s)
+                rows[name].append(value[inside].mean(axis=0))
+        for name in found:
+            found[name].append(rows[name])
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def measured(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
+    """(pulses, k) by sensor: what each felt; NaN where it said nothing around a pulse."""
+    series = {"dvl": record.velocity, "rate": record.rate, "force": record.force, "fog": record.fog}
+    return {
+        name: np.array([_felt(values, pulse, WINDOWS[name]) for pulse in pulses])
+        for name, values in series.items()
+        if values is not None
+    }
+
+
+def noise(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:
+    """(k,) by sensor: standard deviation of the same features in the rest before the first pulse, 0 where too short.
+
+    It holds the sensor's noise and whatever else moves the vehicle.
+    """
+    series = {"dvl": record.velocity, "rate": record.rate, "force": record.force, "fog": record.fog}
+    found = {}
+    for name, values in series.items():
+        if values is None:
+            continue
+        first_s, last_s = values.time_s[0] + BASELINE_S, pulses[0].start_s - WINDOWS[name][1]
+        still = [Pulse(0, start_s, start_s, 0.0) for start_s in np.arange(first_s, last_s, 0.25)]
+        felt = np.array([_felt(values, pulse, WINDOWS[name]) for pulse in still])
+        felt = felt[np.isfinite(felt).all(axis=1)] if len(still) else felt
+        found[name] = felt.std(axis=0) if len(felt) > 3 else np.zeros(values.value.shape[1])
+    return found
+
+
+def _felt(series: Series, pulse: Pulse, window: tuple[float, float]) -> Array:
+    before = series.mean(pulse.start_s - BASELINE_S, pulse.start_s)
+    during = series.mean(pulse.start_s + window[0], pulse.start_s + window[1])
+    if before is None or during is None:
+        return np.full(series.value.shape[1], np.nan)
+    return np.asarray(during - before)
+
+
+def rest_force(record: WetRecord, pulses: Sequence[Pulse]) -> Array | None:
+    """(3,) specific force before the first pulse, None where the IMU said nothing."""
+    if record.force is None or not pulses:
+        return None
+    return record.force.mean(-np.inf, pulses[0].start_s)

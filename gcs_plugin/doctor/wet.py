@@ -1,0 +1,266 @@
+"""The wet doctor: which thrusters are swapped, reversed or dead, and how DVL, IMU and gyro are really mounted.
+
+Every hypothesis is tried: 48 ways to mount the DVL, 48 for the IMU, two for the fibre-optic gyro, and for
+each the assignment of channels to thrusters, forwards or reversed, that explains the pulses best (a linear
+assignment problem, so none is missed). A hypothesis pays for what it leaves unexplained, and for each fault
+that it claims: the simplest story that fits wins. How far the next best story is behind gives the
+confidence.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from bridge.errors import LogError
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Mounting, Vehicle
+from bridge.vehicle.thrusters import Curve
+from gcs_plugin.doctor import response, turns
+from gcs_plugin.doctor.findings import Finding, fail, ok, warn
+from gcs_plugin.doctor.wet_record import Pulse, WetRecord, find_pulses
+
+Array = NDArray[np.float64]
+
+WEIGHTS: Final = {"dvl": 1.0, "rate": 1.0, "force": 0.5, "fog": 0.5}
+THRUSTER_FAULT: Final = 2.0
+MOUNTING_FAULT: Final = 4.0
+MIRROR_FAULT: Final = 1.0
+GRAVITY_WEIGHT: Final = 20.0
+AXIS_GAIN_LIMIT: Final = 3.0
+MODEL_ERROR: Final = 0.35
+CROSS_TALK: Final = 0.05
+WRONG: Final = 12.0
+SURE: Final = 0.8
+BACKWARDS, DEAD = 1, 2
+LABELS: Final = {"dvl": "DVL", "imu": "IMU", "fog": "fibre-optic gyro"}
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What the pulses tell. `thruster_of` (channels,) which thruster each channel drives, `sign` (channels,) +1 or -1;
+    `responds` (channels,) bool; `turn` by sensor, measured = turn @ true; `confidence` by `thruster N` and
+    sensor.
+    """
+
+    pulses: tuple[Pulse, ...]
+    thruster_of: NDArray[np.int_]
+    sign: Array
+    responds: NDArray[np.bool_]
+    turn: dict[str, Array]
+    confidence: dict[str, float]
+
+
+def diagnose(vehicle: Vehicle, configuration: Configuration, curve: Curve, record: WetRecord) -> Diagnosis:
+    """The best explanation of a wet check. Raises LogError where a thruster had no pulse, or no sensor spoke."""
+    pulses = _one_pulse_each(find_pulses(record.pwm), len(configuration.thrusters))
+    felt = response.measured(record, pulses)
+    if not felt:
+        raise LogError("no sensor said anything during the pulses; check that DVL, IMU or gyro are recorded")
+    want = response.expected(vehicle, configuration, curve, pulses)
+    scale = {name: _scale(felt[name], want[name]) for name in felt}
+    noise, rest = response.noise(record, pulses), response.rest_force(record, pulses)
+    evidence = _Evidence(felt, want, noise, scale, rest)
+    dvl = [_cost(evidence, "dvl", turn) for turn in turns.TURNS]
+    imu = [_imu_cost(evidence, turn) for turn in turns.TURNS]
+    fog = [_cost(evidence, "fog", np.array([[sign]])) for sign in (1.0, -1.0)]
+    return _search(pulses, dvl, imu, fog, felt)
+
+
+def _one_pulse_each(pulses: Sequence[Pulse], thrusters: int) -> tuple[Pulse, ...]:
+    first = {pulse.thruster: pulse for pulse in reversed(pulses)}
+    missing = [str(index + 1) for index in range(thrusters) if index not in first]
+    if missing:
+        raise LogError(
+            f"no pulse of thruster {', '.join(missing)} alone in this recording; run doctor --wet again"
+        )
+    return tuple(first[index] for index in range(thrusters))
+
+
+def _scale(felt: Array, want: Array) -> float:
+    """How much larger what was felt is than expected: the same under any turn, swap or reversal."""
+    own = want[np.arange(len(want)), np.arange(len(want))]
+    good = np.isfinite(felt).all(axis=1)
+    size = np.sqrt((own[good] ** 2).sum())
+    return float(np.sqrt((felt[good] ** 2).sum()) / size) if size > 0 and good.any() else 1.0
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """What the pulses did and were expected to do, by sensor: `felt` (channels, k), `want` (channels, thrusters, k),
+    `noise` (k,), `scale` how much larger it came out over all; `rest` (3,) the specific force before the
+    first.
+    """
+
+    felt: dict[str, Array]
+    want: dict[str, Array]
+    noise: dict[str, Array]
+    scale: dict[str, float]
+    rest: Array | None
+
+    @property
+    def channels(self) -> int:
+        return len(next(iter(self.want.values())))
+
+
+def _cost(evidence: _Evidence, name: str, turn: Array) -> Array:
+    """(channels, thrusters, 3) what stays unexplained if a sensor sits so: forwards, reversed, dead.
+
+    Each axis counts in units of what the model may be wrong by, and of the noise. Mass and inertia are
+    known only roughly, so each axis may have a gain of its own, within limits.
+    """
+    count = evidence.channels
+    if name not in evidence.felt:
+        return np.zeros((count, count, 3))
+    want = evidence.want[name]
+    true = evidence.felt[name] @ turn / evidence.scale[name]
+    sigma = evidence.noise[name] @ np.abs(turn) / evidence.scale[name]
+    good = np.isfinite(true).all(axis=1)
+    own = want[np.arange(count), np.arange(count)]
+    rms_felt = np.sqrt((true[good] ** 2).mean(axis=0)) if good.any() else np.ones(true.shape[1])
+    rms_want = np.sqrt((own**2).mean(axis=0))
+    whole = np.sqrt((rms_want**2).sum()) + 1e-12
+    gain = np.clip(rms_felt / np.maximum(rms_want, 0.05 * whole), 1 / AXIS_GAIN_LIMIT, AXIS_GAIN_LIMIT)
+    unit = np.sqrt((MODEL_ERROR * rms_want) ** 2 + (CROSS_TALK * whole) ** 2 + (sigma / gain) ** 2)
+    stories = np.stack([want, -want, np.zeros_like(want)], axis=-1)
+    off = ((true / gain)[:, None, :, None] - stories) / unit[None, None, :, None]
+    # Beyond a few units it is wrong, and how wrong tells no more.
+    left = (off**2 / (1.0 + off**2 / WRONG)).sum(axis=2)
+    left[~good] = 0.0
+    return np.asarray(WEIGHTS[name] * left)
+
+
+def _imu_cost(evidence: _Evidence, turn: Array) -> Array:
+    cost = _cost(evidence, "rate", turn) + _cost(evidence, "force", turn)
+    if evidence.rest is not None:
+        off = evidence.rest @ turn / GRAVITY_M_S2 - np.array([0.0, 0.0, -1.0])
+        cost = cost + GRAVITY_WEIGHT * float(off @ off) / len(cost)
+    return np.asarray(cost)
+
+
+def _penalty(count: int) -> Array:
+    """(channels, thrusters, 3) what a claim costs: nothing for what the file says."""
+    penalty = np.full((count, count, 3), THRUSTER_FAULT)
+    same = np.eye(count, dtype=bool)
+    penalty[same, 0] = 0.0
+    penalty[~same, 1] = 2 * THRUSTER_FAULT
+    penalty[same, 2] = 1.5 * THRUSTER_FAULT
+    penalty[~same, 2] = 4 * THRUSTER_FAULT
+    return penalty
+
+
+def _claim(index: int) -> float:
+    if index == turns.IDENTITY:
+        return 0.0
+    return MOUNTING_FAULT + (MIRROR_FAULT if turns.is_mirror(turns.TURNS[index]) else 0.0)
+
+
+def _search(
+    pulses: tuple[Pulse, ...],
+    dvl: list[Array],
+    imu: list[Array],
+    fog: list[Array],
+    felt: dict[str, Array],
+) -> Diagnosis:
+    penalty = _penalty(len(pulses))
+    score = np.full((len(dvl), len(imu), len(fog)), np.inf)
+    for d in range(len(dvl) if "dvl" in felt else 1):
+        for i in range(len(imu) if "rate" in felt else 1):
+            for f in range(len(fog) if "fog" in felt else 1):
+                total = (dvl[d] + imu[i] + fog[f] + penalty).min(axis=2)
+                rows, columns = linear_sum_assignment(total)
+                claims = _claim(d) + _claim(i) + (MOUNTING_FAULT if f else 0.0)
+                score[d, i, f] = total[rows, columns].sum() + claims
+    d, i, f = (int(index) for index in np.unravel_index(int(score.argmin()), score.shape))
+    combined = dvl[d] + imu[i] + fog[f] + penalty
+    cheapest = combined.min(axis=2)
+    _, thruster_of = linear_sum_assignment(cheapest)
+    channels = np.arange(len(pulses))
+    story = combined[channels, thruster_of].argmin(axis=1)
+    best = float(score[d, i, f])
+    confidence = {
+        "dvl": _confidence(np.delete(score, d, axis=0).min() - best),
+        "imu": _confidence(np.delete(score, i, axis=1).min() - best),
+        "fog": _confidence(np.delete(score, f, axis=2).min() - best),
+    }
+    bare = float(cheapest[channels, thruster_of].sum())
+    for channel in channels:
+        confidence[f"thruster {channel + 1}"] = _confidence(
+            _second_best(combined, int(channel), int(thruster_of[channel]), int(story[channel])) - bare
+        )
+    found = {"dvl": turns.TURNS[d], "imu": turns.TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
+    present = {"dvl": "dvl" in felt, "imu": "rate" in felt, "fog": "fog" in felt}
+    turn = {name: matrix for name, matrix in found.items() if present[name]}
+    sign = np.where(story == BACKWARDS, -1.0, 1.0)
+    return Diagnosis(pulses, thruster_of, sign, story != DEAD, turn, confidence)
+
+
+def _second_best(combined: Array, channel: int, thruster: int, story: int) -> float:
+    """The cost of the best story in which this channel does something else."""
+    other = combined.copy()
+    other[channel, thruster, story] = 1e6
+    cheapest = other.min(axis=2)
+    rows, columns = linear_sum_assignment(cheapest)
+    return float(cheapest[rows, columns].sum())
+
+
+def _confidence(margin: float) -> float:
+    """From the distance to the next best story, as a log-likelihood ratio: 0.63 where it is 2 units worse."""
+    return float(1.0 - np.exp(-0.5 * max(margin, 0.0)))
+
+
+def findings(diagnosis: Diagnosis, vehicle: Vehicle) -> list[Finding]:
+    """The diagnosis in sentences, with what to do."""
+    found = []
+    for channel in range(len(diagnosis.pulses)):
+        found.append(_thruster_finding(diagnosis, channel))
+    for sensor, turn in diagnosis.turn.items():
+        found.append(_mounting_finding(diagnosis, vehicle, sensor, turn))
+    return found
+
+
+def _thruster_finding(diagnosis: Diagnosis, channel: int) -> Finding:
+    name = f"thruster {channel + 1}"
+    sure = diagnosis.confidence[name]
+    if not diagnosis.responds[channel]:
+        return fail(name, f"{name} moved nothing; check its power, its lead and its propeller", sure)
+    other, backwards = int(diagnosis.thruster_of[channel]), diagnosis.sign[channel] < 0
+    if other == channel and not backwards:
+        if sure < SURE:
+            return warn(name, f"{name} seems right, but its pulse was too weak to be sure", sure)
+        return ok(name, f"{name} is where the vehicle file has it, and pushes forwards", sure)
+    trouble = []
+    if other != channel:
+        swapped = int(diagnosis.thruster_of[other]) == channel
+        how = "are swapped" if swapped else "do not agree: the first drives the second"
+        trouble.append(f"{name} and thruster {other + 1} {how}; swap their signal leads")
+    if backwards:
+        trouble.append(
+            f"{name} pushes backwards; swap two of its motor leads, or turn its direction in the file"
+        )
+    sentence = "; ".join(trouble)
+    return fail(name, sentence, sure) if sure >= SURE else warn(name, f"it seems that {sentence}", sure)
+
+
+def _mounting_finding(diagnosis: Diagnosis, vehicle: Vehicle, sensor: str, turn: Array) -> Finding:
+    sure, label = diagnosis.confidence[sensor], LABELS[sensor]
+    if np.array_equal(turn, np.eye(len(turn))):
+        if sure < SURE:
+            return warn(
+                sensor, f"{label}: its mounting seems right, but the pulses were too weak to be sure", sure
+            )
+        return ok(sensor, f"{label}: its mounting is right", sure)
+    device = getattr(vehicle.sensors, sensor)
+    mounting = device.mounting if device is not None else Mounting()
+    if sensor == "fog":
+        sentence = f"{label}: its sign is wrong; turn its mounting over"
+    else:
+        right = turns.corrected(mounting, turn)
+        angles = ", ".join(f"{angle:g}" for angle in right.rotation_deg)
+        signs = ", ".join(f"{value:g}" for value in right.signs)
+        sentence = (
+            f"{label}: {turns.describe(turn)}; set its mounting to rotation_deg [{angles}], signs [{signs}]"
+        )
+    return fail(sensor, sentence, sure) if sure >= SURE else warn(sensor, f"it seems that {sentence}", sure)

@@ -1,0 +1,118 @@
+"""What a wet check needs of a recording: thruster commands and what each sensor felt, on the vehicle's clock."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import LogError
+from bridge.framing import Frame
+from bridge.messages.readings import decode
+
+Array = NDArray[np.float64]
+NEUTRAL_US: Final = 1500.0
+OFF_NEUTRAL_US: Final = 15.0
+SHORTEST_PULSE_S: Final = 0.3
+LONGEST_PULSE_S: Final = 3.0
+SENSORS: Final = ("dvl", "imu", "fog")
+
+
+@dataclass(frozen=True)
+class Series:
+    """Samples in order of time: `time_s` (n,) boot time of validity, `value` (n, k) SI."""
+
+    time_s: Array
+    value: Array
+
+    def mean(self, start_s: float, end_s: float) -> Array | None:
+        """(k,) mean in [start_s, end_s), None where there is no sample."""
+        inside = (self.time_s >= start_s) & (self.time_s < end_s)
+        return np.asarray(self.value[inside].mean(axis=0)) if inside.any() else None
+
+    def between(self, start_s: float, end_s: float) -> "Series":
+        inside = (self.time_s >= start_s) & (self.time_s < end_s)
+        return Series(self.time_s[inside], self.value[inside])
+
+
+@dataclass(frozen=True)
+class WetRecord:
+    """One wet check. `pwm` (n, thrusters) us; body axes as configured: `velocity` (n, 3) at the DVL's transducer,
+    `force` and `rate` (n, 3) of the IMU, `fog` (n, 1) yaw rate. None for a sensor that said nothing.
+    """
+
+    pwm: Series
+    velocity: Series | None = None
+    force: Series | None = None
+    rate: Series | None = None
+    fog: Series | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """One thruster alone off neutral: `thruster` counts from 0."""
+
+    thruster: int
+    start_s: float
+    end_s: float
+    pwm_us: float
+
+
+def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
+    """The wet check in a vehicle's frames. Raises LogError where the thruster commands are missing."""
+    rows: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+    for frame in frames:
+        reading = decode(frame)
+        if reading is not None and reading.signal in ("pwm", "dvl", "imu", "fog"):
+            rows.setdefault(reading.signal, []).append((reading.time_s, reading.values))
+    pwm = _series(rows.get("pwm", []), slice(0, thrusters))
+    if pwm is None or pwm.value.shape[1] < thrusters:
+        raise LogError(
+            f"the recording holds no commands of {thrusters} thrusters (ACTUATOR_OUTPUT_STATUS); record again"
+        )
+    imu = rows.get("imu", [])
+    return WetRecord(
+        pwm,
+        _series(rows.get("dvl", []), slice(0, 3)),
+        _series(imu, slice(0, 3)),
+        _series(imu, slice(3, 6)),
+        _middle_of_interval(_series(rows.get("fog", []), slice(0, 1))),
+    )
+
+
+def _series(rows: list[tuple[float, tuple[float, ...]]], columns: slice) -> Series | None:
+    good = sorted((t, v[columns]) for t, v in rows if all(map(math.isfinite, (t, *v[columns]))))
+    if not good:
+        return None
+    time_s = np.array([t for t, _ in good])
+    first = np.concatenate([[True], np.diff(time_s) > 0])
+    return Series(time_s[first], np.array([v for _, v in good], dtype=float)[first])
+
+
+def _middle_of_interval(fog: Series | None) -> Series | None:
+    """The gyro's means belong to the middle of the interval that each one ends."""
+    if fog is None or len(fog.time_s) < 2:
+        return fog
+    steps = np.diff(fog.time_s)
+    return Series(fog.time_s - 0.5 * np.concatenate([steps[:1], steps]), fog.value)
+
+
+def find_pulses(pwm: Series) -> list[Pulse]:
+    """The stretches in which one thruster alone was commanded, its edges halfway between two samples."""
+    off = np.abs(pwm.value - NEUTRAL_US) > OFF_NEUTRAL_US
+    lone = np.where(off.sum(axis=1) == 1, off.argmax(axis=1), -1)
+    pulses: list[Pulse] = []
+    start = 0
+    for index in range(1, len(lone) + 1):
+        if index < len(lone) and lone[index] == lone[start]:
+            continue
+        # Only what begins and ends within the record has known edges.
+        if lone[start] >= 0 and start > 0 and index < len(lone):
+            edges = (pwm.time_s[start - 1 : start + 1].mean(), pwm.time_s[index - 1 : index + 1].mean())
+            level = float(np.median(pwm.value[start:index, lone[start]]))
+            if SHORTEST_PULSE_S <= edges[1] - edges[0] <= LONGEST_PULSE_S:
+                pulses.append(Pulse(int(lone[start]), float(edges[0]), float(edges[1]), level))
+        start = index
+    return pulses
