@@ -179,8 +179,7 @@ def _response(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
         if source is None or len(source) < 2:
             return None
         if source is dive.fog:
-            # A mean since the sample before belongs to the middle of that interval.
-            return Signal(source.time_s - 0.5 / source.rate_hz, source.value)
+            return source
         return Signal(source.time_s, source.value[:, dof - 3 : dof - 2])
     if dive.velocity is None:
         return None

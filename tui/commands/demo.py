@@ -1,0 +1,133 @@
+"""`seatrial demo`: one dive, end to end, on the simulated vehicle."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from identify.validate import Row
+    from tui.demo import Demo
+
+EXAMPLE = "seatrial demo --seed 3 --out demo"
+
+PAPER = {
+    ("surge", "Acceleration"): 0.0091,
+    ("surge", "Steady state"): 0.0036,
+    ("surge", "Deceleration"): 0.0048,
+    ("surge", "Overall"): 0.0051,
+    ("sway", "Acceleration"): 0.0069,
+    ("sway", "Steady state"): 0.0030,
+    ("sway", "Deceleration"): 0.0026,
+    ("sway", "Overall"): 0.0035,
+}
+"""Vangi et al., Table 5: feed-forward and PID together, hovering, m/s."""
+
+MOTIONS = {"surge": "Surge motion", "sway": "Sway motion", "yaw": "Yaw motion"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=int, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument(
+        "--out", default="demo", metavar="FOLDER", help="takes a folder for this run (default: demo)"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from gcs_plugin.folder import new_folder
+    from identify.validate import compare
+    from tui import demo, show
+
+    clock = SystemClock()
+    folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
+    with show.progress("demo") as tell:
+        done = demo.run(folder, arguments.seed, clock.unix_s(), tell)
+        rows = compare(done.runs)
+        page = write_page(folder / "report.html", done)
+    console = show.results(arguments.json)
+    console.print(identified_table(done))
+    inside = [held for one in done.campaigns for held in demo.inside(one).values()]
+    console.print(f"{sum(inside)} of {len(inside)} truths lie in their 95 % intervals.\n", soft_wrap=True)
+    console.print(done.receipt.sentence + "\n", soft_wrap=True)
+    console.print(tracking_table(list(done.runs), rows))
+    console.print(f"report: {page}", soft_wrap=True)
+    console.print(f"recordings: {folder}", soft_wrap=True)
+    console.print(f"took {clock.boot_s():.0f} s", soft_wrap=True)
+    show.write_json(demo.to_json(done, rows) | {"report": str(page), "folder": str(folder)}, arguments.json)
+    return exit_codes.DONE if done.receipt.good else exit_codes.NO
+
+
+def identified_table(done: "Demo") -> Any:
+    """(a) What was identified against what the simulated vehicle truly is."""
+    from tui import demo, show
+
+    rows = []
+    for one in done.campaigns:
+        holds = demo.inside(one)
+        for p in one.identification.parameters:
+            if p.name not in holds:
+                continue
+            interval = f"{show.number(p.low95)} to {show.number(p.high95)}"
+            truth = show.number(one.truth[p.name])
+            says = "inside" if holds[p.name] else "outside"
+            rows.append((one.configuration, p.name, show.number(p.value), interval, truth, says, p.unit))
+    return show.table(
+        "identified against true parameters (masses are total: dry 72 kg plus added)",
+        ("configuration", "parameter", "identified", "95 % interval", "true", "truth is", "unit"),
+        rows,
+        numbers=("identified", "95 % interval", "true"),
+    )
+
+
+def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> Any:
+    """(b) Mean absolute tracking errors, laid out like the paper's Table 5, a column a mode."""
+    from tui import show
+
+    columns = ("motion", "tracking error", *modes, "paper, both", "unit")
+    lines = []
+    for row in rows:
+        paper = PAPER.get((row.axis, row.phase))
+        lines.append(
+            (
+                MOTIONS.get(row.axis, row.axis) if row.phase == "Acceleration" else "",
+                row.phase,
+                *(f"{value:.4f}" for value in row.values),
+                f"{paper:.4f}" if paper else "-",
+                row.unit,
+            )
+        )
+    return show.table(
+        "mean absolute tracking error of the validation dives, configuration hovering",
+        columns,
+        lines,
+        numbers=columns[2:-1],
+    )
+
+
+def write_page(path: Path, done: "Demo") -> Path:
+    """(c) The report."""
+    from identify.report.page import Report, write_report
+    from identify.report.sections import dive_section, identification_section, tracking_section
+    from identify.validate import tracking_errors
+    from tui import demo
+
+    inside = [held for one in done.campaigns for held in demo.inside(one).values()]
+    errors = {mode: tracking_errors(dive) for mode, dive in done.runs.items()}
+    sections = [tracking_section(errors, done.runs)]
+    for one in done.campaigns:
+        sections.append(identification_section(one.identification, one.truth))
+        sections.append(dive_section(one.dive, done.file.vehicle.water))
+    return write_report(
+        path,
+        Report(
+            "One dive, end to end",
+            f"simulated vehicle {done.file.vehicle.name}: two campaigns identified, uploaded, dived again",
+            f"{sum(inside)} of {len(inside)} true parameters lie in their 95 % intervals. {done.receipt.sentence}",
+            tuple(sections),
+        ),
+    )

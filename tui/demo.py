@@ -1,0 +1,202 @@
+"""The whole chain on the simulated vehicle: dive, record, identify, upload, dive again in three modes."""
+
+import math
+import multiprocessing
+import queue
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bridge.simulator.missions import mission_named
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.receipt import Receipt
+from gcs_plugin.params.targets import parameters_from_identification
+from identify.dive import Dive
+from identify.estimators.table import DEFAULT, estimator
+from identify.identification import Identification
+from identify.ingest.open import read_dive
+from tui import simulated
+
+VEHICLE = "ruvifist"
+CAMPAIGNS = ("survey", "hovering")
+MODES = {"PID alone": Mode.OFF, "feed-forward alone": Mode.ALONE, "both": Mode.BOTH}
+CAMPAIGN_SHARE, UPLOAD_SHARE = 0.72, 0.03
+DIVE_SHARE = 0.75
+"""Of a campaign's work the dive itself; the rest is the identification."""
+
+Tell = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """One paper mission: the dive as recorded, and what was identified from it."""
+
+    configuration: str
+    folder: Path
+    dive: Dive
+    identification: Identification
+    truth: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Demo:
+    """All that the demo shows. `runs` are the validation dives by mode, in hovering."""
+
+    file: VehicleFile
+    campaigns: tuple[Campaign, ...]
+    receipt: Receipt
+    runs: Mapping[str, Dive]
+
+
+def run(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
+    """Everything, with recordings, parameters and receipt under the new folder `root`."""
+    file = load_vehicle(VEHICLE)
+    campaigns = _campaigns(root, seed, unix_s, tell)
+    tell(CAMPAIGN_SHARE, "upload with read-back")
+    store = root / "vehicle-parameters.json"
+    receipt = _upload(file, campaigns, root, seed, store)
+    runs = {}
+    begun, each = CAMPAIGN_SHARE + UPLOAD_SHARE, (1.0 - CAMPAIGN_SHARE - UPLOAD_SHARE) / len(MODES)
+    for words, mode in MODES.items():
+        runs[words] = _validation(file, root, seed + 1, unix_s, store, mode, _part(tell, begun, each, words))
+        begun += each
+    tell(1.0, "done")
+    return Demo(file, campaigns, receipt, runs)
+
+
+def _part(tell: Tell, begun: float, whole: float, words: str) -> Callable[[float], None]:
+    """The progress of one part of the demo."""
+    return lambda share: tell(begun + whole * share, f"dive: {words}")
+
+
+def campaign(
+    configuration: str, root: Path, seed: int, unix_s: float, progress: Callable[[float], None]
+) -> Campaign:
+    """Dive the paper's mission of a configuration with its PID alone, and identify from the recording."""
+    file = load_vehicle(VEHICLE)
+    mission = mission_named(configuration, file.vehicle.configurations[configuration])
+    folder = simulated.record_dive(
+        file,
+        configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s,
+        parameters=simulated.server(file, None),
+        mode=Mode.OFF,
+        progress=lambda share: progress(DIVE_SHARE * share),
+    )
+    dive = read_dive(folder.path, None, file)
+    found = estimator(DEFAULT)(
+        dive, file, configuration, lambda share, _: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
+    )
+    return Campaign(configuration, folder.path, dive, found, load_truth(file, configuration).model)
+
+
+_shares: "multiprocessing.Queue[tuple[str, float]] | None" = None
+
+
+def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
+    global _shares
+    _shares = shares
+
+
+def _in_process(configuration: str, root: Path, seed: int, unix_s: float) -> Campaign:
+    assert _shares is not None
+    shares = _shares
+    return campaign(configuration, root, seed, unix_s, lambda share: shares.put((configuration, share)))
+
+
+def _campaigns(root: Path, seed: int, unix_s: float, tell: Tell) -> tuple[Campaign, ...]:
+    """Both campaigns side by side, a process each."""
+    context = multiprocessing.get_context("spawn")
+    shares: multiprocessing.Queue[tuple[str, float]] = context.Queue()
+    done = dict.fromkeys(CAMPAIGNS, 0.0)
+    with ProcessPoolExecutor(len(CAMPAIGNS), context, _join, (shares,)) as pool:
+        jobs: list[Future[Campaign]] = [pool.submit(_in_process, c, root, seed, unix_s) for c in CAMPAIGNS]
+        tell(0.0, "starting")
+        while not all(job.done() for job in jobs):
+            try:
+                configuration, share = shares.get(timeout=0.2)
+            except queue.Empty:
+                continue
+            done[configuration] = share
+            words = ", ".join(f"{c} {'dives' if s < DIVE_SHARE else 'identified'}" for c, s in done.items())
+            tell(CAMPAIGN_SHARE * sum(done.values()) / len(done), words)
+        return tuple(job.result() for job in jobs)
+
+
+def _upload(
+    file: VehicleFile, campaigns: tuple[Campaign, ...], root: Path, seed: int, store: Path
+) -> Receipt:
+    """Both parameter sets in one plan, through the real client, into the vehicle's store."""
+    targets: dict[str, float] = {}
+    for one in campaigns:
+        veh_cfg = file.vehicle.veh_cfg(one.configuration)
+        targets |= parameters_from_identification(one.identification.to_json(), veh_cfg)
+    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, simulated.server(file, store))
+    client = ParameterClient(link, clock)
+    client.find_vehicle()
+    return client.apply(make_plan(targets, client.read_all()), root / "before-upload.param")
+
+
+def _validation(
+    file: VehicleFile,
+    root: Path,
+    seed: int,
+    unix_s: float,
+    store: Path,
+    mode: Mode,
+    progress: Callable[[float], None],
+) -> Dive:
+    """One validation dive in hovering with what the vehicle's store holds; the same sea for every mode."""
+    configuration = "hovering"
+    mission = mission_named("validation", file.vehicle.configurations[configuration])
+    parameters = simulated.server(file, store)
+    folder = simulated.record_dive(
+        file,
+        configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s,
+        parameters=parameters,
+        mode=mode,
+        progress=progress,
+    )
+    return read_dive(folder.path, None, file)
+
+
+def inside(one: Campaign) -> dict[str, bool]:
+    """For each identifiable coefficient whether its 95 % interval holds the truth."""
+    return {
+        p.name: p.low95 <= one.truth[p.name] <= p.high95
+        for p in one.identification.parameters
+        if p.identifiable and p.name in one.truth
+    }
+
+
+def to_json(demo: Demo, rows: Any) -> dict[str, Any]:
+    """The result as plain data."""
+    return {
+        "identified": {c.configuration: c.identification.to_json() for c in demo.campaigns},
+        "truth": {c.configuration: dict(c.truth) for c in demo.campaigns},
+        "inside": {c.configuration: inside(c) for c in demo.campaigns},
+        "receipt": demo.receipt.to_json(),
+        "modes": list(demo.runs),
+        "tracking": [
+            {
+                "axis": row.axis,
+                "phase": row.phase,
+                "unit": row.unit,
+                "values": [v if math.isfinite(v) else None for v in row.values],
+            }
+            for row in rows
+        ],
+    }

@@ -1,0 +1,116 @@
+"""The simulated vehicle as the ground meets it: dives recorded by the real recorder, a link that runs it along."""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.clock import SimulatedClock
+from bridge.link.base import Link
+from bridge.link.memory import memory_pair
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.simulator.body import Start
+from bridge.simulator.dive import SimulatedVehicle, simulate_dive
+from bridge.simulator.missions import Mission
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
+from gcs_plugin.recorder import Recorder
+
+AFLOAT_M = 0.2
+
+
+def server(file: VehicleFile, store: Path | None) -> ParameterServer:
+    """The vehicle's own parameters, kept in `store`; forgotten at the end where that is None."""
+    vehicle = file.vehicle
+    return ParameterServer(
+        store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
+    )
+
+
+def record_dive(
+    file: VehicleFile,
+    configuration: str,
+    mission: Mission,
+    root: Path,
+    *,
+    seed: int,
+    unix_s: float,
+    parameters: ParameterServer,
+    mode: Mode,
+    progress: Callable[[float], None],
+) -> DiveFolder:
+    """Dive a mission as fast as it goes; the recorder reads the vehicle's link tick by tick."""
+    folder = new_folder(root, unix_s, f"{mission.name}-{mode.name}")
+    folder.describe(about_vehicle(file, configuration, f"simulated, seed {seed}"))
+    clock = SimulatedClock(unix_at_boot_s=unix_s)
+    near, far = memory_pair()
+    troubles: list[str] = []
+    recorder = Recorder(
+        [far],
+        folder.open_telemetry,
+        clock,
+        lambda: shutil.disk_usage(folder.path).free,
+        lambda notice: troubles.append(str(notice)),
+    )
+
+    def record(boot_s: float) -> None:
+        clock.advance_to(boot_s)
+        while recorder.step(0.0):
+            pass
+
+    try:
+        simulate_dive(
+            file,
+            configuration,
+            mission,
+            seed=seed,
+            sink=_elsewhere,
+            parameters=parameters,
+            mode=mode,
+            unix_at_boot_s=unix_s,
+            links=[near],
+            pace=record,
+            progress=progress,
+        )
+    finally:
+        recorder.close()
+    for trouble in troubles:
+        folder.add_event(clock.unix_s(), trouble)
+    return folder
+
+
+def _elsewhere(_unix_s: float, _data: bytes) -> None:
+    """The frames of a tick go to the recorder by way of a link, so they are not wanted here."""
+
+
+@dataclass(frozen=True)
+class AlongsideLink:
+    """The ground's end of a link to an idle simulated vehicle, which lives on while the ground waits for it."""
+
+    vehicle: SimulatedVehicle
+    ground: Link
+    name: str = "simulated"
+
+    def read(self, timeout_s: float) -> bytes:
+        until_s = self.vehicle.clock.boot_s() + timeout_s
+        data = self.ground.read(0.0)
+        while not data and self.vehicle.clock.boot_s() < until_s:
+            self.vehicle.tick(None)
+            data = self.ground.read(0.0)
+        return data
+
+    def write(self, data: bytes) -> None:
+        self.ground.write(data)
+
+    def close(self) -> None:
+        self.ground.close()
+
+
+def afloat(
+    file: VehicleFile, configuration: str, seed: int, parameters: ParameterServer
+) -> tuple[AlongsideLink, SimulatedClock]:
+    """A link to a vehicle that lies disarmed at the surface, and its clock."""
+    near, far = memory_pair()
+    vehicle = SimulatedVehicle(file, configuration, [near], Start(seed, AFLOAT_M), parameters)
+    return AlongsideLink(vehicle, far), vehicle.clock
