@@ -1,4 +1,4 @@
-"""What a vehicle answers to the ground, beside its parameters: arming, TIMESYNC, and a plain no to the rest."""
+"""What a vehicle answers to the ground, beside its parameters: arming, motor tests, TIMESYNC, else a plain no."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -9,6 +9,7 @@ _FTP_NAK: Final = 129
 _FTP_UNKNOWN_COMMAND: Final = 7
 
 Arm = Callable[[bool], bool]
+Test = Callable[[Any], int]
 
 
 def answer_timesync(message: Any, boot_s: float) -> list[Any]:
@@ -18,9 +19,19 @@ def answer_timesync(message: Any, boot_s: float) -> list[Any]:
     return [dialect.MAVLink_timesync_message(round(boot_s * 1e9), message.ts1)]
 
 
-def answer_command(message: Any, arm: Arm) -> list[Any]:
-    """COMMAND_ACK to a COMMAND_LONG that was addressed here; `arm` says whether it did as asked."""
-    if message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
+def no_test(_: Any) -> int:
+    """The MAV_RESULT of a motor test where nothing aboard turns thrusters."""
+    return int(dialect.MAV_RESULT_UNSUPPORTED)
+
+
+def answer_command(message: Any, arm: Arm, test: Test = no_test) -> list[Any]:
+    """COMMAND_ACK to a COMMAND_LONG that was addressed here.
+
+    `arm` says whether it did as asked, `test` the MAV_RESULT of a motor test.
+    """
+    if message.command == dialect.MAV_CMD_DO_MOTOR_TEST:
+        result = test(message)
+    elif message.command != dialect.MAV_CMD_COMPONENT_ARM_DISARM:
         result = dialect.MAV_RESULT_UNSUPPORTED
     elif message.param1 not in (0.0, 1.0):
         result = dialect.MAV_RESULT_DENIED

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.answers import answer_command, answer_file_transfer, answer_timesync, status_texts
+from bridge.answers import answer_command, answer_file_transfer, answer_timesync, no_test, status_texts
 from bridge.clock import Clock
 from bridge.decimate import FogMean, ImuMean
 from bridge.drivers import make_parser
@@ -20,6 +20,7 @@ from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.messages import compose
 from bridge.messages.readings import Reading, encode
+from bridge.motor_test import MotorTests
 from bridge.navigation import Navigation, Navigator
 from bridge.parameters import APPLYING_MODES, ParameterServer
 from bridge.sensors.mounting import to_body
@@ -72,6 +73,7 @@ class _Side:
 class Bridge:
     """One vehicle's bridge. Orders (writes, arming) are taken from systems in `commanders` alone.
 
+    `motor_tests` is set by what drives the thrusters while no mission runs, None where nothing does.
     `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "link faults".
     """
 
@@ -90,6 +92,7 @@ class Bridge:
         self.counts: Counter[str] = Counter()
         self.parsers: dict[str, Parser] = {}
         self.armed = False
+        self.motor_tests: MotorTests | None = None
         self._vehicle = vehicle
         self._clock = clock
         self._sides = [_Side(link) for link in links]
@@ -141,6 +144,18 @@ class Bridge:
         self._feedback.command(actuation.pwm_us)
         for reading in compose.actuation_readings(actuation):
             self._send(reading)
+
+    def rest(self) -> tuple[float, ...]:
+        """The pulse widths of a tick without a mission: neutral, or what a motor test asks; told to the ground.
+
+        Needs `motor_tests`.
+        """
+        assert self.motor_tests is not None
+        now_s = self._clock.boot_s()
+        pwm_us = self.motor_tests.pwm_us(self.armed, now_s)
+        self._feedback.command(pwm_us)
+        self._send(Reading("pwm", now_s, pwm_us))
+        return pwm_us
 
     def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
         """Tell the crew in words."""
@@ -266,10 +281,15 @@ class Bridge:
             self._refuse(message.get_srcSystem())
             return []
         if kind == "COMMAND_LONG":
-            return answer_command(message, self.arm) if mine else []
+            return answer_command(message, self.arm, self._test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return answer_file_transfer(message) if mine else []
         return self._parameters.handle(message, self.armed)
+
+    def _test(self, message: Any) -> int:
+        if self.motor_tests is None:
+            return no_test(message)
+        return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
 
     def _refuse(self, system: int) -> None:
         self.counts["refused"] += 1

@@ -11,6 +11,7 @@ from bridge.clock import Clock, SimulatedClock
 from bridge.errors import ParamRejected
 from bridge.link.base import Link
 from bridge.link.memory import memory_pair
+from bridge.motor_test import MotorTests
 from bridge.parameters import MODE, ParameterServer, vehicle_table
 from bridge.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
@@ -50,9 +51,28 @@ class SimulatedVehicle:
         veh_cfg = vehicle.veh_cfg(configuration)
         self.bridge = Bridge(vehicle, self.clock, links, self.parameters, veh_cfg=veh_cfg)
         self._autopilot = Autopilot(vehicle, configuration, self.parameters.active, file.path.parent)
+        self._motor_tests = MotorTests(len(vehicle.configurations[configuration].thrusters))
 
     def tick(self, reference: Reference | None) -> Stretch:
         """One control tick, 50 ms. Without a reference the thrusters stand still."""
+        stretch = self._move()
+        self.bridge.motor_tests = None
+        if reference is None:
+            self.body.idle()
+        else:
+            self.body.pwm_us = control(self._autopilot, self.bridge, self.parameters, self.clock, reference)
+        self.bridge.step()
+        return stretch
+
+    def rest(self) -> Stretch:
+        """One tick without a mission: the thrusters stand still, or turn as a motor test asks."""
+        stretch = self._move()
+        self.bridge.motor_tests = self._motor_tests
+        self.body.pwm_us = self.bridge.rest()
+        self.bridge.step()
+        return stretch
+
+    def _move(self) -> Stretch:
         stretch, arrivals = self.body.move(TICK_S)
         for arrival in arrivals:
             self.clock.advance_to(max(arrival.time_s, self.clock.boot_s()))
@@ -61,11 +81,6 @@ class SimulatedVehicle:
             else:
                 self.bridge.accept(arrival.slot, (arrival.sample,))
         self.clock.advance_to(max(self.body.time_s, self.clock.boot_s()))
-        if reference is None:
-            self.body.idle()
-        else:
-            self.body.pwm_us = control(self._autopilot, self.bridge, self.parameters, self.clock, reference)
-        self.bridge.step()
         return stretch
 
 

@@ -1,6 +1,7 @@
 """`doctor` on a simulated vehicle that is afloat, in simulated time."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -17,14 +18,19 @@ class Afloat:
 
     name = "memory:afloat"
 
-    def __init__(self):
+    def __init__(self, thrusters=range(8)):
         near, self._far = memory_pair()
-        start = Start(1, 0.2)
-        self.vehicle = SimulatedVehicle(load_vehicle("ruvifist"), "hovering", [near], start)
+        file = load_vehicle("ruvifist")
+        shape = file.vehicle.configurations["hovering"]
+        wired = replace(shape, thrusters=tuple(shape.thrusters[index] for index in thrusters))
+        file = replace(
+            file, vehicle=replace(file.vehicle, configurations={"survey": shape, "hovering": wired})
+        )
+        self.vehicle = SimulatedVehicle(file, "hovering", [near], Start(1, 0.2))
         self.clock = self.vehicle.clock
 
     def read(self, _):
-        self.vehicle.tick(None)
+        self.vehicle.rest()
         return self._far.read(0.0)
 
     def write(self, data):
@@ -67,7 +73,8 @@ def findings(monkeypatch, tmp_path, capsys):
 
 
 def test_a_vehicle_afloat_is_heard_with_all_its_sensors(findings):
-    _, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
+    code, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
+    assert code == exit_codes.DONE
     well = (
         "vehicle file",
         "link",
@@ -82,6 +89,54 @@ def test_a_vehicle_afloat_is_heard_with_all_its_sensors(findings):
         "parameters",
     )
     assert {name: found[name]["level"] for name in well} == dict.fromkeys(well, "ok")
+
+
+def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(findings, tmp_path):
+    link = Afloat()
+    _, found = findings(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
+    names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
+    assert {name: found[name]["level"] for name in names} == dict.fromkeys(names, "ok")
+    assert not link.vehicle.bridge.armed
+    (folder,) = tmp_path.glob("*-hovering-wet-check")
+    assert (folder / "telemetry.tlog").stat().st_size > 100_000
+
+
+def test_the_wet_check_names_two_swapped_thrusters(findings):
+    link = Afloat(thrusters=(1, 0, 2, 3, 4, 5, 6, 7))
+    code, found = findings(link, "--vehicle", "ruvifist", "--wet", "--confirm", "ruvifist")
+    assert code == exit_codes.NO
+    assert found["thruster 1"]["level"] == found["thruster 2"]["level"] == "failed"
+    assert "thruster 1 and thruster 2 are swapped" in found["thruster 1"]["sentence"]
+    assert found["thruster 3"]["level"] == "ok"
+
+
+def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(monkeypatch, tmp_path, capsys):
+    link = Afloat()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
+    listen = link.read
+    monkeypatch.setattr(
+        link,
+        "read",
+        lambda timeout_s: b"" if link.clock.boot_s() > 20 and listen(timeout_s) else listen(timeout_s),
+    )
+    line = ["doctor", "--link", "any", "--vehicle", "ruvifist", "--out", str(tmp_path), "--wet"]
+    assert cli.main([*line, "--confirm", "ruvifist"]) == exit_codes.LINK
+    shown = capsys.readouterr().err
+    assert "no HEARTBEAT" in shown
+    assert "may still be armed" in shown
+
+
+@pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
+def test_no_thruster_turns_without_the_vehicles_name(monkeypatch, tmp_path, words, capsys):
+    link = Afloat()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]
+    assert cli.main([*line, *words]) == exit_codes.BAD_INPUT
+    assert "confirm by its name" in capsys.readouterr().err
+    assert not link.vehicle.bridge.armed
 
 
 def test_a_silent_link_is_a_failed_check(findings):

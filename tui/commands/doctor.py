@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bridge.link.base import Link
     from bridge.vehicle.config import Vehicle, VehicleFile
     from gcs_plugin.doctor.findings import Finding
+    from gcs_plugin.doctor.observe import Observed
 
 EXAMPLE = "seatrial doctor --vehicle ruvifist:hovering --link udpin:127.0.0.1:14550"
 
@@ -27,6 +28,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="where recordings go (default: dives)"
     )
+    parser.add_argument(
+        "--wet",
+        action="store_true",
+        help="in the water: arm, push with each thruster once, disarm; about a minute",
+    )
+    parser.add_argument(
+        "--confirm", metavar="NAME", help="the vehicle's name, so that --wet does not ask for it"
+    )
     parser.add_argument("--seconds", type=float, default=6.0, metavar="N", help="listen so long (default: 6)")
     parser.add_argument("--json", metavar="FILE", help="write the findings as JSON; - for standard output")
 
@@ -38,20 +47,27 @@ def run(arguments: argparse.Namespace) -> int:
 
     if not (arguments.vehicle or arguments.link):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
+    if arguments.wet and not (arguments.vehicle and arguments.link):
+        raise exit_codes.UsageError(
+            "--wet needs the vehicle and its file; give --vehicle FILE and --link SPEC"
+        )
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
-    if arguments.link is None:
-        assert file is not None
+    if file is not None and arguments.link is None:
         return tell(arguments, [vehicle_file(file), disk(Path(arguments.out)), *ports(file.vehicle)])
+    clock = SystemClock()
     link = open_link(arguments.link)
     try:
-        return tell(arguments, dry(arguments, file, link, SystemClock()))
+        found, observed = dry(arguments, file, link, clock)
+        if arguments.wet and file is not None:
+            found += wet(arguments, file, observed, link, clock)
+        return tell(arguments, found)
     finally:
         link.close()
 
 
 def dry(
     arguments: argparse.Namespace, file: "VehicleFile | None", link: "Link", clock: "Clock"
-) -> list["Finding"]:
+) -> tuple[list["Finding"], "Observed"]:
     """What the link tells: the vehicle, its clock, its sensors, its parameters."""
     import shutil
 
@@ -68,7 +84,28 @@ def dry(
     place = existing(Path(arguments.out))
     vehicle = file.vehicle if file else None
     found = dry_findings(observed, vehicle, shutil.disk_usage(place).free, str(place), others)
-    return [vehicle_file(file), *found] if file else found
+    return [vehicle_file(file), *found] if file else found, observed
+
+
+def wet(
+    arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
+) -> list["Finding"]:
+    """What one pulse of each thruster tells."""
+    from gcs_plugin.params.client import ParameterClient
+    from tui import show
+    from tui.wet_check import confirmed, wet_check
+
+    said = observed.arrivals.get("veh_cfg")
+    veh_cfg = int(said[-1].reading.values[0]) if said else None
+    configuration = file.configuration or file.vehicle.configuration_at(veh_cfg)
+    target = ParameterClient(link, clock).find_vehicle(arguments.seconds)
+    confirmed(file.vehicle.name, arguments.confirm)
+    with show.progress("a rest, then each thruster once") as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar(done / total, f"thruster {min(done + 1, total)} of {total}")
+
+        return wet_check(file, configuration, link, clock, target, Path(arguments.out), progress)
 
 
 def vehicle_file(file: "VehicleFile") -> "Finding":

@@ -187,7 +187,7 @@ def idle(
         )
         pace = real_time(arguments.speed or 1.0)
         while not stop.is_set():
-            vehicle.tick(None)
+            vehicle.rest()
             pace(vehicle.clock.boot_s())
 
     until_stopped(work, clock, arguments.seconds, lambda _: None)

@@ -1,0 +1,92 @@
+"""The wet check as the operator starts it: confirmed by name, recorded, armed for as long as it takes."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.framing import Framer
+from bridge.link.base import Link
+from bridge.tlog import TlogWriter
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import thrust_curve
+from gcs_plugin.arming import arm, disarm
+from gcs_plugin.doctor.findings import Finding, ok
+from gcs_plugin.doctor.pulse_run import confirm, run_pulses
+from gcs_plugin.doctor.pulses import duration_s, pulses
+from gcs_plugin.doctor.wet_report import wet_findings
+from gcs_plugin.folder import about_vehicle, new_folder
+
+Progress = Callable[[int, int], None]
+
+
+class Recorded:
+    """A link whose every frame is also written to a recording."""
+
+    def __init__(self, link: Link, writer: TlogWriter, clock: Clock) -> None:
+        self.name = link.name
+        self._link, self._writer, self._clock = link, writer, clock
+        self._framer = Framer()
+
+    def read(self, timeout_s: float) -> bytes:
+        data = self._link.read(timeout_s)
+        for frame in self._framer.feed(data):
+            self._writer.write(round(self._clock.unix_s() * 1e6), frame.raw)
+        return data
+
+    def write(self, data: bytes) -> None:
+        self._link.write(data)
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def wet_check(
+    file: VehicleFile,
+    configuration: str,
+    link: Link,
+    clock: Clock,
+    target: tuple[int, int],
+    out: Path,
+    progress: Progress,
+) -> list[Finding]:
+    """Arm, push with each thruster once, disarm, and judge; the recording goes into a dive folder under `out`.
+
+    Raises LinkError where the vehicle refuses or goes silent, LogError where its frames hold no wet check.
+    """
+    vehicle = file.vehicle
+    planned = pulses(vehicle, configuration, thrust_curve(vehicle.thrust_curve, file.path.parent))
+    folder = new_folder(out, clock.unix_s(), f"{configuration}-wet-check")
+    folder.describe(about_vehicle(file, configuration, f"wet check, {duration_s(planned):.0f} s"))
+    with folder.open_telemetry(1) as writer:
+        recorded = Recorded(link, writer, clock)
+        arm(recorded, clock, target)
+        try:
+            frames = run_pulses(recorded, clock, target, planned, on_progress=progress)
+        except BaseException:
+            _disarm_anyway(recorded, clock, target)
+            raise
+        disarm(recorded, clock, target)
+    return [ok("recording", str(folder.path)), *wet_findings(file, configuration, frames)]
+
+
+def _disarm_anyway(link: Link, clock: Clock, target: tuple[int, int]) -> None:
+    try:
+        disarm(link, clock, target)
+    except LinkError as error:
+        print(f"seatrial: the vehicle may still be armed: {error}", file=sys.stderr)
+
+
+def confirmed(vehicle_name: str, typed: str | None) -> None:
+    """Ask for the vehicle's name where it was not given and somebody is there. Raises ConfigError without it."""
+    if typed is None and sys.stdin.isatty():
+        print(
+            f"each thruster of '{vehicle_name}' will turn once: the vehicle in the water, nobody near it\n"
+            "type its name to begin: ",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
+        typed = sys.stdin.readline().strip()
+    confirm(vehicle_name, typed)
