@@ -13,6 +13,7 @@ from MAVProxy.modules.lib import mp_module
 
 from bridge.errors import SeatrialError
 from bridge.framing import Framer
+from bridge.tlog import TlogWriter
 from gcs_plugin.folder import new_folder
 from gcs_plugin.link_health import LinkHealth
 from gcs_plugin.params.files import read_parameters
@@ -27,7 +28,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
 
     def __init__(self, mpstate: Any) -> None:
         super().__init__(mpstate, LOAD_NAME, "sea trials", public=True, multi_vehicle=True)
-        self._health, self._framer, self._writer = LinkHealth(), Framer(), None
+        self._health, self._framer = LinkHealth(), Framer()
+        self._writer: TlogWriter | None = None
         self.add_command(
             "seatrial", self.command, USAGE, ["status", "record (start|stop)", "params (FILENAME)"]
         )

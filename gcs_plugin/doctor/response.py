@@ -28,7 +28,9 @@ DAMPING_TIME_S: Final = 3.0
 
 @dataclass(frozen=True)
 class Motion:
-    """A simulated response to one thruster: `time_s` (n,) after the pulse began, `nu` (n, 6), `force` (n, 3)."""
+    """Simulated responses to one newton of each of n thrusters alone: `time_s` (k,) after the pulse began,
+    `nu` (k, n, 6), `force` (k, n, 3) the change of specific force.
+    """
 
     time_s: Array
     nu: Array
@@ -43,54 +45,52 @@ def nominal(configuration: Configuration) -> tuple[Array, Array]:
     return mass, np.array(damping)
 
 
-def motion(configuration: Configuration, column: Array, thrust_n: float, on_s: float, lag_s: float) -> Motion:
-    """The linear response to `thrust_n` for `on_s` of the thruster whose wrench per newton is `column` (6,)."""
+def motion(configuration: Configuration, on_s: float, lag_s: float) -> Motion:
+    """The linear responses to a pulse of `on_s`."""
     mass, damping = nominal(configuration)
     righting = np.zeros(6)
-    arm = configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2
-    righting[3:5] = arm
+    weight = configuration.dry_mass_kg * GRAVITY_M_S2
+    righting[3:5] = configuration.centre_of_gravity_below_buoyancy_m * weight
+    wrench = allocation_matrix(configuration).T
     count = round((on_s + 1.0) / STEP_S)
-    nu, angle = np.zeros((count, 6)), np.zeros(6)
-    force = np.zeros((count, 3))
-    thrust = 0.0
+    nu, force = np.zeros((count, *wrench.shape)), np.zeros((count, len(wrench), 3))
+    angle, thrust = np.zeros_like(wrench), 0.0
     for k in range(1, count):
-        wanted = thrust_n if k * STEP_S <= on_s else 0.0
+        wanted = 1.0 if k * STEP_S <= on_s else 0.0
         thrust += (wanted - thrust) * min(1.0, STEP_S / max(lag_s, STEP_S))
-        nu_dot = (column * thrust - damping * nu[k - 1] - righting * angle) / mass
+        nu_dot = (wrench * thrust - damping * nu[k - 1] - righting * angle) / mass
         nu[k] = nu[k - 1] + STEP_S * nu_dot
         angle += STEP_S * nu[k]
         # Specific force: acceleration less gravity as the tilted body sees it, without its part at rest.
-        force[k] = nu_dot[:3] + GRAVITY_M_S2 * np.array([angle[4], -angle[3], 0.0])
+        force[k] = nu_dot[:, :3]
+        force[k, :, 0] += GRAVITY_M_S2 * angle[:, 4]
+        force[k, :, 1] -= GRAVITY_M_S2 * angle[:, 3]
     return Motion(np.linspace(0.0, (count - 1) * STEP_S, count), nu, force)
 
 
 def expected(
     vehicle: Vehicle, configuration: Configuration, curve: Curve, pulses: Sequence[Pulse]
 ) -> dict[str, Array]:
-    """(pulses, thrusters, k) by sensor: what each pulse would do if it drove each of the thrusters, forwards."""
-    matrix = allocation_matrix(configuration)
+    """(pulses, thrusters, k) by sensor: what each pulse would do if it drove each thruster, forwards."""
     levers = {
         slot: np.array(device.mounting.position_m) for slot, device in vehicle.sensors.present().items()
     }
-    found: dict[str, list[list[Array]]] = {"dvl": [], "rate": [], "force": [], "fog": []}
-    for pulse in pulses:
-        thrust_n = float(curve.thrust(pulse.pwm_us))
-        rows: dict[str, list[Array]] = {name: [] for name in found}
-        for column in matrix.T:
-            moved = motion(
-                configuration, column, thrust_n, pulse.end_s - pulse.start_s, vehicle.thrust_curve.lag_s
-            )
-            at_dvl = moved.nu[:, :3] + np.cross(moved.nu[:, 3:], levers.get("dvl", np.zeros(3)))
-            turning = np.gradient(moved.nu[:, 3:], STEP_S, axis=0)
-            at_imu = moved.force + np.cross(turning, levers.get("imu", np.zeros(3)))
-            series = {"dvl": at_dvl, "rate": moved.nu[:, 3:], "force": at_imu, "fog": moved.nu[:, 5:]}
-            for name, value in series.items():
-                start_s, end_s = WINDOWS[name]
-                inside = (moved.time_s >= start_s) & (moved.time_s < end_s)
-                rows[name].append(value[inside].mean(axis=0))
-        for name in found:
-            found[name].append(rows[name])
-    return {name: np.array(values) for name, values in found.items()}
+    on_s = float(np.median([pulse.end_s - pulse.start_s for pulse in pulses]))
+    moved = motion(configuration, on_s, vehicle.thrust_curve.lag_s)
+    linear, turning = moved.nu[..., :3], moved.nu[..., 3:]
+    series = {
+        "dvl": linear + np.cross(turning, levers.get("dvl", np.zeros(3))),
+        "rate": turning,
+        "force": moved.force + np.cross(np.gradient(turning, STEP_S, axis=0), levers.get("imu", np.zeros(3))),
+        "fog": turning[..., 2:],
+    }
+    thrust_n = curve.thrust([pulse.pwm_us for pulse in pulses])
+    found = {}
+    for name, value in series.items():
+        start_s, end_s = WINDOWS[name]
+        inside = (moved.time_s >= start_s) & (moved.time_s < end_s)
+        found[name] = thrust_n[:, None, None] * value[inside].mean(axis=0)
+    return found
 
 
 def measured(record: WetRecord, pulses: Sequence[Pulse]) -> dict[str, Array]:

@@ -34,6 +34,7 @@ MODEL_ERROR: Final = 0.35
 CROSS_TALK: Final = 0.05
 WRONG: Final = 12.0
 SURE: Final = 0.8
+FAR: Final = 12.0
 BACKWARDS, DEAD = 1, 2
 LABELS: Final = {"dvl": "DVL", "imu": "IMU", "fog": "fibre-optic gyro"}
 
@@ -165,14 +166,12 @@ def _search(
     felt: dict[str, Array],
 ) -> Diagnosis:
     penalty = _penalty(len(pulses))
-    score = np.full((len(dvl), len(imu), len(fog)), np.inf)
-    for d in range(len(dvl) if "dvl" in felt else 1):
-        for i in range(len(imu) if "rate" in felt else 1):
-            for f in range(len(fog) if "fog" in felt else 1):
-                total = (dvl[d] + imu[i] + fog[f] + penalty).min(axis=2)
-                rows, columns = linear_sum_assignment(total)
-                claims = _claim(d) + _claim(i) + (MOUNTING_FAULT if f else 0.0)
-                score[d, i, f] = total[rows, columns].sum() + claims
+    score = _scores(
+        dvl if "dvl" in felt else dvl[:1],
+        imu if "rate" in felt else imu[:1],
+        fog if "fog" in felt else fog[:1],
+        penalty,
+    )
     d, i, f = (int(index) for index in np.unravel_index(int(score.argmin()), score.shape))
     combined = dvl[d] + imu[i] + fog[f] + penalty
     cheapest = combined.min(axis=2)
@@ -181,9 +180,9 @@ def _search(
     story = combined[channels, thruster_of].argmin(axis=1)
     best = float(score[d, i, f])
     confidence = {
-        "dvl": _confidence(np.delete(score, d, axis=0).min() - best),
-        "imu": _confidence(np.delete(score, i, axis=1).min() - best),
-        "fog": _confidence(np.delete(score, f, axis=2).min() - best),
+        "dvl": _confidence(np.delete(score, d, axis=0).min(initial=np.inf) - best),
+        "imu": _confidence(np.delete(score, i, axis=1).min(initial=np.inf) - best),
+        "fog": _confidence(np.delete(score, f, axis=2).min(initial=np.inf) - best),
     }
     bare = float(cheapest[channels, thruster_of].sum())
     for channel in channels:
@@ -195,6 +194,32 @@ def _search(
     turn = {name: matrix for name, matrix in found.items() if present[name]}
     sign = np.where(story == BACKWARDS, -1.0, 1.0)
     return Diagnosis(pulses, thruster_of, sign, story != DEAD, turn, confidence)
+
+
+def _scores(dvl: list[Array], imu: list[Array], fog: list[Array], penalty: Array) -> Array:
+    """(dvl, imu, fog) the cost of the best assignment under each hypothesis.
+
+    Where a bound shows that it can't come within `FAR` of the best, the bound stands for it.
+    """
+    score = np.empty((len(dvl), len(imu), len(fog)))
+    left = np.array(imu)
+    claims = np.array([_claim(index) for index in range(len(imu))])
+    for d, own in enumerate(dvl):
+        for f, other in enumerate(fog):
+            # Every channel must drive some thruster, so the sum of the cheapest is no more than the cost.
+            cheapest = (left + (own + other + penalty)).min(axis=(2, 3))
+            score[d, :, f] = cheapest.sum(axis=1) + claims + _claim(d) + (MOUNTING_FAULT if f else 0.0)
+    best = np.inf
+    for flat in np.argsort(score, axis=None):
+        d, i, f = (int(index) for index in np.unravel_index(flat, score.shape))
+        bound = score[d, i, f]
+        if bound > best + FAR:
+            break
+        total = (dvl[d] + imu[i] + fog[f] + penalty).min(axis=2)
+        rows, columns = linear_sum_assignment(total)
+        score[d, i, f] = total[rows, columns].sum() + bound - total.min(axis=1).sum()
+        best = min(best, float(score[d, i, f]))
+    return score
 
 
 def _second_best(combined: Array, channel: int, thruster: int, story: int) -> float:

@@ -1,0 +1,229 @@
+"""The wet doctor names every swap, every reversal, every dead thruster and every wrong mounting."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from wet_dive import turned, wet_check
+
+from bridge.errors import ConfigError, LogError
+from bridge.framing import Encoder, Framer
+from bridge.messages.readings import Reading, encode
+from bridge.sensors.mounting import mounting_matrix, rotation_matrix
+from bridge.vehicle.config import Mounting, load_vehicle
+from bridge.vehicle.thrusters import thrust_curve
+from gcs_plugin.doctor import turns
+from gcs_plugin.doctor.findings import Level, worst
+from gcs_plugin.doctor.latency import latencies, latency_findings
+from gcs_plugin.doctor.pulses import LEAST_GAP_S, duration_s, pulses
+from gcs_plugin.doctor.wet import diagnose, findings
+from gcs_plugin.doctor.wet_record import Series, find_pulses, record_of
+from gcs_plugin.doctor.wet_report import wet_findings
+
+VEHICLES = [("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2_heavy", "heavy")]
+EIGHT = range(8)
+FILES = {name: load_vehicle(name) for name, _ in VEHICLES}
+
+
+@pytest.fixture(scope="module")
+def right():
+    """The record of each vehicle with nothing wrong."""
+    return {key: wet_check(FILES[key[0]], key[1]) for key in VEHICLES}
+
+
+def diagnosis_of(key, record):
+    vehicle = FILES[key[0]].vehicle
+    curve = thrust_curve(vehicle.thrust_curve, FILES[key[0]].path.parent)
+    return diagnose(vehicle, vehicle.configurations[key[1]], curve, record)
+
+
+def is_identity(turn):
+    return np.array_equal(turn, np.eye(len(turn)))
+
+
+def sentences(key, record):
+    found = findings(diagnosis_of(key, record), FILES[key[0]].vehicle)
+    return {f.name: f.sentence for f in found if f.level is not Level.OK}
+
+
+@pytest.mark.parametrize("key", VEHICLES)
+def test_a_vehicle_with_nothing_wrong_gets_no_complaint(right, key):
+    found = findings(diagnosis_of(key, right[key]), FILES[key[0]].vehicle)
+    assert worst(found) is Level.OK
+    assert len(found) == 11
+    assert min(f.confidence for f in found) > 0.95
+
+
+@pytest.mark.parametrize("key", VEHICLES)
+def test_every_pair_of_swapped_thrusters_is_named(key):
+    for a, b in itertools.combinations(EIGHT, 2):
+        wiring = list(EIGHT)
+        wiring[a], wiring[b] = b, a
+        wrong = sentences(key, wet_check(FILES[key[0]], key[1], wiring=wiring))
+        assert set(wrong) == {f"thruster {a + 1}", f"thruster {b + 1}"}, (a, b, wrong)
+        assert f"thruster {a + 1} and thruster {b + 1} are swapped" in wrong[f"thruster {a + 1}"]
+
+
+@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize(("sign", "words"), [(-1.0, "pushes backwards"), (0.0, "moved nothing")])
+def test_every_reversed_and_every_dead_thruster_is_named(key, sign, words):
+    for channel in EIGHT:
+        signs = np.ones(8)
+        signs[channel] = sign
+        wrong = sentences(key, wet_check(FILES[key[0]], key[1], signs=signs))
+        assert set(wrong) == {f"thruster {channel + 1}"}, (channel, wrong)
+        assert words in wrong[f"thruster {channel + 1}"]
+
+
+@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize("sensor", ["dvl", "imu"])
+def test_every_turn_and_mirror_of_a_sensor_is_named(right, key, sensor):
+    for turn in turns.TURNS[1:]:
+        found = diagnosis_of(key, turned(right[key], sensor, turn))
+        assert np.array_equal(found.turn[sensor], turn), turns.describe(turn)
+        assert all(is_identity(m) for name, m in found.turn.items() if name != sensor)
+        assert list(found.thruster_of) == list(EIGHT)
+        assert (found.sign > 0).all()
+        assert found.confidence[sensor] > 0.8
+
+
+def test_a_gyro_of_the_wrong_sign_is_named(right):
+    key = VEHICLES[0]
+    wrong = sentences(key, turned(right[key], "fog", None))
+    assert wrong == {"fog": "fibre-optic gyro: its sign is wrong; turn its mounting over"}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_several_faults_at_once_are_told_apart(seed):
+    key = VEHICLES[seed % 3]
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.permutation(8)[:3]
+    wiring, signs = list(EIGHT), np.ones(8)
+    wiring[a], wiring[b], signs[c] = int(b), int(a), -1.0
+    turn = turns.TURNS[int(rng.integers(1, 48))]
+    found = diagnosis_of(
+        key, turned(wet_check(FILES[key[0]], key[1], wiring=wiring, signs=signs, seed=seed), "dvl", turn)
+    )
+    assert list(found.thruster_of) == wiring
+    assert list(found.sign) == list(signs)
+    assert np.array_equal(found.turn["dvl"], turn)
+    assert is_identity(found.turn["imu"])
+
+
+def test_the_advice_mends_the_mounting(right):
+    key = VEHICLES[0]
+    configured = FILES[key[0]].vehicle.sensors.dvl.mounting
+    for turn in turns.TURNS:
+        advice = turns.corrected(configured, turn)
+        mended = np.array(mounting_matrix(Mounting(advice.rotation_deg, advice.signs)))
+        # What the device says is turn @ true after the configured mounting; the advised one must give the truth.
+        device = np.array(mounting_matrix(configured)).T @ turn
+        assert np.allclose(mended @ device, np.eye(3), atol=1e-4)
+    wrong = sentences(key, turned(right[key], "dvl", np.diag([-1.0, -1.0, 1.0])))
+    assert wrong == {
+        "dvl": "DVL: x shows -x, y shows -y; set its mounting to rotation_deg [180, 0, -45], signs [1, 1, 1]"
+    }
+
+
+def test_euler_angles_are_those_of_the_rotation():
+    for angles in [(10.0, 20.0, 30.0), (-170.0, 80.0, 100.0), (0.0, 90.0, 40.0), (0.0, -90.0, -40.0)]:
+        assert np.allclose(
+            rotation_matrix(turns.euler_deg(rotation_matrix(angles))), rotation_matrix(angles), atol=1e-4
+        )
+
+
+@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize(
+    "late", [{"dvl": 0.12, "imu": 0.01, "fog": 0.03}, {"dvl": 0.25, "imu": 0.08, "fog": 0.0}]
+)
+def test_the_latency_of_each_sensor_is_found(key, late):
+    record = wet_check(FILES[key[0]], key[1], latency_s=late)
+    vehicle = FILES[key[0]].vehicle
+    curve = thrust_curve(vehicle.thrust_curve, FILES[key[0]].path.parent)
+    found = latencies(vehicle, vehicle.configurations[key[1]], curve, record, diagnosis_of(key, record))
+    assert [f.sensor for f in found] == ["dvl", "imu", "fog"]
+    for latency in found:
+        error_s = abs(latency.latency_s - late[latency.sensor])
+        assert error_s < 3.5 * latency.std_s
+        assert error_s < (0.04 if latency.sensor == "dvl" else 0.01)
+    told = {f.name: f for f in latency_findings(found)}
+    assert "add 0." in told["dvl latency"].sentence
+    assert told["fog latency"].level is Level.OK
+
+
+def test_a_sensor_that_is_not_aboard_is_not_judged(right):
+    key = VEHICLES[0]
+    record = right[key]
+    found = diagnosis_of(key, type(record)(record.pwm, velocity=record.velocity))
+    assert set(found.turn) == {"dvl"}
+    assert list(found.thruster_of) == list(EIGHT)
+
+
+def test_a_record_without_sensors_or_without_pulses_is_refused(right):
+    key = VEHICLES[0]
+    record = right[key]
+    with pytest.raises(LogError, match="no sensor said anything"):
+        diagnosis_of(key, type(record)(record.pwm))
+    still = Series(record.pwm.time_s, np.full_like(record.pwm.value, 1500.0))
+    with pytest.raises(LogError, match="no pulse of thruster 1, 2, 3, 4, 5, 6, 7, 8"):
+        diagnosis_of(key, type(record)(still, velocity=record.velocity))
+
+
+def test_pulses_of_two_thrusters_at_once_and_long_runs_are_no_pulses():
+    time_s = np.arange(0.0, 20.0, 0.05)
+    value = np.full((len(time_s), 3), 1500.0)
+    value[40:60, 0] = 1600.0
+    value[100:120, :2] = 1600.0
+    value[150:330, 2] = 1400.0
+    found = find_pulses(Series(time_s, value))
+    assert [(p.thruster, p.pwm_us) for p in found] == [(0, 1600.0)]
+    assert found[0].start_s == pytest.approx(1.975)
+    assert found[0].end_s == pytest.approx(2.975)
+
+
+@pytest.mark.parametrize("key", VEHICLES)
+def test_the_pulses_are_gentle_and_fit_into_a_minute(key):
+    file = FILES[key[0]]
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    planned = pulses(file.vehicle, key[1], curve)
+    shape = file.vehicle.configurations[key[1]]
+    assert [p.thruster for p in planned] == list(EIGHT)
+    assert duration_s(planned) <= 60.0
+    assert all(b.start_s - a.start_s - a.duration_s >= LEAST_GAP_S for a, b in itertools.pairwise(planned))
+    assert all(0 < p.thrust_n <= 0.25 * shape.thruster_limit_n for p in planned)
+    with pytest.raises(ConfigError, match="no configuration 'flying'"):
+        pulses(file.vehicle, "flying", curve)
+
+
+def test_a_recorded_check_is_read_from_its_frames(right):
+    key = VEHICLES[0]
+    frames = frames_of(turned(right[key], "dvl", np.diag([1.0, -1.0, 1.0])))
+    found = {f.name: f for f in wet_findings(FILES[key[0]], key[1], frames)}
+    assert found["dvl"].level is Level.FAIL
+    assert found["dvl"].sentence.startswith("DVL: y shows -y")
+    assert found["thruster 1"].level is Level.OK
+    assert found["fog latency"].level is Level.OK
+    with pytest.raises(LogError, match="no commands of 8 thrusters"):
+        record_of(frames[:0], 8)
+
+
+def frames_of(record):
+    nan = math.nan
+    readings = [
+        Reading("pwm", t, (*v, *[0.0] * 24)) for t, v in zip(record.pwm.time_s, record.pwm.value, strict=True)
+    ]
+    readings += [
+        Reading("dvl", t, (*v, 0.01))
+        for t, v in zip(record.velocity.time_s, record.velocity.value, strict=True)
+    ]
+    readings += [
+        Reading("imu", t, (*f, *r, nan))
+        for t, f, r in zip(record.force.time_s, record.force.value, record.rate.value, strict=True)
+    ]
+    readings += [
+        Reading("fog", t, tuple(v)) for t, v in zip(record.fog.time_s, record.fog.value, strict=True)
+    ]
+    encoder = Encoder(1, 1)
+    stream = b"".join(encoder.frame(*encode(r)) for r in sorted(readings, key=lambda r: r.time_s))
+    return Framer().feed(stream)
