@@ -1,0 +1,178 @@
+"""The pulses of the wet check as orders to a vehicle: never without a yes, never on against trouble."""
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.errors import ConfigError, LinkError
+from bridge.framing import Encoder, Framer, decode
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.thrusters import thrust_curve
+from gcs_plugin.doctor.pulse_run import MotorTest, confirm, run_pulses
+from gcs_plugin.doctor.pulses import duration_s, pulses
+from gcs_plugin.doctor.wet_record import find_pulses, record_of
+
+FILE = load_vehicle("ruvifist")
+PLANNED = pulses(FILE.vehicle, "hovering", thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent))
+
+
+class ObedientVehicle:
+    """Turns its thrusters as ordered, for as long as ordered; its faults are attributes."""
+
+    name = "obedient:"
+
+    def __init__(self):
+        self.clock, self.encoder, self.framer = SimulatedClock(), Encoder(1, 1), Framer()
+        self.queue = []
+        self.next_beat_s = self.next_pwm_s = 0.0
+        self.armed, self.state, self.beats = True, dialect.MAV_STATE_ACTIVE, True
+        self.result = dialect.MAV_RESULT_ACCEPTED
+        self.mute = 0
+        self.at = {}
+        self.orders = []
+        self.until_s = {}
+        self.pwm = [1500.0] * 8
+
+    def read(self, timeout_s):
+        self.clock.advance_to(self.clock.now_s + timeout_s)
+        now_s = self.clock.now_s
+        for when_s in [w for w in self.at if now_s >= w]:
+            self.at.pop(when_s)(self)
+        for channel, end_s in list(self.until_s.items()):
+            if now_s >= end_s:
+                self.pwm[channel] = 1500.0
+                del self.until_s[channel]
+        if self.beats and now_s >= self.next_beat_s:
+            self.next_beat_s = now_s + 1.0
+            mode = 128 if self.armed else 0
+            self.say(dialect.MAVLink_heartbeat_message(12, 0, mode, 0, self.state, 3))
+        if now_s >= self.next_pwm_s:
+            self.next_pwm_s = now_s + 0.05
+            values = [*self.pwm, *[0.0] * 24]
+            self.say(dialect.MAVLink_actuator_output_status_message(round(now_s * 1e6), 255, values))
+        out, self.queue = b"".join(self.queue), []
+        return out
+
+    def write(self, data):
+        for frame in self.framer.feed(data):
+            order = decode(frame)
+            assert (order.target_system, order.target_component) == (1, 1)
+            assert order.command == dialect.MAV_CMD_DO_MOTOR_TEST
+            assert order.param2 == dialect.MOTOR_TEST_THROTTLE_PWM
+            channel = int(order.param1) - 1
+            self.orders.append((self.clock.now_s, channel, order.param3))
+            if self.mute:
+                self.mute -= 1
+                continue
+            if self.result == dialect.MAV_RESULT_ACCEPTED:
+                self.pwm[channel] = order.param3
+                self.until_s[channel] = self.clock.now_s + order.param4
+            self.say(dialect.MAVLink_command_ack_message(order.command, self.result, 0, 0, 255, 190))
+
+    def close(self):
+        self.beats = False
+
+    def say(self, message):
+        self.queue.append(self.encoder.encode(message))
+
+
+@pytest.fixture
+def vehicle():
+    return ObedientVehicle()
+
+
+def run(vehicle):
+    return run_pulses(vehicle, vehicle.clock, (1, 1), PLANNED)
+
+
+def test_each_thruster_gets_its_one_pulse_on_time(vehicle):
+    frames = run(vehicle)
+    assert [channel for _, channel, _ in vehicle.orders] == list(range(8))
+    assert all(abs(at_s - p.start_s) < 0.1 for (at_s, _, _), p in zip(vehicle.orders, PLANNED, strict=True))
+    assert vehicle.clock.now_s < duration_s(PLANNED) + 1.0
+    found = find_pulses(record_of(frames, 8).pwm)
+    assert [p.thruster for p in found] == list(range(8))
+    assert all(0.9 < p.end_s - p.start_s < 1.1 for p in found)
+
+
+@pytest.mark.parametrize("typed", [None, "", "yes", "Ruvifist"])
+def test_nothing_turns_without_the_vehicles_own_name(typed):
+    with pytest.raises(ConfigError, match="--confirm ruvifist"):
+        confirm("ruvifist", typed)
+
+
+def test_the_vehicles_name_is_the_yes():
+    confirm("ruvifist", "ruvifist")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda v: setattr(v, "armed", False), "the vehicle is disarmed"),
+        (lambda v: setattr(v, "state", dialect.MAV_STATE_CRITICAL), "in a failsafe"),
+        (lambda v: setattr(v, "beats", False), "no HEARTBEAT for 3 s"),
+    ],
+)
+@pytest.mark.parametrize("at_s", [2.0, 14.7, 30.0])
+def test_trouble_stops_the_check_and_the_thruster(vehicle, spoil, words, at_s):
+    vehicle.at[at_s] = spoil
+    with pytest.raises(LinkError, match=words):
+        run(vehicle)
+    assert vehicle.clock.now_s < at_s + 4.5
+    assert vehicle.orders == [] or vehicle.clock.now_s - vehicle.orders[-1][0] < 8.0
+    ran = max((p.thruster for p in PLANNED if p.start_s < vehicle.clock.now_s), default=-1)
+    assert {channel for _, channel, _ in vehicle.orders} <= set(range(ran + 1))
+
+
+def test_a_thruster_that_runs_when_trouble_comes_is_put_to_neutral(vehicle):
+    vehicle.at[PLANNED[1].start_s + 0.2] = lambda v: (
+        setattr(v, "armed", False),
+        setattr(v, "next_beat_s", 0.0),
+    )
+    with pytest.raises(LinkError, match="disarmed"):
+        run(vehicle)
+    assert vehicle.orders[-1][1:] == (1, 1500.0)
+
+
+@pytest.mark.parametrize(
+    ("result", "words"),
+    [
+        (dialect.MAV_RESULT_UNSUPPORTED, "knows no motor test: update its bridge"),
+        (dialect.MAV_RESULT_DENIED, "arm it and end its mission"),
+        (99, "answers 99"),
+    ],
+)
+def test_a_refusal_is_the_end_and_says_why(vehicle, result, words):
+    vehicle.result = result
+    with pytest.raises(LinkError, match=words):
+        run(vehicle)
+    assert {pwm for _, _, pwm in vehicle.orders[1:]} <= {1500.0}
+
+
+def test_an_order_that_was_lost_is_tried_again(vehicle):
+    vehicle.mute = 2
+    frames = run(vehicle)
+    assert [channel for _, channel, _ in vehicle.orders] == [0, 0, 0, 1, 2, 3, 4, 5, 6, 7]
+    assert [p.thruster for p in find_pulses(record_of(frames, 8).pwm)] == list(range(8))
+
+
+def test_a_vehicle_that_never_answers_is_given_up(vehicle):
+    vehicle.mute = 99
+    with pytest.raises(LinkError, match="does not answer the motor test"):
+        run(vehicle)
+    assert [pwm != 1500.0 for _, _, pwm in vehicle.orders] == [True, True, True, False]
+
+
+def test_the_operators_stop_puts_the_thruster_to_neutral(vehicle):
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    vehicle.at[PLANNED[2].start_s + 0.3] = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        run(vehicle)
+    assert vehicle.orders[-1][1:] == (2, 1500.0)
+
+
+def test_an_order_counts_motors_from_one():
+    message = MotorTest(0, 1600.0, 1.0).message(1, 191)
+    assert (message.target_component, message.command, message.param1) == (191, 209, 1)
