@@ -17,11 +17,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 
 Tell = Callable[[float, str], None]
 
 STANDARD_OUTPUT = "-"
+LINE_EVERY_S = 5.0
 
 
 def results(json_target: str | None = None) -> Console:
@@ -67,15 +69,21 @@ def number(value: float | None, digits: int = 4) -> str:
 
 @contextmanager
 def progress(sentence: str) -> Iterator[Tell]:
-    """A progress bar on standard error: call what it gives with a fraction done and a sentence."""
+    """Progress on standard error: call what it gives with a fraction done and a sentence.
+
+    A bar on a terminal, elsewhere a line every few seconds.
+    """
+    console = words()
+    if not console.is_terminal:
+        yield _lines(console, sentence, SystemClock())
+        return
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        console=words(),
+        console=console,
         transient=True,
-        disable=not words().is_terminal,
     )
     with bar:
         task = bar.add_task(sentence, total=1.0)
@@ -84,6 +92,18 @@ def progress(sentence: str) -> Iterator[Tell]:
             bar.update(task, completed=done, description=what or sentence)
 
         yield tell
+
+
+def _lines(console: Console, sentence: str, clock: Clock) -> Tell:
+    told_s = clock.boot_s()
+
+    def tell(done: float, what: str) -> None:
+        nonlocal told_s
+        if clock.boot_s() - told_s >= LINE_EVERY_S:
+            told_s = clock.boot_s()
+            console.print(f"{done:4.0%} {what or sentence}", soft_wrap=True)
+
+    return tell
 
 
 def write_json(data: Any, target: str | None) -> None:

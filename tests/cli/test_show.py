@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from tui import show
 
@@ -40,6 +41,16 @@ def test_json_goes_into_a_file_and_nowhere_without_one(tmp_path, capsys):
 def test_json_that_can_not_be_written_names_the_file(tmp_path):
     with pytest.raises(LogError, match="nowhere"):
         show.write_json([1], str(tmp_path / "nowhere" / "out.json"))
+
+
+def test_progress_without_a_terminal_is_a_line_every_few_seconds(monkeypatch, capsys):
+    clock = SimulatedClock()
+    monkeypatch.setattr(show, "SystemClock", lambda: clock)
+    with show.progress("dive") as tell:
+        for percent in range(101):
+            clock.advance_to(percent / 10)
+            tell(percent / 100, "")
+    assert capsys.readouterr().err == " 50% dive\n100% dive\n"
 
 
 def test_brackets_in_a_note_are_shown_as_they_are(capsys):
