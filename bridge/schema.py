@@ -20,7 +20,9 @@ def load_yaml(path: Path) -> Any:
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise ConfigError(f"{path}: no such file; check the name, or give a file from configs/vehicles") from None
+        raise ConfigError(
+            f"{path}: no such file; check the name, or give a file from configs/vehicles"
+        ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: can't be read as text ({error}); give a YAML file") from None
     try:

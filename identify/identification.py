@@ -40,7 +40,10 @@ class Estimate:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; numbers that do not exist become null."""
-        data = {key: (None if isinstance(v, float) and not math.isfinite(v) else v) for key, v in vars(self).items()}
+        data = {
+            key: (None if isinstance(v, float) and not math.isfinite(v) else v)
+            for key, v in vars(self).items()
+        }
         if not data["reason"]:
             del data["reason"]
         return data
