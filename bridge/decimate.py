@@ -60,7 +60,8 @@ def _mean(samples: list[ImuSample]) -> ImuSample:
 class FogMean:
     """Mean rates over intervals of 1 / `rate_hz`, each dated at the middle of its interval: when it was true.
 
-    Dated at its end, a mean lags by half an interval, which a fit takes for inertia. Samples marked invalid are left out; an interval of nothing else gives no mean.
+    Dated at its end, a mean lags by half an interval, which a fit takes for inertia. Samples marked invalid are
+    left out; an interval of nothing else gives no mean.
     """
 
     def __init__(self, rate_hz: float) -> None:
