@@ -6,7 +6,6 @@ smoothed noise of one velocity times another velocity, well under the disturbanc
 """
 
 from dataclasses import dataclass
-from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,8 @@ from scipy.ndimage import gaussian_filter1d
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
-from identify.estimators.innovations import POSITION, VELOCITY
+from identify.estimators.innovations import INCREMENT, POSITION
+from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
 from identify.forces import WrenchHistory, wrench
 
 Array = NDArray[np.float64]
@@ -26,7 +26,6 @@ FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
-HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
 
 # Coriolis force on each axis as (sign, mass, velocity, velocity): force_i = sum of sign M[mass] nu[a] nu[b],
 # the minus C(nu) nu of bridge.vehicle.dynamics for a diagonal mass matrix.
@@ -44,8 +43,9 @@ CORIOLIS = (
 class Axis:
     """One degree of freedom, (n,) events in time order.
 
-    force: mean thrust less restoring over the step before the event. coriolis (n, 6): force for each unit of
-    each total mass. channel: which of `channels` was read. stiffness: restoring moment by angle, for roll and
+    force (n, 2): mean thrust less restoring over the first and the second half of the step before the event.
+    coriolis (n, 6): force for each unit of each total mass. scale: standard deviation of a reading over its
+    channel's noise. channel: which of `channels` was read. stiffness: restoring moment by angle, for roll and
     pitch. initial (4,): first speed and angle or depth, and their variances.
     """
 
@@ -55,6 +55,7 @@ class Axis:
     force: Array
     coriolis: Array
     reading: Array
+    scale: Array
     state_read: NDArray[np.int64]
     channel: NDArray[np.int64]
     channels: tuple[str, ...]
@@ -90,24 +91,31 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> tuple[tuple[Axis, ..
     nu = smoothed_velocity(dive, grid)
     attitude = None if dive.attitude is None else dive.attitude.at(grid)
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
-    at_transducer = np.cross(nu[:, 3:], np.asarray(lever))
+    velocity = _at_origin(dive.velocity, grid, nu, np.asarray(lever))
     depth = _depth(dive, file, grid, nu, attitude)
     axes = []
     for dof in range(6):
-        readings = _readings(dive, dof, grid, at_transducer)
-        if dof == HEAVE and readings and depth is not None:
-            readings.append(("depth", depth.time_s, depth.value[:, 0], POSITION))
-        if readings and np.std(forces.asked[:, dof]) > LEAST_DRIVE * configuration.thruster_limit_n:
-            axis = _axis(dof, readings, configuration, forces, grid, nu, attitude, (start, end))
+        found = channels(dive, dof, velocity, depth)
+        if found and np.std(forces.asked[:, dof]) > LEAST_DRIVE * configuration.thruster_limit_n:
+            axis = _axis(dof, found, configuration, forces, grid, nu, attitude, (start, end))
             if axis is not None:
                 axes.append(axis)
     return tuple(axes), forces.notes
 
 
+def _at_origin(velocity: Signal | None, grid: Array, nu: Array, lever: Array) -> Signal | None:
+    """Velocity (n, 3) at the body's origin, from that at the DVL's transducer `lever` away."""
+    if velocity is None or not lever.any():
+        return velocity
+    by_turning = np.cross(nu[:, 3:], lever)
+    carried = np.column_stack([np.interp(velocity.time_s, grid, by_turning[:, i]) for i in range(3)])
+    return Signal(velocity.time_s, velocity.value - carried)
+
+
 def _depth(dive: Dive, file: VehicleFile, grid: Array, nu: Array, attitude: Array | None) -> Signal | None:
     """The integral of heave velocity: measured depth less what surge and sway of a tilted body add to it.
 
-    The controller acts on depth, so depth has to be among the readings.
+    None where depth is not recorded.
     """
     depth = dive.depth_by(file.vehicle.water)
     if depth is None or len(depth) < 5:
@@ -120,51 +128,9 @@ def _depth(dive: Dive, file: VehicleFile, grid: Array, nu: Array, attitude: Arra
     return Signal(depth.time_s, depth.value - carried[:, None])
 
 
-def _readings(dive: Dive, dof: int, grid: Array, at_transducer: Array) -> list[tuple[str, Array, Array, int]]:
-    """(channel, times, values, state read) of all that measures this axis."""
-    found: list[tuple[str, Array, Array, int]] = []
-    if dof < 3:
-        if dive.velocity is not None and len(dive.velocity) > 1:
-            carried = np.interp(dive.velocity.time_s, grid, at_transducer[:, dof])
-            found.append(("dvl", dive.velocity.time_s, dive.velocity.value[:, dof] - carried, VELOCITY))
-        return found
-    rates = [("fog", dive.fog, 0)] if dof == YAW else []
-    rates += [("gyro", dive.gyro, dof - 3)]
-    known = [(name, signal, column) for name, signal, column in rates if _moves(signal, column)]
-    if known:
-        name, signal, column = max(known, key=lambda rate: _information(*rate[1:]))
-        found.append((name, signal.time_s, signal.value[:, column], VELOCITY))
-    if dof in (ROLL, PITCH) and dive.attitude is not None and len(dive.attitude) > 1:
-        w, x, y, z = dive.attitude.value.T
-        down_x, down_y, down_z = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-        angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1, 1))
-        found.append(("attitude", dive.attitude.time_s, angle, POSITION))
-    return found
-
-
-def _moves(signal: Signal | None, column: int) -> TypeGuard[Signal]:
-    return (
-        signal is not None
-        and len(signal) > 4
-        and bool(np.nanmax(signal.value[:, column]) > np.nanmin(signal.value[:, column]))
-    )
-
-
-def noise_std(values: Array) -> float:
-    """Standard deviation of the white noise on a smooth signal (n,): its third difference is noise alone."""
-    values = values[np.isfinite(values)]
-    if len(values) < 5:
-        return 0.0
-    return float(np.median(np.abs(np.diff(values, 3))) / (0.6745 * np.sqrt(20.0)))
-
-
-def _information(signal: Signal, column: int) -> float:
-    return signal.rate_hz / max(noise_std(signal.value[:, column]), 1e-9) ** 2
-
-
 def _axis(
     dof: int,
-    readings: list[tuple[str, Array, Array, int]],
+    found: list[Channel],
     configuration: Configuration,
     forces: WrenchHistory,
     grid: Array,
@@ -172,19 +138,24 @@ def _axis(
     attitude: Array | None,
     span_s: tuple[float, float],
 ) -> Axis | None:
-    time_s = np.concatenate([r[1] for r in readings])
-    value = np.concatenate([r[2] for r in readings])
-    state = np.concatenate([np.full(len(r[1]), r[3], dtype=np.int64) for r in readings])
-    channel = np.concatenate([np.full(len(r[1]), i, dtype=np.int64) for i, r in enumerate(readings)])
-    keep = (time_s >= span_s[0]) & (time_s <= span_s[1]) & np.isfinite(value)
-    order = np.argsort(time_s[keep], kind="stable")
-    time_s, value, state, channel = (a[keep][order] for a in (time_s, value, state, channel))
-    if len(time_s) < 2:
+    time_s = np.concatenate([c.time_s for c in found])
+    value = np.concatenate([c.value for c in found])
+    scale = np.concatenate([c.scale for c in found])
+    state = np.concatenate([np.full(len(c.time_s), c.state_read, dtype=np.int64) for c in found])
+    channel = np.concatenate([np.full(len(c.time_s), i, dtype=np.int64) for i, c in enumerate(found)])
+    keep = np.flatnonzero((time_s >= span_s[0]) & (time_s <= span_s[1]))
+    order = keep[np.argsort(time_s[keep], kind="stable")]
+    time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
+    if np.count_nonzero(np.isfinite(value)) < FEWEST:
         return None
+    # An increment that began before the first event is no whole one.
+    whole = state != INCREMENT
+    value = np.where(whole | (np.cumsum(~whole) > 1), value, np.nan)
     before = np.concatenate([time_s[:1], time_s[:-1]])
     step_s = time_s - before
-    force = forces.mean_between(before, time_s)[:, dof]
     middle = 0.5 * (before + time_s)
+    halves = forces.mean_between(before, middle)[:, dof], forces.mean_between(middle, time_s)[:, dof]
+    force = np.column_stack(halves)
     stiffness = 0.0
     if dof in (ROLL, PITCH):
         stiffness = (
@@ -192,14 +163,29 @@ def _axis(
         )
     elif attitude is not None:
         g = restoring(configuration, tuple(attitude.T))[dof]
-        force = force - np.interp(middle, grid, g)
+        force = force - np.interp(middle, grid, g)[:, None]
     elif dof == 2:
         force = force - configuration.net_buoyancy_n
     coriolis = np.zeros((len(time_s), 6))
     for sign, mass, a, b in CORIOLIS[dof]:
         coriolis[:, mass] += sign * np.interp(middle, grid, nu[:, a] * nu[:, b])
-    names = tuple(r[0] for r in readings)
-    first = value[state == VELOCITY]
+    return Axis(
+        dof,
+        time_s,
+        step_s,
+        force,
+        coriolis,
+        value,
+        scale,
+        state,
+        channel,
+        tuple(c.name for c in found),
+        stiffness,
+        _initial(value, scale, state),
+    )
+
+
+def _initial(value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
+    speed = (value / scale)[(state != POSITION) & np.isfinite(value)]
     place = value[state == POSITION][:1].sum()
-    initial = np.array([first[0], place, max(float(np.std(first)), 1e-4) ** 2, FIRST_POSITION_STD**2])
-    return Axis(dof, time_s, step_s, force, coriolis, value, state, channel, names, stiffness, initial)
+    return np.array([speed[0], place, max(float(np.std(speed)), 1e-4) ** 2, FIRST_POSITION_STD**2])

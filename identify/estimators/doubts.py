@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Dive
-from identify.estimators.innovations import VELOCITY
+from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import FORCES, AxisFit
 from identify.estimators.scoring import score
 
@@ -54,8 +54,10 @@ def simulated_speed(fit: AxisFit) -> Array:
     theta = fit.maximum.theta.copy()
     theta[FORCES + fit.problem.shapes.shape[1] :] = np.log(DEAF_NOISE)
     error, _ = deaf.innovations(theta)
-    moving = axis.state_read == VELOCITY
-    speed: Array = np.interp(axis.time_s, axis.time_s[moving], (axis.reading - error)[moving])
+    read = np.isfinite(axis.reading)
+    moving = axis.state_read[read] != POSITION
+    said = ((axis.reading[read] - error) / axis.scale[read])[moving]
+    speed: Array = np.interp(axis.time_s, axis.time_s[read][moving], said)
     return speed
 
 

@@ -2,7 +2,8 @@
 
 State (nu, x, d) of   m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
 so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion).
-Events are measurements in time order, each of nu or of x (an angle, or depth).
+Events are measurements in time order: of nu, of x (an angle, or depth), or of how far x came since the last such
+event (an INCREMENT: what a gyro that integrates between its messages tells).
 """
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-VELOCITY, POSITION = 0, 1
+VELOCITY, POSITION, INCREMENT = 0, 1, 2
 LONGEST_STEP_S = 0.1
 """Longer gaps are crossed in equal steps no longer than this, which keeps the series of the exponential exact."""
 
@@ -33,8 +34,9 @@ def innovations(
 ) -> tuple[Array, Array]:
     """Innovations and their variances, both (n,), NaN where a reading is NaN; a gated one comes back clipped.
 
-    step_s (n,) s since the event before; force (n,) N, its mean over that step; reading (n,) in SI units;
-    state_read (n,) VELOCITY or POSITION; variance (n,) of each reading; initial (4,): nu, x, their variances.
+    step_s (n,) s since the event before; force (n, 2) N, its means over the first and the second half of that
+    step; reading (n,) in SI units; state_read (n,) VELOCITY, POSITION or INCREMENT; variance (n,) of each
+    reading; initial (4,): nu, x, their variances. An INCREMENT starts x anew from zero, also where its reading is NaN.
     """
     n = step_s.shape[0]
     error = np.full(n, np.nan)
@@ -51,39 +53,46 @@ def innovations(
     rate[1, 0] = 1.0
     rate[2, 2] = -1.0 / time_constant_s
     white = 2.0 * sigma_d * sigma_d / time_constant_s
-    phi = np.eye(3)
-    gain_in = np.zeros(3)
+    half = np.eye(3)
+    half_in = np.zeros(3)
+    full = np.eye(3)
     q = np.zeros((3, 3))
     known_h = -1.0
     for i in range(n):
         if step_s[i] > 0.0:
-            steps = int(np.ceil(step_s[i] / LONGEST_STEP_S - 1e-9))
+            steps = 1 if step_s[i] <= LONGEST_STEP_S else 2 * int(np.ceil(0.5 * step_s[i] / LONGEST_STEP_S))
             h = step_s[i] / steps
             if abs(h - known_h) > 1e-9:
-                _discretise(rate, white, 1.0 / mass, h, phi, gain_in, q)
+                _discretise(rate, white, 1.0 / mass, h, half, half_in, full, q)
                 known_h = h
-            for _ in range(steps):
-                x = _apply(phi, x)
+            for k in range(steps):
+                early = force[i, (2 * k) // steps]
+                late = force[i, (2 * k + 1) // steps]
+                x = _apply(half, x)
                 for r in range(3):
-                    x[r] += gain_in[r] * force[i]
-                p = _propagate(phi, p, q)
-        if not np.isfinite(reading[i]):
-            continue
-        s = state_read[i]
-        e = reading[i] - x[s]
-        total = p[s, s] + variance[i]
-        limit = gate_sigma * np.sqrt(total)
-        spread[i] = total
-        if abs(e) > limit:
-            error[i] = limit if e > 0 else -limit
-            continue
-        error[i] = e
-        gain = p[:, s] / total
-        row = p[s, :].copy()
-        for r in range(3):
-            x[r] += gain[r] * e
-            for c in range(3):
-                p[r, c] -= gain[r] * row[c]
+                    x[r] += half_in[r] * early
+                x = _apply(half, x)
+                for r in range(3):
+                    x[r] += half_in[r] * late
+                p = _propagate(full, p, q)
+        if np.isfinite(reading[i]):
+            s = 0 if state_read[i] == VELOCITY else 1
+            e = reading[i] - x[s]
+            total = p[s, s] + variance[i]
+            limit = gate_sigma * np.sqrt(total)
+            spread[i] = total
+            error[i] = min(max(e, -limit), limit)
+            if abs(e) <= limit:
+                gain = p[:, s] / total
+                row = p[s, :].copy()
+                for r in range(3):
+                    x[r] += gain[r] * e
+                    for c in range(3):
+                        p[r, c] -= gain[r] * row[c]
+        if state_read[i] == INCREMENT:
+            x[1] = 0.0
+            p[1, :] = 0.0
+            p[:, 1] = 0.0
     return error, spread
 
 
@@ -129,16 +138,19 @@ def _series(rate: Array, h: float) -> Array:
 
 @njit(cache=True)
 def _discretise(
-    rate: Array, white: float, per_mass: float, h: float, phi: Array, gain_in: Array, q: Array
+    rate: Array, white: float, per_mass: float, h: float, half: Array, half_in: Array, full: Array, q: Array
 ) -> None:
-    """Transition, response to a force held over h, and process noise, the last two by Simpson's rule."""
-    half = _series(rate, 0.5 * h)
-    full = _product(half, half)
+    """Transitions over h / 2 and h, the response to a force held over h / 2, and the process noise over h.
+
+    The integrals are Simpson's.
+    """
+    quarter = _series(rate, 0.25 * h)
+    half[:] = _product(quarter, quarter)
+    full[:] = _product(half, half)
     for r in range(3):
         start_u = per_mass if r == 0 else 0.0
-        gain_in[r] = h / 6.0 * (start_u + 4.0 * half[r, 0] * per_mass + full[r, 0] * per_mass)
+        half_in[r] = h / 12.0 * (start_u + 4.0 * quarter[r, 0] * per_mass + half[r, 0] * per_mass)
         for c in range(3):
-            phi[r, c] = full[r, c]
             start = white if r == 2 and c == 2 else 0.0
             middle = half[r, 2] * white * half[c, 2]
             end = full[r, 2] * white * full[c, 2]

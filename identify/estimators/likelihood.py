@@ -23,7 +23,7 @@ from identify.estimators.doubts import (
     quadratic_score,
     unexplained_feedback,
 )
-from identify.estimators.innovations import VELOCITY
+from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
     DAMPING,
     DISTURBANCE,
@@ -85,7 +85,7 @@ def estimate(
         file.vehicle.name,
         file.sha256,
         dive.duration_s,
-        sum(len(axis.reading) for axis in axes),
+        sum(int(np.isfinite(axis.reading).sum()) for axis in axes),
         covariance,
         names,
         _nuisance(fits),
@@ -169,7 +169,7 @@ def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:
         out[f"{name}_disturbance_time_constant_s"] = float(np.exp(theta[TIME_CONSTANT]))
         out[f"{name}_trim_{force}"] = float(theta[FORCES])
         for i, channel in enumerate(axis.channels):
-            unit = speed if axis.state_read[axis.channel == i][0] == VELOCITY else place
+            unit = place if axis.state_read[axis.channel == i][0] == POSITION else speed
             out[f"{name}_{channel}_noise_std_{unit}"] = float(
                 np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i])
             )

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axis, noise_std
+from identify.estimators.axes import Axis
 from identify.estimators.innovations import innovations
+from identify.estimators.readings import noise_std
 from identify.estimators.scoring import Maximum, climb
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ class AxisLikelihood:
     """The `scoring.Problem` of one axis.
 
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor of each column of
-    `shapes` (n, k), then the log noise std of each channel. `known` (n,) is the force that needs no fitting.
+    `shapes` (n, k), then the log noise std of each channel. `known` (n, 2) is the force that needs no fitting.
     The first shape is a constant: the trim force.
     """
 
@@ -60,10 +61,10 @@ class AxisLikelihood:
         variance: Array
         error, variance = innovations(
             axis.step_s,
-            self.known + self.shapes @ theta[FORCES:noise],
+            self.known + (self.shapes @ theta[FORCES:noise])[:, None],
             axis.reading,
             axis.state_read,
-            np.exp(2 * theta[noise:])[axis.channel],
+            np.exp(2 * theta[noise:])[axis.channel] * axis.scale**2,
             float(np.exp(theta[MASS])),
             float(np.exp(theta[DAMPING])),
             axis.stiffness,
@@ -72,7 +73,8 @@ class AxisLikelihood:
             axis.initial,
             self.gate_sigma,
         )
-        return error, variance
+        read = np.isfinite(error)
+        return error[read], variance[read]
 
 
 @dataclass(frozen=True)
@@ -108,14 +110,15 @@ def likelihood_of(
         if spread * np.std(axis.coriolis[:, dof]) > NOTICEABLE * disturbance:
             shapes.append(axis.coriolis[:, dof])
             width.append(spread)
-    noises = [max(noise_std(axis.reading[axis.channel == i]), 1e-6) for i in range(len(axis.channels))]
+    plain = axis.reading / axis.scale
+    noises = [max(noise_std(plain[axis.channel == i]), 1e-6) for i in range(len(axis.channels))]
     motion = [np.log(MASS_RATIO * rigid), np.log(DAMPING_RATIO * rigid), np.log(disturbance), np.log(TIME_S)]
     start = [*motion, *np.zeros(len(shapes)), *np.log(noises)]
     difference = [*[1e-4] * len(motion), *(1e-3 * np.array(width)), *[1e-4] * len(noises)]
     prior_std = [*PRIOR_STD, *width, *[NOISE_PRIOR_STD] * len(noises)]
     return AxisLikelihood(
         axis,
-        axis.force + axis.coriolis @ masses,
+        axis.force + (axis.coriolis @ masses)[:, None],
         np.column_stack(shapes),
         gate_sigma,
         np.array(start),

@@ -1,0 +1,106 @@
+"""What measures each degree of freedom in a dive, as channels of readings with one noise level each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dive import Dive, Signal
+from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
+
+Array = NDArray[np.float64]
+
+HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
+FEWEST = 5
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
+
+    A NaN reading only marks where increments start anew.
+    """
+
+    name: str
+    time_s: Array
+    value: Array
+    scale: Array
+    state_read: int
+
+
+def channels(dive: Dive, dof: int, velocity: Signal | None, depth: Signal | None) -> list[Channel]:
+    """All that measures an axis, the one that reads its velocity first; none where that is missing.
+
+    `velocity` (n, 3) at the body's origin; `depth` (n, 1) the integral of heave velocity.
+    """
+    if dof < 3:
+        found = [_direct("dvl", velocity, dof, VELOCITY)]
+        if dof == HEAVE:
+            # The controller acts on depth, so depth has to be among the readings.
+            found.append(_direct("depth", depth, 0, POSITION))
+    else:
+        found = [_rate(dive, dof)]
+        if dof in (ROLL, PITCH):
+            found.append(_direct("attitude", tilt(dive, dof), 0, POSITION))
+    return [channel for channel in found if channel is not None] if found[0] is not None else []
+
+
+def tilt(dive: Dive, dof: int) -> Signal | None:
+    """Roll or pitch (n, 1) in rad, from the attitude."""
+    if dive.attitude is None:
+        return None
+    w, x, y, z = dive.attitude.value.T
+    down_x, down_y, down_z = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1, 1))
+    return Signal(dive.attitude.time_s, angle[:, None])
+
+
+def noise_std(values: Array) -> float:
+    """Standard deviation of the white noise on a smooth signal (n,): its third difference is noise alone."""
+    values = values[np.isfinite(values)]
+    if len(values) < FEWEST:
+        return 0.0
+    return float(np.median(np.abs(np.diff(values, 3))) / (0.6745 * np.sqrt(20.0)))
+
+
+def increments(name: str, signal: Signal) -> Channel:
+    """Mean rates, dated at the middle of their intervals, as the angles that they add up to, dated at the ends.
+
+    Intervals meet halfway between two readings; one that follows a gap has the usual length.
+    """
+    middle, rate = signal.time_s, signal.value[:, 0]
+    usual = float(np.median(np.diff(middle)))
+    halfway = 0.5 * (middle[1:] + middle[:-1])
+    gap = np.diff(middle) > 1.5 * usual
+    start = np.concatenate([middle[:1] - usual / 2, np.where(gap, middle[1:] - usual / 2, halfway)])
+    end = np.concatenate([np.where(gap, middle[:-1] + usual / 2, halfway), middle[-1:] + usual / 2])
+    fresh = start[np.concatenate([[True], gap])]
+    time_s = np.concatenate([end, fresh])
+    order = np.argsort(time_s, kind="stable")
+    value = np.concatenate([rate * (end - start), np.full(len(fresh), np.nan)])
+    scale = np.concatenate([end - start, np.full(len(fresh), usual)])
+    return Channel(name, time_s[order], value[order], scale[order], INCREMENT)
+
+
+def _rate(dive: Dive, dof: int) -> Channel | None:
+    """The better of fibre-optic gyro and IMU: it says all that the other could."""
+    gyro = _direct("gyro", dive.gyro, dof - 3, VELOCITY)
+    if dof != YAW or dive.fog is None or len(dive.fog) < FEWEST or np.ptp(dive.fog.value) == 0.0:
+        return gyro
+    fog = increments("fog", dive.fog)
+    return fog if gyro is None or _information(fog) > _information(gyro) else gyro
+
+
+def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> Channel | None:
+    if signal is None:
+        return None
+    known = np.isfinite(signal.value[:, column])
+    value = signal.value[known, column]
+    if len(value) < FEWEST or np.ptp(value) == 0.0:
+        return None
+    return Channel(name, signal.time_s[known], value, np.ones(len(value)), state_read)
+
+
+def _information(channel: Channel) -> float:
+    rate_hz = 1.0 / max(float(np.median(np.diff(channel.time_s))), 1e-9)
+    return rate_hz / max(noise_std(channel.value / channel.scale), 1e-9) ** 2
