@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from bridge.simulator.missions import load_mission
 from tui import cli
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,6 +42,13 @@ def test_each_make_line_names_a_target(line):
     target = line.split()[1]
     done = subprocess.run(["make", "-n", "-C", ROOT, target], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_mission_that_the_manual_shows_can_be_dived(tmp_path):
+    (block,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/commands.md").read_text(encoding="utf-8"), re.S)
+    path = tmp_path / "mission.yaml"
+    path.write_text(block, encoding="utf-8")
+    assert load_mission(path).duration_s == 25.0
 
 
 def test_every_link_of_the_readme_leads_somewhere():

@@ -137,6 +137,7 @@ def show_difference(
 
     plan = make_plan(targets, present)
     tell_plan(plan, arguments.json)
+    show.results(arguments.json).print(plan.summary(), soft_wrap=True)
     rows = [
         {
             "name": r.name,
@@ -163,11 +164,12 @@ def apply(
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
     from datetime import UTC, datetime
 
-    from gcs_plugin.params.plan import make_plan
+    from gcs_plugin.params.plan import Verdict, make_plan
     from tui import show
 
     plan = make_plan(targets, present)
-    tell_plan(plan, arguments.json)
+    tell_plan(plan.chosen(r.name for r in plan.rows if r.verdict is not Verdict.SAME), arguments.json)
+    show.results(arguments.json).print(plan.summary(), soft_wrap=True)
     plan.check()
     if plan.changes and not arguments.yes and not agreed(f"write {len(plan.changes)} parameters?"):
         show.words().print("nothing was sent")
@@ -178,8 +180,9 @@ def apply(
         receipt = client.apply(plan, before)
     console = show.results(arguments.json)
     rows = [
-        (line.name, show.number(line.before, 7), show.number(line.after, 7), line.sentence)
+        (line.name, _text(line.before), _text(line.after), line.sentence)
         for line in receipt.lines
+        if line.name in plan.changes
     ]
     console.print(
         show.table("", ("name", "before", "now", "what became of it"), rows, numbers=("before", "now"))
@@ -192,15 +195,20 @@ def apply(
     return exit_codes.DONE if receipt.good else exit_codes.NO
 
 
+def _text(value: float | None) -> str:
+    from gcs_plugin.params.plan import value_text
+
+    return "-" if value is None else value_text(value)
+
+
 def tell_plan(plan: "Plan", json_target: str | None) -> None:
-    """The plan as a table, and its sentence."""
+    """The plan as a table."""
     from gcs_plugin.params.plan import printable
     from tui import show
 
     console = show.results(json_target)
     columns = ("name", "on the vehicle", "in the file", "verdict")
     console.print(show.table("", columns, printable(plan), numbers=columns[1:3]))
-    console.print(plan.summary(), soft_wrap=True)
 
 
 def agreed(question: str) -> bool:
