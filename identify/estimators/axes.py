@@ -58,7 +58,7 @@ class Axis:
     scale: Array
     state_read: NDArray[np.int64]
     channel: NDArray[np.int64]
-    channels: tuple[str, ...]
+    channels: tuple[Channel, ...]
     stiffness: float
     initial: Array
 
@@ -179,7 +179,7 @@ def _axis(
         scale,
         state,
         channel,
-        tuple(c.name for c in found),
+        tuple(found),
         stiffness,
         _initial(value, scale, state),
     )

@@ -50,14 +50,12 @@ def quadratic_score(fit: AxisFit) -> float:
 def simulated_speed(fit: AxisFit) -> Array:
     """Speed (n,) at the events as the model alone gives it from the forces: it shares no noise with the readings."""
     axis = fit.problem.axis
-    deaf = replace(fit.problem, gate_sigma=np.inf)
     theta = fit.maximum.theta.copy()
     theta[FORCES + fit.problem.shapes.shape[1] :] = np.log(DEAF_NOISE)
-    error, _ = deaf.innovations(theta)
-    read = np.isfinite(axis.reading)
-    moving = axis.state_read[read] != POSITION
-    said = ((axis.reading[read] - error) / axis.scale[read])[moving]
-    speed: Array = np.interp(axis.time_s, axis.time_s[read][moving], said)
+    error, _ = fit.problem.filtered(theta, np.inf)
+    moving = np.isfinite(error) & (axis.state_read != POSITION)
+    said = ((fit.problem.reading - error) / axis.scale)[moving]
+    speed: Array = np.interp(axis.time_s, axis.time_s[moving], said)
     return speed
 
 

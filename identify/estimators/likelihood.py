@@ -169,8 +169,8 @@ def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:
         out[f"{name}_disturbance_time_constant_s"] = float(np.exp(theta[TIME_CONSTANT]))
         out[f"{name}_trim_{force}"] = float(theta[FORCES])
         for i, channel in enumerate(axis.channels):
-            unit = place if axis.state_read[axis.channel == i][0] == POSITION else speed
-            out[f"{name}_{channel}_noise_std_{unit}"] = float(
+            unit = place if channel.state_read == POSITION else speed
+            out[f"{name}_{channel.name}_noise_std_{unit}"] = float(
                 np.exp(theta[FORCES + fit.problem.shapes.shape[1] + i])
             )
     return out

@@ -1,6 +1,6 @@
 """What measures each degree of freedom in a dive, as channels of readings with one noise level each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,19 @@ Array = NDArray[np.float64]
 
 HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
 FEWEST = 5
+NOISE_SPREAD = 1.0
+LEAST_NOISE = 1e-6
+FILTERED_M_S, FILTERED_SPREAD, FILTERED_HZ = 0.01, 1e-3, 10.0
+"""What an autopilot's own velocity is off by looks like no noise at all, so it is set, not fitted, and the
+velocity is thinned: one reading says little that the one 20 ms before it did not."""
 
 
 @dataclass(frozen=True)
 class Channel:
     """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
-    A NaN reading only marks where increments start anew.
+    A NaN reading only marks where increments start anew. `noise` is where a fit of the noise starts, and how far
+    from it, in its logarithm, the fit may well go.
     """
 
     name: str
@@ -26,6 +32,8 @@ class Channel:
     value: Array
     scale: Array
     state_read: int
+    noise: float
+    noise_spread: float = NOISE_SPREAD
 
 
 def channels(dive: Dive, dof: int, velocity: Signal | None, depth: Signal | None) -> list[Channel]:
@@ -34,7 +42,9 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, depth: Signal | None
     `velocity` (n, 3) at the body's origin; `depth` (n, 1) the integral of heave velocity.
     """
     if dof < 3:
-        found = [_direct("dvl", velocity, dof, VELOCITY)]
+        found = [
+            _filtered(velocity, dof) if dive.velocity_is_filtered else _direct("dvl", velocity, dof, VELOCITY)
+        ]
         if dof == HEAVE:
             # The controller acts on depth, so depth has to be among the readings.
             found.append(_direct("depth", depth, 0, POSITION))
@@ -56,11 +66,14 @@ def tilt(dive: Dive, dof: int) -> Signal | None:
 
 
 def noise_std(values: Array) -> float:
-    """Standard deviation of the white noise on a smooth signal (n,): its third difference is noise alone."""
-    values = values[np.isfinite(values)]
-    if len(values) < FEWEST:
-        return 0.0
-    return float(np.median(np.abs(np.diff(values, 3))) / (0.6745 * np.sqrt(20.0)))
+    """Standard deviation of the white noise on a smooth signal (n,): its third difference is noise alone.
+
+    Not less than what the steps of its resolution make.
+    """
+    steps = np.abs(np.diff(values))
+    resolution = float(np.min(steps[steps > 0], initial=np.inf))
+    white = float(np.median(np.abs(np.diff(values, 3))) / (0.6745 * np.sqrt(20.0)))
+    return max(white, resolution / np.sqrt(12.0) if np.isfinite(resolution) else 0.0, LEAST_NOISE)
 
 
 def increments(name: str, signal: Signal) -> Channel:
@@ -79,7 +92,7 @@ def increments(name: str, signal: Signal) -> Channel:
     order = np.argsort(time_s, kind="stable")
     value = np.concatenate([rate * (end - start), np.full(len(fresh), np.nan)])
     scale = np.concatenate([end - start, np.full(len(fresh), usual)])
-    return Channel(name, time_s[order], value[order], scale[order], INCREMENT)
+    return Channel(name, time_s[order], value[order], scale[order], INCREMENT, noise_std(rate))
 
 
 def _rate(dive: Dive, dof: int) -> Channel | None:
@@ -91,6 +104,16 @@ def _rate(dive: Dive, dof: int) -> Channel | None:
     return fog if gyro is None or _information(fog) > _information(gyro) else gyro
 
 
+def _filtered(velocity: Signal | None, dof: int) -> Channel | None:
+    """The velocity of an autopilot's own filter."""
+    if velocity is None or len(velocity) < FEWEST:
+        return None
+    every = max(1, round(velocity.rate_hz / FILTERED_HZ))
+    thin = Signal(velocity.time_s[::every], velocity.value[::every])
+    read = _direct("filter", thin, dof, VELOCITY)
+    return None if read is None else replace(read, noise=FILTERED_M_S, noise_spread=FILTERED_SPREAD)
+
+
 def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> Channel | None:
     if signal is None:
         return None
@@ -98,9 +121,9 @@ def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> C
     value = signal.value[known, column]
     if len(value) < FEWEST or np.ptp(value) == 0.0:
         return None
-    return Channel(name, signal.time_s[known], value, np.ones(len(value)), state_read)
+    return Channel(name, signal.time_s[known], value, np.ones(len(value)), state_read, noise_std(value))
 
 
 def _information(channel: Channel) -> float:
     rate_hz = 1.0 / max(float(np.median(np.diff(channel.time_s))), 1e-9)
-    return rate_hz / max(noise_std(channel.value / channel.scale), 1e-9) ** 2
+    return rate_hz / channel.noise**2
