@@ -27,7 +27,8 @@ class WrenchHistory:
     """The thrusters' wrench about the body's origin, N and N m, at any time.
 
     `time_s` (n,) command times; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
-    wrench at each command; `integral` (n, 6) from the first command on. Before the first command it is
+    wrench at each command; `integral` (n, 6) from the first command on, `moment` (n, 6) the integral of
+    that. Before the first command it is
     held. `differs_rms` (6,): wrench from PWM minus TAU_CMD, where a recording has both.
     """
 
@@ -35,6 +36,7 @@ class WrenchHistory:
     asked: Array
     state: Array
     integral: Array
+    moment: Array
     lag_s: float
     source: Literal["pwm", "tau_cmd"]
     differs_rms: Array | None = None
@@ -55,6 +57,18 @@ class WrenchHistory:
         mean = area / np.where(empty, 1.0, span_s)[:, None]
         return np.where(empty[:, None], self.at(start_s), mean)
 
+    def halves_between(self, start_s: Array, end_s: Array) -> Array:
+        """(m, 2, 6): two constant halves of each interval with the wrench's own area and first moment.
+
+        A body that they push comes to the same speed and the same place at the end as under the wrench itself,
+        but for what its damping makes of the difference. The value itself where an interval is empty.
+        """
+        span_s = (end_s - start_s)[:, None]
+        mean = self.mean_between(start_s, end_s)
+        moment = self._moment_to(end_s) - self._moment_to(start_s) - span_s * self._integral_to(start_s)
+        early = np.where(span_s > 0, 4.0 * moment / np.where(span_s > 0, span_s, 1.0) ** 2 - mean, mean)
+        return np.stack([early, 2.0 * mean - early], axis=1)
+
     def _segment(self, time_s: Array) -> tuple[NDArray[np.intp], Array]:
         index = np.maximum(np.searchsorted(self.time_s, time_s, side="right") - 1, 0)
         return index, time_s - self.time_s[index]
@@ -63,6 +77,14 @@ class WrenchHistory:
         index, since_s = self._segment(time_s)
         area: Array = self.integral[index] + _area(self.asked[index], self.state[index], since_s, self.lag_s)
         return area
+
+    def _moment_to(self, time_s: Array) -> Array:
+        """The integral of `_integral_to`."""
+        index, since_s = self._segment(time_s)
+        asked, state = self.asked[index], self.state[index]
+        own = _moment(asked, state, since_s, self.lag_s)
+        moment: Array = self.moment[index] + self.integral[index] * since_s[:, None] + own
+        return moment
 
 
 def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) -> WrenchHistory:
@@ -128,7 +150,11 @@ def _history(
     state = _lagged(asked.value, decay)
     areas = _area(asked.value[:-1], state[:-1], step_s, lag_s)
     integral = np.concatenate((np.zeros((1, 6)), np.cumsum(areas, axis=0)))
-    return WrenchHistory(asked.time_s, asked.value, state, integral, lag_s, source, differs_rms, notes)
+    moments = integral[:-1] * step_s[:, None] + _moment(asked.value[:-1], state[:-1], step_s, lag_s)
+    moment = np.concatenate((np.zeros((1, 6)), np.cumsum(moments, axis=0)))
+    return WrenchHistory(
+        asked.time_s, asked.value, state, integral, moment, lag_s, source, differs_rms, notes
+    )
 
 
 def _lagged(asked: Array, decay: Array) -> Array:
@@ -152,6 +178,11 @@ def _decay(since_s: Array, lag_s: float) -> Array:
 def _area(asked: Array, state: Array, since_s: Array, lag_s: float) -> Array:
     left = lag_s * (1 - _decay(since_s, lag_s))
     return asked * since_s[:, None] + (state - asked) * left[:, None]
+
+
+def _moment(asked: Array, state: Array, since_s: Array, lag_s: float) -> Array:
+    left = lag_s * (since_s - lag_s * (1 - _decay(since_s, lag_s)))
+    return asked * (since_s**2 / 2)[:, None] + (state - asked) * left[:, None]
 
 
 def _rms_difference(from_pwm: Signal, commanded: Signal) -> Array:

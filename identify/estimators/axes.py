@@ -9,19 +9,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION
 from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
+from identify.estimators.smoothing import smoothed_velocity
 from identify.forces import WrenchHistory, wrench
 
 Array = NDArray[np.float64]
 
 GRID_S = 0.02
-SMOOTHING_S = 0.2
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
 LEAST_DRIVE = 1e-3
@@ -43,7 +42,7 @@ CORIOLIS = (
 class Axis:
     """One degree of freedom, (n,) events in time order.
 
-    force (n, 2): mean thrust less restoring over the first and the second half of the step before the event.
+    force (n, 2): thrust less restoring in the first and the second half of the step before the event.
     coriolis (n, 6): force for each unit of each total mass. scale: standard deviation of a reading over its
     channel's noise. channel: which of `channels` was read. stiffness: restoring moment by angle, for roll and
     pitch. initial (4,): first speed and angle or depth, and their variances.
@@ -61,20 +60,6 @@ class Axis:
     channels: tuple[Channel, ...]
     stiffness: float
     initial: Array
-
-
-def smoothed_velocity(dive: Dive, time_s: Array) -> Array:
-    """nu on a uniform grid (m,), (m, 6), through a zero-phase Gaussian; 0 where nothing was measured."""
-    out = np.zeros((len(time_s), 6))
-    spacing = time_s[1] - time_s[0]
-    sources = [(slice(0, 3), dive.velocity), (slice(3, 6), dive.gyro)]
-    if dive.fog is not None and len(dive.fog) > 1:
-        sources.append((slice(5, 6), dive.fog))
-    for columns, signal in sources:
-        if signal is not None and len(signal) > 1:
-            values = np.nan_to_num(signal.at(time_s))
-            out[:, columns] = gaussian_filter1d(values, SMOOTHING_S / spacing, axis=0)
-    return out
 
 
 def build_axes(dive: Dive, file: VehicleFile, name: str) -> tuple[tuple[Axis, ...], tuple[str, ...]]:
@@ -154,8 +139,7 @@ def _axis(
     before = np.concatenate([time_s[:1], time_s[:-1]])
     step_s = time_s - before
     middle = 0.5 * (before + time_s)
-    halves = forces.mean_between(before, middle)[:, dof], forces.mean_between(middle, time_s)[:, dof]
-    force = np.column_stack(halves)
+    force = forces.halves_between(before, time_s)[:, :, dof]
     stiffness = 0.0
     if dof in (ROLL, PITCH):
         stiffness = (

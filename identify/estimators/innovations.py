@@ -34,9 +34,9 @@ def innovations(
 ) -> tuple[Array, Array]:
     """Innovations and their variances, both (n,), NaN where a reading is NaN; a gated one comes back clipped.
 
-    step_s (n,) s since the event before; force (n, 2) N, its means over the first and the second half of that
-    step; reading (n,) in SI units; state_read (n,) VELOCITY, POSITION or INCREMENT; variance (n,) of each
-    reading; initial (4,): nu, x, their variances. An INCREMENT starts x anew from zero, also where its reading is NaN.
+    step_s (n,) s since the event before; force (n, 2) N, held over the first and the second half of that step;
+    reading (n,) in SI units; state_read (n,) VELOCITY, POSITION or INCREMENT; variance (n,) of each reading;
+    initial (4,): nu, x, their variances. An INCREMENT starts x anew from zero, also where its reading is NaN.
     """
     n = step_s.shape[0]
     error = np.full(n, np.nan)

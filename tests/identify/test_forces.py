@@ -65,6 +65,16 @@ def test_an_interval_across_commands_equals_a_fine_sum() -> None:
     assert ours == pytest.approx(history().at(fine_s).mean(axis=0), abs=1e-8)
 
 
+def test_two_halves_carry_the_area_and_the_first_moment_of_the_wrench() -> None:
+    start_s, end_s = 0.9, 1.5
+    early, late = history().halves_between(np.array([start_s]), np.array([end_s]))[0]
+    fine_s = start_s + (np.arange(600_000) + 0.5) * 1e-6
+    wrench_n = history().at(fine_s)
+    assert 0.5 * (early + late) == pytest.approx(wrench_n.mean(axis=0), abs=1e-6)
+    moment = (wrench_n * (end_s - fine_s)[:, None]).mean(axis=0) * 0.6
+    assert (3 * early + late) * 0.36 / 8 == pytest.approx(moment, abs=1e-6)
+
+
 def test_an_empty_interval_gives_the_value_itself() -> None:
     now = np.array([1.3])
     assert history().mean_between(now, now) == pytest.approx(history().at(now))
