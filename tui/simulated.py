@@ -1,7 +1,7 @@
 """The simulated vehicle as the ground meets it: dives recorded by the real recorder, a link that runs it along."""
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from bridge.parameters import ParameterServer, vehicle_table
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission
+from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
@@ -37,11 +38,18 @@ def record_dive(
     seed: int,
     unix_s: float,
     parameters: ParameterServer,
-    mode: Mode,
+    mode: Mode | None,
     progress: Callable[[float], None],
+    links: Sequence[Link] = (),
+    pace: Callable[[float], None] = lambda _: None,
 ) -> DiveFolder:
-    """Dive a mission as fast as it goes; the recorder reads the vehicle's link tick by tick."""
-    folder = new_folder(root, unix_s, f"{mission.name}-{mode.name}")
+    """Dive a mission into a new folder under `root`; the recorder reads the vehicle's link tick by tick.
+
+    `mode` None leaves FF_MODE as the parameters have it. `links` get the same frames, `pace` may wait for a tick.
+    """
+    truth = load_truth(file, configuration)
+    applied = Mode(parameters.mode) if mode is None else mode
+    folder = new_folder(root, unix_s, f"{mission.name}-{applied.name}")
     folder.describe(about_vehicle(file, configuration, f"simulated, seed {seed}"))
     clock = SimulatedClock(unix_at_boot_s=unix_s)
     near, far = memory_pair()
@@ -51,13 +59,14 @@ def record_dive(
         folder.open_telemetry,
         clock,
         lambda: shutil.disk_usage(folder.path).free,
-        lambda notice: troubles.append(str(notice)),
+        lambda notice: troubles.append(notice.sentence),
     )
 
     def record(boot_s: float) -> None:
         clock.advance_to(boot_s)
         while recorder.step(0.0):
             pass
+        pace(boot_s)
 
     try:
         simulate_dive(
@@ -68,8 +77,9 @@ def record_dive(
             sink=_elsewhere,
             parameters=parameters,
             mode=mode,
+            truth=truth,
             unix_at_boot_s=unix_s,
-            links=[near],
+            links=[near, *links],
             pace=record,
             progress=progress,
         )

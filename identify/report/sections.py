@@ -35,7 +35,7 @@ def identification_section(
     words += i.notes
     drawn = figures.intervals(i.parameters, truth)
     return Section(
-        f"Identified parameters: {i.method}",
+        f"Identified parameters: {i.configuration}, {i.method}",
         "\n\n".join(words),
         (tables.parameters(i.parameters, truth),) if i.parameters else (),
         (drawn,) if drawn else (),
@@ -66,7 +66,7 @@ def dive_section(dive: Dive, water: Water | None = None) -> Section:
             "Counted in the recording: " + ", ".join(f"{k} {count(n)}" for k, n in dive.counts.items()) + "."
         )
     table = (tables.signals(dive),) if dive.signals() else ()
-    return Section("The dive", "\n\n".join(words), table, tuple(drawn))
+    return Section(f"The dive: {dive.name}", "\n\n".join(words), table, tuple(drawn))
 
 
 def _modes(dive: Dive) -> str:

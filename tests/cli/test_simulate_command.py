@@ -51,7 +51,7 @@ def frames(folder):
 def test_a_mission_of_ones_own_becomes_a_dive_folder(tmp_path, mission, capsys):
     assert simulate(tmp_path, mission, "--json", "-") == exit_codes.DONE
     found = json.loads(capsys.readouterr().out)
-    assert Path(found["folder"]).name.endswith("Z-a-short-one")
+    assert Path(found["folder"]).name.endswith("Z-a-short-one-off")
     dive = read_dive(Path(found["folder"]))
     assert 6.0 < dive.duration_s < 7.5
     assert {"velocity", "gyro", "fog", "pwm", "nu_ref", "tau_cmd", "depth", "attitude"} <= (

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 from tui import exit_codes
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rich.console import Console
 
     from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive
+    from identify.estimators.paper import TrainingCurves
+    from identify.estimators.table import Estimator, Progress
     from identify.identification import Estimate, Identification
 
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
@@ -30,6 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " configuration where none is named",
     )
     parser.add_argument("--method", default="likelihood", help="likelihood (default) or paper")
+    parser.add_argument(
+        "--network",
+        type=int,
+        nargs=3,
+        metavar=("HIDDEN", "DEPTH", "EPOCHS"),
+        help="size and training of the paper's network: 1024 5 100 is the paper's own (small where not given)",
+    )
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
     parser.add_argument("--param", metavar="FILE", help="write a .param with its sidecar, for one dive")
@@ -38,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
-    from identify.estimators.table import METHODS
+    from identify.estimators.table import METHODS, estimator
     from identify.ingest.open import read_dive
     from tui import show
 
@@ -48,14 +57,20 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if arguments.param and len(arguments.dives) > 1:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
+    if arguments.network and arguments.method != "paper":
+        raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
     chosen = [
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
     ]
+    curves: dict[str, TrainingCurves] = {}
+    estimate = (
+        paper(arguments.network, curves) if arguments.method == "paper" else estimator(arguments.method)
+    )
     answers = [
-        identify(dive, file, configuration, arguments.method)
+        identify(dive, file, configuration, arguments.method, estimate)
         for dive, configuration in zip(dives, chosen, strict=True)
     ]
     console = show.results(arguments.json)
@@ -69,19 +84,39 @@ def run(arguments: argparse.Namespace) -> int:
         write_identified(Path(arguments.param), answers[0], file)
         console.print(f"parameters: {arguments.param}", soft_wrap=True)
     if arguments.report:
-        console.print(f"report: {report(Path(arguments.report), dives, file, answers)}", soft_wrap=True)
+        console.print(
+            f"report: {report(Path(arguments.report), dives, file, answers, curves)}", soft_wrap=True
+        )
     return exit_codes.DONE if all(answer.values() for answer in answers) else exit_codes.NO
 
 
-def identify(dive: "Dive", file: "VehicleFile", configuration: str, method: str) -> "Identification":
+def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") -> "Estimator":
+    """The paper's method with a network of its own size; its training curves go into `curves` by dive."""
+    from identify.estimators.paper import SMALL, PaperOptions, estimate_with_curves
+
+    options = (
+        SMALL if network is None else PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])
+    )
+
+    def estimate(
+        dive: "Dive", file: "VehicleFile", configuration: str, progress: "Progress"
+    ) -> "Identification":
+        answer, curves[dive.name] = estimate_with_curves(dive, file, configuration, progress, options)
+        return answer
+
+    return estimate
+
+
+def identify(
+    dive: "Dive", file: "VehicleFile", configuration: str, method: str, estimate: "Estimator"
+) -> "Identification":
     """One dive through one estimator, with a progress bar; a dive that holds too little for it says so."""
     from bridge.errors import FitError
-    from identify.estimators.table import estimator
     from tui import show
 
     with show.progress(f"identify {dive.name}") as progress:
         try:
-            return estimator(method)(dive, file, configuration, progress)
+            return estimate(dive, file, configuration, progress)
         except FitError as error:
             return nothing(dive, file, configuration, method, str(error))
 
@@ -128,15 +163,23 @@ def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
 
 
 def report(
-    path: Path, dives: "Sequence[Dive]", file: "VehicleFile", answers: "Sequence[Identification]"
+    path: Path,
+    dives: "Sequence[Dive]",
+    file: "VehicleFile",
+    answers: "Sequence[Identification]",
+    curves: "Mapping[str, TrainingCurves]",
 ) -> Path:
     """The page with what was identified from each dive, and the dive itself."""
     from identify.report.page import Report, write_report
-    from identify.report.sections import dive_section, identification_section
+    from identify.report.sections import dive_section, identification_section, training_section
 
     sections = []
     for dive, answer in zip(dives, answers, strict=True):
-        sections += [identification_section(answer), dive_section(dive, file.vehicle.water)]
+        sections.append(identification_section(answer))
+        if dive.name in curves:
+            one = curves[dive.name]
+            sections.append(training_section({name: one.values[:, i] for i, name in enumerate(one.names)}))
+        sections.append(dive_section(dive, file.vehicle.water))
     found = sum(len(answer.values()) for answer in answers)
     return write_report(
         path,

@@ -8,13 +8,12 @@ from tui import exit_codes
 
 if TYPE_CHECKING:
     import threading
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from bridge.clock import SystemClock
     from bridge.link.base import Link
     from bridge.parameters import ParameterServer
     from bridge.simulator.missions import Mission
-    from bridge.tlog import TlogWriter
     from bridge.vehicle.config import VehicleFile
 
 EXAMPLE = "seatrial simulate --vehicle ruvifist:survey --mission survey --seed 1"
@@ -70,9 +69,9 @@ def speed(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.link.open import open_link
-    from bridge.parameters import ParameterServer, vehicle_table
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
+    from tui import simulated
 
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
@@ -82,9 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
         None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
     )
     store = Path(arguments.parameters) if arguments.parameters else None
-    parameters = ParameterServer(
-        store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
-    )
+    parameters = simulated.server(file, store)
     links = [open_link(spec) for spec in arguments.link]
     try:
         if mission is None:
@@ -118,11 +115,9 @@ def dive(
     """Dive a mission and record it."""
     import math
 
-    from bridge.simulator.dive import real_time, simulate_dive
-    from bridge.simulator.truth import load_truth
+    from bridge.simulator.dive import real_time
     from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.folder import about_vehicle, new_folder
-    from tui import show
+    from tui import show, simulated
 
     times = arguments.speed or (1.0 if links else math.inf)
     if Mode(MODES.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
@@ -130,22 +125,18 @@ def dive(
             f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
             "upload some first into the --parameters FILE of an idle one, or give the vehicle file a 'model'"
         )
-    truth = load_truth(file, configuration)
-    folder = new_folder(Path(arguments.out), unix_s, mission.name)
-    folder.describe(about_vehicle(file, configuration, f"simulated, seed {arguments.seed}"))
-    with folder.open_telemetry(1) as writer, show.progress(f"dive {mission.name}") as tell:
-        simulate_dive(
+    with show.progress(f"dive {mission.name}") as tell:
+        folder = simulated.record_dive(
             file,
             configuration,
             mission,
+            Path(arguments.out),
             seed=arguments.seed,
-            sink=into(writer),
+            unix_s=unix_s,
             parameters=parameters,
             mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
-            truth=truth,
-            unix_at_boot_s=unix_s,
-            links=links,
             progress=lambda share: tell(share, f"{share * mission.duration_s:.0f} s of {mission.name}"),
+            links=links,
             pace=at_once if math.isinf(times) else real_time(times),
         )
     found = {
@@ -196,16 +187,3 @@ def idle(
 
 def at_once(_: float) -> None:
     """The pace of simulated time that waits for nothing."""
-
-
-def into(writer: "TlogWriter") -> "Callable[[float, bytes], None]":
-    """A sink that records each frame with its time."""
-    from bridge.framing import Framer
-
-    framer = Framer()
-
-    def sink(unix_s: float, data: bytes) -> None:
-        for frame in framer.feed(data):
-            writer.write(round(unix_s * 1e6), frame.raw)
-
-    return sink

@@ -1,0 +1,55 @@
+"""The source paper's fit with noise in the acceleration: how far too low its mass comes out, as table and figure."""
+
+from pathlib import Path
+
+import numpy as np
+
+from identify.estimators.paper_noise import NoiseTable, noise_table
+from identify.report.axes import close_axis, roomy_axis
+from identify.report.page import Figure, Report, Section, write_report
+from identify.report.plot import Line, Panel, legend, render
+
+SEED = 1
+
+
+def page(figure: Path) -> str:
+    """The section of docs/benchmarks.md; the plot goes into the page `figure` beside it."""
+    table = noise_table(np.random.default_rng(SEED))
+    _plot(table, figure)
+    cutoffs = [f"{cutoff:g} Hz" if cutoff < 5 else "no filter" for cutoff in table.cutoff_hz]
+    lines = [
+        "## The paper's mass against noise and cut-off",
+        "",
+        "Error of the surge mass of the paper's loss (its closed form) on its survey, noise-free but for the acceleration,",
+        "by the standard deviation of that noise (rows) and the cut-off of the zero-phase filter before it (columns).",
+        "",
+        f"| noise, m/s2 | {' | '.join(cutoffs)} |",
+        "|---" * (len(cutoffs) + 1) + "|",
+    ]
+    for noise, errors in zip(table.noise_m_s2, table.error_percent, strict=True):
+        lines.append(f"| {noise:g} | {' | '.join(f'{error:+.1f} %' for error in errors)} |")
+    lines += ["", f"[The same as a plot]({figure.name}).", ""]
+    return "\n".join(lines)
+
+
+def _plot(table: NoiseTable, path: Path) -> None:
+    noise = np.array(table.noise_m_s2)
+    lines = [
+        Line(noise, table.error_percent[:, i], f"{cutoff:g} Hz" if cutoff < 5 else "no filter", i)
+        for i, cutoff in enumerate(table.cutoff_hz)
+    ]
+    x = close_axis("noise of the acceleration, m/s2", 0.0, float(noise[-1]))
+    panel = Panel(
+        x, roomy_axis("error of the mass, %", [line.y for line in lines]), tuple(lines), height_px=320
+    )
+    words = "Error of the mass by noise, one line a cut-off of the zero-phase filter."
+    section = Section("Noise and cut-off", figures=(Figure(words, legend(lines) + render(panel)),))
+    write_report(
+        path,
+        Report(
+            "The paper's mass against noise",
+            "closed form of the source paper's loss on its survey",
+            "Noise in the measured acceleration makes the mass too low; a filter helps as far as it can.",
+            (section,),
+        ),
+    )
