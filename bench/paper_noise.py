@@ -21,8 +21,9 @@ def page(figure: Path) -> str:
     lines = [
         "## The paper's mass against noise and cut-off",
         "",
-        "Error of the surge mass of the paper's loss (its closed form) on its survey, where the acceleration alone is noisy,",
-        "by the standard deviation of that noise (rows) and the cut-off of the zero-phase filter before it (columns).",
+        "Error of the surge mass of the paper's loss (its closed form) on its survey, where the acceleration alone is",
+        "noisy: by the standard deviation of that noise (rows) and the cut-off of the zero-phase filter before it",
+        "(columns).",
         "",
         f"| noise, m/s2 | {' | '.join(cutoffs)} |",
         "|---" * (len(cutoffs) + 1) + "|",
