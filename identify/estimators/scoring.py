@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 MOST_STEPS = 60
-LARGEST_MOVE = 0.7
+LARGEST_MOVE = 7000.0
+"""In units of `Problem.difference`: far enough to get on, near enough for the information to hold."""
+
 ENOUGH = 1e-3
 
 
@@ -91,7 +93,7 @@ def climb(problem: Problem, start: Array) -> Maximum:
         gain = 0.0
         while damping < 1e8:
             move = np.linalg.solve(precision + damping * np.diag(scale), gradient)
-            move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move))), 1e-12))
+            move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move) / problem.difference)), 1e-12))
             trial = log_posterior(problem, theta + move)
             gain = trial - value
             if gain >= 0:

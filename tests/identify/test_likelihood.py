@@ -113,10 +113,10 @@ def test_scoring_finds_the_least_squares_answer_and_its_information():
     line = Line()
     found = climb(line, np.array([0.0]))
     assert found.converged
-    assert found.theta[0] == pytest.approx(line.x @ line.y / (line.x @ line.x), rel=1e-9)
+    assert found.theta[0] == pytest.approx(line.x @ line.y / (line.x @ line.x), rel=1e-6)
     assert found.information[0, 0] == pytest.approx(line.x @ line.x / 0.25)
     gradient, _ = score(line, found.theta)
-    assert abs(gradient[0]) < 1e-6
+    assert abs(gradient[0]) < 1e-3 * np.sqrt(found.information[0, 0])
 
 
 @pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
