@@ -17,6 +17,7 @@ from identify.report.text import fixed, significant, unit
 TIME_TITLE = "time, s"
 GAP_PERIODS = 5.0
 REST_US = 1500.0
+OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
 
 
 def time_axis(dive: Dive) -> Axis:
@@ -44,7 +45,7 @@ def time_panel(title: str, x: Axis, lines: Sequence[Line], height_px: int = 150)
 def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
     """A dot and its 95 % interval a parameter, in per cent from the truth, or from the value without one.
 
-    An interval that would dwarf the others ends in an arrow at the edge. None where there is no interval.
+    Only an interval that would dwarf the others ends in an arrow at the edge. None where there is no interval.
     """
     names, spans = [], []
     for e in estimates:
@@ -54,8 +55,7 @@ def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) 
             spans.append([100 * (v - base) / abs(base) for v in (e.low95, e.value, e.high95)])
     if not names:
         return None
-    reach = np.abs(np.array(spans)).max(axis=1)
-    edge = max(float(min(reach.max(), 4 * np.median(reach))) * 1.08, 1e-6)
+    edge = _edge(np.abs(np.array(spans)).max(axis=1))
     lines: list[Line] = []
     marks: list[Mark] = []
     for row, (low, value, high) in enumerate(spans):
@@ -72,13 +72,21 @@ def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) 
     title = "% from its own value" if truth is None else "% from the truth"
     x = close_axis(title, -edge, edge)
     panel = Panel(x, named_axis(names), tuple(lines), tuple(marks), height_px=34 * len(names) + 10)
+    arrows = any(mark.shape in ("left", "right") for mark in marks)
+    goes_on = " An arrow marks an interval that goes on." if arrows else ""
     if truth is None:
-        return Figure("95 % intervals, each relative to its own value.", plot.render(panel))
+        return Figure(f"95 % intervals, each relative to its own value.{goes_on}", plot.render(panel))
     words = plot.mark_legend([("disc", "interval holds the truth"), ("diamond", "it does not")])
-    caption = (
-        "Estimates and their 95 % intervals, relative to the truth. An arrow marks an interval that goes on."
-    )
+    caption = f"Estimates and their 95 % intervals, relative to the truth.{goes_on}"
     return Figure(caption, words + plot.render(panel))
+
+
+def _edge(reach: Array) -> float:
+    """Where a plot of intervals that reach so far, in per cent, ends: beyond all but the outliers."""
+    much = OUTLIER_MEDIANS * float(np.median(reach))
+    outliers = reach > max(much, OUTLIER_PERCENT)
+    furthest = float(reach[~outliers].max())
+    return max(1.08 * (max(furthest, much) if outliers.any() else furthest), 1e-6)
 
 
 def speeds(dive: Dive, x: Axis) -> Figure | None:

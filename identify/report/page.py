@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,12 +35,16 @@ class Figure:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, paragraphs (a blank line between two), then tables, then figures."""
+    """A heading, a warning that stands out, paragraphs, then tables, then figures.
+
+    `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline.
+    """
 
     heading: str
     text: str = ""
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
+    warning: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,9 +72,12 @@ def write_report(path: Path, report: Report) -> Path:
 
 def render_report(report: Report) -> str:
     """The page as HTML."""
-    numbered = list(enumerate(report.sections, start=1))
-    links = "".join(f'<li><a href="#part-{i}">{safe(s.heading)}</a></li>' for i, s in numbered)
-    parts = "\n".join(_section(section, f"part-{i}") for i, section in numbered)
+    headings = _told_apart([section.heading for section in report.sections])
+    links = "".join(f'<li><a href="#part-{i}">{safe(h)}</a></li>' for i, h in enumerate(headings, start=1))
+    parts = "\n".join(
+        _section(section, heading, f"part-{i}")
+        for i, (section, heading) in enumerate(zip(report.sections, headings, strict=True), start=1)
+    )
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -96,15 +104,32 @@ def _told(kind: str, words: str) -> str:
     return f'<p class="{kind}">{safe(words)}</p>\n' if words else ""
 
 
-def _section(section: Section, anchor: str) -> str:
-    paragraphs = "".join(f"<p>{safe(p.strip())}</p>\n" for p in section.text.split("\n\n") if p.strip())
+def _told_apart(headings: Sequence[str]) -> list[str]:
+    """Headings with a number behind each that repeats an earlier one, as dives of the same name make them."""
+    return [h if (n := headings[:i].count(h)) == 0 else f"{h} ({n + 1})" for i, h in enumerate(headings)]
+
+
+def _warning(text: str) -> str:
+    paragraphs = _paragraphs(text)
+    if not paragraphs:
+        return ""
+    body = "".join(f"<p>{p}</p>\n" for p in paragraphs[1:])
+    return f'<div class="warning" role="note">\n<p><strong>{paragraphs[0]}</strong></p>\n{body}</div>\n'
+
+
+def _paragraphs(text: str) -> list[str]:
+    return [safe(p.strip()) for p in text.split("\n\n") if p.strip()]
+
+
+def _section(section: Section, heading: str, anchor: str) -> str:
+    paragraphs = "".join(f"<p>{p}</p>\n" for p in _paragraphs(section.text))
     tables = "".join(map(_table, section.tables))
     figures = "".join(
         f"<figure>{figure.svg}<figcaption>{safe(figure.caption)}</figcaption></figure>\n"
         for figure in section.figures
     )
-    body = paragraphs + tables + figures or "<p>Nothing to show.</p>\n"
-    return f'<section id="{anchor}">\n<h2>{safe(section.heading)}</h2>\n{body}</section>'
+    body = _warning(section.warning) + paragraphs + tables + figures or "<p>Nothing to show.</p>\n"
+    return f'<section id="{anchor}">\n<h2>{safe(heading)}</h2>\n{body}</section>'
 
 
 def _table(table: Table) -> str:

@@ -4,42 +4,75 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bridge.vehicle.coefficients import BY_NAME
-from bridge.vehicle.config import Water
+from bridge.vehicle.coefficients import BY_NAME, MASSES
+from bridge.vehicle.config import Configuration, Water
 from identify.dive import Array, Dive, Signal
-from identify.identification import Identification
+from identify.identification import Identification, Outcome, added_mass, estimate
 from identify.report import figures, plot, tables, track, tracking, whiteness
+from identify.report.nuisance import nuisance_tables
 from identify.report.page import Figure, Section
 from identify.report.text import count, fixed, seconds, significant
+from identify.report.tracking import Reference
 from identify.validate import TrackingErrors
 
+OUTCOME_MEANS = {
+    Outcome.AT_BOUND: "The search ended where it may not go on, not at a best fit: don't rely on these values.",
+    Outcome.NOT_IDENTIFIABLE: "This dive says too little of every parameter: there is no value to use.",
+    Outcome.DISAGREES: (
+        "The recording holds what the model can't explain: the values may be off by more than their intervals say."
+    ),
+}
 FF_MODE_WORDS = ("off", "shadow", "feed-forward only", "feed-forward and PID")
 
 
 def identification_section(
-    identification: Identification, truth: Mapping[str, float] | None = None
+    identification: Identification,
+    truth: Mapping[str, float] | None = None,
+    configuration: Configuration | None = None,
 ) -> Section:
-    """One estimator's answer: a table of parameters, their intervals drawn, what else was fitted, notes."""
+    """One estimator's answer: parameters in a table and drawn, what else was fitted, notes.
+
+    `truth` holds total masses and damping by name; with `configuration` the true added masses follow from it.
+    Notes stand in the warning where the outcome is other than converged.
+    """
     i = identification
     words = [
-        f"Method {i.method}: {i.outcome.value}. Vehicle {i.vehicle}, configuration {i.configuration}; "
-        f"dive {i.dive}, {seconds(i.duration_s)}, {count(i.samples)} samples; done in {seconds(i.wall_s)}."
+        f"Method {i.method}: {i.outcome.value}. Vehicle {i.vehicle}, configuration {i.configuration}. "
+        f"Recording {i.dive}: {seconds(i.duration_s)}, {count(i.samples)} samples used. "
+        f"Identified in {seconds(i.wall_s)}."
     ]
     known = [e for e in i.parameters if truth is not None and e.identifiable and e.name in truth]
     if truth is not None and known:
         inside = sum(e.low95 <= truth[e.name] <= e.high95 for e in known)
         words.append(f"{inside} of {len(known)} known truths lie inside their 95 % intervals.")
-    if i.nuisance:
-        fitted = ", ".join(f"{name} {significant(value)}" for name, value in i.nuisance.items())
-        words.append(f"Fitted beside them: {fitted}.")
-    words += i.notes
-    drawn = figures.intervals(i.parameters, truth)
+    told = _with_added_masses(truth, configuration) if truth and configuration else truth
+    drawn = figures.intervals(i.parameters, told)
+    good = i.outcome is Outcome.CONVERGED
+    table = (tables.parameters(i.parameters, told),) if i.parameters else ()
     return Section(
-        f"Identified parameters: {i.configuration}, {i.method}",
-        "\n\n".join(words),
-        (tables.parameters(i.parameters, truth),) if i.parameters else (),
+        f"Identified parameters: {i.dive}, {i.configuration}, {i.method}",
+        "\n\n".join((*words, *i.notes) if good else words),
+        (*table, *nuisance_tables(i.nuisance)),
         (drawn,) if drawn else (),
+        "" if good else "\n\n".join(_doubt(i)),
     )
+
+
+def _doubt(i: Identification) -> tuple[str, ...]:
+    """A headline, what the outcome means, and what explains it: the notes, or why nothing is identifiable."""
+    reasons: tuple[str, ...] = ()
+    if i.outcome is Outcome.NOT_IDENTIFIABLE:
+        reasons = tuple(f"{reason[0].upper()}{reason[1:]}." for e in i.parameters if (reason := e.reason))
+    headline = f"Warning: {i.outcome.value}"
+    return tuple(dict.fromkeys((headline, OUTCOME_MEANS[i.outcome], *reasons, *i.notes)))
+
+
+def _with_added_masses(truth: Mapping[str, float], configuration: Configuration) -> dict[str, float]:
+    totals = [
+        estimate(m.name, truth[m.name], 0.0, truth[m.name], truth[m.name]) for m in MASSES if m.name in truth
+    ]
+    added = [added_mass(total, configuration) for total in totals]
+    return {**truth, **{one.name: one.value for one in added}}
 
 
 def dive_section(dive: Dive, water: Water | None = None) -> Section:
@@ -55,7 +88,7 @@ def dive_section(dive: Dive, water: Water | None = None) -> Section:
     if dive.pwm is not None and len(dive.pwm):
         drawn.append(figures.thrusters(dive.pwm, x, start_s))
     words = [
-        f"{dive.name}, from {dive.source.name} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
+        f"Read from {dive.source.name} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
         f"Plots start at boot time {fixed(start_s, 1)} s.",
         *dive.notes,
     ]
@@ -66,7 +99,7 @@ def dive_section(dive: Dive, water: Water | None = None) -> Section:
             "Counted in the recording: " + ", ".join(f"{k} {count(n)}" for k, n in dive.counts.items()) + "."
         )
     table = (tables.signals(dive),) if dive.signals() else ()
-    return Section(f"The dive: {dive.name}", "\n\n".join(words), table, tuple(drawn))
+    return Section(f"Recording: {dive.name}", "\n\n".join(words), table, tuple(drawn))
 
 
 def _modes(dive: Dive) -> str:
@@ -76,24 +109,32 @@ def _modes(dive: Dive) -> str:
     return ", ".join(FF_MODE_WORDS[m] if 0 <= m < len(FF_MODE_WORDS) else f"unknown mode {m}" for m in seen)
 
 
-def tracking_section(errors: Mapping[str, TrackingErrors], dives: Mapping[str, Dive]) -> Section:
-    """How runs in different modes followed their references; both mappings are by the mode in words, in order."""
+def tracking_section(
+    errors: Mapping[str, TrackingErrors], dives: Mapping[str, Dive], paper: Reference | None = None
+) -> Section:
+    """How runs in different modes followed their references; both mappings are by the mode in words, in order.
+
+    `paper`: what others reached, as one more column.
+    """
     drawn = tuple(figure for mode, dive in dives.items() for figure in tracking.curves(mode, dive))
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."
     )
-    found = tracking.error_tables(errors)
+    found = tracking.error_tables(errors, paper)
     return Section("Tracking", words if found else "", found, drawn)
 
 
-def training_section(curves: Mapping[str, Array], units: Mapping[str, str] | None = None) -> Section:
-    """Training curves by parameter, (epochs,) each; `units` of names that are no coefficients."""
+def training_section(
+    curves: Mapping[str, Array], units: Mapping[str, str] | None = None, dive: str = ""
+) -> Section:
+    """Training curves by parameter, (epochs,) each; `units` of names that are no coefficients; on which `dive`."""
     drawn = {name: values for name, values in curves.items() if len(values)}
     known = {
         name: (units or {}).get(name) or (BY_NAME[name].unit if name in BY_NAME else "1") for name in drawn
     }
-    return Section("Training", figures=(figures.training(drawn, known),) if drawn else ())
+    heading = f"Training: {dive}" if dive else "Training"
+    return Section(heading, figures=(figures.training(drawn, known),) if drawn else ())
 
 
 def innovations_section(normalised: Mapping[str, Signal]) -> Section:

@@ -6,10 +6,12 @@ colours keep a contrast of at least 5 to 1 to their ground in both schemes.
 
 STYLE = """
 :root { --ink: #111; --soft: #444; --ground: #fff; --raised: #f1f4f7; --tick: #c9d0d6; --rule: #5a646d;
-  --first: #0a4a94; --second: #b03000; --third: #00663c; --fourth: #7a1fa0; color-scheme: light dark; }
+  --first: #0a4a94; --second: #b03000; --third: #00663c; --fourth: #7a1fa0;
+  --alarm: #a30b0b; --alarm-ground: #fdecea; color-scheme: light dark; }
 @media screen and (prefers-color-scheme: dark) {
   :root { --ink: #f2f2f2; --soft: #c4c9ce; --ground: #101418; --raised: #1c2329; --tick: #353e46;
-    --rule: #8b959e; --first: #7cc0ff; --second: #ffb070; --third: #7fe0a0; --fourth: #e2a6ff; } }
+    --rule: #8b959e; --first: #7cc0ff; --second: #ffb070; --third: #7fe0a0; --fourth: #e2a6ff;
+    --alarm: #ffa198; --alarm-ground: #3a1513; } }
 * { box-sizing: border-box; }
 html { -webkit-text-size-adjust: 100%; }
 body { margin: 0 auto; max-width: 1240px; padding: 20px 16px 60px; background: var(--ground);
@@ -24,6 +26,10 @@ section > p, section > ul { max-width: 75ch; }
 .subtitle { color: var(--soft); margin: .3em 0 0; }
 .verdict { font-size: 1.2em; font-weight: 600; margin: 1em 0; padding: .7em .9em; background: var(--raised);
   border-left: 8px solid var(--first); }
+.warning { max-width: 85ch; margin: 1em 0; padding: .1em .9em; background: var(--alarm-ground);
+  border: 3px solid var(--alarm); border-left-width: 12px; }
+.warning p { margin: .6em 0; }
+.warning strong { font-size: 1.15em; color: var(--alarm); }
 nav ul { display: flex; flex-wrap: wrap; gap: .3em 1.4em; list-style: none; margin: 0; padding: 0; }
 a { color: var(--first); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
@@ -76,6 +82,6 @@ figcaption { margin-top: .3em; }
   body { max-width: none; padding: 0; font-size: 11pt; }
   nav { display: none; }
   .panel { font-size: 9pt; }
-  figure, tr, .verdict { break-inside: avoid; }
+  figure, tr, .verdict, .warning { break-inside: avoid; }
   h2 { break-after: avoid; } }
 """

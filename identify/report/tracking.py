@@ -1,6 +1,8 @@
 """How a vehicle followed its reference: errors laid out as Table 5 of the source paper, curves as its Figs 10 to 17."""
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -22,31 +24,53 @@ TITLES = {
 }
 
 
-def error_tables(errors: Mapping[str, TrackingErrors]) -> tuple[Table, ...]:
+@dataclass(frozen=True)
+class Reference:
+    """Errors that others published, by axis and phase, in the units of the runs they stand beside.
+
+    `label` heads their column, `source` says where they come from: `Vangi et al., Table 5`.
+    """
+
+    label: str
+    source: str
+    values: Mapping[tuple[str, str], float]
+
+
+def error_tables(errors: Mapping[str, TrackingErrors], paper: Reference | None = None) -> tuple[Table, ...]:
     """One table for each axis that any run moved along: the phases from top to bottom, the runs side by side."""
     return tuple(
-        _error_table(DOFS[dof], "N" if dof < 3 else "N m", errors)
+        _error_table(DOFS[dof], "N" if dof < 3 else "N m", errors, paper)
         for dof in AXES
         if any(run.axis(DOFS[dof]) for run in errors.values())
     )
 
 
-def _error_table(axis: str, wrench_unit: str, errors: Mapping[str, TrackingErrors]) -> Table:
+def _error_table(
+    axis: str, wrench_unit: str, errors: Mapping[str, TrackingErrors], paper: Reference | None
+) -> Table:
     runs = [run.axis(axis) for run in errors.values()]
     unit = next(run.unit for run in runs if run)
+    published = {phase: v for (of, phase), v in paper.values.items() if of == axis} if paper else {}
 
     def row(name: str, decimals: int, value: Callable[[AxisErrors], float]) -> tuple[str, ...]:
         return name, *(MISSING if run is None else fixed(value(run), decimals) for run in runs)
 
-    rows = (
+    rows: tuple[tuple[str, ...], ...] = (
         *(row(f"{phase}, {unit}", 4, partial(AxisErrors.phase, name=phase)) for phase in PHASES),
         row(f"Acceleration, delay taken out, {unit}", 4, lambda run: run.acceleration_less_delay),
         row("Delay, s", 2, lambda run: run.delay_s),
-        row(f"Steady PID effort, {wrench_unit}", 2, lambda run: run.pid_effort),
+        row(f"Steady |PID|, {wrench_unit}", 2, lambda run: run.pid_magnitude),
         row(f"Steady |PID − feed-forward|, {wrench_unit}", 2, lambda run: run.pid_minus_ff),
     )
-    columns = (f"{axis.capitalize()} motion", *errors)
-    return Table(columns, rows, f"Mean absolute tracking error in {axis}, phase by phase.")
+    columns: tuple[str, ...] = (f"{axis.capitalize()} motion", *errors)
+    caption = f"Mean absolute tracking error in {axis}, phase by phase."
+    if paper and published:
+        beside = [fixed(published.get(phase, math.nan), 4) for phase in PHASES]
+        beside += [MISSING] * (len(rows) - len(beside))
+        rows = tuple((*cells, value) for cells, value in zip(rows, beside, strict=True))
+        columns = (*columns, paper.label)
+        caption += f" {paper.label}: {paper.source}."
+    return Table(columns, rows, caption)
 
 
 def curves(mode: str, dive: Dive) -> tuple[Figure, ...]:

@@ -80,6 +80,20 @@ def test_title_verdict_sections_tables_and_figures_come_in_order():
     ]
 
 
+def test_a_warning_stands_first_and_in_words():
+    page = Page(render_report(report(Section("Part", "Words.", (TABLE,), warning="Look out\n\nIt leaks."))))
+    words = page.texts_in("h2", "strong", "p", "caption")
+    assert words[3:] == ["Look out", "It leaks.", "Words.", "Three things"]
+    assert [a.get("role") for _, a in page.elements if a.get("class") == "warning"] == ["note"]
+    calm = Page(render_report(report(Section("Part", "Words."))))
+    assert "warning" not in [attrs.get("class") for _, attrs in calm.elements]
+
+
+def test_sections_of_the_same_heading_are_numbered_in_heading_and_link():
+    page = Page(render_report(report(Section("Dive"), Section("Other"), Section("Dive"))))
+    assert page.texts_in("a") == page.texts_in("h2") == ["Dive", "Other", "Dive (2)"]
+
+
 def test_a_report_without_sections_is_a_page():
     assert Page(render_report(report())).texts_in("h1", "p") == ["Title", "Subtitle", "It works."]
 
@@ -103,13 +117,16 @@ def test_numbers_align_to_the_right_and_words_to_the_left():
 def test_hostile_text_stays_text_wherever_it_stands():
     table = Table((HOSTILE, HOSTILE), ((HOSTILE, HOSTILE),), HOSTILE)
     hostile = Report(
-        HOSTILE, HOSTILE, HOSTILE, (Section(HOSTILE, HOSTILE, (table,), (Figure(HOSTILE, "<svg></svg>"),)),)
+        HOSTILE,
+        HOSTILE,
+        HOSTILE,
+        (Section(HOSTILE, HOSTILE, (table,), (Figure(HOSTILE, "<svg></svg>"),), HOSTILE),),
     )
     tame = Report(
         "t",
         "t",
         "t",
-        (Section("t", "t", (Table(("t", "t"), (("t", "t"),), "t"),), (Figure("t", "<svg></svg>"),)),),
+        (Section("t", "t", (Table(("t", "t"), (("t", "t"),), "t"),), (Figure("t", "<svg></svg>"),), "t"),),
     )
     html = render_report(hostile)
     assert [tag for tag, _ in Page(html).elements] == [tag for tag, _ in Page(render_report(tame)).elements]

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bridge.vehicle.config import Configuration, Thruster
 from identify.dive import Dive, Signal
-from identify.identification import Estimate, Identification, Outcome, estimate
+from identify.identification import Estimate, Identification, Outcome, added_mass, estimate
+from identify.report.nuisance import nuisance_tables
 from identify.report.page import Report, Section, write_report
 from identify.report.sections import (
     dive_section,
@@ -48,7 +50,7 @@ def drawn_text(section: Section) -> str:
 
 def test_parameters_stand_with_interval_unit_truth_and_reason():
     section = identification_section(identification(MASS, INERTIA, UNKNOWN), {"M_u": 111.6, "I_r": 16.0})
-    (table,) = section.tables
+    table, others = section.tables
     assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", "Meaning")
     assert table.rows == (
         (
@@ -76,8 +78,86 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
     )
     assert "1 of 2 known truths lie inside" in section.text
     assert "converged" in section.text
-    assert "velocity_noise_m_s 0.00520" in section.text
+    assert others.rows == (("velocity_noise_m_s", "0.00520"),)
     assert "The DVL is late." in section.text
+    assert section.warning == ""
+
+
+def shape() -> Configuration:
+    thruster = Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return Configuration(dry_mass_kg=72.0, inertia_kgm2=(9.0, 10.0, 11.0), thrusters=(thruster,))
+
+
+def test_the_true_added_mass_is_the_true_total_less_the_rigid_body():
+    added = [added_mass(total, shape()) for total in (MASS, UNKNOWN, INERTIA)]
+    truth = {"M_u": 111.6, "I_q": 15.5, "I_r": 16.0}
+    section = identification_section(identification(MASS, INERTIA, UNKNOWN, *added), truth, shape())
+    rows = {row[0]: row[4:6] for row in section.tables[0].rows}
+    assert rows["X_udot"] == ("39.6", "inside")
+    assert rows["N_rdot"] == ("5.00", "OUTSIDE")
+    assert rows["M_qdot"] == ("5.500", "—")
+    assert "1 of 2 known truths lie inside" in section.text
+    plot = drawn_text(section).split("</ul>")[1]
+    assert re.findall(r'class="mark" [^>]*><(circle|path class="hollow")', plot) == [
+        *("circle", 'path class="hollow"') * 2
+    ]
+
+
+def test_without_the_rigid_body_the_true_added_mass_stays_unknown():
+    section = identification_section(identification(MASS, added_mass(MASS, shape())), {"M_u": 111.6})
+    assert section.tables[0].rows[1][4:6] == ("—", "—")
+
+
+def test_a_heading_tells_which_dive_it_is_of():
+    assert identification_section(identification(MASS)).heading == (
+        "Identified parameters: dive-7, hovering, likelihood"
+    )
+    assert "Recording dive-7: 6 min 58 s, 10\u00a0442 samples used." in (
+        identification_section(identification(MASS)).text
+    )
+    assert dive_section(straight_dive()).heading == "Recording: dive-7"
+    assert training_section({}, dive="dive-7").heading == "Training: dive-7"
+
+
+@pytest.mark.parametrize("outcome", [o for o in Outcome if o is not Outcome.CONVERGED])
+def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explain_it(outcome: Outcome):
+    section = identification_section(replace(identification(MASS, UNKNOWN), outcome=outcome))
+    headline, meaning, *why = section.warning.split("\n\n")
+    assert headline == f"Warning: {outcome.value}"
+    assert len(meaning) > 40
+    assert why[-1] == "The DVL is late."
+    assert ("Pitch is hardly excited." in why) == (outcome is Outcome.NOT_IDENTIFIABLE)
+    assert "The DVL is late." not in section.text
+
+
+def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
+    names = {
+        "surge_disturbance_std_n": 0.349,
+        "surge_disturbance_time_constant_s": 2.75,
+        "surge_trim_n": -0.07,
+        "surge_dvl_noise_std_m_s": 0.00394,
+        "heave_depth_noise_std_m": 0.002,
+        "yaw_trim_nm": 0.0004,
+        "yaw_new_gyro_noise_std_rad_s": 0.0002,
+        "yaw_heading_noise_std_rad": 0.01,
+        "alpha": 0.5,
+        "up_trim_n": 1.0,
+    }
+    by_axis, others = nuisance_tables(names)
+    assert by_axis.columns == (
+        *("Axis", "Disturbance", "Its time constant", "Trim"),
+        *("Noise of DVL", "Noise of depth sensor", "Noise of new_gyro", "Noise of heading"),
+    )
+    assert by_axis.rows == (
+        ("surge", "0.349 N", "2.75 s", "−0.0700 N", "0.00394 m/s", "—", "—", "—"),
+        ("heave", "—", "—", "—", "—", "0.00200 m", "—", "—"),
+        ("yaw", "—", "—", "0.000400 N m", "—", "—", "0.000200 rad/s", "0.0100 rad"),
+    )
+    assert others.rows == (("alpha", "0.500"), ("up_trim_n", "1.00"))
+
+
+def test_nothing_fitted_beside_the_coefficients_makes_no_table():
+    assert nuisance_tables({}) == ()
 
 
 def test_without_a_truth_there_is_no_talk_of_one():
@@ -97,9 +177,30 @@ def test_the_mark_of_a_parameter_tells_by_its_shape_whether_its_interval_holds_t
 
 def test_an_interval_that_would_dwarf_the_others_ends_in_arrows():
     wide = estimate("M_w", 100.0, 500.0, -900.0, 1100.0)
-    svg = drawn_text(identification_section(identification(MASS, INERTIA, wide)))
+    section = identification_section(identification(MASS, INERTIA, wide))
+    svg = drawn_text(section)
     assert svg.count("M0 0L13-7V7Z") == 1
     assert svg.count("M0 0L-13-7V7Z") == 1
+    assert "arrow" in section.figures[0].caption
+
+
+@pytest.mark.parametrize(
+    "half_percent", [[0.6, 0.9, 1.4, 8.0, 9.7], [1.0, 1.0, 1.0, 24.0], [10.0, 10.0, 39.0]]
+)
+def test_intervals_of_different_but_ordinary_width_are_drawn_whole(half_percent: list[float]):
+    wide = [estimate("M_u", 100.0, h / 2, 100.0 - h, 100.0 + h) for h in half_percent]
+    section = identification_section(identification(*wide))
+    assert "M0 0L" not in drawn_text(section)
+    assert "arrow" not in section.figures[0].caption
+    ends = [int(x) for x in re.findall(r'class="line solid" d="M(-?\d+)', drawn_text(section))]
+    assert len(set(ends)) == len(set(half_percent))
+    assert min(ends) > 0
+
+
+def test_an_outlier_among_exact_values_leaves_a_plot():
+    exact = [estimate("M_u", 100.0, 0.0, 100.0, 100.0)] * 2
+    wide = estimate("M_w", 100.0, 15.0, 70.0, 130.0)
+    assert "M0 0L13-7V7Z" in drawn_text(identification_section(identification(*exact, wide)))
 
 
 def test_an_identification_of_nothing_has_its_reasons_and_no_figure():

@@ -2,12 +2,14 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from identify.dive import Dive, Signal
 from identify.report.sections import tracking_section
+from identify.report.tracking import Reference
 from identify.validate import AxisErrors, TrackingErrors, tracking_errors
 
 NAN = math.nan
@@ -51,12 +53,33 @@ def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
         ("Overall, m/s", "0.0051", "0.0051"),
         ("Acceleration, delay taken out, m/s", "0.0042", "0.0042"),
         ("Delay, s", "0.30", "0.30"),
-        ("Steady PID effort, N", "−1.15", "−1.15"),
+        ("Steady |PID|, N", "1.20", "1.20"),
         ("Steady |PID − feed-forward|, N", "2.40", "2.40"),
     )
     assert sway.columns == ("Sway motion", "PID alone", "Both")
     assert sway.rows[0] == ("Acceleration, m/s", "—", "0.0069")
     assert sway.rows[-1] == ("Steady |PID − feed-forward|, N", "—", "—")
+
+
+def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
+    values = {("surge", "Acceleration"): 0.0091, ("surge", "Overall"): 0.0051}
+    paper = Reference("Paper, both", "Vangi et al., Table 5", values)
+    errors = {"Both": TrackingErrors("b", (SURGE, YAW))}
+    surge, yaw = tracking_section(errors, {}, paper).tables
+    assert surge.columns == ("Surge motion", "Both", "Paper, both")
+    assert [row[2] for row in surge.rows] == ["0.0091", "—", "—", "0.0051", "—", "—", "—", "—"]
+    assert surge.caption.endswith("Paper, both: Vangi et al., Table 5.")
+    assert yaw.columns == ("Yaw motion", "Both")
+    assert "Vangi" not in yaw.caption
+
+
+def test_the_effort_of_a_pid_that_pushes_both_ways_is_its_magnitude():
+    dive = moving_dive(0)
+    assert dive.tau_pid
+    both_ways = np.where(np.arange(len(dive.tau_pid)) % 2, 22.0, -22.0)[:, None] * np.ones(6)
+    dive = replace(dive, tau_pid=Signal(dive.tau_pid.time_s, both_ways))
+    (table,) = tracking_section({"PID alone": tracking_errors(dive)}, {}).tables
+    assert table.rows[6] == ("Steady |PID|, N", "22.00")
 
 
 def test_yaw_has_its_own_units():
