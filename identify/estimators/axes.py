@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
@@ -23,6 +24,7 @@ Array = NDArray[np.float64]
 GRID_S = 0.02
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
+LEAST_COMMANDS_HZ = 4.0
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
 
@@ -62,30 +64,47 @@ class Axis:
     initial: Array
 
 
-def build_axes(dive: Dive, file: VehicleFile, name: str) -> tuple[tuple[Axis, ...], tuple[str, ...]]:
-    """The axes that this dive has readings and forces for, and notes on where the forces came from.
+@dataclass(frozen=True)
+class Axes:
+    """The axes that a dive says something of, why it says nothing of the others, and notes on the forces."""
+
+    axes: tuple[Axis, ...]
+    missing: dict[int, str]
+    notes: tuple[str, ...]
+
+
+def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
+    """The axes that this dive has readings and forces for.
 
     Raises FitError where the dive holds no thruster command at all.
     """
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]
     forces = wrench(dive, file, name)
+    rate_hz = 1.0 / max(float(np.median(np.diff(forces.time_s))), 1e-9) if len(forces.time_s) > 1 else 0.0
+    if rate_hz < LEAST_COMMANDS_HZ:
+        reason = f"thruster commands come at {rate_hz:.1f} Hz, too rarely to know the force between them"
+        return Axes((), dict.fromkeys(range(6), reason), forces.notes)
     # What the thrusters did before the first command is unknown; ten lags later it no longer matters.
     start, end = float(forces.time_s[0]) + max(10 * forces.lag_s, LEAST_START_S), float(forces.time_s[-1])
-    grid = np.arange(start, end, GRID_S)
+    grid = np.arange(start, max(end, start + 10 * GRID_S), GRID_S)
     nu = smoothed_velocity(dive, grid)
     attitude = None if dive.attitude is None else dive.attitude.at(grid)
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     velocity = _at_origin(dive.velocity, grid, nu, np.asarray(lever))
     depth = _depth(dive, file, grid, nu, attitude)
-    axes = []
+    axes, missing = [], {}
     for dof in range(6):
         found = channels(dive, dof, velocity, depth)
-        if found and np.std(forces.asked[:, dof]) > LEAST_DRIVE * configuration.thruster_limit_n:
-            axis = _axis(dof, found, configuration, forces, grid, nu, attitude, (start, end))
-            if axis is not None:
-                axes.append(axis)
-    return tuple(axes), forces.notes
+        if not found:
+            missing[dof] = f"no {'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]} was recorded"
+        elif np.std(forces.asked[:, dof]) <= LEAST_DRIVE * configuration.thruster_limit_n:
+            missing[dof] = f"the thrusters never pushed in {DOFS[dof]}: there is no force to weigh it by"
+        elif (axis := _axis(dof, found, configuration, forces, grid, nu, attitude, (start, end))) is None:
+            missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
+        else:
+            axes.append(axis)
+    return Axes(tuple(axes), missing, forces.notes)
 
 
 def _at_origin(velocity: Signal | None, grid: Array, nu: Array, lever: Array) -> Signal | None:
@@ -131,7 +150,7 @@ def _axis(
     keep = np.flatnonzero((time_s >= span_s[0]) & (time_s <= span_s[1]))
     order = keep[np.argsort(time_s[keep], kind="stable")]
     time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
-    if np.count_nonzero(np.isfinite(value)) < FEWEST:
+    if np.count_nonzero(np.isfinite(value) & (state != POSITION)) < FEWEST:
         return None
     # An increment that began before the first event is no whole one.
     whole = state != INCREMENT

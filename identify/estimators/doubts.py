@@ -1,14 +1,14 @@
 """Why an interval might be wrong: a drag that the model lacks, a controller that used what was not recorded."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.dive import Dive
 from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import FORCES, AxisFit
-from identify.estimators.scoring import score
+from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisFit, AxisLikelihood
+from identify.estimators.scoring import climb, score
 
 Array = NDArray[np.float64]
 
@@ -18,20 +18,41 @@ DEAF_NOISE = 1e6
 WINDOW_S = 10.0
 
 
-def quadratic_score(fit: AxisFit) -> float:
-    """How many standard errors a quadratic damping is away from none, without fitting it.
+@dataclass(frozen=True)
+class Doubts:
+    """What speaks against the fit of one axis.
 
-    The Lagrange-multiplier test (Engle 1984, eq. 13): the gradient of the likelihood with respect to the new
-    coefficient at zero, over the root of its information with the fitted parameters projected out. Positive
-    for drag.
+    drag_score: how many standard errors a quadratic damping is away from none. shift (2,): by how much log mass and
+    log damping move once it is let in, 0 where nothing calls for it. hidden: share of the controller's wrench that
+    follows from nothing recorded, 0 where that is little.
     """
-    problem, theta = fit.problem, fit.maximum.theta
+
+    drag_score: float
+    shift: Array
+    hidden: float
+
+    @property
+    def lacks_drag(self) -> bool:
+        return abs(self.drag_score) > DOUBTFUL_SCORE
+
+
+def doubts_of(fit: AxisFit, hidden: float | None) -> Doubts:
+    """The doubts about a fit; `hidden` from `unexplained_feedback`."""
+    wider, start = _with_drag(fit)
+    drag_score = _drag_score(fit, wider, start)
+    shift = np.zeros(2)
+    if abs(drag_score) > DOUBTFUL_SCORE:
+        shift = climb(wider, start).theta[[MASS, DAMPING]] - fit.maximum.theta[[MASS, DAMPING]]
+    return Doubts(drag_score, shift, hidden if hidden is not None and hidden > LARGEST_UNEXPLAINED else 0.0)
+
+
+def _with_drag(fit: AxisFit) -> tuple[AxisLikelihood, Array]:
+    """The likelihood with a quadratic damping beside all else, and the maximum without it."""
+    problem = fit.problem
     speed = simulated_speed(fit)
     shape = -speed * np.abs(speed)
-    size = float(np.sqrt(np.mean(shape**2)))
-    if size == 0.0:
-        return 0.0
-    place = FORCES + problem.shapes.shape[1]
+    size = max(float(np.sqrt(np.mean(shape**2))), 1e-9)
+    place = _place_of_drag(fit)
     wider = replace(
         problem,
         shapes=np.column_stack([problem.shapes, shape]),
@@ -39,7 +60,21 @@ def quadratic_score(fit: AxisFit) -> float:
         prior_precision=np.insert(problem.prior_precision, place, 0.0),
         difference=np.insert(problem.difference, place, 1e-3 / size),
     )
-    gradient, information = score(wider, np.insert(theta, place, 0.0))
+    return wider, np.insert(fit.maximum.theta, place, 0.0)
+
+
+def _place_of_drag(fit: AxisFit) -> int:
+    return FORCES + int(fit.problem.shapes.shape[1])
+
+
+def _drag_score(fit: AxisFit, wider: AxisLikelihood, start: Array) -> float:
+    """The Lagrange-multiplier test (Engle 1984, eq. 13), which fits nothing.
+
+    The gradient of the likelihood with respect to the new coefficient at zero, over the root of its information
+    with the fitted parameters projected out. Positive for drag.
+    """
+    place = _place_of_drag(fit)
+    gradient, information = score(wider, start)
     information = information + np.diag(wider.prior_precision)
     others = np.arange(len(gradient)) != place
     cross = information[place, others]

@@ -17,12 +17,7 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import (
-    DOUBTFUL_SCORE,
-    LARGEST_UNEXPLAINED,
-    quadratic_score,
-    unexplained_feedback,
-)
+from identify.estimators.doubts import Doubts, doubts_of, unexplained_feedback
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
     DAMPING,
@@ -50,7 +45,7 @@ def estimate(
 ) -> Identification:
     """Total masses and linear dampings of all axes that the dive drives, with 95 % intervals.
 
-    Raises FitError where the recording is too short, or holds no thruster command or no velocity at all.
+    Raises FitError where the recording is too short, or holds no thruster command at all.
     """
     began = time.perf_counter()
     if dive.duration_s < SHORTEST_DIVE_S:
@@ -58,26 +53,21 @@ def estimate(
             f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, identification needs at least "
             f"{SHORTEST_DIVE_S:.0f} s; record a longer one"
         )
-    axes, notes = build_axes(dive, file, configuration)
-    if not axes:
-        raise FitError(
-            f"{dive.name}: no axis has both a recorded velocity and a thrust that changes; "
-            "record the DVL or the gyro together with the thruster commands"
-        )
+    built = build_axes(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
-    fits = fit_axes(axes, shape, progress)
-    progress(1.0, "done")
+    fits = fit_axes(built.axes, shape, progress)
     hidden = _hidden_feedback(dive, file, fits)
+    doubts = {dof: doubts_of(fit, hidden.get(dof)) for dof, fit in fits.items()}
+    progress(1.0, "done")
     totals = tuple(
-        _one(c.name, c.dof, place, fits, hidden)
+        _one(c.name, c.dof, place, fits, doubts, built.missing)
         for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS))
         for c in group
     )
-    drags = {dof: quadratic_score(fit) for dof, fit in fits.items()}
-    names, covariance = _covariance(totals, fits)
+    names, covariance = _covariance(totals, fits, doubts)
     return Identification(
         "likelihood",
-        _outcome(totals, fits, drags),
+        _outcome(totals, fits, doubts),
         (*totals, *(added_mass(total, shape) for total in totals[:6])),
         configuration,
         dive.name,
@@ -85,77 +75,90 @@ def estimate(
         file.vehicle.name,
         file.sha256,
         dive.duration_s,
-        sum(int(np.isfinite(axis.reading).sum()) for axis in axes),
+        sum(int(np.isfinite(axis.reading).sum()) for axis in built.axes),
         covariance,
         names,
         _nuisance(fits),
-        (*dive.notes, *notes, *_drag_notes(drags)),
+        (*dive.notes, *built.notes, *_drag_notes(doubts)),
         time.perf_counter() - began,
     )
 
 
-def _hidden_feedback(dive: Dive, file: VehicleFile, fits: Mapping[int, AxisFit]) -> dict[int, float]:
-    """The share of the controller's wrench that no reading explains, for the axes where it is too large."""
+def _hidden_feedback(dive: Dive, file: VehicleFile, fits: Mapping[int, AxisFit]) -> dict[int, float | None]:
+    """The share of the controller's wrench that no reading explains, for surge, sway and heave."""
     depth = dive.depth_by(file.vehicle.water)
     at_control = None
     if depth is not None and dive.tau_pid is not None:
         at_control = depth.held_at(dive.tau_pid.time_s)[:, 0]
-    shares = {dof: unexplained_feedback(dive, dof, at_control) for dof in fits if dof < 3}
-    return {dof: share for dof, share in shares.items() if share is not None and share > LARGEST_UNEXPLAINED}
+    return {dof: unexplained_feedback(dive, dof, at_control) for dof in fits if dof < 3}
 
 
 def _one(
-    name: str, dof: int, place: int, fits: Mapping[int, AxisFit], hidden: Mapping[int, float]
+    name: str,
+    dof: int,
+    place: int,
+    fits: Mapping[int, AxisFit],
+    doubts: Mapping[int, Doubts],
+    missing: Mapping[int, str],
 ) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
-    axis = DOFS[dof]
+    axis, nan = DOFS[dof], float("nan")
     if dof not in fits:
-        nan = float("nan")
-        reason = f"no thrust in {axis} and a velocity to see it by: nothing was there to weigh it against"
+        return as_estimate(name, nan, nan, nan, nan, missing[dof])
+    if place == MASS and doubts[dof].hidden:
+        reason = (
+            f"the controller steered {axis} by a reading that is not the recorded one ({100 * doubts[dof].hidden:.0f} "
+            "% of its wrench follows from nothing recorded), which passes for mass: log what it used"
+        )
         return as_estimate(name, nan, nan, nan, nan, reason)
     value = float(np.exp(fits[dof].maximum.theta[place]))
-    std = float(np.sqrt(fits[dof].covariance[place, place]))
+    std = float(np.hypot(np.sqrt(fits[dof].covariance[place, place]), doubts[dof].shift[place]))
     reason = ""
-    if std > LARGEST_RELATIVE_STD:
-        reason = f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
-    elif place == MASS and dof in hidden:
+    if std > LARGEST_RELATIVE_STD and abs(doubts[dof].shift[place]) > LARGEST_RELATIVE_STD:
         reason = (
-            f"the controller steered {axis} by a signal that the recording lacks ({100 * hidden[dof]:.0f} % of "
-            "its wrench follows from nothing recorded), which passes for mass: log what it used"
+            f"{axis} has a drag that grows as the speed squared, which the model lacks: with it {name} would be "
+            f"{value * np.exp(doubts[dof].shift[place]):.3g}"
         )
+    elif std > LARGEST_RELATIVE_STD:
+        reason = f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
     low, high = value * np.exp(-Z95 * std), value * np.exp(Z95 * std)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
 
-def _covariance(totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit]) -> tuple[tuple[str, ...], Array]:
+def _covariance(
+    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]
+) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the identifiable coefficients; those of different axes are independent."""
     kept = [(i % 6, i // 6, total) for i, total in enumerate(totals) if total.identifiable]
     out = np.zeros((len(kept), len(kept)))
     for row, (dof, place, total) in enumerate(kept):
         for column, (other_dof, other_place, other) in enumerate(kept):
             if dof == other_dof:
-                out[row, column] = fits[dof].covariance[place, other_place] * total.value * other.value
+                shifts = doubts[dof].shift[place] * doubts[dof].shift[other_place]
+                relative = fits[dof].covariance[place, other_place] + shifts
+                out[row, column] = relative * total.value * other.value
     return tuple(total.name for _, _, total in kept), out
 
 
 def _outcome(
-    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], drags: Mapping[int, float]
+    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]
 ) -> Outcome:
     if not any(total.identifiable for total in totals):
         return Outcome.NOT_IDENTIFIABLE
     if not all(fits[i % 6].maximum.converged for i, total in enumerate(totals) if total.identifiable):
         return Outcome.AT_BOUND
-    if any(abs(drag) > DOUBTFUL_SCORE for drag in drags.values()):
+    if any(doubt.lacks_drag for doubt in doubts.values()):
         return Outcome.DISAGREES
     return Outcome.CONVERGED
 
 
-def _drag_notes(drags: Mapping[int, float]) -> tuple[str, ...]:
+def _drag_notes(doubts: Mapping[int, Doubts]) -> tuple[str, ...]:
     return tuple(
-        f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model ({drag:+.0f} standard "
-        "errors): mass and linear damping hold for the speeds of this dive alone, their intervals are too narrow."
-        for dof, drag in drags.items()
-        if abs(drag) > DOUBTFUL_SCORE
+        f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model ({doubt.drag_score:+.0f} "
+        "standard errors): mass and linear damping hold for the speeds of this dive alone; their intervals are "
+        "widened by what such a force would change."
+        for dof, doubt in doubts.items()
+        if doubt.lacks_drag
     )
 
 

@@ -55,8 +55,10 @@ class Maximum:
 
 
 def log_posterior(problem: Problem, theta: Array) -> float:
-    """log L plus the log of the prior, without constants."""
+    """log L plus the log of the prior, without constants; -inf where rounding has spoilt a variance."""
     e, s = problem.innovations(theta)
+    if not np.all(s > 0):
+        return -np.inf
     data = -0.5 * float(np.sum(np.log(s) + e * e / s))
     return data - 0.5 * float(np.sum(problem.prior_precision * (theta - problem.prior_mean) ** 2))
 
@@ -96,7 +98,7 @@ def climb(problem: Problem, start: Array) -> Maximum:
             move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move) / problem.difference)), 1e-12))
             trial = log_posterior(problem, theta + move)
             gain = trial - value
-            if gain >= 0:
+            if np.isfinite(trial) and gain >= 0:
                 theta, value, damping = theta + move, trial, max(damping / 10, 1e-9)
                 break
             damping *= 10

@@ -1,5 +1,6 @@
 """What the likelihood promises: true values inside its intervals in closed loop, and doubts said out loud."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import closed_loop
@@ -8,6 +9,7 @@ import pytest
 
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
+from identify.dive import Signal
 from identify.estimators.likelihood import estimate
 from identify.estimators.scoring import climb, score
 from identify.identification import Outcome
@@ -57,7 +59,8 @@ def test_added_mass_is_total_mass_less_dry_mass_with_the_same_width():
 def test_an_axis_without_thrust_is_called_not_identifiable_with_a_reason():
     found = fit(closed_loop.dive(np.random.default_rng(3), seconds=60.0))
     assert not found["M_v"].identifiable
-    assert "sway" in found["M_v"].reason
+    assert "no velocity in sway" in found["M_v"].reason
+    assert "no rate of turn in yaw" in found["I_r"].reason
     assert found.to_json()["parameters"][1]["value"] is None
 
 
@@ -65,6 +68,7 @@ def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
     found = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
     assert found.outcome is Outcome.DISAGREES
     assert any("surge" in note and "speed squared" in note for note in found.notes)
+    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
 
 
 def test_a_plain_dive_makes_no_such_claim():
@@ -77,7 +81,7 @@ def test_a_plain_dive_makes_no_such_claim():
 def test_a_controller_that_used_an_unrecorded_velocity_is_found_out():
     found = fit(closed_loop.dive(np.random.default_rng(5), hidden_noise=0.02))
     assert not found["M_u"].identifiable
-    assert "signal that the recording lacks" in found["M_u"].reason
+    assert "a reading that is not the recorded one" in found["M_u"].reason
     assert found["D_u"].identifiable
 
 
@@ -89,6 +93,14 @@ def test_a_dropout_and_a_wild_reading_do_no_harm():
     velocity[1000, 0] = 7.0
     spoiled = fit(dive)
     assert abs(spoiled["M_u"].value - plain["M_u"].value) < plain["M_u"].std
+
+
+def test_commands_that_come_too_rarely_leave_every_parameter_out_and_say_why():
+    dive = closed_loop.dive(np.random.default_rng(8), seconds=60.0)
+    rare = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s[::5], dive.tau_cmd.value[::5]))
+    found = fit(rare)
+    assert found.outcome is Outcome.NOT_IDENTIFIABLE
+    assert all("2.0 Hz" in one.reason for one in found.parameters)
 
 
 def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
