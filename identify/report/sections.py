@@ -19,7 +19,7 @@ OUTCOME_MEANS = {
     Outcome.AT_BOUND: "The search ended where it may not go on, not at a best fit: don't rely on these values.",
     Outcome.NOT_IDENTIFIABLE: "This dive says too little of every parameter: there is no value to use.",
     Outcome.DISAGREES: (
-        "The recording holds what the model can't explain: the values may be off by more than their intervals say."
+        "The recording holds what the model can't explain: use these values only as the notes below allow."
     ),
 }
 FF_MODE_WORDS = ("off", "shadow", "feed-forward only", "feed-forward and PID")

@@ -136,6 +136,7 @@ def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_un
         "surge_disturbance_time_constant_s": 2.75,
         "surge_trim_n": -0.07,
         "surge_dvl_noise_std_m_s": 0.00394,
+        "heave_dvl_noise_std_m_s": 0.004,
         "heave_depth_noise_std_m": 0.002,
         "yaw_trim_nm": 0.0004,
         "yaw_new_gyro_noise_std_rad_s": 0.0002,
@@ -144,14 +145,11 @@ def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_un
         "up_trim_n": 1.0,
     }
     by_axis, others = nuisance_tables(names)
-    assert by_axis.columns == (
-        *("Axis", "Disturbance", "Its time constant", "Trim"),
-        *("Noise of DVL", "Noise of depth sensor", "Noise of new_gyro", "Noise of heading"),
-    )
+    assert by_axis.columns == ("Axis", "Disturbance", "Its time constant", "Trim", "Sensor noise")
     assert by_axis.rows == (
-        ("surge", "0.349 N", "2.75 s", "−0.0700 N", "0.00394 m/s", "—", "—", "—"),
-        ("heave", "—", "—", "—", "—", "0.00200 m", "—", "—"),
-        ("yaw", "—", "—", "0.000400 N m", "—", "—", "0.000200 rad/s", "0.0100 rad"),
+        ("surge", "0.349 N", "2.75 s", "−0.0700 N", "DVL 0.00394 m/s"),
+        ("heave", "—", "—", "—", "DVL 0.00400 m/s, depth sensor 0.00200 m"),
+        ("yaw", "—", "—", "0.000400 N m", "new_gyro 0.000200 rad/s, heading 0.0100 rad"),
     )
     assert others.rows == (("alpha", "0.500"), ("up_trim_n", "1.00"))
 
