@@ -27,19 +27,20 @@ READ_S: Final = 0.2
 MOST_WAITING: Final = 10_000
 LONGEST_LAG_S: Final = 1.0
 DEPTH_RATE_HZ: Final = 10.0
+NO_PORT: Final = "the vehicle file names no port; add it there"
 
 OpenBus = Callable[[int], I2cBus]
 
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What a port gave at `time_s`: bytes, a sample, or why it gives nothing."""
+    """What a port gave at `time_s`: bytes, a sample, or why it gives nothing ("": it works again)."""
 
     slot: str
     time_s: float
     data: bytes = b""
     sample: PressureSample | None = None
-    fault: str = ""
+    fault: str | None = None
 
 
 def run_ports(
@@ -53,12 +54,16 @@ def run_ports(
 ) -> None:
     """Read every device of the vehicle file until `stop` is set; `act` runs before each step of the bridge.
 
-    Raises ConfigError where a port's name or a device's rate can't be used.
+    A device without a port is said and left out. Raises ConfigError where a port's name or a device's rate can't be used.
     """
     arrivals: queue.Queue[Arrival] = queue.Queue(MOST_WAITING)
+    devices = vehicle.sensors.present()
+    for slot, device in devices.items():
+        if not device.port:
+            bridge.port_fault(slot, NO_PORT)
     readers = [
         Thread(target=reader, name=f"read {slot}", daemon=True)
-        for slot, device in vehicle.sensors.present().items()
+        for slot, device in devices.items()
         if device.port
         for reader in (_reader(slot, device, clock, stop, arrivals, open_bus),)
     ]
@@ -92,8 +97,8 @@ def _work(
             arrival = arrivals.get(timeout=wait_s)
         except queue.Empty:
             continue
-        if arrival.fault:
-            bridge.say(f"{arrival.slot}: {arrival.fault}")
+        if arrival.fault is not None:
+            bridge.port_fault(arrival.slot, arrival.fault)
         elif arrival.sample is not None:
             bridge.accept(arrival.slot, (arrival.sample,))
         else:
@@ -124,15 +129,16 @@ def _read_stream(
             link.write(words)
         return link
 
-    port = Reconnecting(connect, clock, port_spec(device))
+    spec = port_spec(device)
+    port = Reconnecting(connect, clock, spec)
     told = ""
     while not stop.is_set():
         data = port.read(READ_S)
+        if port.fault != told:
+            told = port.fault
+            put(Arrival(slot, clock.boot_s(), fault=told.removeprefix(f"{spec}: ")))
         if data:
             put(Arrival(slot, clock.boot_s(), data))
-        if port.fault and not told:
-            put(Arrival(slot, clock.boot_s(), fault=port.fault))
-        told = port.fault
     port.close()
 
 
@@ -157,12 +163,14 @@ def _poll_depth(
             sample = sensor.measure(clock)
         except LinkError as error:
             sensor = None
-            if not told:
-                put(Arrival(slot, clock.boot_s(), fault=str(error)))
-            told = str(error)
+            if str(error) != told:
+                told = str(error)
+                put(Arrival(slot, clock.boot_s(), fault=told))
             stop.wait(retry_s)
             retry_s = next_retry_s(retry_s)
             continue
+        if told:
+            put(Arrival(slot, clock.boot_s(), fault=""))
         retry_s, told = FIRST_RETRY_S, ""
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))

@@ -126,6 +126,18 @@ class Bridge:
         """Why links do not work, by name."""
         return {side.link.name: side.fault for side in self._sides if side.fault}
 
+    @property
+    def device_faults(self) -> dict[str, str]:
+        """What is wrong with devices, by slot: no port, silent, or without sense; a sentence each, as of `step`."""
+        return self._watch.faults
+
+    def port_fault(self, slot: str, fault: str) -> None:
+        """Why the port of the device in `slot` can't be read and what to do; "" once it can."""
+        if fault:
+            self._watch.port_failed(slot, fault)
+        else:
+            self._watch.port_opened(slot, self._clock.boot_s())
+
     def receive(self, slot: str, data: bytes, time_s: float) -> None:
         """Bytes of the device in `slot` (dvl, imu, fog, esc, gnss), the last of which came at `time_s`."""
         self._watch.bytes_came(slot, time_s)

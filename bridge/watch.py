@@ -1,36 +1,70 @@
-"""Tells a crew which device is silent, which speaks without sense, and which is back."""
+"""Tells a crew which device has no port, which is silent, which speaks without sense, and which is back."""
 
+import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 SILENT_S = 3.0
 
 
+@dataclass
+class _Device:
+    """`open_s` is when its port opened, inf while it has none; `told` is what the crew knows of it."""
+
+    bytes_s: float
+    sample_s: float
+    open_s: float
+    port_fault: str = ""
+    fault: str = ""
+    told: str = ""
+
+
 class SensorWatch:
-    """What the vehicle's slots last gave, bytes and samples apart."""
+    """What the vehicle's slots last gave: port, bytes and samples apart."""
 
     def __init__(self, slots: Iterable[str], now_s: float) -> None:
-        self._bytes_s = dict.fromkeys(slots, now_s)
-        self._samples_s = dict(self._bytes_s)
-        self._silent: set[str] = set()
+        self._devices = {slot: _Device(now_s, now_s, now_s) for slot in slots}
+
+    @property
+    def faults(self) -> dict[str, str]:
+        """What is wrong with a device now, as a sentence, by slot; nothing for those that are well."""
+        return {slot: device.fault for slot, device in self._devices.items() if device.fault}
+
+    def port_failed(self, slot: str, fault: str) -> None:
+        """The port of a device can't be opened, or went away; `fault` says why and what to do."""
+        self._devices[slot].port_fault, self._devices[slot].open_s = fault, math.inf
+
+    def port_opened(self, slot: str, time_s: float) -> None:
+        self._devices[slot].port_fault, self._devices[slot].open_s = "", time_s
 
     def bytes_came(self, slot: str, time_s: float) -> None:
-        self._bytes_s[slot] = time_s
+        self._devices[slot].bytes_s = time_s
 
     def sample_came(self, slot: str, time_s: float) -> None:
-        self._samples_s[slot] = time_s
+        self._devices[slot].sample_s = time_s
 
     def texts(self, now_s: float) -> list[str]:
-        """One short sentence for each slot that fell silent, or came back, since the last call."""
+        """One short sentence for each slot that lost its port, fell silent, or came back, since the last call."""
         texts = []
-        for slot, heard_s in self._samples_s.items():
-            silent = now_s - heard_s > SILENT_S
-            if silent and slot not in self._silent:
-                self._silent.add(slot)
-                speaks = now_s - self._bytes_s[slot] <= SILENT_S
-                texts.append(
-                    f"{slot} makes no sense: check its baud" if speaks else f"{slot} silent: check cable"
-                )
-            elif not silent and slot in self._silent:
-                self._silent.remove(slot)
-                texts.append(f"{slot} is back")
+        for slot, device in self._devices.items():
+            kind, text = _judged(slot, device, now_s)
+            if kind is None:
+                continue
+            device.fault = text
+            # The words of a fault may change while it lasts; the crew is told of each kind once.
+            if kind != device.told:
+                texts.append(text or f"{slot} is back")
+            device.told = kind
         return texts
+
+
+def _judged(slot: str, device: _Device, now_s: float) -> tuple[str | None, str]:
+    """The kind of fault and its sentence, "" for none; None while a port that just opened may yet speak."""
+    if device.port_fault:
+        return "port", f"{slot}: {device.port_fault}"
+    if now_s - max(device.sample_s, device.open_s) > SILENT_S:
+        speaks = now_s - device.bytes_s <= SILENT_S
+        return "silent", f"{slot} makes no sense: check its baud" if speaks else f"{slot} silent: check cable"
+    if device.sample_s < device.open_s:
+        return None, ""
+    return "", ""

@@ -82,6 +82,12 @@ class Ground:
 
 @contextmanager
 def running(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Ground, SystemClock]]:
+    with bridging(craft, bus) as (_, ground, clock):
+        yield ground, clock
+
+
+@contextmanager
+def bridging(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Bridge, Ground, SystemClock]]:
     clock, stop = SystemClock(), threading.Event()
     near, far = memory_pair()
     bridge = Bridge(craft, clock, [near], ParameterServer(None, vehicle_table(craft)))
@@ -96,7 +102,7 @@ def running(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Ground,
     )
     thread.start()
     try:
-        yield Ground(far), clock
+        yield bridge, Ground(far), clock
     finally:
         stop.set()
         thread.join(WITHIN_S)
@@ -146,6 +152,21 @@ def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path
             name.unlink()
             device.close()
             ground.text("the other side has gone")
+
+
+def test_a_device_is_faulty_by_name_until_it_speaks(tmp_path: Path) -> None:
+    name = tmp_path / "ttyFOG"
+    craft = vehicle(fog=Device("kvh1750", port=str(name)), imu=Device("mti300"))
+    with bridging(craft) as (bridge, ground, _):
+        ground.text("imu: the vehicle file names no port; add it there")
+        ground.text(f"fog: there is no port {name}; check the cable")
+        assert set(bridge.device_faults) == {"fog", "imu"}
+        device, path = open_pty()
+        name.symlink_to(path)
+        with feeding(device, encode_kvh1750(np.full(20, 0.25))):
+            ground.text("fog is back")
+        assert set(bridge.device_faults) == {"imu"}
+    device.close()
 
 
 def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_back() -> None:

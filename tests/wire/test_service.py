@@ -520,6 +520,29 @@ def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named(
     assert texts[4:] == ["fog is back"]
 
 
+def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks() -> None:
+    rig = Rig()
+    slots = ("imu", "fog", "depth", "esc")
+    texts: list[str] = []
+    faults = []
+    for i in range(100):
+        now_s = 0.125 * i
+        rig.clock.advance_to(now_s)
+        for slot in slots:
+            rig.bridge.accept(slot, [PressureSample(now_s, 1e5, 12.0)])
+        if i == 0:
+            rig.bridge.port_fault("dvl", "there is no port /dev/ttyDVL; check the cable")
+        if i == 45:
+            rig.bridge.port_fault("dvl", "")
+        if i == 90:
+            rig.bridge.accept("dvl", [DvlSample(now_s, (0.0, 0.0, 0.0), 0.01, 2.0)])
+        texts += [m.text for m in rig.step() if m.get_type() == "STATUSTEXT"]
+        faults.append(rig.bridge.device_faults.get("dvl", ""))
+    no_port = "dvl: there is no port /dev/ttyDVL; check the cable"
+    assert texts == [no_port, "dvl silent: check cable", "dvl is back"]
+    assert faults == [no_port] * 70 + ["dvl silent: check cable"] * 20 + [""] * 10
+
+
 def test_long_words_go_out_in_pieces_that_belong_together() -> None:
     rig = Rig()
     rig.step(0.0)
