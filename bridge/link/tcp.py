@@ -3,6 +3,7 @@
 import socket
 
 from bridge.errors import LinkError, LinkLost
+from bridge.link.addresses import no_listener
 from bridge.link.descriptor import DescriptorLink
 
 CONNECT_S = 5.0
@@ -95,7 +96,5 @@ def open_tcpin(host: str, port: int) -> TcpServer:
         listener.listen(1)
     except OSError as error:
         listener.close()
-        raise LinkError(
-            f"{name}: can't listen there ({error.strerror}); stop the program that does, or give another port"
-        ) from None
+        raise no_listener(name, host, port, error) from None
     return TcpServer(name, listener)

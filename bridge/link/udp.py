@@ -4,6 +4,7 @@ import select
 import socket
 
 from bridge.errors import LinkError, LinkLost
+from bridge.link.addresses import no_listener
 
 LARGEST_DATAGRAM = 65535
 MOST_PEERS = 8
@@ -77,9 +78,7 @@ def open_udpin(host: str, port: int) -> UdpLink:
         sock.bind((host, port))
     except OSError as error:
         sock.close()
-        raise LinkError(
-            f"{name}: can't listen there ({error.strerror}); stop the program that does, or give another port"
-        ) from None
+        raise no_listener(name, host, port, error) from None
     return UdpLink(name, sock, None)
 
 

@@ -54,7 +54,10 @@ def frames(count: int) -> list[bytes]:
         ("serial:/dev/ttyNowhere:115200", "there is no port /dev/ttyNowhere; check"),
         ("serial:/dev/null", "check that it is a serial port"),
         ("udpout:no-such-host.invalid:1", "the host 'no-such-host.invalid' is unknown"),
-        ("udpin:192.0.2.1:14550", "can't listen there"),
+        ("udpin:192.0.2.1:14550", "this computer has no address 192.0.2.1; it has 127.0.0.1"),
+        ("udpin:192.0.2.1:14550", "or udpout:192.0.2.1:14550 where 192.0.2.1 is the other side"),
+        ("tcpin:192.0.2.1:5760", "or tcp:192.0.2.1:5760 where"),
+        ("udpin:no-such-host.invalid:1", "the host 'no-such-host.invalid' is unknown"),
     ],
 )
 def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec: str, sentence: str) -> None:
