@@ -54,7 +54,8 @@ def run_ports(
 ) -> None:
     """Read every device of the vehicle file until `stop` is set; `act` runs before each step of the bridge.
 
-    A device without a port is said and left out. Raises ConfigError where a port's name or a device's rate can't be used.
+    A device without a port is said and left out. Raises ConfigError where a port's name or a device's rate
+    can't be used.
     """
     arrivals: queue.Queue[Arrival] = queue.Queue(MOST_WAITING)
     devices = vehicle.sensors.present()
