@@ -17,6 +17,7 @@ class Outcome(Enum):
 
     CONVERGED = "converged"
     AT_BOUND = "stopped at a bound"
+    UNSETTLED = "stopped before it settled"
     NOT_IDENTIFIABLE = "not identifiable"
     DISAGREES = "data and model disagree"
 

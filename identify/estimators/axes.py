@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
+from bridge.vehicle.dynamics import coriolis as _coriolis
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION
 from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
 from identify.estimators.smoothing import smoothed_velocity
 from identify.forces import WrenchHistory, wrench
+from identify.ingest.rotation import attitude_at
 
 Array = NDArray[np.float64]
 
@@ -27,17 +29,6 @@ LEAST_START_S = 0.5
 LEAST_COMMANDS_HZ = 4.0
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
-
-# Coriolis force on each axis as (sign, mass, velocity, velocity): force_i = sum of sign M[mass] nu[a] nu[b],
-# the minus C(nu) nu of bridge.vehicle.dynamics for a diagonal mass matrix.
-CORIOLIS = (
-    ((1, 1, 1, 5), (-1, 2, 2, 4)),
-    ((1, 2, 2, 3), (-1, 0, 0, 5)),
-    ((1, 0, 0, 4), (-1, 1, 1, 3)),
-    ((1, 1, 1, 2), (-1, 2, 1, 2), (1, 4, 4, 5), (-1, 5, 4, 5)),
-    ((1, 2, 0, 2), (-1, 0, 0, 2), (1, 5, 3, 5), (-1, 3, 3, 5)),
-    ((1, 0, 0, 1), (-1, 1, 0, 1), (1, 3, 3, 4), (-1, 4, 3, 4)),
-)
 
 
 @dataclass(frozen=True)
@@ -89,7 +80,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     start, end = float(forces.time_s[0]) + max(10 * forces.lag_s, LEAST_START_S), float(forces.time_s[-1])
     grid = np.arange(start, max(end, start + 10 * GRID_S), GRID_S)
     nu = smoothed_velocity(dive, grid)
-    attitude = None if dive.attitude is None else dive.attitude.at(grid)
+    attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     velocity = _at_origin(dive.velocity, grid, nu, np.asarray(lever))
     depth = _depth(dive, file, grid, nu, attitude)
@@ -169,9 +160,11 @@ def _axis(
         force = force - np.interp(middle, grid, g)[:, None]
     elif dof == 2:
         force = force - configuration.net_buoyancy_n
-    coriolis = np.zeros((len(time_s), 6))
-    for sign, mass, a, b in CORIOLIS[dof]:
-        coriolis[:, mass] += sign * np.interp(middle, grid, nu[:, a] * nu[:, b])
+    between = np.column_stack([np.interp(middle, grid, nu[:, i]) for i in range(6)])
+    # C(nu) nu is linear in the masses: what each contributes is what a mass of one alone would.
+    coriolis = np.column_stack(
+        [np.broadcast_to(-_coriolis(one, tuple(between.T))[dof], middle.shape) for one in np.eye(6)]
+    )
     return Axis(
         dof,
         time_s,

@@ -146,7 +146,7 @@ def _outcome(
     if not any(total.identifiable for total in totals):
         return Outcome.NOT_IDENTIFIABLE
     if not all(fits[i % 6].maximum.converged for i, total in enumerate(totals) if total.identifiable):
-        return Outcome.AT_BOUND
+        return Outcome.UNSETTLED
     if any(doubt.lacks_drag for doubt in doubts.values()):
         return Outcome.DISAGREES
     return Outcome.CONVERGED

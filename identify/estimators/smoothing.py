@@ -34,7 +34,7 @@ def smoothed(signal: Signal, column: int, time_s: Array) -> Array:
     """One column of a signal without its white noise, at the times (m,); 0 where it has no finite sample."""
     start, end = float(signal.time_s[0]), float(signal.time_s[-1])
     grid = np.linspace(start, end, max(round((end - start) * signal.rate_hz) + 1, 2))
-    values = np.nan_to_num(signal.at(grid)[:, column])
+    values = np.nan_to_num(Signal(signal.time_s, signal.value[:, column : column + 1]).at(grid)[:, 0])
     spacing = grid[1] - grid[0]
     # Mirrored once, so that the ends meet.
     spectrum = np.fft.rfft(np.concatenate([values, values[::-1]]))

@@ -17,6 +17,7 @@ from identify.validate import TrackingErrors
 
 OUTCOME_MEANS = {
     Outcome.AT_BOUND: "The search ended where it may not go on, not at a best fit: don't rely on these values.",
+    Outcome.UNSETTLED: "The search ran out of steps before it settled: don't rely on these values.",
     Outcome.NOT_IDENTIFIABLE: "This dive says too little of every parameter: there is no value to use.",
     Outcome.DISAGREES: (
         "The recording holds what the model can't explain: use these values only as the notes below allow."
