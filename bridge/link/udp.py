@@ -2,14 +2,46 @@
 
 import select
 import socket
+from dataclasses import dataclass, field
 
 from bridge.errors import LinkError, LinkLost
 from bridge.link.addresses import no_listener
 
+MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
 LARGEST_DATAGRAM = 65535
 MOST_PEERS = 8
+LONG_ALONE = 200  # datagrams of one peer, after which nobody else is taken to speak as the same source
 
 Address = tuple[str, int]
+Source = tuple[int, int]
+
+
+@dataclass
+class _Speaker:
+    """Who speaks as one MAVLink source: the peer that did last, those that did before it, how long it is alone."""
+
+    peer: Address
+    before: set[Address] = field(default_factory=set)
+    contested: bool = False
+    alone: int = 0
+
+    def heard(self, peer: Address) -> None:
+        if peer == self.peer:
+            self.alone += 1
+            if self.alone > LONG_ALONE:
+                self.before, self.contested = set(), False
+            return
+        # One that starts anew gets another port and never comes back to its old one.
+        self.contested = self.contested or peer in self.before
+        self.before.add(self.peer)
+        self.peer, self.alone = peer, 0
+
+
+def source_of(datagram: bytes) -> Source | None:
+    """The (system, component) of a datagram's first MAVLink frame, by its header alone; None for no frame."""
+    if len(datagram) > 6 and datagram[0] == MAVLINK_2:
+        return datagram[5], datagram[6]
+    return (datagram[3], datagram[4]) if len(datagram) > 4 and datagram[0] == MAVLINK_1 else None
 
 
 class UdpLink:
@@ -23,6 +55,7 @@ class UdpLink:
         self._socket = sock
         self._peers: list[Address] = [] if peer is None else [peer]
         self._learns = peer is None
+        self._speakers: dict[Source, _Speaker] = {}
         self._socket.setblocking(False)
 
     def read(self, timeout_s: float) -> bytes:
@@ -36,7 +69,7 @@ class UdpLink:
         except (OSError, ValueError) as error:
             raise self._lost(error) from None
         if self._learns:
-            self._learn((sender[0], sender[1]))
+            self._learn((sender[0], sender[1]), data)
         elif (sender[0], sender[1]) not in self._peers:
             return b""
         return data
@@ -59,9 +92,17 @@ class UdpLink:
         """The local port."""
         return int(self._socket.getsockname()[1])
 
-    def _learn(self, peer: Address) -> None:
+    @property
+    def contested(self) -> frozenset[Source]:
+        """MAVLink sources as which several peers speak by turns: an order to one of these reaches them all."""
+        return frozenset(source for source, speaker in self._speakers.items() if speaker.contested)
+
+    def _learn(self, peer: Address, data: bytes) -> None:
         if peer not in self._peers:
             self._peers = [*self._peers[1 - MOST_PEERS :], peer]
+        source = source_of(data)
+        if source is not None:
+            self._speakers.setdefault(source, _Speaker(peer)).heard(peer)
 
     def _lost(self, error: OSError | ValueError) -> LinkLost:
         reason = getattr(error, "strerror", None) or str(error)

@@ -17,7 +17,7 @@ from bridge.link.open import open_link
 from bridge.link.pseudo import open_pty
 from bridge.link.reconnecting import Reconnecting, next_retry_s
 from bridge.link.tcp import TcpServer, open_tcpin
-from bridge.link.udp import UdpLink
+from bridge.link.udp import UdpLink, source_of
 
 SOON_S = 5.0
 
@@ -105,6 +105,43 @@ def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
         link.close()
     with pytest.raises(LinkLost):
         ground.read(0.0)
+
+
+def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it() -> None:
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    old, new, other = (open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(3))
+
+    def says(link: Link, encoder: Encoder) -> None:
+        link.write(encoder.frame(0, bytes(9)))
+        assert ground.read(SOON_S)
+
+    one = Encoder(1, 1)
+    for link in (old, old, new, new):
+        says(link, one)
+        says(other, Encoder(1, 191))
+    assert ground.contested == frozenset()
+    says(old, one)
+    assert ground.contested == {(1, 1)}
+    for _ in range(201):
+        says(old, one)
+    assert ground.contested == frozenset()
+    for link in (ground, old, new, other):
+        link.close()
+
+
+@pytest.mark.parametrize(
+    ("datagram", "source"),
+    [
+        (Encoder(7, 191).frame(0, bytes(9)), (7, 191)),
+        (bytes((0xFE, 9, 0, 7, 191, 0)), (7, 191)),
+        (b"", None),
+        (b"no frame", None),
+        (b"\xfd", None),
+    ],
+)
+def test_a_datagram_tells_its_source_by_its_header(datagram: bytes, source: tuple[int, int] | None) -> None:
+    assert source_of(datagram) == source
 
 
 def test_udpout_waits_for_a_peer_that_starts_later() -> None:

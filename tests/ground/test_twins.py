@@ -1,0 +1,111 @@
+"""Two vehicles that share one MAVLink address are noticed; one that starts anew is not taken for two."""
+
+import random
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.framing import Encoder, Framer
+from bridge.link.lossy import Lossy
+from bridge.link.memory import memory_pair
+from gcs_plugin.twins import Twins
+
+SENTENCE = "memory:a: two vehicles beat as system 1, component 1, and both would obey; stop one"
+
+
+class Craft:
+    """Says `per_step` frames twenty times a second, and its boot time once a second."""
+
+    def __init__(self, booted_s=0.0, sequence=0, per_step=10, source=(1, 1), kind=12):
+        self.booted_s, self.per_step, self.kind = booted_s, per_step, kind
+        self.encoder = Encoder(*source)
+        for _ in range(sequence):
+            self.encoder.frame(0, bytes(9))
+
+    def step(self, tick):
+        now_s = 0.05 * tick
+        out = [self.encoder.frame(30, bytes(28)) for _ in range(self.per_step)]
+        if tick % 20 == 0:
+            beat = dialect.MAVLink_heartbeat_message(self.kind, 0, 0, 0, 4, 3)
+            clock = dialect.MAVLink_system_time_message(0, round((now_s - self.booted_s) * 1000))
+            out += [self.encoder.encode(beat), self.encoder.encode(clock)]
+        return b"".join(out)
+
+
+def watched(*craft, seconds=6, link=None, faults=None):
+    """The watch after so long; `craft` may hold (from, to, craft) in seconds."""
+    near, far = memory_pair()
+    twins, framer = Twins(link or near), Framer()
+    clock = SimulatedClock()
+    carrier = Lossy(near, random.Random(1), clock, **faults) if faults else near
+    for tick in range(20 * seconds):
+        clock.advance_to(0.05 * tick)
+        said = b""
+        for begin, end, who in craft:
+            if begin <= clock.now_s < end:
+                said += who.step(tick)
+        far.write(said or b"\0")
+        while data := carrier.read(0.0):
+            for frame in framer.feed(data):
+                twins.on_frame(frame, clock.now_s)
+    return twins
+
+
+ALWAYS = (0.0, 1e9)
+
+
+def test_one_vehicle_is_one():
+    assert watched((*ALWAYS, Craft())).fault() == ""
+
+
+def test_two_boot_clocks_that_take_turns_are_two_vehicles():
+    slow = [Craft(0.0, 0, 0), Craft(-30.0, 5, 0)]
+    assert watched(*[(*ALWAYS, craft) for craft in slow]).fault().startswith(SENTENCE)
+
+
+@pytest.mark.parametrize("apart", [40, 100, 128, 200])
+def test_two_runs_of_sequence_numbers_that_take_turns_are_two_vehicles(apart):
+    pair = [(*ALWAYS, Craft(0.0, 0)), (*ALWAYS, Craft(0.0, apart, 7))]
+    assert watched(*pair, seconds=2).fault(1).startswith(SENTENCE)
+
+
+@pytest.mark.parametrize("at_s", [1.0, 2.35, 3.9])
+def test_a_vehicle_that_starts_anew_is_still_one(at_s):
+    assert watched((0.0, at_s, Craft(-100.0, 77)), (at_s + 0.5, 1e9, Craft(at_s))).fault() == ""
+
+
+def test_a_bad_link_makes_no_twins():
+    faults = {"loss": 0.3, "duplicate": 0.2, "reorder": 0.2, "corrupt": 0.02, "delay_s": 0.2}
+    assert watched((*ALWAYS, Craft()), seconds=30, faults=faults).fault() == ""
+
+
+def test_two_components_and_two_systems_are_no_twins_of_each_other():
+    others = [Craft(-50.0, 30, source=(1, 191)), Craft(-90.0, 90, source=(2, 1))]
+    assert watched((*ALWAYS, Craft()), *[(*ALWAYS, craft) for craft in others]).fault() == ""
+
+
+def test_twins_that_are_not_the_system_asked_for_do_not_matter():
+    twins = watched(*[(*ALWAYS, Craft(-9.0 * n, 90 * n, source=(2, 1))) for n in range(2)])
+    assert twins.fault(1) == ""
+    assert "two vehicles beat as system 2" in twins.fault(2)
+
+
+def test_two_ground_stations_with_one_id_are_usual():
+    stations = [Craft(-9.0 * n, 90 * n, source=(255, 190), kind=dialect.MAV_TYPE_GCS) for n in range(2)]
+    assert watched(*[(*ALWAYS, craft) for craft in stations]).fault() == ""
+
+
+def test_when_the_second_vehicle_has_left_all_is_well_again():
+    pair = [(*ALWAYS, Craft()), (0.0, 2.0, Craft(0.0, 100))]
+    assert watched(*pair, seconds=1).fault() != ""
+    pair = [(*ALWAYS, Craft()), (0.0, 2.0, Craft(0.0, 100))]
+    assert watched(*pair, seconds=10).fault() == ""
+
+
+def test_what_the_link_knows_of_its_peers_counts():
+    class Udp:
+        name = "memory:a"
+        contested = frozenset(((1, 1), (3, 1)))
+
+    assert watched((*ALWAYS, Craft()), link=Udp()).fault().startswith(SENTENCE)
