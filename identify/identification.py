@@ -108,7 +108,11 @@ def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
     """Added mass from a total mass or inertia: value minus the rigid body's, as a positive number."""
     dof = MASSES.index(BY_NAME[total.name])
     rigid = configuration.dry_mass_kg if dof < 3 else configuration.inertia_kgm2[dof - 3]
-    name = ADDED_MASS_NAMES[dof]
+    name, reason = ADDED_MASS_NAMES[dof], total.reason
+    if total.identifiable and total.high95 < rigid:
+        reason = (
+            f"{total.name} came out below the rigid body's own {rigid:g} {total.unit}: check the vehicle file"
+        )
     return Estimate(
         name,
         name,
@@ -117,6 +121,6 @@ def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
         total.std,
         total.low95 - rigid,
         total.high95 - rigid,
-        total.identifiable,
-        total.reason,
+        not reason,
+        reason,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
@@ -27,6 +27,7 @@ GRID_S = 0.02
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
 LEAST_COMMANDS_HZ = 4.0
+STRANGE_SHARE = 0.5
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
 
@@ -57,11 +58,15 @@ class Axis:
 
 @dataclass(frozen=True)
 class Axes:
-    """The axes that a dive says something of, why it says nothing of the others, and notes on the forces."""
+    """The axes that a dive says something of, why it says nothing of the others, and notes on the forces.
+
+    strange: why the recording can hardly be one of this vehicle in this configuration, empty where it can.
+    """
 
     axes: tuple[Axis, ...]
     missing: dict[int, str]
     notes: tuple[str, ...]
+    strange: str = ""
 
 
 def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
@@ -95,7 +100,26 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
             axes.append(axis)
-    return Axes(tuple(axes), missing, forces.notes)
+    return Axes(tuple(axes), missing, forces.notes, _strange(dive, forces, vehicle, name))
+
+
+def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> str:
+    said = dive.configuration_index()
+    if said is not None and said != vehicle.veh_cfg(name):
+        return (
+            f"the recording says VEH_CFG {said}, configuration '{name}' of vehicle '{vehicle.name}' is "
+            f"{vehicle.veh_cfg(name)}: it was dived in another configuration, or is another vehicle's"
+        )
+    if forces.differs_rms is not None and dive.tau_cmd is not None:
+        commanded = np.sqrt(np.mean(dive.tau_cmd.value**2, axis=0))
+        scale = np.maximum(commanded, LEAST_DRIVE * vehicle.configurations[name].thruster_limit_n)
+        worst = int(np.argmax(forces.differs_rms / scale))
+        if forces.differs_rms[worst] > STRANGE_SHARE * scale[worst]:
+            return (
+                f"in {DOFS[worst]} its thruster commands come to a wrench {forces.differs_rms[worst]:.2g} rms off the "
+                f"recorded TAU_CMD of {commanded[worst]:.2g}: the vehicle file's thrusters are not this vehicle's"
+            )
+    return ""
 
 
 def _at_origin(velocity: Signal | None, grid: Array, nu: Array, lever: Array) -> Signal | None:
@@ -163,7 +187,7 @@ def _axis(
     between = np.column_stack([np.interp(middle, grid, nu[:, i]) for i in range(6)])
     # C(nu) nu is linear in the masses: what each contributes is what a mass of one alone would.
     coriolis = np.column_stack(
-        [np.broadcast_to(-_coriolis(one, tuple(between.T))[dof], middle.shape) for one in np.eye(6)]
+        [np.broadcast_to(-_coriolis(one, tuple(between.T))[dof], middle.shape) for one in np.eye(6).tolist()]
     )
     return Axis(
         dof,

@@ -67,7 +67,7 @@ def estimate(
     names, covariance = _covariance(totals, fits, doubts)
     return Identification(
         "likelihood",
-        _outcome(totals, fits, doubts),
+        _outcome(totals, fits, doubts, built.strange),
         (*totals, *(added_mass(total, shape) for total in totals[:6])),
         configuration,
         dive.name,
@@ -79,7 +79,7 @@ def estimate(
         covariance,
         names,
         _nuisance(fits),
-        (*dive.notes, *built.notes, *_drag_notes(doubts)),
+        (*dive.notes, *built.notes, *_drag_notes(doubts), *_strange_notes(built.strange)),
         time.perf_counter() - began,
     )
 
@@ -141,13 +141,13 @@ def _covariance(
 
 
 def _outcome(
-    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]
+    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], strange: str
 ) -> Outcome:
     if not any(total.identifiable for total in totals):
         return Outcome.NOT_IDENTIFIABLE
     if not all(fits[i % 6].maximum.converged for i, total in enumerate(totals) if total.identifiable):
         return Outcome.UNSETTLED
-    if any(doubt.lacks_drag for doubt in doubts.values()):
+    if strange or any(doubt.lacks_drag for doubt in doubts.values()):
         return Outcome.DISAGREES
     return Outcome.CONVERGED
 
@@ -159,6 +159,14 @@ def _drag_notes(doubts: Mapping[int, Doubts]) -> tuple[str, ...]:
         "widened by what such a force would change."
         for dof, doubt in doubts.items()
         if doubt.lacks_drag
+    )
+
+
+def _strange_notes(strange: str) -> tuple[str, ...]:
+    if not strange:
+        return ()
+    return (
+        f"These values hardly mean this vehicle: {strange}. Give the vehicle file and configuration of the dive.",
     )
 
 

@@ -144,6 +144,22 @@ def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     assert found.outcome is Outcome.CONVERGED
 
 
+def test_thrusters_that_are_not_this_vehicles_make_data_and_model_disagree():
+    dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
+    pulses = Signal(dive.tau_cmd.time_s, 1500 - 8 * dive.tau_cmd.value[:, :1])
+    found = fit(replace(dive, pwm=pulses))
+    assert found.outcome is Outcome.DISAGREES
+    assert any("not this vehicle's" in note for note in found.notes)
+
+
+def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
+    dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
+    other = Signal(np.array([0.0, 1.0]), np.array([[3.0], [3.0]]))
+    found = fit(replace(dive, veh_cfg=other))
+    assert found.outcome is Outcome.DISAGREES
+    assert any("VEH_CFG 3" in note for note in found.notes)
+
+
 @pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
 def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
     file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
