@@ -145,9 +145,11 @@ def _outcome(
 ) -> Outcome:
     if not any(total.identifiable for total in totals):
         return Outcome.NOT_IDENTIFIABLE
+    if strange:
+        return Outcome.DISAGREES
     if not all(fits[i % 6].maximum.converged for i, total in enumerate(totals) if total.identifiable):
         return Outcome.UNSETTLED
-    if strange or any(doubt.lacks_drag for doubt in doubts.values()):
+    if any(doubt.lacks_drag for doubt in doubts.values()):
         return Outcome.DISAGREES
     return Outcome.CONVERGED
 

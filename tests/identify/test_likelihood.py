@@ -146,7 +146,7 @@ def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
 
 def test_thrusters_that_are_not_this_vehicles_make_data_and_model_disagree():
     dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
-    pulses = Signal(dive.tau_cmd.time_s, 1500 - 8 * dive.tau_cmd.value[:, :1])
+    pulses = Signal(dive.tau_cmd.time_s, 1500 + 3 * dive.tau_cmd.value[:, :1])
     found = fit(replace(dive, pwm=pulses))
     assert found.outcome is Outcome.DISAGREES
     assert any("not this vehicle's" in note for note in found.notes)
