@@ -29,6 +29,11 @@ class Recorded:
         self._link, self._writer, self._clock = link, writer, clock
         self._framer = Framer()
 
+    @property
+    def contested(self) -> frozenset[tuple[int, int]]:
+        """MAVLink sources as which several peers speak, where the link knows them."""
+        return getattr(self._link, "contested", frozenset())
+
     def read(self, timeout_s: float) -> bytes:
         data = self._link.read(timeout_s)
         for frame in self._framer.feed(data):
@@ -82,8 +87,8 @@ def confirmed(vehicle_name: str, typed: str | None) -> None:
     """Ask for the vehicle's name where it was not given and somebody is there. Raises ConfigError without it."""
     if typed is None and sys.stdin.isatty():
         print(
-            f"each thruster of '{vehicle_name}' will turn once: the vehicle in the water, nobody near it\n"
-            "type its name to begin: ",
+            f"after some seconds of listening each thruster of '{vehicle_name}' turns once: the vehicle in the "
+            "water, nobody near it\ntype its name to begin: ",
             end="",
             file=sys.stderr,
             flush=True,

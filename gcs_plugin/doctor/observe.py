@@ -12,6 +12,7 @@ from bridge.link.base import Link
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
 from gcs_plugin.link_health import Health, LinkHealth
+from gcs_plugin.twins import Twins
 
 GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.05
@@ -42,7 +43,10 @@ class TimeAnswer:
 
 @dataclass
 class Observed:
-    """What one link said. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended."""
+    """What one link said. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended.
+
+    `twins` says that two vehicles share one address, "" where none do.
+    """
 
     link: str
     arrivals: dict[str, list[Arrival]] = field(default_factory=dict)
@@ -50,6 +54,7 @@ class Observed:
     texts: list[str] = field(default_factory=list)
     frames: int = 0
     health: Health = field(default_factory=lambda: Health((), ()))
+    twins: str = ""
     listened_s: float = 0.0
     ended_s: float = 0.0
     unix_s: float = 0.0
@@ -81,7 +86,7 @@ def observe(
     on_frame: Callable[[Frame], None] = lambda _: None,
 ) -> Observed:
     """Listen for `duration_s`, asking for the time every half second."""
-    observed, health, framer = Observed(link.name), LinkHealth(), Framer()
+    observed, health, framer, twins = Observed(link.name), LinkHealth(), Framer(), Twins(link)
     encoder = Encoder(*GROUND_STATION)
     start_s = ask_s = clock.boot_s()
     while (now_s := clock.boot_s()) - start_s < duration_s:
@@ -92,9 +97,11 @@ def observe(
         for frame in framer.feed(link.read(POLL_S)):
             arrived_s = clock.boot_s()
             health.on_frame(frame, arrived_s)
+            twins.on_frame(frame, arrived_s)
             observed.take(frame, arrived_s)
             on_frame(frame)
     observed.ended_s, observed.unix_s = clock.boot_s(), clock.unix_s()
     observed.listened_s = observed.ended_s - start_s
     observed.health = health.snapshot(observed.ended_s)
+    observed.twins = twins.fault()
     return observed

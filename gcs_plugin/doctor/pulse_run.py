@@ -16,12 +16,18 @@ from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
 from gcs_plugin.doctor.wet_record import NEUTRAL_US
+from gcs_plugin.twins import Twins
 
 GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
 ANSWER_S: Final = 1.0
 TRIES: Final = 3
 SILENCE_S: Final = 3.0
+
+DISARMED: Final = (
+    "the vehicle is disarmed: another ground station or a switch did it, it started anew, or its failsafe acted "
+    "(leak, battery, lost ground station); mend that and run the check again"
+)
 
 _FAILSAFE: Final = frozenset(
     (dialect.MAV_STATE_CRITICAL, dialect.MAV_STATE_EMERGENCY, dialect.MAV_STATE_FLIGHT_TERMINATION)
@@ -94,7 +100,7 @@ class PulseRun:
         if self.done:
             return []
         if not armed:
-            return self._stop("the vehicle is disarmed")
+            return self._stop(DISARMED)
         if state in _FAILSAFE:
             return self._stop("the vehicle is in a failsafe")
         return []
@@ -154,9 +160,10 @@ class PulseRun:
 def confirm(vehicle_name: str, typed: str | None) -> None:
     """Thrusters turn only for one who typed the vehicle's name. Raises ConfigError otherwise."""
     if typed != vehicle_name:
+        wrong = f"'{typed}' is not this vehicle's name; " if typed else ""
         raise ConfigError(
-            f"the wet check turns every thruster of '{vehicle_name}' once; with the vehicle in the water and nobody "
-            f"near it, confirm by its name: --confirm {vehicle_name}"
+            f"{wrong}the wet check turns every thruster of '{vehicle_name}' once; with the vehicle in the water "
+            f"and nobody near it, confirm by its name: --confirm {vehicle_name}"
         )
 
 
@@ -175,6 +182,8 @@ def run_pulses(
     framer, encoder = Framer(), Encoder(*GROUND_STATION)
     run = PulseRun(planned, clock.boot_s())
     frames: list[Frame] = []
+    twins = Twins(link)
+    said: list[str] = []
 
     def order(tests: list[MotorTest]) -> None:
         for test in tests:
@@ -182,9 +191,14 @@ def run_pulses(
 
     def listen() -> None:
         for frame in framer.feed(link.read(POLL_S)):
+            twins.on_frame(frame, clock.boot_s())
             if (frame.system, frame.component) == target:
                 frames.append(frame)
+                said.extend(_words(frame))
                 order(_heard(run, frame, clock.boot_s()))
+        trouble = twins.fault(target[0])
+        if trouble:
+            order(run.stop(trouble))
 
     try:
         while not run.done:
@@ -194,11 +208,20 @@ def run_pulses(
     finally:
         order(run.stop("stopped by hand"))
     if run.trouble:
-        raise LinkError(f"{link.name}: the wet check stopped: {run.trouble}; its thrusters are at neutral")
+        words = f"; it said last: '{said[-1]}'" if said else ""
+        raise LinkError(
+            f"{link.name}: the wet check stopped, its thrusters are at neutral: {run.trouble}{words}"
+        )
     end_s = clock.boot_s() + settle_s
     while clock.boot_s() < end_s:
         listen()
     return frames
+
+
+def _words(frame: Frame) -> list[str]:
+    """What a STATUSTEXT says."""
+    message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
+    return [] if message is None else ["".join(c for c in message.text if c.isprintable())]
 
 
 def _heard(run: PulseRun, frame: Frame, now_s: float) -> list[MotorTest]:

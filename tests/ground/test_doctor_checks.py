@@ -13,6 +13,7 @@ from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.doctor.checks import check_disk, check_parameters, dry_findings
 from gcs_plugin.doctor.findings import Level, fail, ok, warn, worst
+from gcs_plugin.doctor.identity import findings_against_wet
 from gcs_plugin.doctor.observe import observe
 
 RATES = {
@@ -23,6 +24,9 @@ RATES = {
     "pressure": (10.0, (103000.0, 15.0)),
     "attitude": (20.0, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
     "pwm": (20.0, (1500.0,) * 8 + (0.0,) * 24),
+    "rpm": (20.0, (0.0,) * 58),
+    "battery": (1.0, (16.0, 1.0)),
+    "gnss": (1.0, (3.0, 57.0, 10.0, 0.0, 1.0, 0.0, 0.0, 9.0)),
     "tau_cmd": (20.0, (0.0,) * 6),
     "nu_fb": (20.0, (0.0,) * 6),
     "nu_ref": (20.0, (0.0,) * 14),
@@ -86,8 +90,11 @@ def talker():
 
 def examined(talker, vehicle="ruvifist", free_bytes=10**12):
     observed = observe(talker, talker.clock, 10.0)
-    file = load_vehicle(vehicle) if vehicle else None
-    found = dry_findings(observed, file.vehicle if file else None, free_bytes, "/dives")
+    if vehicle is None:
+        found = dry_findings(observed, None, free_bytes, "/dives")
+    else:
+        file = load_vehicle(vehicle)
+        found = dry_findings(observed, file.vehicle, free_bytes, "/dives", configuration=file.configuration)
     return {finding.name: finding for finding in found}
 
 
@@ -100,7 +107,8 @@ def test_a_healthy_vehicle_has_nothing_wrong(talker):
     assert trouble(found) == {}
     assert found["imu"].sentence.startswith("IMU: 50")
     assert found["link"].sentence.startswith("talker:: a vehicle beats, disarmed")
-    assert len(found) == 19
+    assert found["loss"].sentence.endswith("frames of system 1, component 1 arrived")
+    assert len(found) == 24
 
 
 def test_silence_is_a_failed_link(talker):
@@ -123,7 +131,8 @@ def test_a_heart_that_stopped_is_told_with_its_age(talker):
 def test_losses_are_told(talker):
     talker.skip_every = 5
     assert re.fullmatch(
-        r"talker:: (19|20)\.\d% of 1/1 lost, as seen here; better the link", examined(talker)["loss"].sentence
+        r"talker:: \d+ of \d+ frames of system 1, component 1 lost, as seen here \((19|20)%\); better the link",
+        examined(talker)["loss"].sentence,
     )
 
 
@@ -143,7 +152,9 @@ def test_a_wrong_date_is_said(talker, off_s, way):
     assert way in examined(talker)["date"].sentence
 
 
-@pytest.mark.parametrize("signal", ["imu", "fog", "dvl", "pressure", "pwm", "veh_cfg"])
+@pytest.mark.parametrize(
+    "signal", ["imu", "fog", "dvl", "pressure", "pwm", "veh_cfg", "rpm", "battery", "gnss"]
+)
 def test_a_sensor_that_says_nothing_fails(talker, signal):
     del talker.rates[signal]
     found = examined(talker)
@@ -154,8 +165,9 @@ def test_a_sensor_that_says_nothing_fails(talker, signal):
 @pytest.mark.parametrize("signal", ["tau_cmd", "nu_fb", "nu_ref"])
 def test_what_only_a_mission_says_is_no_failure_without_one(talker, signal):
     del talker.rates[signal]
-    assert trouble(examined(talker))[signal].endswith("it comes while a mission runs")
-    assert examined(talker)[signal].level is Level.WARN
+    finding = examined(talker)[signal]
+    assert finding.sentence.endswith("none now, it comes while a mission runs")
+    assert finding.level is Level.OK
 
 
 def test_a_sensor_that_went_silent_is_told_with_its_age(talker):
@@ -169,9 +181,61 @@ def test_a_slow_sensor_is_told_with_its_rate(talker):
 
 
 def test_a_sensor_that_the_vehicle_does_not_have_is_not_missed(talker):
-    for signal in ("imu", "fog", "dvl", "altitude", "pressure", "attitude"):
+    for signal in ("imu", "fog", "dvl", "altitude", "pressure", "attitude", "rpm", "battery", "gnss"):
         del talker.rates[signal]
+    talker.rates["pwm"] = (20.0, (1500.0,) * 6)
     assert trouble(examined(talker, "ardusub_vectored")) == {}
+
+
+def test_without_a_vehicle_file_nobody_misses_a_receiver_or_speed_controllers(talker):
+    for signal in ("rpm", "battery", "gnss"):
+        del talker.rates[signal]
+    found = examined(talker, None)
+    assert trouble(found) == {}
+    assert not {"rpm", "battery", "gnss"} & set(found)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "veh_cfg", "words"),
+    [
+        ("ruvifist:hovering", 0.0, "says VEH_CFG 0, survey, and you chose hovering (1); choose survey"),
+        ("ruvifist:survey", 2.0, "says VEH_CFG 2, 'ruvifist' has 0 survey, 1 hovering; give this vehicle's"),
+        ("bluerov2_heavy", 1.0, "says VEH_CFG 1, 'bluerov2_heavy' has 0 heavy"),
+    ],
+)
+def test_the_file_of_another_vehicle_or_another_shape_fails(talker, vehicle, veh_cfg, words):
+    talker.rates["veh_cfg"] = (1.0, (veh_cfg,))
+    found = examined(talker, vehicle)
+    assert words in found["configuration"].sentence
+    (refused,) = findings_against_wet(list(found.values()))
+    assert refused.sentence == "not begun, no thruster turned; first mend what failed: 'configuration'"
+
+
+@pytest.mark.parametrize("fills_up", [(), (0.0,) * 26])
+def test_another_number_of_thrusters_than_the_file_has_fails(talker, fills_up):
+    talker.rates["pwm"] = (20.0, ((1500.0,) * 6 + fills_up))
+    found = examined(talker, "ruvifist:survey")
+    assert trouble(found) == {
+        "thrusters": "the vehicle commands 6 thrusters, 'ruvifist:survey' has 8; give this vehicle's own file"
+    }
+    assert findings_against_wet(list(found.values()))
+
+
+def test_nothing_speaks_against_the_wet_check_of_a_healthy_vehicle(talker):
+    assert findings_against_wet(list(examined(talker).values())) == []
+
+
+def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
+    twin = Talker(talker.clock)
+    twin.encoder, twin.answers_time = Encoder(1, 1), False
+    for _ in range(100):
+        twin.encoder.frame(0, bytes(9))
+    read = talker.read
+    talker.read = lambda timeout_s: read(timeout_s) + twin.read(0.0)
+    found = examined(talker)
+    assert "two vehicles beat as system 1, component 1" in found["vehicles"].sentence
+    (refused,) = findings_against_wet(list(found.values()))
+    assert refused.level is Level.FAIL
 
 
 def test_a_dvl_out_of_the_water_is_no_failure(talker):

@@ -101,6 +101,11 @@ def test_nothing_turns_without_the_vehicles_own_name(typed):
         confirm("ruvifist", typed)
 
 
+def test_a_wrong_name_is_said_back():
+    with pytest.raises(ConfigError, match=r"'bluerov2' is not this vehicle's name; .*--confirm ruvifist"):
+        confirm("ruvifist", "bluerov2")
+
+
 def test_the_vehicles_name_is_the_yes():
     confirm("ruvifist", "ruvifist")
 
@@ -132,6 +137,29 @@ def test_a_thruster_that_runs_when_trouble_comes_is_put_to_neutral(vehicle):
     with pytest.raises(LinkError, match="disarmed"):
         run(vehicle)
     assert vehicle.orders[-1][1:] == (1, 1500.0)
+
+
+def test_a_vehicle_that_was_disarmed_is_told_with_likely_causes_and_its_own_last_words(vehicle):
+    def disarms(v):
+        v.armed, v.next_beat_s = False, 0.0
+        v.say(dialect.MAVLink_statustext_message(2, b"leak detected"))
+
+    vehicle.at[14.0] = disarms
+    with pytest.raises(LinkError) as caught:
+        run(vehicle)
+    assert "its thrusters are at neutral: the vehicle is disarmed: another ground station" in str(
+        caught.value
+    )
+    assert str(caught.value).endswith("run the check again; it said last: 'leak detected'")
+
+
+def test_a_second_vehicle_with_the_same_id_stops_the_thrusters(vehicle):
+    vehicle.contested = frozenset()
+    vehicle.at[PLANNED[2].start_s + 0.3] = lambda v: setattr(v, "contested", frozenset(((1, 1),)))
+    with pytest.raises(LinkError, match="two vehicles beat as system 1"):
+        run(vehicle)
+    assert vehicle.orders[-1][1:] == (2, 1500.0)
+    assert len(vehicle.orders) == 4
 
 
 @pytest.mark.parametrize(

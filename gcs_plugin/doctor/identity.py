@@ -1,0 +1,65 @@
+"""Whether the vehicle on the link is alone there, and the one of the vehicle file: what the wet check depends on."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from bridge.vehicle.config import Vehicle
+from gcs_plugin.doctor.findings import Finding, Level, fail, ok
+from gcs_plugin.doctor.observe import Observed
+
+FORBIDS_WET: Final = ("vehicle file", "link", "vehicles", "configuration", "thrusters")
+
+
+def check_twins(observed: Observed) -> Finding | None:
+    """Whether two vehicles share one address; None where none do."""
+    return fail("vehicles", observed.twins) if observed.twins else None
+
+
+def check_configuration(observed: Observed, vehicle: Vehicle, chosen: str | None) -> Finding | None:
+    """Whether the vehicle is in the configuration `chosen`, or in one of its file; None where it does not say."""
+    arrivals = observed.arrivals.get("veh_cfg")
+    if not arrivals:
+        return None
+    said = int(arrivals[-1].reading.values[0])
+    known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}
+    if said not in known:
+        listed = ", ".join(f"{number} {name}" for number, name in known.items())
+        return fail(
+            "configuration",
+            f"the vehicle says VEH_CFG {said}, '{vehicle.name}' has {listed}; give this vehicle's own file",
+        )
+    if chosen is not None and chosen != known[said]:
+        return fail(
+            "configuration",
+            f"the vehicle says VEH_CFG {said}, {known[said]}, and you chose {chosen} "
+            f"({vehicle.veh_cfg(chosen)}); choose {known[said]}, or start the vehicle as {chosen}",
+        )
+    return ok("configuration", f"VEH_CFG {said}, {known[said]}")
+
+
+def check_thrusters(observed: Observed, vehicle: Vehicle, chosen: str | None) -> Finding | None:
+    """Whether the vehicle commands as many thrusters as its file has; None where it does not say."""
+    arrivals = observed.arrivals.get("pwm")
+    if not arrivals:
+        return None
+    # A pulse of zero is none: some fill the message's 32 fields up with it.
+    commanded = max((i for i, pulse in enumerate(arrivals[-1].reading.values, 1) if pulse), default=0)
+    shapes = [vehicle.configurations[chosen]] if chosen else list(vehicle.configurations.values())
+    counts = sorted({len(shape.thrusters) for shape in shapes})
+    if commanded in counts:
+        return ok("thrusters", f"{commanded} thrusters are commanded, as the vehicle file has them")
+    listed = " or ".join(map(str, counts))
+    whose = f"'{vehicle.name}:{chosen}'" if chosen else f"'{vehicle.name}'"
+    return fail(
+        "thrusters",
+        f"the vehicle commands {commanded} thrusters, {whose} has {listed}; give this vehicle's own file",
+    )
+
+
+def findings_against_wet(findings: Sequence[Finding]) -> list[Finding]:
+    """Why no thruster may turn; empty for a vehicle that beats, is alone, and is as its file says."""
+    names = [f"'{f.name}'" for f in findings if f.level is Level.FAIL and f.name in FORBIDS_WET]
+    if not names:
+        return []
+    sentence = f"not begun, no thruster turned; first mend what failed: {', '.join(names)}"
+    return [fail("wet check", sentence)]
