@@ -25,10 +25,13 @@ from gcs_plugin.params.plan import Plan, make_plan
 from gcs_plugin.params.receipt import Receipt, lines_of
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
+from gcs_plugin.twins import Twins
 
 GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
 HEARTBEAT_LIMIT_S: Final = 6.0
+GONE_S: Final = 12.0  # without one frame of the vehicle: at 30 % loss of a beat a second, once in a million
+TELL_SILENCE_S: Final = 2.0
 COMPANIONS_MAY_FOLLOW_S: Final = 1.5
 REBOOT_STEP_MS: Final = 500
 NO_INDEX: Final = -1
@@ -66,7 +69,8 @@ class ParameterClient:
     """Reads and writes one vehicle's parameters over `link`.
 
     Every wait is a read of `link` with a timeout: a link whose `read` steps a simulation runs it along.
-    `progress` hears the stage, and how many of how many are done.
+    `progress` hears the stage (and for how long nothing was answered), and how many of how many are done.
+    Nothing is asked or written where two vehicles share the address: LinkError.
     """
 
     def __init__(
@@ -82,6 +86,8 @@ class ParameterClient:
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
         self._heard: dict[Source, Heard] = {}
         self._boot_ms: dict[Source, int] = {}
+        self._frame_s: dict[Source, float] = {}
+        self._twins = Twins(link)
         self._vehicle: Source | None = None
 
     def find_vehicle(
@@ -113,6 +119,7 @@ class ParameterClient:
                 f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
             )
         self._vehicle = min(found, key=lambda source: (source[1] not in _COMPANIONS, source[1]))
+        self._refuse_twins()
         return self._vehicle
 
     @property
@@ -131,12 +138,17 @@ class ParameterClient:
             timeout_s,
         )
         listing = Listing(self._known_vehicle(), self._clock.boot_s(), timing)
+        heard_s = self._clock.boot_s()
         while not listing.done:
             for send in listing.tick(self._clock.boot_s()):
                 self._send(send)
+            before = len(listing.values)
             for frame in self._receive():
                 self._feed_listing(listing, frame)
-            self._progress("reading", len(listing.values), listing.count or 0)
+            self._refuse_twins()
+            now_s = self._clock.boot_s()
+            heard_s = now_s if len(listing.values) != before else heard_s
+            self._tell("reading", len(listing.values), listing.count or 0, now_s - heard_s)
         if listing.count is None:
             raise LinkTimeout(
                 f"{self._vehicle_text()} sent no parameter within {timeout_s:.0f} s; "
@@ -196,9 +208,28 @@ class ParameterClient:
                     self._feed_upload(upload, frame)
             except LinkLost as error:
                 upload.give_up(str(error))
-            done, total = upload.progress
-            self._progress(upload.stage.value, done, total)
+            now_s = self._clock.boot_s()
+            trouble = self._twins.fault(self._known_vehicle()[0]) or self._gone(now_s)
+            if trouble and upload.ending is None:
+                # Not one more write: it would reach the other vehicle too, or nobody.
+                upload.give_up(f"{trouble}; {upload.left_behind}")
+            self._tell(upload.stage.value, *upload.progress, upload.unanswered_s(now_s))
         return upload.ending
+
+    def _gone(self, now_s: float) -> str:
+        """Why the vehicle is given up, "" while it is heard."""
+        if now_s - self._frame_s[self._known_vehicle()] < GONE_S:
+            return ""
+        return f"{self._vehicle_text()} went silent, nothing came from it for {GONE_S:.0f} s"
+
+    def _refuse_twins(self) -> None:
+        fault = self._twins.fault(self._known_vehicle()[0])
+        if fault:
+            raise LinkError(fault)
+
+    def _tell(self, stage: str, done: int, total: int, unanswered_s: float) -> None:
+        silent = f", no answer for {unanswered_s:.0f} s" if unanswered_s >= TELL_SILENCE_S else ""
+        self._progress(f"{stage}{silent}", done, total)
 
     def _await_heartbeat(self) -> None:
         """Wait for the vehicle's own next heartbeat."""
@@ -212,6 +243,7 @@ class ParameterClient:
                 f"{self._vehicle_text()}: no HEARTBEAT for {HEARTBEAT_LIMIT_S} s; nothing was sent, "
                 "check the link"
             )
+        self._refuse_twins()
 
     def _feed_listing(self, listing: Listing, frame: Frame) -> None:
         message = self._note(frame)
@@ -258,7 +290,12 @@ class ParameterClient:
         return message
 
     def _receive(self) -> list[Frame]:
-        return self._framer.feed(self._link.read(POLL_S))
+        frames = self._framer.feed(self._link.read(POLL_S))
+        now_s = self._clock.boot_s()
+        for frame in frames:
+            self._twins.on_frame(frame, now_s)
+            self._frame_s[frame.system, frame.component] = now_s
+        return frames
 
     def _send(self, send: ReadList | ReadIndex | ReadValue | SetValue) -> None:
         target = self._known_vehicle()

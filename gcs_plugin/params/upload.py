@@ -4,6 +4,9 @@
     so) -> LIVE (what takes effect at once, FF_MODE) -> done a failure -> UNDO (what was written gets its
     value back, verified) -> UNDO_COMMIT where the set was active -> done
 
+Staging to switching share one deadline, and rolling back has one of its own, so that a vehicle that starts
+anew, or answers nothing, holds nobody up. One that answers nothing for `UNANSWERED_S` ends either at once.
+
 The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so nothing is ever half-applied. A
 commit that the vehicle neither took nor refused is left alone and said: only a reading of FF_ACTIVE can
 tell.
@@ -12,6 +15,7 @@ tell.
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Final
 
 from bridge.parameters import ACTIVE, COMMIT
 from gcs_plugin.params import float32
@@ -20,6 +24,8 @@ from gcs_plugin.params.plan import Plan, Verdict, is_staged
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
 Crc = Callable[[Mapping[str, float]], int]
+
+UNANSWERED_S: Final = 20.0  # at 30 % loss each way and a try a second, once in a million
 
 
 class Stage(Enum):
@@ -65,6 +71,9 @@ class Upload:
         self._results: dict[str, Result] = {}
         self._failure: Result | None = None
         self.ending: Ending | None = None
+        self._answered_s = start_s
+        tasks = len({*self._direct, *self._new_set}) + len(self._live) + 1
+        self._end_s = start_s + max(timing.deadline_s, deadline_s(tasks, timing))
         self._begin(start_s)
 
     @property
@@ -77,20 +86,37 @@ class Upload:
         return self._transfer.progress
 
     @property
+    def left_behind(self) -> str:
+        """What an end at once would leave on the vehicle, and what to do then."""
+        if not self._written:
+            return "nothing was written"
+        now = "values were written and not all read back"
+        if self._commits and self._stage is Stage.STAGE:
+            now = "values were staged and none of them flies"
+        return f"{now}: mend that, then upload again or roll back to the values before"
+
+    def unanswered_s(self, time_s: float) -> float:
+        """For how long the vehicle has answered nothing."""
+        return max(0.0, time_s - self._answered_s)
+
+    @property
     def crc(self) -> int:
         """What FF_ACTIVE must say in the end."""
         return self._crc_new
 
     def on_value(self, name: str, value: float, source: Source, time_s: float) -> None:
+        self._answered(source, time_s)
         self._transfer.on_value(name, value, source, time_s)
         self._advance(time_s)
 
     def on_error(self, name: str, code: int, source: Source, time_s: float) -> None:
+        self._answered(source, time_s)
         self._transfer.on_error(name, code, source)
         self._advance(time_s)
 
     def on_reboot(self, time_s: float) -> None:
         """The vehicle started again: it may have lost its staged set, so that all of it is proved anew."""
+        self._answered_s = time_s
         if self._stage in (Stage.COMMIT, Stage.LIVE):
             self._committed = False
             self._enter_stage(time_s + self._timing.quiet_s)
@@ -124,6 +150,12 @@ class Upload:
         """What to send now."""
         if self._stage is Stage.DONE:
             return []
+        if self.unanswered_s(time_s) >= UNANSWERED_S:
+            self._transfer.abort(
+                f"the vehicle has answered nothing for {UNANSWERED_S:.0f} s: the link may carry one way only, "
+                "or what keeps its parameters has stopped"
+            )
+            self._answered_s = time_s
         sends = self._transfer.tick(time_s)
         self._written.update(send.name for send in sends if isinstance(send, SetValue))
         self._advance(time_s)
@@ -141,10 +173,14 @@ class Upload:
             self._stage, self._transfer = Stage.DONE, self._transfer_of([], time_s)
             self._end(Outcome.SAME, "the vehicle holds all of it already; nothing was written")
 
+    def _answered(self, source: Source, time_s: float) -> None:
+        if source == self._source:
+            self._answered_s = time_s
+
     def _transfer_of(self, tasks: Iterable[Task], start_s: float) -> Transfer:
-        listed = list(tasks)
-        allowed_s = max(self._timing.deadline_s, deadline_s(len(listed), self._timing))
-        return Transfer(listed, self._source, start_s, replace(self._timing, deadline_s=allowed_s))
+        # A transfer that begins too late still asks for a moment, and ends with its own sentence.
+        allowed_s = max(self._end_s - start_s, self._timing.quiet_s)
+        return Transfer(tasks, self._source, start_s, replace(self._timing, deadline_s=allowed_s))
 
     def _enter_stage(self, time_s: float) -> None:
         tasks = [write(name, value) for name, value in self._direct.items()]
@@ -204,6 +240,7 @@ class Upload:
         # Quiet first, so that a write still on its way can't arrive after the one that takes it back.
         start_s = time_s + self._timing.quiet_s
         self._stage, self._undoing = Stage.UNDO, True
+        self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1, self._timing), start_s
         self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
 
     def _after_undo(self, time_s: float) -> None:
@@ -230,7 +267,13 @@ class Upload:
             else:
                 self._results[name] = replace(first, seen=result.seen)
         if trouble is not None:
-            self._end(Outcome.UNVERIFIED, f"{cause}; and the roll back failed: {trouble.sentence}")
+            again = "nor did it answer the roll back" if trouble.sentence == cause else ""
+            again = again or f"and the roll back failed: {trouble.sentence}"
+            flies = "what it flies was not changed; " if self._commits and not self._committed else ""
+            self._end(
+                Outcome.UNVERIFIED,
+                f"{cause}; {again}; {flies}connect again and roll back to the values before",
+            )
         elif self._undone:
             now = "every value that was written is back as it was"
             if self._committed and not float32.same(self._plan.present[ACTIVE], float(self._crc_old)):

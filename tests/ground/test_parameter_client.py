@@ -317,6 +317,82 @@ def test_a_heart_that_stopped_stops_the_upload_before_it_begins(client, vehicle,
     assert vehicle.sets == []
 
 
+def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(vehicle, clock, tmp_path):
+    told = []
+    client = ParameterClient(vehicle, clock, progress=lambda *what: told.append(what))
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    begun_s, before = clock.now_s, truth(vehicle)
+    vehicle.server.handle = lambda *_: []
+    receipt = client.apply(plan, tmp_path / "before.param")
+    assert clock.now_s - begun_s < 50.0
+    assert receipt.outcome is Outcome.UNVERIFIED
+    assert receipt.sentence == (
+        "the vehicle has answered nothing for 20 s: the link may carry one way only, or what keeps its parameters "
+        "has stopped; nor did it answer the roll back; what it flies was not changed; connect again and roll back "
+        "to the values before"
+    )
+    assert truth(vehicle) == before
+    assert {f"staging, no answer for {n} s" for n in range(2, 20)} <= {stage for stage, _, _ in told}
+    assert "rolling back, no answer for 15 s" in {stage for stage, _, _ in told}
+
+
+@pytest.mark.parametrize("after_s", [0.1, 1.5, 2.5, 3.5])
+def test_a_vehicle_that_goes_silent_is_given_up_soon_and_said(client, vehicle, clock, tmp_path, after_s):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    begun_s, read = clock.now_s, vehicle.read
+
+    def fade(timeout_s):
+        data = read(timeout_s)
+        return data if clock.now_s < begun_s + 1.0 + after_s else b""
+
+    vehicle.read = fade
+    receipt = client.apply(plan, tmp_path / "before.param")
+    assert clock.now_s - begun_s < 1.0 + after_s + 13.0
+    if receipt.outcome is not Outcome.APPLIED:
+        assert receipt.outcome is Outcome.UNVERIFIED
+        assert "went silent, nothing came from it for 12 s" in receipt.sentence
+        assert "roll back to the values before" in receipt.sentence
+
+
+def test_two_vehicles_with_one_id_are_not_even_read(client, vehicle, tmp_path):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    vehicle.contested = frozenset(((1, 1),))
+    for ask in (client.find_vehicle, client.read_all, lambda: client.apply(plan, tmp_path / "before.param")):
+        with pytest.raises(LinkError, match="two vehicles beat as system 1, component 1"):
+            ask()
+    assert vehicle.sets == []
+    assert not (tmp_path / "before.param").exists()
+
+
+def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another_write(
+    client, vehicle, clock, tmp_path
+):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    flying = vehicle.server.active_crc
+    twin = SimulatedVehicle(clock)
+    twin.booted_s = clock.now_s - 500.0
+    twin.next_beat_s = clock.now_s + 0.3
+    write, read = vehicle.write, vehicle.read
+    vehicle.write = lambda data: (write(data), twin.write(data))
+    vehicle.read = lambda timeout_s: read(timeout_s) + twin.read(0.0)
+    vehicle.server.write = lambda *_, **__: None
+    begun_s = clock.now_s
+    receipt = client.apply(plan, tmp_path / "before.param")
+    assert clock.now_s - begun_s < 6.0
+    assert "two vehicles beat as system 1" in receipt.sentence
+    assert "staged and none of them flies" in receipt.sentence
+    assert receipt.outcome is Outcome.UNVERIFIED
+    assert vehicle.server.active_crc == flying
+    sent = len(vehicle.sets)
+    for _ in range(100):
+        vehicle.read(0.05)
+    assert len(vehicle.sets) == sent
+
+
 def test_progress_is_told(vehicle, clock, tmp_path):
     told = []
     upload(ParameterClient(vehicle, clock, progress=lambda *what: told.append(what)), tmp_path)

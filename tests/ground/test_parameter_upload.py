@@ -166,6 +166,23 @@ def test_a_commit_that_nobody_answered_is_said_with_the_number_to_look_for():
     assert ending.results["FF_MODE"].outcome is Outcome.NOT_SENT
 
 
+@pytest.mark.parametrize("cut_s", [0.0, 0.6, 1.3, 2.5])
+def test_a_vehicle_that_answers_nothing_more_holds_nobody_up(cut_s):
+    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, cut_s=cut_s), seed=1)
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0, QUICK, crc_of)
+    assert vehicle.run(upload, lambda: upload.ending is not None, cut_s + 45.0)
+    assert "answered nothing for 20 s" in upload.ending.sentence
+
+
+def test_a_vehicle_that_starts_anew_again_and_again_ends_at_the_deadline():
+    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, reboots_s=tuple(3.0 * n for n in range(1, 200))), seed=1)
+    upload = Upload(
+        make_plan(TARGETS, vehicle.values), SOURCE, 0.0, Timing(deadline_s=60.0, quiet_s=4.0), crc_of
+    )
+    assert vehicle.run(upload, lambda: upload.ending is not None, 150.0)
+    the_truth_is_told(vehicle, upload.ending)
+
+
 def test_giving_up_says_so_of_every_line():
     upload = Upload(
         make_plan(TARGETS, OLD | {"FF_COMMIT": 0.0, "FF_ACTIVE": 1.0}), SOURCE, 0.0, QUICK, crc_of
