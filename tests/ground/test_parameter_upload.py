@@ -174,12 +174,16 @@ def test_a_vehicle_that_answers_nothing_more_holds_nobody_up(cut_s):
     assert "answered nothing for 20 s" in upload.ending.sentence
 
 
-def test_a_vehicle_that_starts_anew_again_and_again_ends_at_the_deadline():
-    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, reboots_s=tuple(3.0 * n for n in range(1, 200))), seed=1)
-    upload = Upload(
-        make_plan(TARGETS, vehicle.values), SOURCE, 0.0, Timing(deadline_s=60.0, quiet_s=4.0), crc_of
-    )
-    assert vehicle.run(upload, lambda: upload.ending is not None, 150.0)
+def test_a_vehicle_that_starts_anew_at_every_commit_ends_at_the_deadline():
+    vehicle = LossyVehicle(OLD, Faults(delay_s=0.1), seed=1)
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0, QUICK, crc_of)
+
+    def ended():
+        if upload.stage is Stage.COMMIT:
+            upload.on_reboot(vehicle.now_s)
+        return upload.ending is not None
+
+    assert vehicle.run(upload, ended, 70.0)
     the_truth_is_told(vehicle, upload.ending)
 
 
