@@ -135,8 +135,51 @@ def test_no_thruster_turns_without_the_vehicles_name(monkeypatch, tmp_path, word
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
     line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]
     assert cli.main([*line, *words]) == exit_codes.BAD_INPUT
-    assert "confirm by its name" in capsys.readouterr().err
+    assert "--confirm ruvifist" in capsys.readouterr().err
+    assert link.clock.boot_s() == 0.0
     assert not link.vehicle.bridge.armed
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "name", "why"),
+    [("ruvifist:survey", "ruvifist", "configuration"), ("ardusub_vectored", "ardusub_vectored", "thrusters")],
+)
+def test_no_thruster_turns_by_the_file_of_another_vehicle_or_shape(findings, vehicle, name, why):
+    link = Afloat()
+    code, found = findings(link, "--vehicle", vehicle, "--wet", "--confirm", name)
+    assert code == exit_codes.NO
+    assert found[why]["level"] == "failed"
+    assert f"'{why}'" in found["wet check"]["sentence"]
+    assert not [name for name in found if name.startswith("thruster ")]
+    assert not link.vehicle.bridge.armed
+
+
+def test_no_thruster_turns_where_two_vehicles_have_one_id(findings):
+    link = Afloat()
+    link.contested = frozenset(((1, 1),))
+    code, found = findings(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
+    assert code == exit_codes.NO
+    assert "two vehicles beat as system 1" in found["vehicles"]["sentence"]
+    assert "no thruster turned" in found["wet check"]["sentence"]
+
+
+def test_a_healthy_vehicle_afloat_has_no_warning_at_all(findings):
+    _, found = findings(Afloat(), "--vehicle", "ruvifist:hovering")
+    assert {name: f["sentence"] for name, f in found.items() if f["level"] != "ok"} == {}
+
+
+def test_a_vehicle_file_without_its_thrust_table_fails(capsys, tmp_path):
+    vehicle = tmp_path / "mine.yaml"
+    vehicle.write_text(
+        "name: mine\nthrust_curve: {kind: table, file: gone.csv}\nconfigurations:\n  only:\n"
+        "    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
+        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
+    (found,) = (f for f in json.loads(capsys.readouterr().out) if f["name"] == "vehicle file")
+    assert found["level"] == "failed"
+    assert "gone.csv: can't read this thrust table" in found["sentence"]
 
 
 def test_a_silent_link_is_a_failed_check(findings):

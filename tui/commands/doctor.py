@@ -44,6 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.doctor.identity import findings_against_wet
+    from tui.wet_check import confirmed
 
     if not (arguments.vehicle or arguments.link):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
@@ -52,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
             "--wet needs the vehicle and its file; give --vehicle FILE and --link SPEC"
         )
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
+    if arguments.wet and file is not None:
+        confirmed(file.vehicle.name, arguments.confirm)
     if file is not None and arguments.link is None:
         return tell(arguments, [vehicle_file(file), disk(Path(arguments.out)), *ports(file.vehicle)])
     clock = SystemClock()
@@ -59,7 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         found, observed = dry(arguments, file, link, clock)
         if arguments.wet and file is not None:
-            found += wet(arguments, file, observed, link, clock)
+            against = findings_against_wet(found)
+            found += against or wet(arguments, file, observed, link, clock)
         return tell(arguments, found)
     finally:
         link.close()
@@ -82,24 +87,25 @@ def dry(
         if observed.arrivals:
             others.append(check_parameters(ParameterClient(link, clock).read_all))
     place = existing(Path(arguments.out))
-    vehicle = file.vehicle if file else None
-    found = dry_findings(observed, vehicle, shutil.disk_usage(place).free, str(place), others)
-    return [vehicle_file(file), *found] if file else found, observed
+    free_bytes = shutil.disk_usage(place).free
+    if file is None:
+        return dry_findings(observed, None, free_bytes, str(place), others), observed
+    found = dry_findings(observed, file.vehicle, free_bytes, str(place), others, file.configuration)
+    return [vehicle_file(file), *found], observed
 
 
 def wet(
     arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
 ) -> list["Finding"]:
-    """What one pulse of each thruster tells."""
+    """What one pulse of each thruster tells; it was confirmed, and nothing was found against it."""
     from gcs_plugin.params.client import ParameterClient
     from tui import show
-    from tui.wet_check import confirmed, wet_check
+    from tui.wet_check import wet_check
 
     said = observed.arrivals.get("veh_cfg")
     veh_cfg = int(said[-1].reading.values[0]) if said else None
     configuration = file.configuration or file.vehicle.configuration_at(veh_cfg)
     target = ParameterClient(link, clock).find_vehicle(arguments.seconds)
-    confirmed(file.vehicle.name, arguments.confirm)
     with show.progress("a rest, then each thruster once") as bar:
 
         def progress(done: int, total: int) -> None:
@@ -109,10 +115,16 @@ def wet(
 
 
 def vehicle_file(file: "VehicleFile") -> "Finding":
-    """A file that was loaded is well; what is in it is said."""
-    from gcs_plugin.doctor.findings import ok
+    """A file that was loaded is well where its thrust table is; what is in it is said."""
+    from bridge.errors import ConfigError
+    from bridge.vehicle.thrusters import thrust_curve
+    from gcs_plugin.doctor.findings import fail, ok
 
     vehicle = file.vehicle
+    try:
+        thrust_curve(vehicle.thrust_curve, file.path.parent)
+    except ConfigError as error:
+        return fail("vehicle file", f"{file.path}: {error}")
     devices = (
         ", ".join(f"{slot} {device.kind}" for slot, device in vehicle.sensors.present().items()) or "none"
     )
