@@ -137,10 +137,9 @@ def _rates(dive: Dive, time_s: Array) -> Array:
 
 
 def _yaw_rate(dive: Dive) -> Signal | None:
-    """From the FOG, a mean since the sample before, at the middle of that; else from the gyro."""
+    """From the FOG where there is one, else from the gyro."""
     if dive.fog is not None and len(dive.fog) > 1:
-        steps = np.diff(dive.fog.time_s, prepend=dive.fog.time_s[0] - 1 / dive.fog.rate_hz)
-        return Signal(dive.fog.time_s - steps / 2, dive.fog.value)
+        return dive.fog
     return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
 
 

@@ -78,7 +78,7 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
         _series(rows.get("dvl", []), slice(0, 3)),
         _series(imu, slice(0, 3)),
         _series(imu, slice(3, 6)),
-        _middle_of_interval(_series(rows.get("fog", []), slice(0, 1))),
+        _series(rows.get("fog", []), slice(0, 1)),
     )
 
 
@@ -89,14 +89,6 @@ def _series(rows: list[tuple[float, tuple[float, ...]]], columns: slice) -> Seri
     time_s = np.array([t for t, _ in good])
     first = np.concatenate([[True], np.diff(time_s) > 0])
     return Series(time_s[first], np.array([v for _, v in good], dtype=float)[first])
-
-
-def _middle_of_interval(fog: Series | None) -> Series | None:
-    """The gyro's means belong to the middle of the interval that each one ends."""
-    if fog is None or len(fog.time_s) < 2:
-        return fog
-    steps = np.diff(fog.time_s)
-    return Series(fog.time_s - 0.5 * np.concatenate([steps[:1], steps]), fog.value)
 
 
 def find_pulses(pwm: Series) -> list[Pulse]:

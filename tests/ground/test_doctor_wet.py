@@ -204,6 +204,7 @@ def test_a_recorded_check_is_read_from_its_frames(right):
     assert found["dvl"].sentence.startswith("DVL: y shows -y")
     assert found["thruster 1"].level is Level.OK
     assert found["fog latency"].level is Level.OK
+    assert record_of(frames, 8).fog.time_s == pytest.approx(right[key].fog.time_s, abs=1e-6)
     with pytest.raises(LogError, match="no commands of 8 thrusters"):
         record_of(frames[:0], 8)
 
