@@ -11,7 +11,7 @@ from bridge.navigation import Navigation
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode, feedforward
-from bridge.vehicle.references import Reference, Six
+from bridge.vehicle.references import ZERO6, Reference, Six
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Curve, thrust_curve
 
 RATE_HZ = 20.0
@@ -86,17 +86,32 @@ class Autopilot:
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff)
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
-        return Actuation(
-            time_s=time_s,
-            tau_pid=pid,
-            tau_ff=term.tau,
-            tau_cmd=(x, y, z, k, m, n),
-            nu_fb=(*navigation.velocity, *navigation.rate),
-            reference=reference,
-            pwm_us=tuple(self._pulses(thrust).tolist()),
-            mode=int(self.mode),
-            veh_cfg=self.veh_cfg,
-        )
+        pwm_us = tuple(self._pulses(thrust).tolist())
+        return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
+
+    def rest(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
+        """The tick of a disarmed vehicle: neutral pulses, integrals forgotten; the feed-forward is computed alone."""
+        self._time_s = time_s
+        self._saturated = False
+        self._controller.reset(range(6))
+        term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
+        self._report(term.faults)
+        neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
+        return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
+
+    def _told(
+        self,
+        time_s: float,
+        navigation: Navigation,
+        reference: Reference,
+        tau_pid: Six,
+        tau_ff: Six,
+        tau_cmd: Six,
+        pwm_us: tuple[float, ...],
+    ) -> Actuation:
+        nu_fb = (*navigation.velocity, *navigation.rate)
+        mode = int(self.mode)
+        return Actuation(time_s, tau_pid, tau_ff, tau_cmd, nu_fb, reference, pwm_us, mode, self.veh_cfg)
 
     def take_texts(self) -> list[str]:
         """Status texts since the last call: each change in what the feed-forward can't do, said once."""
