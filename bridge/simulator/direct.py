@@ -124,10 +124,15 @@ def _sense(
     velocity = state[7:10] + noise.velocity_m_s * draw[:3]
     rate = state[10:13] + noise.rate_rad_s * draw[3:6]
     w, x, y, z = state[3:7].tolist()
+    now_s = float(stretch.time_s[-1])
     return replace(
         before,
         velocity=tuple(velocity.tolist()) if renew else before.velocity,
+        velocity_time_s=now_s if renew else before.velocity_time_s,
         rate=tuple(rate.tolist()),
+        rate_time_s=now_s,
+        attitude_time_s=now_s,
+        depth_time_s=now_s,
         attitude=(w, x, y, z),
         heading_rad=heading_after(before.heading_rad, state[3:7]) + noise.heading_rad * draw[6],
         depth_m=float(state[2]) + noise.depth_m * draw[7],

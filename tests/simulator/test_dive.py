@@ -259,3 +259,15 @@ def test_armed_again_the_controller_starts_without_an_old_integral() -> None:
     )
     vehicle.tick(still)
     assert max(abs(pulse - 1500.0) for pulse in vehicle.body.pwm_us) < 30.0
+
+
+def test_a_vehicle_whose_dvl_falls_silent_stays_at_its_depth_and_heading() -> None:
+    vehicle = SimulatedVehicle(FILE, "hovering", [], Start(7, 0.6))
+    hold = Reference((0.0,) * 6, (0.0,) * 6, 0.0, 0.6)
+    vehicle.bridge.arm(True)
+    for _ in range(200):
+        vehicle.tick(hold)
+    vehicle.bridge.parsers["dvl"].feed = lambda _data, _time_s: []
+    states = [vehicle.tick(hold).state[-1] for _ in range(1200)]
+    assert all(0.45 < state[2] < 0.75 for state in states)
+    assert all(abs(state[12]) < 0.05 for state in states)

@@ -75,10 +75,13 @@ def test_the_output_and_the_integral_stay_within_reach() -> None:
 
 
 def test_an_axis_without_a_measurement_gets_nothing() -> None:
-    tau = Controller(PROPORTIONAL, BODY, REACH).step(
-        Navigation(depth_m=0.0), wanted(u=1.0, depth=1.0), 0.05, False
-    )
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(Navigation(), wanted(u=1.0, depth=1.0), 0.05, False)
     assert tau == (0.0,) * 6
+
+
+def test_depth_is_held_without_a_velocity() -> None:
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(Navigation(depth_m=0.5), wanted(depth=0.6), 0.05, False)
+    assert tau == pytest.approx((0.0, 0.0, 10.0 * 0.1, 0.0, 0.0, 0.0))
 
 
 def test_a_reset_forgets_only_the_integrals_named() -> None:
