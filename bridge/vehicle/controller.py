@@ -146,8 +146,13 @@ def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, 
         (reference.depth_m - navigation.depth_m, nu[2] - w if math.isfinite(w) else 0.0),
         (-roll, -p),
         (-pitch, -q),
-        (reference.heading_rad - navigation.heading_rad, nu[5] - r),
+        (_shorter_way(reference.heading_rad - navigation.heading_rad), nu[5] - r),
     )
+
+
+def _shorter_way(turn_rad: float) -> float:
+    """The same turn without its whole ones: a heading that was unwrapped elsewhere must not spin the vehicle."""
+    return math.remainder(turn_rad, math.tau) if math.isfinite(turn_rad) else math.nan
 
 
 def roll_pitch(attitude: Sequence[float]) -> tuple[float, float]:

@@ -42,6 +42,13 @@ def test_yaw_acts_on_heading_and_its_rate_and_heave_on_depth_and_its_rate() -> N
     assert tau[2] == pytest.approx(10.0 * (0.1 - 0.5 * 0.1))
 
 
+@pytest.mark.parametrize("heading", [math.pi - 0.1 - math.tau, math.pi - 0.1, math.pi - 0.1 + 3 * math.tau])
+def test_a_heading_is_reached_by_the_shorter_way(heading: float) -> None:
+    there = Navigation((0.0, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), heading, 0, 0.0, 0)
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(there, wanted(heading=0.1 - math.pi), 0.05, False)
+    assert tau[5] == pytest.approx(4.0 * 0.2)
+
+
 def test_roll_and_pitch_are_pushed_level_and_damped() -> None:
     half = 0.1 / 2
     rolled = Navigation(
