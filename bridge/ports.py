@@ -82,22 +82,26 @@ def _work(
 ) -> None:
     due_s = clock.boot_s()
     while not stop.is_set():
+        # What has arrived comes first: steps that take longer than their period must not leave sensors unheard.
+        for _ in range(arrivals.qsize()):
+            _give(bridge, arrivals.get())
         wait_s = due_s - clock.boot_s()
         if wait_s <= 0:
             act()
             bridge.step()
             due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
             continue
-        try:
-            arrival = arrivals.get(timeout=wait_s)
-        except queue.Empty:
-            continue
-        if arrival.fault:
-            bridge.say(f"{arrival.slot}: {arrival.fault}")
-        elif arrival.sample is not None:
-            bridge.accept(arrival.slot, (arrival.sample,))
-        else:
-            bridge.receive(arrival.slot, arrival.data, arrival.time_s)
+        with suppress(queue.Empty):
+            _give(bridge, arrivals.get(timeout=wait_s))
+
+
+def _give(bridge: Bridge, arrival: Arrival) -> None:
+    if arrival.fault:
+        bridge.say(f"{arrival.slot}: {arrival.fault}")
+    elif arrival.sample is not None:
+        bridge.accept(arrival.slot, (arrival.sample,))
+    else:
+        bridge.receive(arrival.slot, arrival.data, arrival.time_s)
 
 
 def _reader(

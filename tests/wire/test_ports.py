@@ -81,7 +81,9 @@ class Ground:
 
 
 @contextmanager
-def running(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Ground, SystemClock]]:
+def running(
+    craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
+) -> Iterator[tuple[Ground, SystemClock]]:
     clock, stop = SystemClock(), threading.Event()
     near, far = memory_pair()
     bridge = Bridge(craft, clock, [near], ParameterServer(None, vehicle_table(craft)))
@@ -92,7 +94,7 @@ def running(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Ground,
         return bus
 
     thread = threading.Thread(
-        target=run_ports, args=(bridge, craft, clock, stop), kwargs={"open_bus": open_bus}
+        target=run_ports, args=(bridge, craft, clock, stop), kwargs={"act": act, "open_bus": open_bus}
     )
     thread.start()
     try:
@@ -130,6 +132,18 @@ def test_bytes_on_a_port_become_frames_dated_by_their_arrival() -> None:
         assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
         assert begun_s - 0.2 < fog.time_s <= clock.boot_s()
         assert ground.reading("alive").values[1:] == (12.0, 0.0)
+    device.close()
+
+
+def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard() -> None:
+    device, path = open_pty()
+    craft = vehicle(fog=Device("kvh1750", port=path))
+    busy = threading.Event()
+    with (
+        running(craft, act=lambda: busy.wait(0.08) and None) as (ground, _),
+        feeding(device, encode_kvh1750(np.full(20, 0.25))),
+    ):
+        assert ground.reading("fog").values[0] == pytest.approx(0.25, abs=1e-5)
     device.close()
 
 
