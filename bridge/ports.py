@@ -160,7 +160,10 @@ def _poll_depth(
             sensor = sensor or Bar30(bus, time.sleep, address)
             sample = sensor.measure(clock)
         except LinkError as error:
-            sensor = None
+            # The bus too is opened anew: an adapter that was unplugged leaves a dead one behind.
+            if bus is not None:
+                bus.close()
+            bus = sensor = None
             if not told:
                 put(Arrival(slot, clock.boot_s(), fault=str(error)))
             told = str(error)
@@ -171,3 +174,5 @@ def _poll_depth(
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))
         stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))
+    if bus is not None:
+        bus.close()

@@ -170,6 +170,9 @@ def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_bac
         ground.text("depth: nothing answers")
         bus.unplugged = False
         assert ground.reading("pressure").values[0] == pytest.approx(110_000.0, abs=30.0)
+        closed = bus.closed
+        assert closed >= 1
+    assert bus.closed == closed + 1
 
 
 def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on() -> None:
