@@ -98,7 +98,12 @@ def wet(
     said = observed.arrivals.get("veh_cfg")
     veh_cfg = int(said[-1].reading.values[0]) if said else None
     configuration = file.configuration or file.vehicle.configuration_at(veh_cfg)
-    target = ParameterClient(link, clock).find_vehicle(arguments.seconds)
+    client = ParameterClient(link, clock)
+    target = client.find_vehicle(arguments.seconds)
+    if client.armed:
+        raise exit_codes.UsageError(
+            f"{link.name}: the vehicle is armed already; end its mission and disarm it, then check again"
+        )
     confirmed(file.vehicle.name, arguments.confirm)
     with show.progress("a rest, then each thruster once") as bar:
 
