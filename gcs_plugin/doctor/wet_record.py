@@ -92,7 +92,7 @@ def _series(rows: list[tuple[float, tuple[float, ...]]], columns: slice) -> Seri
 
 
 def find_pulses(pwm: Series) -> list[Pulse]:
-    """The stretches in which one thruster alone was commanded, its edges halfway between two samples."""
+    """The stretches in which one thruster alone was commanded: a command holds from its own time to the next's."""
     off = np.abs(pwm.value - NEUTRAL_US) > OFF_NEUTRAL_US
     lone = np.where(off.sum(axis=1) == 1, off.argmax(axis=1), -1)
     pulses: list[Pulse] = []
@@ -102,7 +102,7 @@ def find_pulses(pwm: Series) -> list[Pulse]:
             continue
         # Only what begins and ends within the record has known edges.
         if lone[start] >= 0 and start > 0 and index < len(lone):
-            edges = (pwm.time_s[start - 1 : start + 1].mean(), pwm.time_s[index - 1 : index + 1].mean())
+            edges = (pwm.time_s[start], pwm.time_s[index])
             level = float(np.median(pwm.value[start:index, lone[start]]))
             if SHORTEST_PULSE_S <= edges[1] - edges[0] <= LONGEST_PULSE_S:
                 pulses.append(Pulse(int(lone[start]), float(edges[0]), float(edges[1]), level))

@@ -98,6 +98,9 @@ def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(
     _, found = findings(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
     names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
     assert {name: found[name]["level"] for name in names} == dict.fromkeys(names, "ok")
+    late_ms = {s: float(found[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
+    assert abs(late_ms["dvl"]) < 25.0
+    assert max(abs(late_ms["imu"]), abs(late_ms["fog"])) < 10.0
     assert not link.vehicle.bridge.armed
     (folder,) = tmp_path.glob("*-hovering-wet-check")
     assert (folder / "telemetry.tlog").stat().st_size > 100_000

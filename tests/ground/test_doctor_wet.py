@@ -178,8 +178,8 @@ def test_pulses_of_two_thrusters_at_once_and_long_runs_are_no_pulses():
     value[150:330, 2] = 1400.0
     found = find_pulses(Series(time_s, value))
     assert [(p.thruster, p.pwm_us) for p in found] == [(0, 1600.0)]
-    assert found[0].start_s == pytest.approx(1.975)
-    assert found[0].end_s == pytest.approx(2.975)
+    assert found[0].start_s == pytest.approx(2.0)
+    assert found[0].end_s == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("key", VEHICLES)

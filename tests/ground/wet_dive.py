@@ -46,7 +46,7 @@ def wet_check(file, configuration, *, wiring=None, signs=None, latency_s=None, s
         for pulse in planned:
             if pulse.start_s <= now_s < pulse.start_s + pulse.duration_s - 1e-9:
                 command[pulse.thruster] = pulse.pwm_us
-        pwm.append((now_s + TICK_S / 2, command))
+        pwm.append((now_s, command))
         stretch = plant.advance(tuple(command), TICK_S)
         times.append(stretch.time_s[1:])
         states.append(stretch.state[1:])
