@@ -113,7 +113,7 @@ def _reader(
             arrivals.put_nowait(arrival)
 
     if device.kind == "bar30":
-        number, address = parse_i2c_port(device.port.removeprefix("i2c:"))
+        number, address = parse_i2c_port(device.port)
         return lambda: _poll_depth(slot, device, lambda: open_bus(number), address, clock, stop, put)
     words = greeting(device)
     return lambda: _read_stream(slot, device, words, clock, stop, put)

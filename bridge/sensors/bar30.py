@@ -258,8 +258,8 @@ class SmbusBus:
 
 
 def parse_i2c_port(port: str) -> tuple[int, int]:
-    """Bus number and address of `bus:address`, as `1:0x76` or just `1`. Raises ConfigError."""
-    number, _, address = port.partition(":")
+    """Bus number and address of `bus:address`, as `1:0x76`, `i2c:1:0x76` or just `1`. Raises ConfigError."""
+    number, _, address = port.removeprefix("i2c:").partition(":")
     try:
         parsed = int(number), int(address, 0) if address else ADDRESS
     except ValueError:

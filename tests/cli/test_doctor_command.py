@@ -218,6 +218,20 @@ def test_without_a_link_the_ports_of_the_devices_are_looked_for(capsys, tmp_path
     assert levels == {"vehicle file": "ok", "disk": "ok", "imu": "ok", "dvl": "failed"}
 
 
+@pytest.mark.parametrize("port", ["250", "250:0x76", "i2c:250:0x76"])
+def test_the_bus_of_the_depth_sensor_is_looked_for_however_its_port_is_written(capsys, tmp_path, port):
+    vehicle = tmp_path / "mine.yaml"
+    vehicle.write_text(
+        f'name: mine\nsensors:\n  depth: {{kind: bar30, port: "{port}"}}\n'
+        "configurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
+        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
+    found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
+    assert "no port /dev/i2c-250" in found["depth"]["sentence"]
+
+
 def test_nothing_to_check_is_wrong_usage(capsys):
     assert cli.main(["doctor"]) == exit_codes.BAD_INPUT
     assert "--vehicle FILE, --link SPEC" in capsys.readouterr().err

@@ -139,13 +139,16 @@ def disk(folder: Path) -> "Finding":
 
 def ports(vehicle: "Vehicle") -> list["Finding"]:
     """Whether the ports of the vehicle file are on this computer."""
+    from bridge.drivers import speaks_tcp
+    from bridge.sensors.bar30 import parse_i2c_port
     from gcs_plugin.doctor.findings import fail, ok
 
     found = []
     for slot, device in vehicle.sensors.present().items():
-        path = Path(f"/dev/i2c-{device.port.split(':')[1]}") if device.kind == "bar30" else Path(device.port)
-        if not device.port or device.port.startswith("tcp:"):
+        if not device.port or speaks_tcp(device):
             continue
+        on_bus = device.kind == "bar30"
+        path = Path(f"/dev/i2c-{parse_i2c_port(device.port)[0]}" if on_bus else device.port)
         if path.exists():
             found.append(ok(slot, f"{device.kind}: {path} is there"))
         else:
