@@ -76,8 +76,9 @@ class _Port:
 class Recorder:
     """Reads `links`, writes what they say. `open_file(n)` makes the n-th file of the recording, from 1.
 
-    `free_bytes` tells the space left where the files lie; `notice` hears of trouble; `reopen` opens a lost
-    link again by its name; `heartbeat` is (system, component) to beat as, None for a silent recorder.
+    `free_bytes` tells the space left where the files lie, or raises OSError; `notice` hears of trouble;
+    `reopen` opens a lost link again by its name; `heartbeat` is (system, component) to beat as, None for a
+    silent recorder.
     """
 
     def __init__(
@@ -235,7 +236,14 @@ class Recorder:
             self.lost += 1
 
     def _may_open(self) -> bool:
-        return self._clock.boot_s() >= self._retry_s and self._free_bytes() >= LEAST_FREE_BYTES
+        return self._clock.boot_s() >= self._retry_s and self._space() >= LEAST_FREE_BYTES
+
+    def _space(self) -> int:
+        """Bytes left for files; none on a disk that is not there."""
+        try:
+            return self._free_bytes()
+        except OSError:
+            return 0
 
     def _open_first(self) -> Writer:
         self.files = 1
@@ -308,7 +316,7 @@ class Recorder:
             return
         rate = (self.recorded_bytes - self._bytes_at_disk_check) / span_s
         self._disk_checked_at_s, self._bytes_at_disk_check = now_s, self.recorded_bytes
-        free = self._free_bytes()
+        free = self._space()
         left_s = free / rate if rate > 0 else float("inf")
         short = left_s < WARN_DISK_S or free < LEAST_FREE_BYTES
         if short and not self._disk_is_short:
