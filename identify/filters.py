@@ -121,9 +121,9 @@ def _velocity(dive: Dive, time_s: Array) -> tuple[Array, np.ndarray[tuple[int], 
     if dive.velocity is None:
         return np.zeros((len(time_s), 3)), np.ones(len(time_s), np.bool_)
     known_s = dive.velocity.time_s[np.isfinite(dive.velocity.value).all(axis=1)]
-    if len(known_s) == 0:
+    if len(known_s) < 2:
         return np.zeros((len(time_s), 3)), np.zeros(len(time_s), np.bool_)
-    after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1) if len(known_s) > 1 else 0
+    after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1)
     nearest = np.minimum(np.abs(time_s - known_s[after]), np.abs(time_s - known_s[after - 1]))
     return dive.velocity.at(time_s), nearest <= 1.5 / dive.velocity.rate_hz
 

@@ -82,6 +82,14 @@ def test_where_bottom_lock_was_lost_the_grid_says_so() -> None:
     assert grid.valid[(grid.time_s < 9.9) | (grid.time_s > 15.0)].all()
 
 
+@pytest.mark.parametrize("known", [0, 1])
+def test_a_velocity_known_once_at_most_is_known_nowhere(known: int) -> None:
+    once = sampled(10.0, 0.1, 0.0, 0.0)
+    once.value[known:] = np.nan
+    for velocity in (once, Signal(once.time_s[:1], once.value[:1])):
+        assert not aligned(dive(velocity=velocity), vehicle(), "v").valid.any()
+
+
 def test_what_is_not_measured_is_zero_and_named() -> None:
     grid = aligned(dive(), vehicle(), "v")
     assert grid.has.tolist() == [False] * 3 + [True] * 3
