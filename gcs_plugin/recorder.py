@@ -12,13 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from pymavlink.dialects.v20 import ardupilotmega as dialect
-
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
 from bridge.framing import Encoder, Frame, Framer
 from bridge.link.base import Link
 from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.station import ground_heartbeat
 
 IDLE_FLUSH_S: Final = 0.5
 SYNC_EVERY_S: Final = 1.0
@@ -29,8 +28,6 @@ MOST_WAITING_BYTES: Final = 16_000_000
 RETRY_MAX_S: Final = 8.0
 REOPEN_EVERY_S: Final = 1.0
 HEARTBEAT_EVERY_S: Final = 1.0
-
-GROUND_STATION: Final = (255, 190)
 
 
 class Writer(Protocol):
@@ -326,10 +323,3 @@ class Recorder:
 
     def _say(self, level: str, sentence: str) -> None:
         self._notice(Notice(self.unix_us(), level, sentence))
-
-
-def ground_heartbeat() -> dialect.MAVLink_heartbeat_message:
-    """The HEARTBEAT of a ground station."""
-    return dialect.MAVLink_heartbeat_message(
-        dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
-    )

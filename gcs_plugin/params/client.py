@@ -25,8 +25,8 @@ from gcs_plugin.params.plan import Plan, make_plan
 from gcs_plugin.params.receipt import Receipt, lines_of
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
+from gcs_plugin.station import GROUND_STATION
 
-GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
 HEARTBEAT_LIMIT_S: Final = 6.0
 COMPANIONS_MAY_FOLLOW_S: Final = 1.5

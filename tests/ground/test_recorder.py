@@ -14,7 +14,8 @@ from bridge.framing import Encoder, Framer
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
 from gcs_plugin.folder import new_folder
-from gcs_plugin.recorder import GROUND_STATION, Recorder
+from gcs_plugin.recorder import Recorder
+from gcs_plugin.station import GROUND_STATION
 
 
 def frames_of(count, system=1):
