@@ -117,7 +117,7 @@ def yaw_of(attitude: Quaternion) -> float:
 
 
 def unwrapped(angle: float, near: float) -> float:
-    """`angle` plus the whole turns that bring it nearest to `near`; itself where there is none yet."""
-    if near != near:
+    """`angle` plus the whole turns that bring it nearest to `near`; itself where either is NaN."""
+    if near != near or angle != angle:
         return angle
     return angle + math.tau * round((near - angle) / math.tau)

@@ -14,8 +14,8 @@ from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
+from bridge.vehicle.thrusters import NEUTRAL_US
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
-from gcs_plugin.doctor.wet_record import NEUTRAL_US
 from gcs_plugin.station import GROUND_STATION
 
 POLL_S: Final = 0.02

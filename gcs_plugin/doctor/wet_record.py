@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from bridge.errors import LogError
 from bridge.framing import Frame
 from bridge.messages.readings import decode
+from bridge.vehicle.thrusters import NEUTRAL_US
 
 Array = NDArray[np.float64]
-NEUTRAL_US: Final = 1500.0
 OFF_NEUTRAL_US: Final = 15.0
 SHORTEST_PULSE_S: Final = 0.3
 LONGEST_PULSE_S: Final = 3.0
