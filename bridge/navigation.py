@@ -1,12 +1,13 @@
 """Where the vehicle is and how it moves, as the controller sees it: the latest of every sensor."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bridge.sensors.samples import NAN3, DvlSample, ImuSample, PressureSample, Quaternion, Vector3
 from bridge.vehicle.config import Vehicle
 
 FOG_STALE_S = 0.5
+OLDEST_S = 1.0  # ten readings of a DVL at 10 Hz: a dropout, and no longer one
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,21 @@ class Navigation:
     attitude_time_s: float = math.nan
     depth_m: float = math.nan
     depth_time_s: float = math.nan
+
+
+def known_at(navigation: Navigation, now_s: float) -> Navigation:
+    """What may still be acted upon: values older than `OLDEST_S` are NaN, so that nothing steers by a dead sensor."""
+    nan = math.nan
+    known = navigation
+    if not now_s - navigation.velocity_time_s <= OLDEST_S:
+        known = replace(known, velocity=NAN3)
+    if not now_s - navigation.rate_time_s <= OLDEST_S:
+        known = replace(known, rate=NAN3)
+    if not now_s - navigation.attitude_time_s <= OLDEST_S:
+        known = replace(known, attitude=(nan, nan, nan, nan), heading_rad=nan)
+    if not now_s - navigation.depth_time_s <= OLDEST_S:
+        known = replace(known, depth_m=nan)
+    return known
 
 
 class Navigator:
@@ -101,7 +117,7 @@ def yaw_of(attitude: Quaternion) -> float:
 
 
 def unwrapped(angle: float, near: float) -> float:
-    """`angle` plus the whole turns that bring it nearest to `near`; itself where there is none yet."""
-    if near != near:
+    """`angle` plus the whole turns that bring it nearest to `near`; itself where either is NaN."""
+    if near != near or angle != angle:
         return angle
     return angle + math.tau * round((near - angle) / math.tau)

@@ -88,22 +88,26 @@ def _work(
 ) -> None:
     due_s = clock.boot_s()
     while not stop.is_set():
+        # What has arrived comes first: steps that take longer than their period must not leave sensors unheard.
+        for _ in range(arrivals.qsize()):
+            _give(bridge, arrivals.get())
         wait_s = due_s - clock.boot_s()
         if wait_s <= 0:
             act()
             bridge.step()
             due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
             continue
-        try:
-            arrival = arrivals.get(timeout=wait_s)
-        except queue.Empty:
-            continue
-        if arrival.fault is not None:
-            bridge.port_fault(arrival.slot, arrival.fault)
-        elif arrival.sample is not None:
-            bridge.accept(arrival.slot, (arrival.sample,))
-        else:
-            bridge.receive(arrival.slot, arrival.data, arrival.time_s)
+        with suppress(queue.Empty):
+            _give(bridge, arrivals.get(timeout=wait_s))
+
+
+def _give(bridge: Bridge, arrival: Arrival) -> None:
+    if arrival.fault is not None:
+        bridge.port_fault(arrival.slot, arrival.fault)
+    elif arrival.sample is not None:
+        bridge.accept(arrival.slot, (arrival.sample,))
+    else:
+        bridge.receive(arrival.slot, arrival.data, arrival.time_s)
 
 
 def _reader(
@@ -115,7 +119,7 @@ def _reader(
             arrivals.put_nowait(arrival)
 
     if device.kind == "bar30":
-        number, address = parse_i2c_port(device.port.removeprefix("i2c:"))
+        number, address = parse_i2c_port(device.port)
         return lambda: _poll_depth(slot, device, lambda: open_bus(number), address, clock, stop, put)
     words = greeting(device)
     return lambda: _read_stream(slot, device, words, clock, stop, put)
@@ -163,7 +167,10 @@ def _poll_depth(
             sensor = sensor or Bar30(bus, time.sleep, address)
             sample = sensor.measure(clock)
         except LinkError as error:
-            sensor = None
+            # The bus too is opened anew: an adapter that was unplugged leaves a dead one behind.
+            if bus is not None:
+                bus.close()
+            bus = sensor = None
             if str(error) != told:
                 told = str(error)
                 put(Arrival(slot, clock.boot_s(), fault=told))
@@ -176,3 +183,5 @@ def _poll_depth(
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))
         stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))
+    if bus is not None:
+        bus.close()

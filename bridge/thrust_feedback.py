@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from bridge.messages.readings import Reading
 from bridge.sensors.samples import EscSample
+from bridge.vehicle.thrusters import NEUTRAL_US
 
-NEUTRAL_US = 1500.0
 STALE_S = 1.0
 MOST_THRUSTERS = 58
 

@@ -8,8 +8,8 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.framing import Encoder, Framer, decode
 from bridge.link.base import Link
+from gcs_plugin.station import GROUND_STATION
 
-GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
 ASK_EVERY_S: Final = 1.0
 WITHIN_S: Final = 5.0

@@ -12,13 +12,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from pymavlink.dialects.v20 import ardupilotmega as dialect
-
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
 from bridge.framing import Encoder, Frame, Framer
 from bridge.link.base import Link
 from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.station import ground_heartbeat
 
 IDLE_FLUSH_S: Final = 0.5
 SYNC_EVERY_S: Final = 1.0
@@ -29,8 +28,6 @@ MOST_WAITING_BYTES: Final = 16_000_000
 RETRY_MAX_S: Final = 8.0
 REOPEN_EVERY_S: Final = 1.0
 HEARTBEAT_EVERY_S: Final = 1.0
-
-GROUND_STATION: Final = (255, 190)
 
 
 class Writer(Protocol):
@@ -76,8 +73,9 @@ class _Port:
 class Recorder:
     """Reads `links`, writes what they say. `open_file(n)` makes the n-th file of the recording, from 1.
 
-    `free_bytes` tells the space left where the files lie; `notice` hears of trouble; `reopen` opens a lost
-    link again by its name; `heartbeat` is (system, component) to beat as, None for a silent recorder.
+    `free_bytes` tells the space left where the files lie, or raises OSError; `notice` hears of trouble;
+    `reopen` opens a lost link again by its name; `heartbeat` is (system, component) to beat as, None for a
+    silent recorder.
     """
 
     def __init__(
@@ -235,7 +233,14 @@ class Recorder:
             self.lost += 1
 
     def _may_open(self) -> bool:
-        return self._clock.boot_s() >= self._retry_s and self._free_bytes() >= LEAST_FREE_BYTES
+        return self._clock.boot_s() >= self._retry_s and self._space() >= LEAST_FREE_BYTES
+
+    def _space(self) -> int:
+        """Bytes left for files; none on a disk that is not there."""
+        try:
+            return self._free_bytes()
+        except OSError:
+            return 0
 
     def _open_first(self) -> Writer:
         self.files = 1
@@ -308,7 +313,7 @@ class Recorder:
             return
         rate = (self.recorded_bytes - self._bytes_at_disk_check) / span_s
         self._disk_checked_at_s, self._bytes_at_disk_check = now_s, self.recorded_bytes
-        free = self._free_bytes()
+        free = self._space()
         left_s = free / rate if rate > 0 else float("inf")
         short = left_s < WARN_DISK_S or free < LEAST_FREE_BYTES
         if short and not self._disk_is_short:
@@ -318,10 +323,3 @@ class Recorder:
 
     def _say(self, level: str, sentence: str) -> None:
         self._notice(Notice(self.unix_us(), level, sentence))
-
-
-def ground_heartbeat() -> dialect.MAVLink_heartbeat_message:
-    """The HEARTBEAT of a ground station."""
-    return dialect.MAVLink_heartbeat_message(
-        dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
-    )

@@ -2,12 +2,10 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LogError
-from bridge.link.base import Link
-from bridge.tlog import Record, read_tlog
+from bridge.tlog import Record
 
 LONGEST_WAIT_S = 0.1
 
@@ -84,14 +82,3 @@ class Player:
     def _played_s(self, start_s: float) -> float:
         now_s = self._clock.boot_s() if self._paused_at_s is None else self._paused_at_s
         return now_s - start_s - self._paused_s
-
-
-def replay(
-    path: Path, link: Link, clock: Clock, wait: Callable[[float], None], pace: Pace | None = None
-) -> int:
-    """Send a recording's frames over `link` as they came; the number sent."""
-    sent = 0
-    for _, frame in Player(read_tlog(path), clock, wait, pace):
-        link.write(frame.raw)
-        sent += 1
-    return sent

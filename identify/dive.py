@@ -66,11 +66,11 @@ class Dive:
 
     velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity; `velocity_is_filtered` where it
     comes from an autopilot's own filter, turned from north-east-down into body axes.
-    gyro: (n, 3) rad/s. fog: (n, 1) rad/s, mean since the sample before. specific_force: (n, 3) m/s2.
-    attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only where the recording states
-    depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm: (n, thrusters), signed.
-    voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6). nu_ref: (n, 14) velocity,
-    acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
+    gyro: (n, 3) rad/s. fog: (n, 1) rad/s, means over intervals, each dated at the middle of its own.
+    specific_force: (n, 3) m/s2. attitude: (n, 4) w x y z. pressure: (n, 1) Pa absolute. depth: (n, 1) m, only
+    where the recording states depth itself. altitude: (n, 1) m. pwm: (n, thrusters) microseconds. rpm:
+    (n, thrusters), signed. voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
+    nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
     notes: what could not be recovered, in sentences for the user.
     """

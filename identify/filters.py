@@ -121,9 +121,9 @@ def _velocity(dive: Dive, time_s: Array) -> tuple[Array, np.ndarray[tuple[int], 
     if dive.velocity is None:
         return np.zeros((len(time_s), 3)), np.ones(len(time_s), np.bool_)
     known_s = dive.velocity.time_s[np.isfinite(dive.velocity.value).all(axis=1)]
-    if len(known_s) == 0:
+    if len(known_s) < 2:
         return np.zeros((len(time_s), 3)), np.zeros(len(time_s), np.bool_)
-    after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1) if len(known_s) > 1 else 0
+    after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1)
     nearest = np.minimum(np.abs(time_s - known_s[after]), np.abs(time_s - known_s[after - 1]))
     return dive.velocity.at(time_s), nearest <= 1.5 / dive.velocity.rate_hz
 
@@ -137,10 +137,9 @@ def _rates(dive: Dive, time_s: Array) -> Array:
 
 
 def _yaw_rate(dive: Dive) -> Signal | None:
-    """From the FOG, a mean since the sample before, at the middle of that; else from the gyro."""
+    """From the FOG where there is one, else from the gyro."""
     if dive.fog is not None and len(dive.fog) > 1:
-        steps = np.diff(dive.fog.time_s, prepend=dive.fog.time_s[0] - 1 / dive.fog.rate_hz)
-        return Signal(dive.fog.time_s - steps / 2, dive.fog.value)
+        return dive.fog
     return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
 
 

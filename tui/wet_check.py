@@ -66,13 +66,14 @@ def wet_check(
     folder.describe(about_vehicle(file, configuration, f"wet check, {duration_s(planned):.0f} s"))
     with folder.open_telemetry(1) as writer:
         recorded = Recorded(link, writer, clock)
-        arm(recorded, clock, target)
         try:
+            arm(recorded, clock, target)
             frames = run_pulses(recorded, clock, target, planned, on_progress=progress)
+            disarm(recorded, clock, target)
         except BaseException:
-            _disarm_anyway(recorded, clock, target)
+            # Over the link itself: a recording that failed must not leave the vehicle armed.
+            _disarm_anyway(link, clock, target)
             raise
-        disarm(recorded, clock, target)
     return [ok("recording", str(folder.path)), *wet_findings(file, configuration, frames)]
 
 

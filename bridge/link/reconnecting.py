@@ -1,7 +1,8 @@
 """A link that comes back: a port unplugged, a peer restarted."""
 
 from collections.abc import Callable
-from threading import Event
+from queue import Empty, SimpleQueue
+from threading import Event, Thread
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
@@ -9,6 +10,7 @@ from bridge.link.base import Link
 
 FIRST_RETRY_S = 0.25
 SLOWEST_RETRY_S = 2.0
+PATIENCE_S = 0.01  # enough for what is on this computer
 
 
 def next_retry_s(retry_s: float) -> float:
@@ -78,3 +80,37 @@ class Reconnecting:
         self.fault = str(error)
         self._due_s = self._clock.boot_s() + self._retry_s
         self._retry_s = next_retry_s(self._retry_s)
+
+
+class Aside:
+    """A factory that opens its links in a thread, for one who must not wait for a network.
+
+    Called, it gives the link that has been opened since; while there is none it raises LinkError at once, with
+    the sentence of the last failure. One reader only.
+    """
+
+    def __init__(self, factory: Callable[[], Link], name: str) -> None:
+        self._factory = factory
+        self._fault = f"{name}: is being opened; wait"
+        self._answers: SimpleQueue[Link | LinkError] = SimpleQueue()
+        self._busy = False
+
+    def __call__(self) -> Link:
+        if not self._busy:
+            self._busy = True
+            Thread(target=self._open, name="open a link", daemon=True).start()
+        try:
+            answer = self._answers.get(timeout=PATIENCE_S)
+        except Empty:
+            raise LinkError(self._fault) from None
+        self._busy = False
+        if isinstance(answer, LinkError):
+            self._fault = str(answer)
+            raise answer
+        return answer
+
+    def _open(self) -> None:
+        try:
+            self._answers.put(self._factory())
+        except LinkError as error:
+            self._answers.put(error)

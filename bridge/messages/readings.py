@@ -30,7 +30,7 @@ class Reading:
     What a device does not tell is NaN. The values, by signal:
 
     imu                        specific force (3), rates (3), temperature (deg C)
-    fog                        mean yaw rate of the interval that ends at `time_s`
+    fog                        mean yaw rate since the reading before, dated at the middle of that interval
     dvl                        velocity at the transducer (3; NaN without bottom lock), sigma
     altitude, pressure         m; Pa, temperature (deg C)
     attitude                   w x y z, rates (3)

@@ -27,11 +27,13 @@ _TEMPERATURES_C = (-20.0, 85.0)
 
 
 class I2cBus(Protocol):
-    """What the driver needs of a bus; both raise LinkLost where the device does not answer."""
+    """What the driver needs of a bus; `write` and `read` raise LinkLost where the device does not answer."""
 
     def write(self, address: int, data: bytes) -> None: ...
 
     def read(self, address: int, count: int) -> bytes: ...
+
+    def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +180,7 @@ class Bar30:
 class FakeBar30:
     """A bus with a Bar30 on it that feels `pressure_pa` and `temperature_c`; the faults are switches.
 
-    Its calibration is the datasheet's example.
+    Its calibration is the datasheet's example. `closed` counts how often it was closed.
     """
 
     pressure_pa: float = 101325.0
@@ -188,6 +190,7 @@ class FakeBar30:
     unplugged: bool = False
     converts: bool = True
     flipped_prom_bit: int | None = None
+    closed: int = 0
     _command: int = 0
     _reading: int = 0
 
@@ -209,6 +212,9 @@ class FakeBar30:
             image[self.flipped_prom_bit // 8] ^= 0x80 >> self.flipped_prom_bit % 8
         at = self._command - _READ_PROM
         return bytes(image[at : at + count])
+
+    def close(self) -> None:
+        self.closed += 1
 
     def _answer(self, address: int) -> None:
         if self.unplugged or address != self.address:
@@ -252,8 +258,8 @@ class SmbusBus:
 
 
 def parse_i2c_port(port: str) -> tuple[int, int]:
-    """Bus number and address of `bus:address`, as `1:0x76` or just `1`. Raises ConfigError."""
-    number, _, address = port.partition(":")
+    """Bus number and address of `bus:address`, as `1:0x76`, `i2c:1:0x76` or just `1`. Raises ConfigError."""
+    number, _, address = port.removeprefix("i2c:").partition(":")
     try:
         parsed = int(number), int(address, 0) if address else ADDRESS
     except ValueError:

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.navigation import Navigation
+from bridge.navigation import Navigation, unwrapped, yaw_of
 from bridge.simulator.missions import Mission
 from bridge.simulator.plant import Plant, Stretch
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.autopilot import RATE_HZ, Actuation, Autopilot
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
-from bridge.vehicle.thrusters import thrust_curve
+from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 
 Array = NDArray[np.float64]
 TICK_S = 1 / RATE_HZ
@@ -60,13 +60,6 @@ class TruthRun:
         return np.array([actuation.reference.nu for actuation in self.actuations])
 
 
-def heading_after(before_rad: float, attitude: Array) -> float:
-    """The heading of an attitude w x y z, unwrapped to lie within half a turn of the one before."""
-    w, x, y, z = attitude
-    heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return float(before_rad + np.remainder(heading - before_rad + np.pi, 2 * np.pi) - np.pi)
-
-
 def simulate_truth(
     file: VehicleFile,
     configuration: str,
@@ -105,7 +98,7 @@ def simulate_truth(
     count = round(mission.duration_s * RATE_HZ)
     states, rates, wrenches = np.empty((count, 13)), np.empty((count, 6)), np.empty((count, 6))
     actuations = []
-    stretch = plant.advance((1500.0,) * len(shape.thrusters), TICK_S)
+    stretch = plant.advance((NEUTRAL_US,) * len(shape.thrusters), TICK_S)
     for tick in range(count):
         states[tick], rates[tick] = stretch.state[-1], stretch.nu_dot[-1]
         wrenches[tick] = plant.wrench(stretch.thrust_n)
@@ -124,11 +117,16 @@ def _sense(
     velocity = state[7:10] + noise.velocity_m_s * draw[:3]
     rate = state[10:13] + noise.rate_rad_s * draw[3:6]
     w, x, y, z = state[3:7].tolist()
+    now_s = float(stretch.time_s[-1])
     return replace(
         before,
         velocity=tuple(velocity.tolist()) if renew else before.velocity,
+        velocity_time_s=now_s if renew else before.velocity_time_s,
         rate=tuple(rate.tolist()),
+        rate_time_s=now_s,
+        attitude_time_s=now_s,
+        depth_time_s=now_s,
         attitude=(w, x, y, z),
-        heading_rad=heading_after(before.heading_rad, state[3:7]) + noise.heading_rad * draw[6],
+        heading_rad=unwrapped(yaw_of((w, x, y, z)), before.heading_rad) + noise.heading_rad * draw[6],
         depth_m=float(state[2]) + noise.depth_m * draw[7],
     )

@@ -87,9 +87,13 @@ class SimulatedVehicle:
 def control(
     autopilot: Autopilot, bridge: Bridge, parameters: ParameterServer, clock: Clock, reference: Reference
 ) -> tuple[float, ...]:
-    """One tick of the controller on what the bridge knows, told to the ground; the pulse widths."""
+    """One tick of the controller on what the bridge knows, told to the ground; the pulse widths.
+
+    A vehicle that the ground disarmed keeps its thrusters at neutral, mission or not.
+    """
     autopilot.mode = Mode(parameters.mode)
-    actuation = autopilot.step(clock.boot_s(), bridge.navigation, reference)
+    tick = autopilot.step if bridge.armed else autopilot.rest
+    actuation = tick(clock.boot_s(), bridge.navigation, reference)
     bridge.publish(actuation)
     for text in autopilot.take_texts():
         bridge.say(text)
@@ -139,7 +143,12 @@ def _make_ready(vehicle: SimulatedVehicle, mode: Mode | None) -> None:
         raise ParamRejected(
             f"the simulated vehicle refused FF_MODE {int(mode)}; check that its store can be written"
         )
-    if not vehicle.bridge.arm(True):
+    arm_for_mission(vehicle.bridge, parameters)
+
+
+def arm_for_mission(bridge: Bridge, parameters: ParameterServer) -> None:
+    """Arm. Raises ParamRejected where the mode needs a set of parameters that the vehicle does not have."""
+    if not bridge.arm(True):
         raise ParamRejected(
             f"FF_MODE {parameters.mode} needs a set of parameters in force and the simulated vehicle has none; "
             "upload one first, or give the vehicle file a 'model'"

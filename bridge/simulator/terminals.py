@@ -14,7 +14,7 @@ from bridge.ports import run_ports
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.service import Bridge
 from bridge.simulator.body import SimulatedBody, Start
-from bridge.simulator.dive import control
+from bridge.simulator.dive import arm_for_mission, control
 from bridge.simulator.missions import Mission
 from bridge.simulator.world import Chunk
 from bridge.vehicle.autopilot import Autopilot
@@ -61,7 +61,8 @@ def dive_in_real_time(
     """Dive a mission by the computer's clock, armed, until its end or until `stop` is set.
 
     One thread moves the body and writes what its devices say; `run_ports` does the rest as on a vehicle.
-    `each_tick` is called in the bridge's thread at the control rate.
+    `each_tick` is called in the bridge's thread at the control rate. Raises ParamRejected where FF_MODE
+    needs a set of parameters that the vehicle does not have.
     """
     begun_s = clock.boot_s()
     start = Start(seed, mission.start_depth_m, mission.start_heading_rad, clock.unix_s())
@@ -73,7 +74,7 @@ def dive_in_real_time(
         vehicle = terminals.vehicle
         autopilot = Autopilot(vehicle, configuration, parameters.active, file.path.parent)
         bridge = Bridge(vehicle, clock, links, parameters, veh_cfg=vehicle.veh_cfg(configuration))
-        bridge.arm(True)
+        arm_for_mission(bridge, parameters)
 
         def act() -> None:
             since_s = clock.boot_s() - begun_s

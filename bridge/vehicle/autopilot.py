@@ -1,5 +1,6 @@
 """One control tick: navigation and reference to wrenches and thruster commands."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.navigation import Navigation
+from bridge.navigation import Navigation, known_at
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode, feedforward
-from bridge.vehicle.references import Reference, Six
+from bridge.vehicle.references import ZERO6, Reference, Six
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Curve, thrust_curve
 
 RATE_HZ = 20.0
@@ -73,33 +74,49 @@ class Autopilot:
         self._texts: list[str] = []
 
     def step(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
-        """The commands of the tick at `time_s`."""
+        """The commands of the tick at `time_s`; the PID of an axis whose sensor has fallen silent gives zero."""
         dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
         self._time_s = time_s
-        pid = self._controller.step(navigation, reference, dt_s, self._saturated)
+        known = known_at(navigation, time_s)
+        pid = self._controller.step(known, reference, dt_s, self._saturated)
         if not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
         term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
-        self._report(term.faults)
+        self._report((*_blind(known), *term.faults))
         ff = np.array(term.tau) if self.mode.applies_feedforward else np.zeros(6)
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff)
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
-        return Actuation(
-            time_s=time_s,
-            tau_pid=pid,
-            tau_ff=term.tau,
-            tau_cmd=(x, y, z, k, m, n),
-            nu_fb=(*navigation.velocity, *navigation.rate),
-            reference=reference,
-            pwm_us=tuple(self._pulses(thrust).tolist()),
-            mode=int(self.mode),
-            veh_cfg=self.veh_cfg,
-        )
+        pwm_us = tuple(self._pulses(thrust).tolist())
+        return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
+
+    def rest(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
+        """The tick of a disarmed vehicle: neutral pulses, integrals forgotten; the feed-forward is computed alone."""
+        self._time_s = time_s
+        self._saturated = False
+        self._controller.reset(range(6))
+        term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
+        self._report(term.faults)
+        neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
+        return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
+
+    def _told(
+        self,
+        time_s: float,
+        navigation: Navigation,
+        reference: Reference,
+        tau_pid: Six,
+        tau_ff: Six,
+        tau_cmd: Six,
+        pwm_us: tuple[float, ...],
+    ) -> Actuation:
+        nu_fb = (*navigation.velocity, *navigation.rate)
+        mode = int(self.mode)
+        return Actuation(time_s, tau_pid, tau_ff, tau_cmd, nu_fb, reference, pwm_us, mode, self.veh_cfg)
 
     def take_texts(self) -> list[str]:
-        """Status texts since the last call: each change in what the feed-forward can't do, said once."""
+        """Status texts since the last call: each change in what controller and feed-forward can't do, said once."""
         texts, self._texts = self._texts, []
         return texts
 
@@ -107,6 +124,18 @@ class Autopilot:
         if faults != self._faults:
             self._texts += [fault for fault in faults if fault not in self._faults]
             self._faults = faults
+
+
+def _blind(known: Navigation) -> tuple[str, ...]:
+    """What the PID has to do without, in words. Short enough for a STATUSTEXT of 50 characters."""
+    faults = []
+    if not all(map(math.isfinite, known.velocity)):
+        faults.append("PID surge, sway off: no velocity")
+    if not math.isfinite(known.depth_m):
+        faults.append("PID heave off: no depth")
+    if not (math.isfinite(known.heading_rad) and all(map(math.isfinite, known.rate))):
+        faults.append("PID roll, pitch, yaw off: no attitude")
+    return tuple(faults)
 
 
 class _Pulses:

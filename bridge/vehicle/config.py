@@ -15,6 +15,18 @@ CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 GRAVITY_M_S2 = 9.80665
 
 
+def _above_zero(**values: float) -> None:
+    for name, value in values.items():
+        if not value > 0:
+            raise ValueError(f"{name} must be above 0, it is {value:g}")
+
+
+def _not_negative(**values: float) -> None:
+    for name, value in values.items():
+        if not value >= 0:
+            raise ValueError(f"{name} can't be negative, it is {value:g}")
+
+
 @dataclass(frozen=True)
 class Water:
     """The water of the dive; the surface pressure is zeroed before every dive."""
@@ -22,6 +34,9 @@ class Water:
     density_kg_m3: float = 998.2
     surface_pressure_hpa: float = 1013.25
     gravity_m_s2: float = GRAVITY_M_S2
+
+    def __post_init__(self) -> None:
+        _above_zero(density_kg_m3=self.density_kg_m3, gravity_m_s2=self.gravity_m_s2)
 
 
 @dataclass(frozen=True)
@@ -58,6 +73,11 @@ class ThrustCurve:
     forward_n_s2: float = 0.01427
     reverse_n_s2: float = 0.01135
 
+    def __post_init__(self) -> None:
+        _above_zero(max_n=self.max_n, span_us=self.span_us)
+        _above_zero(forward_n_s2=self.forward_n_s2, reverse_n_s2=self.reverse_n_s2)
+        _not_negative(lag_s=self.lag_s, dead_band_us=self.dead_band_us)
+
 
 @dataclass(frozen=True)
 class Configuration:
@@ -78,8 +98,7 @@ class Configuration:
     gains: str = "conservative"
 
     def __post_init__(self) -> None:
-        if self.dry_mass_kg <= 0:
-            raise ValueError(f"dry_mass_kg must be positive, it is {self.dry_mass_kg}")
+        _above_zero(dry_mass_kg=self.dry_mass_kg, thruster_limit_n=self.thruster_limit_n)
         if min(self.inertia_kgm2) <= 0:
             raise ValueError(
                 f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
@@ -97,13 +116,20 @@ class Mounting:
     signs: Vector3 = (1.0, 1.0, 1.0)
     position_m: Vector3 = (0.0, 0.0, 0.0)
 
+    def __post_init__(self) -> None:
+        if any(abs(sign) != 1.0 for sign in self.signs):
+            raise ValueError(f"signs are 1 or -1 each, not {list(self.signs)}")
+
 
 DeviceKind = Literal["wayfinder", "a50", "mti300", "kvh1750", "kvh1760", "esc", "ublox", "bar30"]
 
 
 @dataclass(frozen=True)
 class Device:
-    """One device aboard: what it is, the port that it speaks on (`bus:address` for I2C), how late it is."""
+    """One device aboard: what it is, the port that it speaks on (`bus:address` for I2C), how late it is.
+
+    `rate_hz` 0 is the device's usual rate. `poles` are the magnets of a motor, for speed controllers.
+    """
 
     kind: DeviceKind
     port: str = ""
@@ -112,6 +138,10 @@ class Device:
     mounting: Mounting = field(default_factory=Mounting)
     rate_hz: float = 0.0
     poles: int = 14
+
+    def __post_init__(self) -> None:
+        _above_zero(baud=self.baud, poles=self.poles)
+        _not_negative(rate_hz=self.rate_hz)
 
 
 @dataclass(frozen=True)
@@ -143,6 +173,9 @@ class Vehicle:
     component_id: int = 1
 
     def __post_init__(self) -> None:
+        for name, number in (("system_id", self.system_id), ("component_id", self.component_id)):
+            if not 1 <= number <= 255:
+                raise ValueError(f"{name} must lie in 1 to 255, it is {number}")
         if not self.configurations:
             raise ValueError("configurations: a vehicle needs at least one")
         indices = [self.veh_cfg(name) for name in self.configurations]

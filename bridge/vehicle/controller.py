@@ -82,7 +82,10 @@ class Controller:
             self._integral[dof] = 0.0
 
     def step(self, navigation: Navigation, reference: Reference, dt_s: float, saturated: bool) -> Six:
-        """The wrench of this tick, N and N m; an axis whose measurement is not there yet gets zero.
+        """The wrench of this tick, N and N m; an axis whose measurement is NaN gets zero and keeps its integral.
+
+        Depth is held without a velocity as well, if less well damped: a DVL that lost the bottom must not let
+        the vehicle rise.
 
         While the thrusters were `saturated` in the tick before, integrals may shrink but not grow.
         """
@@ -140,11 +143,16 @@ def _errors(navigation: Navigation, reference: Reference) -> tuple[tuple[float, 
     return (
         (nu[0] - u, 0.0),
         (nu[1] - v, 0.0),
-        (reference.depth_m - navigation.depth_m, nu[2] - w),
+        (reference.depth_m - navigation.depth_m, nu[2] - w if math.isfinite(w) else 0.0),
         (-roll, -p),
         (-pitch, -q),
-        (reference.heading_rad - navigation.heading_rad, nu[5] - r),
+        (_shorter_way(reference.heading_rad - navigation.heading_rad), nu[5] - r),
     )
+
+
+def _shorter_way(turn_rad: float) -> float:
+    """The same turn without its whole ones: a heading that was unwrapped elsewhere must not spin the vehicle."""
+    return math.remainder(turn_rad, math.tau) if math.isfinite(turn_rad) else math.nan
 
 
 def roll_pitch(attitude: Sequence[float]) -> tuple[float, float]:

@@ -12,9 +12,9 @@ from bridge.link.base import Link
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
 from gcs_plugin.link_health import Health, LinkHealth
+from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
 
-GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.05
 ASK_TIME_EVERY_S: Final = 0.5
 

@@ -14,11 +14,11 @@ from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
+from bridge.vehicle.thrusters import NEUTRAL_US
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
-from gcs_plugin.doctor.wet_record import NEUTRAL_US
+from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
 
-GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
 ANSWER_S: Final = 1.0
 TRIES: Final = 3

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from bridge.errors import LogError
 from bridge.framing import Frame
 from bridge.messages.readings import decode
+from bridge.vehicle.thrusters import NEUTRAL_US
 
 Array = NDArray[np.float64]
-NEUTRAL_US: Final = 1500.0
 OFF_NEUTRAL_US: Final = 15.0
 SHORTEST_PULSE_S: Final = 0.3
 LONGEST_PULSE_S: Final = 3.0
@@ -78,7 +78,7 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
         _series(rows.get("dvl", []), slice(0, 3)),
         _series(imu, slice(0, 3)),
         _series(imu, slice(3, 6)),
-        _middle_of_interval(_series(rows.get("fog", []), slice(0, 1))),
+        _series(rows.get("fog", []), slice(0, 1)),
     )
 
 
@@ -91,16 +91,8 @@ def _series(rows: list[tuple[float, tuple[float, ...]]], columns: slice) -> Seri
     return Series(time_s[first], np.array([v for _, v in good], dtype=float)[first])
 
 
-def _middle_of_interval(fog: Series | None) -> Series | None:
-    """The gyro's means belong to the middle of the interval that each one ends."""
-    if fog is None or len(fog.time_s) < 2:
-        return fog
-    steps = np.diff(fog.time_s)
-    return Series(fog.time_s - 0.5 * np.concatenate([steps[:1], steps]), fog.value)
-
-
 def find_pulses(pwm: Series) -> list[Pulse]:
-    """The stretches in which one thruster alone was commanded, its edges halfway between two samples."""
+    """The stretches in which one thruster alone was commanded: a command holds from its own time to the next's."""
     off = np.abs(pwm.value - NEUTRAL_US) > OFF_NEUTRAL_US
     lone = np.where(off.sum(axis=1) == 1, off.argmax(axis=1), -1)
     pulses: list[Pulse] = []
@@ -110,7 +102,7 @@ def find_pulses(pwm: Series) -> list[Pulse]:
             continue
         # Only what begins and ends within the record has known edges.
         if lone[start] >= 0 and start > 0 and index < len(lone):
-            edges = (pwm.time_s[start - 1 : start + 1].mean(), pwm.time_s[index - 1 : index + 1].mean())
+            edges = (pwm.time_s[start], pwm.time_s[index])
             level = float(np.median(pwm.value[start:index, lone[start]]))
             if SHORTEST_PULSE_S <= edges[1] - edges[0] <= LONGEST_PULSE_S:
                 pulses.append(Pulse(int(lone[start]), float(edges[0]), float(edges[1]), level))

@@ -25,9 +25,9 @@ from gcs_plugin.params.plan import Plan, make_plan
 from gcs_plugin.params.receipt import Receipt, lines_of
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
+from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
 
-GROUND_STATION: Final = (255, 190)
 POLL_S: Final = 0.02
 HEARTBEAT_LIMIT_S: Final = 6.0
 GONE_S: Final = 12.0  # without one frame of the vehicle: at 30 % loss of a beat a second, once in a million
@@ -246,9 +246,12 @@ class ParameterClient:
         self._refuse_twins()
 
     def _feed_listing(self, listing: Listing, frame: Frame) -> None:
-        message = self._note(frame)
         now_s, source = self._clock.boot_s(), (frame.system, frame.component)
-        if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE and message is not None:
+        booted_ms = self._boot_ms.get(source)
+        message = self._note(frame)
+        if message is not None and self._tells_reboot(message, source, booted_ms):
+            listing.on_reboot(now_s)
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE and message is not None:
             listing.on_value(
                 message.param_id, message.param_value, message.param_index, message.param_count, source, now_s
             )
@@ -264,11 +267,16 @@ class ParameterClient:
         elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_ERROR:
             if message.target_system in (0, GROUND_STATION[0]):
                 upload.on_error(message.param_id, message.error, source, now_s)
-        elif frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME and source == self._vehicle:
-            if booted_ms is not None and message.time_boot_ms < booted_ms - REBOOT_STEP_MS:
-                upload.on_reboot(now_s)
+        elif self._tells_reboot(message, source, booted_ms):
+            upload.on_reboot(now_s)
         elif frame.message_id == _HEARTBEAT and self.armed and upload.needs_disarmed:
             upload.abort("the vehicle was armed during the upload", now_s)
+
+    def _tells_reboot(self, message: Any, source: Source, booted_ms: int | None) -> bool:
+        """Whether the vehicle runs since less long than `booted_ms`, which it told before."""
+        if message.get_type() != "SYSTEM_TIME" or source != self._vehicle or booted_ms is None:
+            return False
+        return bool(message.time_boot_ms < booted_ms - REBOOT_STEP_MS)
 
     def _note(self, frame: Frame) -> Any | None:
         """Remember who beats and since when it runs; the decoded message, None where it has no use here."""

@@ -20,12 +20,6 @@ def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
     )
 
 
-def headings(quaternion: Array) -> Array:
-    """(n,) heading in radians, unwrapped, of (n, 4) quaternions."""
-    w, x, y, z = quaternion.T
-    return np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-
-
 def attitude_at(attitude: Signal, time_s: Array) -> Array:
     """(m, 4) unit quaternions between the samples, along the shorter way."""
     q = attitude.value

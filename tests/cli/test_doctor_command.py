@@ -6,9 +6,11 @@ from dataclasses import replace
 import pytest
 
 from bridge.clock import SimulatedClock
+from bridge.errors import LogError
 from bridge.link.memory import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle
+from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
 from tui import cli, exit_codes
 
@@ -96,6 +98,9 @@ def test_the_wet_check_of_a_right_vehicle_finds_every_thruster_and_sensor_right(
     _, found = findings(link, "--vehicle", "ruvifist:hovering", "--wet", "--confirm", "ruvifist")
     names = [f"thruster {number}" for number in range(1, 9)] + ["dvl", "imu", "fog"]
     assert {name: found[name]["level"] for name in names} == dict.fromkeys(names, "ok")
+    late_ms = {s: float(found[f"{s} latency"]["sentence"].split(": ")[1].split()[0]) for s in names[-3:]}
+    assert abs(late_ms["dvl"]) < 25.0
+    assert max(abs(late_ms["imu"]), abs(late_ms["fog"])) < 10.0
     assert not link.vehicle.bridge.armed
     (folder,) = tmp_path.glob("*-hovering-wet-check")
     assert (folder / "telemetry.tlog").stat().st_size > 100_000
@@ -125,6 +130,57 @@ def test_a_vehicle_that_goes_silent_in_the_wet_check_is_the_link_that_failed(mon
     shown = capsys.readouterr().err
     assert "no HEARTBEAT" in shown
     assert "may still be armed" in shown
+
+
+@pytest.fixture
+def wet(monkeypatch, tmp_path):
+    """Run the wet check on a link: its exit code."""
+
+    def run(link):
+        monkeypatch.setattr("bridge.link.open.open_link", lambda _: link)
+        monkeypatch.setattr("bridge.clock.SystemClock", lambda: link.clock)
+        line = ["doctor", "--link", "any", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--wet"]
+        return cli.main([*line, "--confirm", "ruvifist"])
+
+    return run
+
+
+def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(wet, capsys, monkeypatch):
+    link = Afloat()
+    listen, armed_for = link.read, []
+
+    def deaf_at_first(timeout_s):
+        data = listen(timeout_s)
+        armed_for.extend([0.05] * link.vehicle.bridge.armed)
+        return b"" if armed_for and sum(armed_for) < 5.2 else data
+
+    monkeypatch.setattr(link, "read", deaf_at_first)
+    assert wet(link) == exit_codes.LINK
+    assert "no answer to the order to arm" in capsys.readouterr().err
+    assert not link.vehicle.bridge.armed
+
+
+def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(wet, capsys, monkeypatch):
+    link = Afloat()
+    write = TlogWriter.write
+
+    def fails_later(writer, unix_us, raw):
+        if link.clock.boot_s() > 20:
+            raise LogError(f"{writer.path}: can't be written; free disk space")
+        write(writer, unix_us, raw)
+
+    monkeypatch.setattr(TlogWriter, "write", fails_later)
+    assert wet(link) == exit_codes.BAD_INPUT
+    assert "can't be written" in capsys.readouterr().err
+    assert not link.vehicle.bridge.armed
+
+
+def test_an_armed_vehicle_is_not_checked_and_stays_as_it_is(wet, capsys):
+    link = Afloat()
+    link.vehicle.bridge.arm(True)
+    assert wet(link) == exit_codes.BAD_INPUT
+    assert "is armed already" in capsys.readouterr().err
+    assert link.vehicle.bridge.armed
 
 
 @pytest.mark.parametrize("words", [(), ("--confirm", "bluerov2")])
@@ -203,6 +259,20 @@ def test_without_a_link_the_ports_of_the_devices_are_looked_for(capsys, tmp_path
     assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
     levels = {finding["name"]: finding["level"] for finding in json.loads(capsys.readouterr().out)}
     assert levels == {"vehicle file": "ok", "disk": "ok", "imu": "ok", "dvl": "failed"}
+
+
+@pytest.mark.parametrize("port", ["250", "250:0x76", "i2c:250:0x76"])
+def test_the_bus_of_the_depth_sensor_is_looked_for_however_its_port_is_written(capsys, tmp_path, port):
+    vehicle = tmp_path / "mine.yaml"
+    vehicle.write_text(
+        f'name: mine\nsensors:\n  depth: {{kind: bar30, port: "{port}"}}\n'
+        "configurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
+        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    assert cli.main(["doctor", "--vehicle", str(vehicle), "--json", "-"]) == exit_codes.NO
+    found = {finding["name"]: finding for finding in json.loads(capsys.readouterr().out)}
+    assert "no port /dev/i2c-250" in found["depth"]["sentence"]
 
 
 def test_nothing_to_check_is_wrong_usage(capsys):

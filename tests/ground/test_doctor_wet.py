@@ -178,8 +178,8 @@ def test_pulses_of_two_thrusters_at_once_and_long_runs_are_no_pulses():
     value[150:330, 2] = 1400.0
     found = find_pulses(Series(time_s, value))
     assert [(p.thruster, p.pwm_us) for p in found] == [(0, 1600.0)]
-    assert found[0].start_s == pytest.approx(1.975)
-    assert found[0].end_s == pytest.approx(2.975)
+    assert found[0].start_s == pytest.approx(2.0)
+    assert found[0].end_s == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("key", VEHICLES)
@@ -204,6 +204,7 @@ def test_a_recorded_check_is_read_from_its_frames(right):
     assert found["dvl"].sentence.startswith("DVL: y shows -y")
     assert found["thruster 1"].level is Level.OK
     assert found["fog latency"].level is Level.OK
+    assert record_of(frames, 8).fog.time_s == pytest.approx(right[key].fog.time_s, abs=1e-6)
     with pytest.raises(LogError, match="no commands of 8 thrusters"):
         record_of(frames[:0], 8)
 

@@ -43,11 +43,11 @@ class SimulatedVehicle:
         self.arms_at_s = self.reboots_at_s = self.lost_at_s = float("inf")
         self.beats = True
         self.others = []
-        self.next_beat_s = 0.0
+        self.values_a_read = 10
         self.boot()
 
     def boot(self):
-        self.booted_s = self.clock.now_s
+        self.booted_s = self.next_beat_s = self.clock.now_s
         self.server = ParameterServer(self.store, vehicle_table(VEHICLE), component=self.source[1])
 
     def read(self, timeout_s):
@@ -66,7 +66,7 @@ class SimulatedVehicle:
             mode = 128 if self.armed else 0
             self.say(dialect.MAVLink_heartbeat_message(self.kind, self.autopilot, mode, 0, 4, 3))
             self.queue += [raw() for raw in self.others]
-        for message in self.server.step(10):
+        for message in self.server.step(self.values_a_read):
             self.say(message)
         return self.queue.popleft() if self.queue else b""
 
@@ -215,6 +215,14 @@ def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
         assert receipt.outcome is Outcome.ROLLED_BACK
         assert "armed" in receipt.sentence or "FF_COMMIT" in receipt.sentence
         assert truth(vehicle) == before
+
+
+def test_values_of_before_and_after_a_reboot_are_not_mixed_in_one_reading(client, vehicle, clock):
+    client.find_vehicle()
+    vehicle.server.write("FF0_M_U", 96.5, armed=False)
+    vehicle.values_a_read = 1
+    vehicle.reboots_at_s = clock.now_s + 0.2
+    assert client.read_all()["FF0_M_U"] == 72.0
 
 
 @pytest.mark.parametrize("after_s", [0.1 * n for n in range(1, 40, 3)])

@@ -14,7 +14,8 @@ from bridge.framing import Encoder, Framer
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
 from gcs_plugin.folder import new_folder
-from gcs_plugin.recorder import GROUND_STATION, Recorder
+from gcs_plugin.recorder import Recorder
+from gcs_plugin.station import GROUND_STATION
 
 
 def frames_of(count, system=1):
@@ -48,7 +49,7 @@ class FakeLink:
 
 
 class Disk:
-    """Writers whose n-th write over all files fails, half written; `full` fails every one."""
+    """Writers whose n-th write over all files fails, half written; `full` fails every one, `gone` the look at it."""
 
     def __init__(self, fail_at=()):
         self.fail_at = set(fail_at)
@@ -56,8 +57,14 @@ class Disk:
         self.writes = 0
         self.full = False
         self.free = 1 << 40
+        self.gone = False
         self.sync_fails = False
         self.synced = 0
+
+    def space(self):
+        if self.gone:
+            raise FileNotFoundError("the folder is gone")
+        return self.free
 
     def open(self, number):
         assert number == len(self.files) + 1
@@ -95,7 +102,7 @@ class Ground:
         self.link, self.disk, self.clock = FakeLink(), disk or Disk(), SimulatedClock()
         self.notices = []
         self.recorder = Recorder(
-            [self.link], self.disk.open, self.clock, lambda: self.disk.free, self.notices.append, **options
+            [self.link], self.disk.open, self.clock, self.disk.space, self.notices.append, **options
         )
 
     def hear(self, data, after_s=0.01):
@@ -156,6 +163,18 @@ def test_a_full_disk_is_waited_out_in_memory_without_a_litter_of_files():
     ground.hear(rest[-1], after_s=10.0)
     assert [raw for _, raw in ground.disk.stored()] == [first, *rest]
     assert any("the disk has 0.0 MB left" in sentence for sentence in ground.sentences())
+
+
+def test_a_disk_that_is_pulled_out_is_waited_for_and_nothing_is_missing():
+    ground = Ground()
+    ground.disk.full = ground.disk.gone = True
+    raws = frames_of(5)
+    for raw in raws:
+        ground.hear(raw, after_s=2.5)
+    assert ground.disk.stored() == []
+    ground.disk.full = ground.disk.gone = False
+    ground.hear(b"", after_s=10.0)
+    assert [raw for _, raw in ground.disk.stored()] == raws
 
 
 def test_a_disk_that_fails_though_it_has_space_is_tried_ever_less_often():

@@ -6,9 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.framing import Encoder, Framer
-from bridge.link.memory import memory_pair
-from bridge.tlog import TlogWriter
-from gcs_plugin.replay import Pace, Player, replay, schedule
+from gcs_plugin.replay import Pace, Player, schedule
 
 
 def records_at(times_s):
@@ -74,17 +72,6 @@ def test_a_pause_stops_the_recorded_clock():
             player.pause()
     assert heard_s[:2] == pytest.approx([0.0, 1.0])
     assert heard_s[2] == pytest.approx(7.0, abs=0.11)
-
-
-def test_a_file_goes_out_over_a_link_frame_by_frame_and_ends(tmp_path):
-    path = tmp_path / "x.tlog"
-    with TlogWriter(path) as writer:
-        for stamp, frame in records_at([0, 0.1, 0.2]):
-            writer.write(stamp, frame.raw)
-    ours, theirs = memory_pair()
-    clock = SlowClock()
-    assert replay(path, ours, clock, clock.wait) == 3
-    assert len(Framer().feed(b"".join(theirs.read(0.0) for _ in range(3)))) == 3
 
 
 @pytest.mark.parametrize("pace", [{"speed": 0.0}, {"speed": float("nan")}, {"longest_gap_s": 0.0}])

@@ -8,9 +8,9 @@ from bridge.simulator.plant import Plant
 from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import BY_NAME, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2
-from bridge.vehicle.thrusters import thrust_curve
+from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.wet_record import NEUTRAL_US, Series, WetRecord
+from gcs_plugin.doctor.wet_record import Series, WetRecord
 
 TICK_S = 0.05
 ADDED = (1.45, 1.75, 2.3, 1.5, 1.9, 1.4)  # not what the doctor assumes
@@ -46,7 +46,7 @@ def wet_check(file, configuration, *, wiring=None, signs=None, latency_s=None, s
         for pulse in planned:
             if pulse.start_s <= now_s < pulse.start_s + pulse.duration_s - 1e-9:
                 command[pulse.thruster] = pulse.pwm_us
-        pwm.append((now_s + TICK_S / 2, command))
+        pwm.append((now_s, command))
         stretch = plant.advance(tuple(command), TICK_S)
         times.append(stretch.time_s[1:])
         states.append(stretch.state[1:])

@@ -66,9 +66,9 @@ def test_velocity_is_carried_from_the_transducer_to_the_origin() -> None:
     assert grid.nu[:, 5] == pytest.approx(0.2)
 
 
-def test_a_fog_mean_belongs_to_the_middle_of_its_interval() -> None:
-    """Of a rate that rises by 0.01 rad/s each second, the mean over the last 0.2 s is that of 0.1 s ago."""
-    rising = dive(fog=sampled(5.0, lambda t: 0.01 * (t - 0.1)))
+def test_a_fog_mean_counts_at_the_time_that_it_carries() -> None:
+    """It is dated at the middle of its interval, so that of a steadily rising rate it is the rate itself."""
+    rising = dive(fog=sampled(5.0, lambda t: 0.01 * t))
     grid = aligned(rising, vehicle(), "v", cutoff_hz=RATE_HZ)
     assert grid.nu[5:-5, 5] == pytest.approx(0.01 * grid.time_s[5:-5], abs=1e-9)
 
@@ -80,6 +80,14 @@ def test_where_bottom_lock_was_lost_the_grid_says_so() -> None:
     lost = (grid.time_s > 10.2) & (grid.time_s < 14.7)
     assert not grid.valid[lost].any()
     assert grid.valid[(grid.time_s < 9.9) | (grid.time_s > 15.0)].all()
+
+
+@pytest.mark.parametrize("known", [0, 1])
+def test_a_velocity_known_once_at_most_is_known_nowhere(known: int) -> None:
+    once = sampled(10.0, 0.1, 0.0, 0.0)
+    once.value[known:] = np.nan
+    for velocity in (once, Signal(once.time_s[:1], once.value[:1])):
+        assert not aligned(dive(velocity=velocity), vehicle(), "v").valid.any()
 
 
 def test_what_is_not_measured_is_zero_and_named() -> None:

@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from bridge.simulator.direct import QUIET, TruthRun, heading_after, simulate_truth
+from bridge.navigation import yaw_of
+from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
 from bridge.simulator.missions import Mission, rest, run, validation
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
@@ -75,7 +76,7 @@ def test_the_pulse_widths_give_the_wrench_that_truly_acted_up_to_the_lag() -> No
 def test_depth_and_heading_are_held_through_a_dive() -> None:
     off = dive(Mode.OFF)
     assert np.abs(off.state[200:, 2] - 0.6).max() < 0.03
-    headings = [heading_after(0.0, q) for q in off.state[:, 3:7]]
+    headings = [yaw_of(tuple(q)) for q in off.state[:, 3:7]]
     assert np.abs(headings).max() < math.radians(3)
 
 
@@ -83,9 +84,3 @@ def test_one_seed_gives_one_dive_and_another_seed_another() -> None:
     first, again, other = dive(Mode.OFF), dive(Mode.OFF), dive(Mode.OFF, seed=4)
     np.testing.assert_array_equal(first.state, again.state)
     assert np.abs(first.state - other.state).max() > 1e-3
-
-
-def test_heading_is_unwrapped_to_the_nearest_turn() -> None:
-    half = math.radians(170) / 2
-    attitude = np.array([math.cos(half), 0.0, 0.0, -math.sin(half)])
-    assert heading_after(math.radians(175), attitude) == pytest.approx(math.radians(190))

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ParamRejected
-from bridge.framing import Framer, decode
+from bridge.framing import Encoder, Framer, decode
 from bridge.link.memory import memory_pair
 from bridge.parameters import COMMIT, ParameterServer, vehicle_table
 from bridge.simulator.body import Start
@@ -21,6 +22,7 @@ from bridge.simulator.noise import QUIET
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import allocation_matrix, shaft_speed, thrust_curve
 
 FILE = load_vehicle("ruvifist")
@@ -219,3 +221,53 @@ def test_a_pace_of_twice_real_time_waits_for_half_the_time_that_is_left_and_neve
 def test_a_vehicles_computer_never_loads_the_compiler() -> None:
     program = "import sys, bridge.ports, bridge.vehicle.autopilot; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_disarmed_in_the_middle_of_a_mission_the_thrusters_stop_at_once_and_the_telemetry_goes_on() -> None:
+    near, far = memory_pair()
+    vehicle = SimulatedVehicle(FILE, "hovering", [near], Start(7, 0.6))
+    ahead = Reference((0.4, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
+    assert vehicle.bridge.arm(True)
+    for _ in range(40):
+        vehicle.tick(ahead)
+    assert any(pulse != 1500.0 for pulse in vehicle.body.pwm_us)
+    disarm = dialect.MAVLink_command_long_message(1, 1, 400, 0, 0.0, 0, 0, 0, 0, 0, 0)
+    far.write(Encoder(255, 190).encode(disarm))
+    vehicle.tick(ahead)
+    while far.read(0.0):
+        pass
+    vehicle.tick(ahead)
+    assert vehicle.body.pwm_us == (1500.0,) * 8
+    told = [m for f in Framer().feed(far.read(0.0)) if (m := decode(f)).get_type() == "DEBUG_FLOAT_ARRAY"]
+    said = {m.name: m.data[:6] for m in told}
+    assert said["TAU_CMD"] == said["TAU_PID"] == [0.0] * 6
+    assert said["NU_REF"][0] == pytest.approx(0.4)
+
+
+def test_armed_again_the_controller_starts_without_an_old_integral() -> None:
+    vehicle = SimulatedVehicle(FILE, "hovering", [], Start(7, 0.6))
+    ahead = Reference((0.4, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
+    vehicle.bridge.arm(True)
+    for _ in range(100):
+        vehicle.tick(ahead)
+    vehicle.bridge.arm(False)
+    for _ in range(600):
+        vehicle.tick(ahead)
+    vehicle.bridge.arm(True)
+    still = Reference(
+        (0.0,) * 6, (0.0,) * 6, vehicle.bridge.navigation.heading_rad, vehicle.bridge.navigation.depth_m
+    )
+    vehicle.tick(still)
+    assert max(abs(pulse - 1500.0) for pulse in vehicle.body.pwm_us) < 30.0
+
+
+def test_a_vehicle_whose_dvl_falls_silent_stays_at_its_depth_and_heading() -> None:
+    vehicle = SimulatedVehicle(FILE, "hovering", [], Start(7, 0.6))
+    hold = Reference((0.0,) * 6, (0.0,) * 6, 0.0, 0.6)
+    vehicle.bridge.arm(True)
+    for _ in range(200):
+        vehicle.tick(hold)
+    vehicle.bridge.parsers["dvl"].feed = lambda _data, _time_s: []
+    states = [vehicle.tick(hold).state[-1] for _ in range(1200)]
+    assert all(0.45 < state[2] < 0.75 for state in states)
+    assert all(abs(state[12]) < 0.05 for state in states)

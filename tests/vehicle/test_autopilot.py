@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +23,12 @@ def autopilot(
     return Autopilot(
         FILE.vehicle, configuration, lambda _: MODEL if model is None else model, FILE.path.parent, mode
     )
+
+
+def heard(time_s: float, **silent_since_s: float) -> Navigation:
+    """The same readings, all of them of `time_s` but for those that are older."""
+    times = dict.fromkeys(("velocity_time_s", "rate_time_s", "attitude_time_s", "depth_time_s"), time_s)
+    return replace(HERE, **(times | silent_since_s))
 
 
 def tick(mode: Mode, model: dict[str, float] | None = None) -> Actuation:
@@ -105,11 +112,41 @@ def test_the_configuration_chooses_the_parameters() -> None:
 def test_coming_back_from_feedforward_alone_the_pid_starts_without_an_old_integral() -> None:
     pilot, fresh = autopilot(Mode.OFF), autopilot(Mode.OFF)
     for step in range(100):
-        pilot.step(0.05 * step, HERE, ASK)
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
     pilot.mode = Mode.ALONE
-    pilot.step(5.0, HERE, ASK)
+    pilot.step(5.0, heard(5.0), ASK)
     pilot.mode = Mode.OFF
-    again, first = pilot.step(5.05, HERE, ASK), fresh.step(5.05, HERE, ASK)
+    again, first = pilot.step(5.05, heard(5.05), ASK), fresh.step(5.05, heard(5.05), ASK)
     assert [again.tau_pid[dof] for dof in (0, 1, 5)] == pytest.approx(
         [first.tau_pid[dof] for dof in (0, 1, 5)]
     )
+
+
+@pytest.mark.parametrize(
+    ("sensor", "axes", "says"),
+    [
+        ("velocity_time_s", (0, 1), "PID surge, sway off: no velocity"),
+        ("depth_time_s", (2,), "PID heave off: no depth"),
+        ("attitude_time_s", (5,), "PID roll, pitch, yaw off: no attitude"),
+        ("rate_time_s", (5,), "PID roll, pitch, yaw off: no attitude"),
+    ],
+)
+def test_a_sensor_that_fell_silent_steers_no_thruster(sensor: str, axes: tuple[int, ...], says: str) -> None:
+    pilot = autopilot(Mode.OFF)
+    for step in range(60):
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
+    after = [pilot.step(t, heard(t, **{sensor: 3.0}), ASK) for t in (3.5, 4.0, 4.05, 9.0)]
+    dropout, still, *blind = (actuation.tau_pid for actuation in after)
+    assert all(tau[dof] != 0.0 for tau in (dropout, still) for dof in (0, 1, 2, 5))
+    assert all(tau[dof] == 0.0 for tau in blind for dof in axes)
+    assert all(tau[dof] != 0.0 for tau in blind for dof in {0, 1, 2, 5} - set(axes))
+    assert pilot.take_texts() == [says]
+    assert len(says) <= 50
+    assert after[-1].nu_fb == (0.3, 0.1, 0.01, 0.001, 0.002, 0.05)
+    assert pilot.step(9.05, heard(9.05), ASK).tau_pid[axes[0]] != 0.0
+
+
+def test_a_clock_that_no_sensor_has_told_steers_no_thruster() -> None:
+    actuation = autopilot(Mode.OFF).step(1.0, Navigation(), ASK)
+    assert actuation.tau_pid == (0.0,) * 6
+    assert set(actuation.pwm_us) == {1500.0}

@@ -42,6 +42,13 @@ def test_yaw_acts_on_heading_and_its_rate_and_heave_on_depth_and_its_rate() -> N
     assert tau[2] == pytest.approx(10.0 * (0.1 - 0.5 * 0.1))
 
 
+@pytest.mark.parametrize("heading", [math.pi - 0.1 - math.tau, math.pi - 0.1, math.pi - 0.1 + 3 * math.tau])
+def test_a_heading_is_reached_by_the_shorter_way(heading: float) -> None:
+    there = Navigation((0.0, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), heading, 0, 0.0, 0)
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(there, wanted(heading=0.1 - math.pi), 0.05, False)
+    assert tau[5] == pytest.approx(4.0 * 0.2)
+
+
 def test_roll_and_pitch_are_pushed_level_and_damped() -> None:
     half = 0.1 / 2
     rolled = Navigation(
@@ -75,10 +82,13 @@ def test_the_output_and_the_integral_stay_within_reach() -> None:
 
 
 def test_an_axis_without_a_measurement_gets_nothing() -> None:
-    tau = Controller(PROPORTIONAL, BODY, REACH).step(
-        Navigation(depth_m=0.0), wanted(u=1.0, depth=1.0), 0.05, False
-    )
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(Navigation(), wanted(u=1.0, depth=1.0), 0.05, False)
     assert tau == (0.0,) * 6
+
+
+def test_depth_is_held_without_a_velocity() -> None:
+    tau = Controller(PROPORTIONAL, BODY, REACH).step(Navigation(depth_m=0.5), wanted(depth=0.6), 0.05, False)
+    assert tau == pytest.approx((0.0, 0.0, 10.0 * 0.1, 0.0, 0.0, 0.0))
 
 
 def test_a_reset_forgets_only_the_integrals_named() -> None:

@@ -3,6 +3,7 @@
 import os
 import random
 import socket
+import threading
 
 import pytest
 
@@ -15,7 +16,7 @@ from bridge.link.lossy import Lossy
 from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
 from bridge.link.pseudo import open_pty
-from bridge.link.reconnecting import Reconnecting, next_retry_s
+from bridge.link.reconnecting import Aside, Reconnecting, next_retry_s
 from bridge.link.tcp import TcpServer, open_tcpin
 from bridge.link.udp import UdpLink, source_of
 
@@ -406,3 +407,42 @@ def test_a_lossy_link_delays_and_its_switches_work_while_it_runs() -> None:
     lossy.outgoing.cut = False
     lossy.write(frames(1)[0])
     assert drain(far) == frames(1)[0]
+
+
+def test_nobody_waits_for_a_network_that_takes_its_time_to_connect() -> None:
+    answered, near = threading.Event(), memory_pair()[0]
+
+    def slow() -> Link:
+        assert answered.wait(10.0)
+        return near
+
+    aside = Aside(slow, "tcp:far:1")
+    for _ in range(3):
+        with pytest.raises(LinkError, match="tcp:far:1: is being opened"):
+            aside()
+    answered.set()
+    assert opened(aside) is near
+
+
+def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is() -> None:
+    attempts: list[Link | LinkError] = [LinkError("tcp:far:1: refused"), memory_pair()[0]]
+
+    def factory() -> Link:
+        attempt = attempts.pop(0)
+        if isinstance(attempt, LinkError):
+            raise attempt
+        return attempt
+
+    said: list[str] = []
+    assert opened(Aside(factory, "tcp:far:1"), said).name == "memory:a"
+    assert "tcp:far:1: refused" in said
+
+
+def opened(aside: Aside, said: list[str] | None = None) -> Link:
+    for _ in range(500):
+        try:
+            return aside()
+        except LinkError as error:
+            if said is not None:
+                said.append(str(error))
+    raise AssertionError("it was never opened")

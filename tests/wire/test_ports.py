@@ -81,13 +81,17 @@ class Ground:
 
 
 @contextmanager
-def running(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Ground, SystemClock]]:
-    with bridging(craft, bus) as (_, ground, clock):
+def running(
+    craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
+) -> Iterator[tuple[Ground, SystemClock]]:
+    with bridging(craft, bus, act) as (_, ground, clock):
         yield ground, clock
 
 
 @contextmanager
-def bridging(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Bridge, Ground, SystemClock]]:
+def bridging(
+    craft: Vehicle, bus: I2cBus | None = None, act: Callable[[], None] = lambda: None
+) -> Iterator[tuple[Bridge, Ground, SystemClock]]:
     clock, stop = SystemClock(), threading.Event()
     near, far = memory_pair()
     bridge = Bridge(craft, clock, [near], ParameterServer(None, vehicle_table(craft)))
@@ -98,7 +102,7 @@ def bridging(craft: Vehicle, bus: I2cBus | None = None) -> Iterator[tuple[Bridge
         return bus
 
     thread = threading.Thread(
-        target=run_ports, args=(bridge, craft, clock, stop), kwargs={"open_bus": open_bus}
+        target=run_ports, args=(bridge, craft, clock, stop), kwargs={"act": act, "open_bus": open_bus}
     )
     thread.start()
     try:
@@ -136,6 +140,18 @@ def test_bytes_on_a_port_become_frames_dated_by_their_arrival() -> None:
         assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
         assert begun_s - 0.2 < fog.time_s <= clock.boot_s()
         assert ground.reading("alive").values[1:] == (12.0, 0.0)
+    device.close()
+
+
+def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard() -> None:
+    device, path = open_pty()
+    craft = vehicle(fog=Device("kvh1750", port=path))
+    busy = threading.Event()
+    with (
+        running(craft, act=lambda: busy.wait(0.08) and None) as (ground, _),
+        feeding(device, encode_kvh1750(np.full(20, 0.25))),
+    ):
+        assert ground.reading("fog").values[0] == pytest.approx(0.25, abs=1e-5)
     device.close()
 
 
@@ -177,6 +193,9 @@ def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_bac
         ground.text("depth: nothing answers")
         bus.unplugged = False
         assert ground.reading("pressure").values[0] == pytest.approx(110_000.0, abs=30.0)
+        closed = bus.closed
+        assert closed >= 1
+    assert bus.closed == closed + 1
 
 
 def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on() -> None:

@@ -78,12 +78,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def lasting(spec: str, clock: "Clock") -> "Link":
-    """A link that must open now, and comes back by itself later. Raises LinkError."""
+    """A link that must open now, and comes back by itself later, without the sensors waiting. Raises LinkError."""
     from bridge.link.open import open_link
-    from bridge.link.reconnecting import Reconnecting
+    from bridge.link.reconnecting import Aside, Reconnecting
 
     first = [open_link(spec)]
-    return Reconnecting(lambda: first.pop() if first else open_link(spec), clock, spec)
+    again = Aside(lambda: open_link(spec), spec)
+    return Reconnecting(lambda: first.pop() if first else again(), clock, spec)
 
 
 def default_store(vehicle: "Vehicle") -> Path:

@@ -105,7 +105,12 @@ def wet(
     said = observed.arrivals.get("veh_cfg")
     veh_cfg = int(said[-1].reading.values[0]) if said else None
     configuration = file.configuration or file.vehicle.configuration_at(veh_cfg)
-    target = ParameterClient(link, clock).find_vehicle(arguments.seconds)
+    client = ParameterClient(link, clock)
+    target = client.find_vehicle(arguments.seconds)
+    if client.armed:
+        raise exit_codes.UsageError(
+            f"{link.name}: the vehicle is armed already; end its mission and disarm it, then check again"
+        )
     with show.progress("a rest, then each thruster once") as bar:
 
         def progress(done: int, total: int) -> None:
@@ -146,13 +151,16 @@ def disk(folder: Path) -> "Finding":
 
 def ports(vehicle: "Vehicle") -> list["Finding"]:
     """Whether the ports of the vehicle file are on this computer."""
+    from bridge.drivers import speaks_tcp
+    from bridge.sensors.bar30 import parse_i2c_port
     from gcs_plugin.doctor.findings import fail, ok
 
     found = []
     for slot, device in vehicle.sensors.present().items():
-        path = Path(f"/dev/i2c-{device.port.split(':')[1]}") if device.kind == "bar30" else Path(device.port)
-        if not device.port or device.port.startswith("tcp:"):
+        if not device.port or speaks_tcp(device):
             continue
+        on_bus = device.kind == "bar30"
+        path = Path(f"/dev/i2c-{parse_i2c_port(device.port)[0]}" if on_bus else device.port)
         if path.exists():
             found.append(ok(slot, f"{device.kind}: {path} is there"))
         else:

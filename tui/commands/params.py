@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.framing import Encoder
     from bridge.link.open import open_link
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.recorder import GROUND_STATION, ground_heartbeat
+    from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui.parameter_files import targets_of
 
     if arguments.action in ("diff", "upload"):

@@ -44,7 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.folder import About, about_vehicle, new_folder
-    from gcs_plugin.recorder import GROUND_STATION, Recorder
+    from gcs_plugin.recorder import Recorder
+    from gcs_plugin.station import GROUND_STATION
     from tui import show
     from tui.running import until_stopped
 
