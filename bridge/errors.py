@@ -3,6 +3,7 @@
 SeatrialError                 what happened, to what, what to do: one sentence a user can act on
 ├── ConfigError               a vehicle file or a setting
 ├── LinkError                 a port or a network link
+│   ├── LinkSpecError         a name that means no link
 │   ├── LinkTimeout           nothing arrived within the time allowed
 │   └── LinkLost              the port or the peer went away
 ├── FrameError                bytes that had to be a frame and are not
@@ -25,6 +26,10 @@ class ConfigError(SeatrialError):
 
 class LinkError(SeatrialError):
     """A port or a network link does not work."""
+
+
+class LinkSpecError(LinkError):
+    """What was given as the name of a link means none."""
 
 
 class LinkTimeout(LinkError):

@@ -4,7 +4,9 @@ import argparse
 import difflib
 import importlib
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import NoReturn, Protocol, cast
@@ -24,6 +26,9 @@ VERBS = {
     "replay": "send a recorded dive to a link, on its own clock",
     "doctor": "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
 }
+
+
+STOPPED = "stopped before it was done"
 
 
 class Command(Protocol):
@@ -57,7 +62,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(f"{what}{error.strerror or error}; check the path, its permissions and the disk",
                          exit_codes.BAD_INPUT)  # fmt: skip
     except KeyboardInterrupt:
-        return _complain("stopped before it was done", exit_codes.INTERRUPTED)
+        return _complain(STOPPED, exit_codes.INTERRUPTED)
+    except SystemError as error:
+        if not _is_interrupt(error):
+            raise
+        return _complain(STOPPED, exit_codes.INTERRUPTED)
 
 
 def load(verb: str) -> Command:
@@ -117,6 +126,18 @@ def _version() -> str:
         return "(not installed)"
 
 
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: compiled code that it meets raises a SystemError from it."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 def _complain(sentence: str, code: int) -> int:
-    print(f"seatrial: {' '.join(sentence.split())}", file=sys.stderr)
+    """One line on standard error; on a terminal broken between words."""
+    line = f"seatrial: {' '.join(sentence.split())}"
+    if sys.stderr.isatty():
+        width = shutil.get_terminal_size().columns
+        line = textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)
+    print(line, file=sys.stderr)
     return code

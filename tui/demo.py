@@ -21,11 +21,12 @@ from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
 from identify.ingest.open import read_dive
-from tui import simulated
+from tui import show, simulated
+from tui.parameter_files import write_identified
 
 VEHICLE = "ruvifist"
 CAMPAIGNS = ("survey", "hovering")
-MODES = {"PID alone": Mode.OFF, "feed-forward alone": Mode.ALONE, "both": Mode.BOTH}
+MODES = {"PID": Mode.OFF, "FF": Mode.ALONE, "both": Mode.BOTH}
 CAMPAIGN_SHARE, UPLOAD_SHARE = 0.72, 0.03
 DIVE_SHARE = 0.75
 """Of a campaign's work the dive itself; the rest is the identification."""
@@ -55,12 +56,16 @@ class Demo:
 
 
 def run(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
-    """Everything, with recordings, parameters and receipt under the new folder `root`."""
+    """Everything; under the new folder `root` what was recorded, identified and uploaded, and the receipt."""
     file = load_vehicle(VEHICLE)
     campaigns = _campaigns(root, seed, unix_s, tell)
     tell(CAMPAIGN_SHARE, "upload with read-back")
     store = root / "vehicle-parameters.json"
+    for one in campaigns:
+        show.write_json(one.identification.to_json(), str(root / f"{one.configuration}.json"))
+        write_identified(root / f"{one.configuration}.param", one.identification, file)
     receipt = _upload(file, campaigns, root, seed, store)
+    show.write_json(receipt.to_json(), str(root / "receipt.json"))
     runs = {}
     begun, each = CAMPAIGN_SHARE + UPLOAD_SHARE, (1.0 - CAMPAIGN_SHARE - UPLOAD_SHARE) / len(MODES)
     for words, mode in MODES.items():

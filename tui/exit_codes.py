@@ -1,6 +1,6 @@
 """What the exit code of every verb means: one list, shown by `seatrial --help` and in docs/commands.md."""
 
-from bridge.errors import FitError, LinkError, ParamError, SeatrialError
+from bridge.errors import FitError, LinkError, LinkSpecError, ParamError, SeatrialError
 
 DONE = 0
 NO = 1
@@ -23,6 +23,8 @@ class UsageError(SeatrialError):
 
 def of(error: SeatrialError) -> int:
     """The exit code of an error that ends a verb."""
+    if isinstance(error, LinkSpecError):
+        return BAD_INPUT
     if isinstance(error, LinkError):
         return LINK
     if isinstance(error, ParamError | FitError):

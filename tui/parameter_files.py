@@ -1,7 +1,8 @@
 """Parameter files on their way between `identify` and `params`: any file in, `.param` with its sidecar out."""
 
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,20 +13,64 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.sidecar import Sidecar, intervals_of, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
-from identify.identification import Identification
+from identify.identification import Identification, Outcome
 from tui.exit_codes import UsageError
 
 
-def targets_of(path: Path, vehicle: str | None, only: Collection[str] | None) -> dict[str, float]:
-    """Parameter id to value. Raises UsageError for a file that can't be sent: nothing was sent then."""
+@dataclass(frozen=True)
+class Targets:
+    """What is to be sent: parameter id to value, and what to know of where it came from."""
+
+    values: dict[str, float]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Leave:
+    """What the user lets pass: values of another vehicle, values of an identification that did not converge."""
+
+    any_vehicle: bool = False
+    doubts: bool = False
+
+
+def targets_of(path: Path, only: Collection[str] | None = None) -> Targets:
+    """The values of a parameter file. Raises UsageError for a file that can't be sent: nothing was sent then."""
     try:
-        found = _of_identification(path, vehicle) if path.suffix == ".json" else read_parameters(path)
+        return _narrowed(path, Targets(read_parameters(path)), only)
     except ParamError as error:
         raise UsageError(str(error)) from None
-    missing = [name for name in only or () if name not in found]
+
+
+def targets_of_identification(
+    path: Path, vehicle: str | None, leave: Leave, only: Collection[str] | None = None
+) -> Targets:
+    """The values of the JSON that `identify` wrote. Raises UsageError for one that can't or should not be sent."""
+    if vehicle is None:
+        raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
+    file = load_vehicle(vehicle)
+    data = _identification(path)
+    warnings = _check_vehicle(path, data, file, leave.any_vehicle)
+    outcome = data["outcome"]
+    if outcome != Outcome.CONVERGED.value and not leave.doubts:
+        raise UsageError(
+            f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was sent; "
+            "dive again, or give --despite-doubts"
+        )
+    configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
+    try:
+        values = parameters_from_identification(data, file.vehicle.veh_cfg(configuration))
+    except ParamError as error:
+        raise UsageError(f"{path}: {error}") from None
+    notes = (*warnings, f"outcome: {outcome}", *(f"note: {note}" for note in data.get("notes", ())))
+    return _narrowed(path, Targets(values, notes), only)
+
+
+def _narrowed(path: Path, found: Targets, only: Collection[str] | None) -> Targets:
+    missing = [name for name in only or () if name not in found.values]
     if missing:
-        raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found))}")
-    return {name: value for name, value in found.items() if only is None or name in only}
+        raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found.values))}")
+    kept = {name: value for name, value in found.values.items() if only is None or name in only}
+    return Targets(kept, found.notes)
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:
@@ -36,6 +81,7 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     ids = {name: BY_NAME[name].parameter_id(veh_cfg) for name in answer.values()}
     words = (
         f"{answer.vehicle}, configuration {answer.configuration}, by {answer.method} from {answer.dive}",
+        f"outcome: {answer.outcome.value}",
     )
     write_parameters(path, values, words)
     write_sidecar(
@@ -51,13 +97,41 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     )
 
 
-def _of_identification(path: Path, vehicle: str | None) -> dict[str, float]:
-    if vehicle is None:
-        raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
-    file = load_vehicle(vehicle)
+def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:
+    """What to warn of. Raises UsageError where the values belong to another vehicle or another shape of it."""
+    name, shape = data["vehicle"]["name"], data["configuration"]
+    misfits = []
+    if name != file.vehicle.name:
+        misfits.append(f"is of vehicle '{name}', and {file.path} is of '{file.vehicle.name}'")
+    if file.configuration not in (None, shape):
+        misfits.append(f"is of configuration '{shape}', and --vehicle names '{file.configuration}'")
+    if misfits and not any_vehicle:
+        raise UsageError(
+            f"{path}: {'; it '.join(misfits)}: nothing was sent; name its own vehicle, or give --any-vehicle"
+        )
+    warnings = [f"warning: {path} {misfit}" for misfit in misfits]
+    if not misfits and data["vehicle"]["sha256"] != file.sha256:
+        warnings.append(f"warning: {file.path} has changed since {path} was identified with it")
+    return warnings
+
+
+def _identification(path: Path) -> dict[str, Any]:
+    """An identification's JSON with all that is used here. Raises UsageError for another file."""
     data = _read(path)
-    configuration = file.configuration or file.vehicle.configuration_named(str(data.get("configuration")))
-    return parameters_from_identification(data, file.vehicle.veh_cfg(configuration))
+    vehicle = data.get("vehicle")
+    ours = (
+        isinstance(data.get("parameters"), list)
+        and isinstance(data.get("configuration"), str)
+        and isinstance(data.get("outcome"), str)
+        and isinstance(data.get("notes", []), list)
+        and isinstance(vehicle, dict)
+        and {"name", "sha256"} <= set(vehicle)
+    )
+    if not ours:
+        raise UsageError(
+            f"{path}: is not an identification; give the file that `seatrial identify --json` wrote"
+        )
+    return data
 
 
 def _read(path: Path) -> dict[str, Any]:

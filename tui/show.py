@@ -6,16 +6,17 @@ the tables follow to standard error.
 
 import json
 import math
+import os
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
@@ -24,6 +25,10 @@ Tell = Callable[[float, str], None]
 
 STANDARD_OUTPUT = "-"
 LINE_EVERY_S = 5.0
+PIPED_WIDTH = 160
+BETWEEN_COLUMNS = "  "
+LONGEST_WORD = 20
+"""Longer words of a heading or of the last column may be broken."""
 
 
 def results(json_target: str | None = None) -> Console:
@@ -38,22 +43,95 @@ def words() -> Console:
 
 def _console(*, to_errors: bool) -> Console:
     console = Console(stderr=to_errors, highlight=False, emoji=False, markup=False)
-    if not console.is_terminal:
-        console.width = 160
+    if not _has_width(console):
+        console.width = PIPED_WIDTH
     return console
+
+
+def _has_width(console: Console) -> bool:
+    """Whether somebody reads on lines of a certain width: at a terminal, or as COLUMNS says."""
+    return console.is_terminal or os.environ.get("COLUMNS", "").isdigit()
+
+
+def say(console: Console, sentence: str) -> None:
+    """A sentence, broken between words where the lines have a width; a word that is longer, as a path, stays whole."""
+    console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
+
+
+def wrapped(text: str, width: int) -> str:
+    """`text` on lines of `width`, broken between words."""
+    return "\n".join(
+        textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)
+        for line in text.split("\n")
+    )
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text; the columns named in `numbers` are set flush right."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[str] = ()
+
+    def widths(self, width: int) -> list[int]:
+        """The width of each column in lines of `width`: cells stay whole, but for the words of the last column.
+
+        Headings go over several lines where there is no room for them. A table with more than fits is wider.
+        """
+        cells = [max((len(row[i]) for row in self.rows), default=0) for i in range(len(self.columns))]
+        room = width - len(BETWEEN_COLUMNS) * (len(cells) - 1)
+        whole = [max(cell, len(heading)) for cell, heading in zip(cells, self.columns, strict=True)]
+        if sum(whole) <= room:
+            return whole
+        needed = [max(cell, _longest_word(h)) for cell, h in zip(cells, self.columns, strict=True)]
+        least = max(_longest_word(text) for text in (self.columns[-1], *(row[-1] for row in self.rows)))
+        return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
+
+    def lines(self, width: int) -> list[str]:
+        """Headings, a rule and the rows."""
+        widths = self.widths(width)
+        headings = [
+            textwrap.wrap(heading, w) or [""] for heading, w in zip(self.columns, widths, strict=True)
+        ]
+        deepest = max(map(len, headings))
+        out = self._aligned([[""] * (deepest - len(heading)) + heading for heading in headings], widths)
+        out.append("─" * (sum(widths) + len(BETWEEN_COLUMNS) * (len(widths) - 1)))
+        for row in self.rows:
+            last = textwrap.wrap(row[-1], widths[-1]) or [""]
+            first = [[cell] + [""] * (len(last) - 1) for cell in row[:-1]]
+            out += self._aligned([*first, last], widths)
+        return out
+
+    def _aligned(self, cells: Sequence[Sequence[str]], widths: Sequence[int]) -> list[str]:
+        """The lines of one row; `cells` holds the lines of each cell, equally many."""
+        out = []
+        for line in zip(*cells, strict=True):
+            aligned = [
+                text.rjust(width) if column in self.numbers else text.ljust(width)
+                for text, width, column in zip(line, widths, self.columns, strict=True)
+            ]
+            out.append(BETWEEN_COLUMNS.join(aligned).rstrip())
+        return out
 
 
 def table(
     title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
 ) -> Table:
     """A table of text; the columns named in `numbers` are set flush right, the last may wrap."""
-    shown = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
-    for column in columns:
-        right = column in numbers
-        shown.add_column(column, justify="right" if right else "left", no_wrap=column != columns[-1])
-    for row in rows:
-        shown.add_row(*row)
-    return shown
+    return Table(title, columns, rows, numbers)
+
+
+def put(console: Console, shown: Table) -> None:
+    """Print a table with an empty line after it, never with a cell cut."""
+    if shown.title:
+        console.print(wrapped(shown.title, console.width), style="bold", soft_wrap=True)
+    console.print("\n".join(shown.lines(console.width)) + "\n", soft_wrap=True)
+
+
+def _longest_word(text: str) -> int:
+    return min(max(map(len, text.split()), default=0), LONGEST_WORD)
 
 
 def number(value: float | None, digits: int = 4) -> str:

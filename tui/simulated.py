@@ -10,7 +10,7 @@ from bridge.link.base import Link
 from bridge.link.memory import memory_pair
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.simulator.body import Start
-from bridge.simulator.dive import SimulatedVehicle, simulate_dive
+from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile
@@ -68,6 +68,13 @@ def record_dive(
             pass
         pace(boot_s)
 
+    share = 0.0
+
+    def advance(done: float) -> None:
+        nonlocal share
+        share = done
+        progress(done)
+
     try:
         simulate_dive(
             file,
@@ -81,10 +88,13 @@ def record_dive(
             unix_at_boot_s=unix_s,
             links=[near, *links],
             pace=record,
-            progress=progress,
+            progress=advance,
         )
     finally:
         recorder.close()
+        if share < 1.0:
+            begun_s, whole_s = clock.boot_s(), WARM_UP_S + mission.duration_s
+            folder.add_event(clock.unix_s(), f"cut short: {begun_s:.0f} s of {whole_s:.0f} s were dived")
     for trouble in troubles:
         folder.add_event(clock.unix_s(), trouble)
     return folder

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from bridge.errors import LinkError
+from bridge.errors import LinkSpecError
 from bridge.link.base import Link
 from bridge.link.serial import DEFAULT_BAUD, open_serial
 from bridge.link.tcp import open_tcp, open_tcpin
@@ -22,7 +22,7 @@ _NETWORK: dict[str, Callable[[str, int], Link]] = {
 def open_link(spec: str) -> Link:
     """The link that `spec` names; a network host left out is this computer alone.
 
-    Raises LinkError where `spec` can't be read, or what it names can't be opened.
+    Raises LinkSpecError where `spec` can't be read, LinkError where what it names can't be opened.
     """
     kind, _, rest = spec.partition(":")
     if kind == "serial" and rest:
@@ -30,7 +30,7 @@ def open_link(spec: str) -> Link:
     if kind in _NETWORK and rest:
         host, port = _host_and_port(spec, rest)
         return _NETWORK[kind](host, port)
-    raise LinkError(f"'{spec}' is not a link; give {FORMS}")
+    raise LinkSpecError(f"'{spec}' is not a link; give {FORMS}")
 
 
 def _port_and_baud(rest: str) -> tuple[str, int]:
@@ -42,5 +42,5 @@ def _port_and_baud(rest: str) -> tuple[str, int]:
 def _host_and_port(spec: str, rest: str) -> tuple[str, int]:
     host, _, port = rest.rpartition(":")
     if not port.isdecimal() or not 0 <= int(port) <= 65535:
-        raise LinkError(f"'{spec}': '{port}' is not a port number from 0 to 65535; give {FORMS}")
+        raise LinkSpecError(f"'{spec}': '{port}' is not a port number from 0 to 65535; give {FORMS}")
     return host or LOOPBACK, int(port)

@@ -27,8 +27,11 @@ class Truth:
         missing = [name for name in BY_NAME if name not in self.model]
         unknown = [name for name in self.model if name not in BY_NAME]
         if missing or unknown:
+            lacks = f"lacks {', '.join(missing)}" if missing else ""
+            strange = f"does not know {', '.join(unknown)}" if unknown else ""
+            said = " and ".join(filter(None, (lacks, strange)))
             raise ValueError(
-                f"model: needs exactly {', '.join(BY_NAME)}; wrong: {', '.join(missing + unknown)}"
+                f"model: {'is empty' if not self.model else said}; give each of {', '.join(BY_NAME)}"
             )
         for name, value in self.model.items():
             if not BY_NAME[name].low <= value <= BY_NAME[name].high:

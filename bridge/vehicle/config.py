@@ -1,5 +1,6 @@
 """A vehicle file: YAML to frozen dataclasses, all that a crew knows of its vehicle before it dives."""
 
+import difflib
 import hashlib
 import math
 from dataclasses import dataclass, field
@@ -237,8 +238,19 @@ def load_vehicle(argument: str) -> VehicleFile:
     bundled = CONFIGS / "vehicles" / f"{text}.yaml"
     if not path.exists() and bundled.exists():
         path = bundled
+    if not path.exists():
+        raise ConfigError(f"{text}: no such file; {_nearest(path.stem)}")
     data = schema.load_yaml(path)
     vehicle = schema.build(Vehicle, data, str(path))
     if configuration is not None:
         vehicle.configuration_named(configuration)
     return VehicleFile(path, vehicle, configuration, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def _nearest(name: str) -> str:
+    """What to give in place of a vehicle file that is not there."""
+    names = sorted(p.stem for p in (CONFIGS / "vehicles").glob("*.yaml") if not p.stem.endswith(".truth"))
+    near = difflib.get_close_matches(name, names, n=1)
+    if near:
+        return f"did you mean '{near[0]}'?"
+    return f"give a file, or one of {', '.join(names)}"

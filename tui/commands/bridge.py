@@ -39,8 +39,11 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.service import Bridge
     from bridge.vehicle.config import load_vehicle
     from tui import show
+    from tui.outputs import check_folder
     from tui.running import until_stopped
 
+    if arguments.parameters:
+        check_folder("--parameters", str(Path(arguments.parameters).parent))
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
     configuration = file.configuration or next(iter(vehicle.configurations))
@@ -55,25 +58,32 @@ def run(arguments: argparse.Namespace) -> int:
     told: dict[str, str] = {}
 
     def work(stop: "threading.Event") -> None:
-        words.print(
+        show.say(
+            words,
             f"{vehicle.name}, configuration {configuration}: streaming on {', '.join(arguments.link)}; "
             f"parameters in {store}; Ctrl-C ends it",
-            soft_wrap=True,
         )
         run_ports(bridge, vehicle, clock, stop)
 
     def each(_: float) -> None:
-        for name, fault in bridge.link_faults.items():
+        faults = bridge.link_faults | bridge.device_faults
+        for name, fault in faults.items():
             if told.get(name) != fault:
-                words.print(f"warning: {fault}", soft_wrap=True)
+                show.say(words, f"warning: {fault}")
+        for name in told.keys() - faults.keys():
+            show.say(words, f"{name} is back")
         told.clear()
-        told.update(bridge.link_faults)
+        told.update(faults)
 
     try:
         until_stopped(work, clock, arguments.seconds, each)
     finally:
         for link in links:
             link.close()
+    devices = vehicle.sensors.present()
+    if devices and all(bridge.device_faults.get(slot, "").startswith(f"{slot}: ") for slot in devices):
+        show.say(words, f"no device's port could be opened ({', '.join(devices)}); nothing was read")
+        return exit_codes.LINK
     return exit_codes.DONE
 
 

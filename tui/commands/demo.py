@@ -2,7 +2,7 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tui import exit_codes
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from identify.validate import Row
     from tui.demo import Demo
+    from tui.show import Table
 
 EXAMPLE = "seatrial demo --seed 3 --out demo"
 
@@ -42,7 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.folder import new_folder
     from identify.validate import compare
     from tui import demo, show
+    from tui.outputs import check_file, check_folder
 
+    check_file("--json", arguments.json)
+    check_folder("--out", arguments.out)
     clock = SystemClock()
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("demo") as tell:
@@ -50,62 +54,72 @@ def run(arguments: argparse.Namespace) -> int:
         rows = compare(done.runs)
         page = write_page(folder / "report.html", done)
     console = show.results(arguments.json)
-    console.print(identified_table(done))
+    for shown in identified_tables(done):
+        show.put(console, shown)
     inside = [held for one in done.campaigns for held in demo.inside(one).values()]
-    console.print(f"{sum(inside)} of {len(inside)} truths lie in their 95 % intervals.\n", soft_wrap=True)
-    console.print(done.receipt.sentence + "\n", soft_wrap=True)
-    console.print(tracking_table(list(done.runs), rows))
-    console.print(f"report: {page}", soft_wrap=True)
-    console.print(f"recordings: {folder}", soft_wrap=True)
-    console.print(f"took {clock.boot_s():.0f} s", soft_wrap=True)
-    show.write_json(demo.to_json(done, rows) | {"report": str(page), "folder": str(folder)}, arguments.json)
+    show.say(console, f"{sum(inside)} of {len(inside)} truths lie in their 95 % intervals.\n")
+    show.say(console, f"upload: {done.receipt.sentence}\n")
+    show.put(console, tracking_table(list(done.runs), rows))
+    show.say(console, f"report: {page}")
+    show.say(console, f"recordings, results and receipt: {folder}")
+    show.say(console, f"took {clock.boot_s():.0f} s")
+    found = demo.to_json(done, rows) | {"report": str(page), "folder": str(folder)}
+    show.write_json(found, str(folder / "result.json"))
+    show.write_json(found, arguments.json)
     return exit_codes.DONE if done.receipt.good else exit_codes.NO
 
 
-def identified_table(done: "Demo") -> Any:
-    """(a) What was identified against what the simulated vehicle truly is."""
+def identified_tables(done: "Demo") -> "list[Table]":
+    """(a) What was identified against what the simulated vehicle truly is, a table a configuration."""
     from tui import demo, show
 
-    rows = []
+    tables = []
     for one in done.campaigns:
         holds = demo.inside(one)
-        for p in one.identification.parameters:
-            if p.name not in holds:
-                continue
-            interval = f"{show.number(p.low95)} to {show.number(p.high95)}"
-            truth = show.number(one.truth[p.name])
-            says = "inside" if holds[p.name] else "outside"
-            rows.append((one.configuration, p.name, show.number(p.value), interval, truth, says, p.unit))
-    return show.table(
-        "identified against true parameters (masses are total: dry 72 kg plus added)",
-        ("configuration", "parameter", "identified", "95 % interval", "true", "truth is", "unit"),
-        rows,
-        numbers=("identified", "95 % interval", "true"),
-    )
+        dry_kg = done.file.vehicle.configurations[one.configuration].dry_mass_kg
+        rows = [
+            (
+                f"{p.name}, {p.unit}",
+                show.number(p.value),
+                f"{show.number(p.low95)} to {show.number(p.high95)}",
+                show.number(one.truth[p.name]),
+                "inside" if holds[p.name] else "outside",
+            )
+            for p in one.identification.parameters
+            if p.name in holds
+        ]
+        tables.append(
+            show.table(
+                f"{one.configuration}: identified and true parameters (masses total: dry {dry_kg:g} kg, and added)",
+                ("parameter", "identified", "95 % interval", "true", "truth is"),
+                rows,
+                numbers=("identified", "95 % interval", "true"),
+            )
+        )
+    return tables
 
 
-def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> Any:
+def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
     """(b) Mean absolute tracking errors, laid out like the paper's Table 5, a column a mode."""
     from tui import show
 
-    columns = ("motion", "tracking error", *modes, "paper, both", "unit")
+    columns = ("motion", "phase", *modes, "paper")
     lines = []
     for row in rows:
         paper = PAPER.get((row.axis, row.phase))
         lines.append(
             (
-                MOTIONS.get(row.axis, row.axis) if row.phase == "Acceleration" else "",
+                f"{MOTIONS.get(row.axis, row.axis)}, {row.unit}" if row.phase == "Acceleration" else "",
                 row.phase,
                 *(f"{value:.4f}" for value in row.values),
                 f"{paper:.4f}" if paper else "-",
-                row.unit,
             )
         )
     return show.table(
-        "mean absolute tracking error of the validation dives, configuration hovering",
+        "mean absolute tracking error, configuration hovering (paper: both)",
         columns,
         lines,
-        numbers=columns[2:-1],
+        numbers=columns[2:],
     )
 
 

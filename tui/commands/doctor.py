@@ -45,8 +45,11 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.doctor.identity import findings_against_wet
+    from tui.outputs import check_file, check_folder
     from tui.wet_check import confirmed
 
+    check_file("--json", arguments.json)
+    check_folder("--out", arguments.out)
     if not (arguments.vehicle or arguments.link):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
     if arguments.wet and not (arguments.vehicle and arguments.link):
@@ -182,6 +185,6 @@ def tell(arguments: argparse.Namespace, findings: "Iterable[Finding]") -> int:
 
     found = list(findings)
     rows = [(finding.level.value, finding.name, finding.sentence) for finding in found]
-    show.results(arguments.json).print(show.table("", ("", "what", "finding"), rows))
+    show.put(show.results(arguments.json), show.table("", ("", "what", "finding"), rows))
     show.write_json([finding.to_json() for finding in found], arguments.json)
     return exit_codes.NO if worst(found) is Level.FAIL else exit_codes.DONE

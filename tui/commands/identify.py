@@ -50,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.estimators.table import METHODS, estimator
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
     if arguments.method not in METHODS:
         raise exit_codes.UsageError(
@@ -59,6 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
     if arguments.network and arguments.method != "paper":
         raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
+    check_files({"--json": arguments.json, "--param": arguments.param, "--report": arguments.report})
+    check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
@@ -82,11 +85,9 @@ def run(arguments: argparse.Namespace) -> int:
         from tui.parameter_files import write_identified
 
         write_identified(Path(arguments.param), answers[0], file)
-        console.print(f"parameters: {arguments.param}", soft_wrap=True)
+        show.say(console, f"parameters: {arguments.param}")
     if arguments.report:
-        console.print(
-            f"report: {report(Path(arguments.report), dives, file, answers, curves)}", soft_wrap=True
-        )
+        show.say(console, f"report: {report(Path(arguments.report), dives, file, answers, curves)}")
     return exit_codes.DONE if all(answer.values() for answer in answers) else exit_codes.NO
 
 
@@ -125,14 +126,16 @@ def nothing(
     dive: "Dive", file: "VehicleFile", configuration: str, method: str, reason: str
 ) -> "Identification":
     """The answer where no parameter could be fitted, for one reason."""
-    from bridge.vehicle.coefficients import COEFFICIENTS
-    from identify.identification import Identification, Outcome, estimate
+    from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
+    from identify.identification import Identification, Outcome, added_mass, estimate
 
     nan = float("nan")
+    totals = tuple(estimate(coefficient.name, nan, nan, nan, nan, reason) for coefficient in COEFFICIENTS)
+    shape = file.vehicle.configurations[configuration]
     return Identification(
         method,
         Outcome.NOT_IDENTIFIABLE,
-        tuple(estimate(coefficient.name, nan, nan, nan, nan, reason) for coefficient in COEFFICIENTS),
+        (*totals, *(added_mass(total, shape) for total in totals[: len(MASSES)])),
         configuration,
         dive.name,
         dive.sha256,
@@ -144,22 +147,27 @@ def nothing(
 
 
 def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
-    """The result as a table, and what to know about it."""
+    """The result as a table, and what to know about it; where one reason left nothing to show, that reason."""
     from tui import show
 
     reasons = list(dict.fromkeys(p.reason for p in answer.parameters if not p.identifiable))
-    console.print(
-        show.table(
-            f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}",
-            ("name", "value", "low 95 %", "high 95 %", "unit", "identifiable"),
-            [_row(parameter, reasons) for parameter in answer.parameters],
-            numbers=("value", "low 95 %", "high 95 %"),
+    title = f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}"
+    if len(reasons) == 1 and not any(p.identifiable for p in answer.parameters):
+        show.say(console, f"{title}\n{reasons[0]}")
+    else:
+        show.put(
+            console,
+            show.table(
+                title,
+                ("name", "value", "low 95 %", "high 95 %", "unit", "identifiable"),
+                [_row(parameter, reasons) for parameter in answer.parameters],
+                numbers=("value", "low 95 %", "high 95 %"),
+            ),
         )
-    )
-    for number, reason in enumerate(reasons, start=1):
-        console.print(f"{number}: {reason}", soft_wrap=True)
+        for number, reason in enumerate(reasons, start=1):
+            show.say(console, f"{number}: {reason}")
     for note in dict.fromkeys((*dive.notes, *answer.notes)):
-        console.print(f"note: {note}", soft_wrap=True)
+        show.say(console, f"note: {note}")
 
 
 def report(

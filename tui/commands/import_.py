@@ -33,13 +33,18 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.outputs import check_file, check_new_folder
 
+    check_file("--json", arguments.json)
+    if arguments.out:
+        check_new_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     columns = Path(arguments.columns) if arguments.columns else None
     dive = read_dive(Path(arguments.file), columns, file)
     holds = contents(dive)
     console = show.results(arguments.json)
-    console.print(
+    show.put(
+        console,
         show.table(
             f"{dive.name}: {dive.duration_s:.1f} s",
             ("signal", "samples", "rate Hz", "gaps", "longest s", "unknown %"),
@@ -49,13 +54,13 @@ def run(arguments: argparse.Namespace) -> int:
                 for s in holds["signals"]
             ],
             numbers=("samples", "rate Hz", "gaps", "longest s", "unknown %"),
-        )
+        ),
     )  # fmt: skip
     for note in dive.notes:
-        console.print(f"note: {note}", soft_wrap=True)
+        show.say(console, f"note: {note}")
     if arguments.out:
         made = dive_folder(Path(arguments.out), dive, columns, file)
-        console.print(f"filed in {made}", soft_wrap=True)
+        show.say(console, f"filed in {made}")
         holds["folder"] = str(made)
     show.write_json(holds, arguments.json)
     return exit_codes.DONE

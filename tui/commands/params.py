@@ -12,6 +12,8 @@ from tui import exit_codes
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import Plan
+    from gcs_plugin.params.receipt import Line
+    from tui.parameter_files import Targets
     from tui.show import Tell
 
 EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"
@@ -50,6 +52,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name in ("diff", "upload"):
             action.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where FILE is JSON")
             action.add_argument("--only", nargs="+", metavar="NAME", help="these parameters alone")
+            action.add_argument(
+                "--any-vehicle", action="store_true", help="take what was identified of another vehicle"
+            )
+        if name == "upload":
+            action.add_argument(
+                "--despite-doubts", action="store_true", help="take an identification that did not converge"
+            )
         if name in ("upload", "rollback"):
             action.add_argument("--yes", action="store_true", help="do not ask")
             action.add_argument(
@@ -59,6 +68,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action.add_argument("--system", type=int, metavar="N", help="its MAVLink system, where several beat")
         action.add_argument("--seconds", type=float, default=5.0, metavar="N", help="wait so long for it")
         action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+
+
+def check_outputs(arguments: argparse.Namespace) -> None:
+    """Raise UsageError where a file that is to be written could not be."""
+    from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files, check_folder
+
+    out = getattr(arguments, "out", None)
+    check_files({"--json": arguments.json, "--out": out})
+    check_file("--out", out, PARAMETER_SUFFIXES)
+    if hasattr(arguments, "receipts"):
+        check_folder("--receipts", arguments.receipts)
+
+
+def targets_for(arguments: argparse.Namespace) -> "Targets":
+    """What the file of an action asks for; nothing for `show`."""
+    from tui.parameter_files import Leave, Targets, targets_of, targets_of_identification
+
+    if arguments.action == "show":
+        return Targets({})
+    path, only = Path(arguments.file), getattr(arguments, "only", None)
+    if path.suffix == ".json" and arguments.action != "rollback":
+        leave = Leave(arguments.any_vehicle, getattr(arguments, "despite_doubts", True))
+        return targets_of_identification(path, arguments.vehicle, leave, only)
+    return targets_of(path, only)
 
 
 class Watch:
@@ -86,14 +119,10 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.link.open import open_link
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
-    from tui.parameter_files import targets_of
+    from tui import show
 
-    if arguments.action in ("diff", "upload"):
-        targets = targets_of(Path(arguments.file), arguments.vehicle, arguments.only)
-    elif arguments.action == "rollback":
-        targets = targets_of(Path(arguments.file), None, None)
-    else:
-        targets = {}
+    check_outputs(arguments)
+    targets = targets_for(arguments)
     clock, watch = SystemClock(), Watch()
     link = open_link(arguments.link)
     try:
@@ -105,9 +134,11 @@ def run(arguments: argparse.Namespace) -> int:
             present = client.read_all()
         if arguments.action == "show":
             return show_values(arguments, present)
+        for note in targets.notes:
+            show.say(show.results(arguments.json), note)
         if arguments.action == "diff":
-            return show_difference(arguments, targets, present)
-        return apply(arguments, client, watch, targets, present, clock.unix_s())
+            return show_difference(arguments, targets.values, present)
+        return apply(arguments, client, watch, targets.values, present, clock.unix_s())
     finally:
         link.close()
 
@@ -115,17 +146,34 @@ def run(arguments: argparse.Namespace) -> int:
 def show_values(arguments: argparse.Namespace, present: Mapping[str, float]) -> int:
     """`params show`."""
     from gcs_plugin.params.files import write_parameters
-    from gcs_plugin.params.plan import value_text
+    from gcs_plugin.params.plan import coefficient_of, value_text
     from tui import show
 
-    patterns = [p if "*" in p else p + "*" for p in map(str.upper, arguments.patterns)] or ["*"]
-    shown = {name: v for name, v in present.items() if any(fnmatchcase(name, p) for p in patterns)}
-    rows = [(name, value_text(value)) for name, value in shown.items()]
-    show.results(arguments.json).print(show.table("", ("name", "value"), rows, numbers=("value",)))
-    if arguments.out:
+    patterns = {given: _pattern(given) for given in arguments.patterns or ["*"]}
+    shown = {name: v for name, v in present.items() if any(fnmatchcase(name, p) for p in patterns.values())}
+    missed = [given for given, p in patterns.items() if not any(fnmatchcase(name, p) for name in present)]
+    if shown:
+        rows = []
+        for name, value in shown.items():
+            coefficient = coefficient_of(name)
+            rows.append((name, value_text(value), coefficient.unit if coefficient else ""))
+        show.put(
+            show.results(arguments.json),
+            show.table("", ("name", "value", "unit"), rows, numbers=("value",)),
+        )
+    if arguments.out and shown:
         write_parameters(Path(arguments.out), shown)
     show.write_json(shown, arguments.json)
-    return exit_codes.DONE if shown else exit_codes.NO
+    for given in missed:
+        show.say(
+            show.words(),
+            f"the vehicle has no parameter like '{given}'; it has {len(present)}: give none to see them all",
+        )
+    return exit_codes.NO if missed else exit_codes.DONE
+
+
+def _pattern(given: str) -> str:
+    return given.upper() if "*" in given else f"{given.upper()}*"
 
 
 def show_difference(
@@ -137,7 +185,7 @@ def show_difference(
 
     plan = make_plan(targets, present)
     tell_plan(plan, arguments.json)
-    show.results(arguments.json).print(plan.summary(), soft_wrap=True)
+    show.say(show.results(arguments.json), plan.summary())
     rows = [
         {
             "name": r.name,
@@ -169,10 +217,10 @@ def apply(
 
     plan = make_plan(targets, present)
     tell_plan(plan.chosen(r.name for r in plan.rows if r.verdict is not Verdict.SAME), arguments.json)
-    show.results(arguments.json).print(plan.summary(), soft_wrap=True)
+    show.say(show.results(arguments.json), plan.summary())
     plan.check()
     if plan.changes and not arguments.yes and not agreed(f"write {len(plan.changes)} parameters?"):
-        show.words().print("nothing was sent")
+        show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     stem = Path(arguments.receipts) / f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
     before = stem.with_name(f"{stem.name}-before.param")
@@ -180,19 +228,25 @@ def apply(
         receipt = client.apply(plan, before)
     console = show.results(arguments.json)
     rows = [
-        (line.name, _text(line.before), _text(line.after), line.sentence)
+        (line.name, _text(line.before), _text(line.after), _became(line))
         for line in receipt.lines
         if line.name in plan.changes
     ]
-    console.print(
-        show.table("", ("name", "before", "now", "what became of it"), rows, numbers=("before", "now"))
-    )
-    console.print(f"{receipt.outcome.value}: {receipt.sentence}", soft_wrap=True)
+    if rows:
+        columns = ("name", "before", "now", "what became of it")
+        show.put(console, show.table("", columns, rows, numbers=columns[1:3]))
+    show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
     kept = stem.with_name(f"{stem.name}-receipt.json")
     show.write_json(receipt.to_json(), str(kept))
-    console.print(f"receipt: {kept}\nvalues before: {before}", soft_wrap=True)
+    show.say(console, f"receipt: {kept}\nvalues before: {before}")
     show.write_json(receipt.to_json(), arguments.json)
     return exit_codes.DONE if receipt.good else exit_codes.NO
+
+
+def _became(line: "Line") -> str:
+    from gcs_plugin.params.transfer import Outcome
+
+    return "read back equal" if line.outcome is Outcome.APPLIED else line.sentence
 
 
 def _text(value: float | None) -> str:
@@ -202,13 +256,14 @@ def _text(value: float | None) -> str:
 
 
 def tell_plan(plan: "Plan", json_target: str | None) -> None:
-    """The plan as a table."""
-    from gcs_plugin.params.plan import printable
+    """The plan as a table, without the lines that an upload never sends."""
+    from gcs_plugin.params.plan import Verdict, printable
     from tui import show
 
-    console = show.results(json_target)
+    rows = printable(plan.chosen(row.name for row in plan.rows if row.verdict is not Verdict.READ_ONLY))
     columns = ("name", "on the vehicle", "in the file", "verdict")
-    console.print(show.table("", columns, printable(plan), numbers=columns[1:3]))
+    if rows:
+        show.put(show.results(json_target), show.table("", columns, rows, numbers=columns[1:3]))
 
 
 def agreed(question: str) -> bool:

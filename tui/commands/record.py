@@ -1,6 +1,7 @@
 """`seatrial record`: links into a dive folder."""
 
 import argparse
+import contextlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ from tui import exit_codes
 if TYPE_CHECKING:
     import threading
 
+    from gcs_plugin.folder import DiveFolder
     from gcs_plugin.recorder import Notice, Recorder
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
@@ -44,11 +46,14 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.folder import About, about_vehicle, new_folder
-    from gcs_plugin.recorder import Recorder
     from gcs_plugin.station import GROUND_STATION
     from tui import show
+    from tui.outputs import check_file, check_folder
     from tui.running import until_stopped
+    from tui.status_texts import TellingRecorder
 
+    check_file("--json", arguments.json)
+    check_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     links = [open_link(spec) for spec in arguments.link]
     clock = SystemClock()
@@ -58,9 +63,10 @@ def run(arguments: argparse.Namespace) -> int:
     words = show.words()
 
     def notice(said: "Notice") -> None:
-        words.print(f"{said.level}: {said.sentence}", soft_wrap=True)
+        show.say(words, f"{said.level}: {said.sentence}")
 
-    recorder = Recorder(
+    recorder = TellingRecorder(
+        lambda text: show.say(words, text),
         links,
         folder.open_telemetry,
         clock,
@@ -72,31 +78,44 @@ def run(arguments: argparse.Namespace) -> int:
     with words.status("waiting for the first frame") as status:
 
         def work(stop: "threading.Event") -> None:
-            words.print(f"recording into {folder.path}; Ctrl-C ends it", soft_wrap=True)
+            show.say(words, f"recording into {folder.path}; Ctrl-C ends it")
             recorder.run(stop)
 
         def each(since_s: float) -> None:
             status.update(_line(recorder, since_s))
 
         until_stopped(work, clock, arguments.seconds, each)
-    found = summary(recorder, folder.path, clock.boot_s())
-    show.results(arguments.json).print(
-        f"{found['frames']} frames, {found['bytes']} bytes, {found['lost']} lost: {folder.path}",
-        soft_wrap=True,
-    )
+    heard = bool(recorder.recorded or recorder.lost)
+    if not heard:
+        remove(folder)
+    found = summary(recorder, folder.path if heard else None, clock.boot_s())
+    counts = f"{found['frames']} frames, {found['bytes']} bytes, {found['lost']} lost"
+    show.say(show.results(arguments.json), f"{counts}: {folder.path}" if heard else counts)
     show.write_json(found, arguments.json)
-    if not recorder.recorded:
-        words.print(
-            f"nothing arrived on {', '.join(arguments.link)}; check vehicle, cable and port", soft_wrap=True
+    if not heard:
+        show.say(
+            words,
+            f"nothing arrived on {', '.join(arguments.link)}, so no dive folder is kept; "
+            "check vehicle, cable and port",
         )
         return exit_codes.LINK
     return exit_codes.NO if recorder.lost else exit_codes.DONE
 
 
-def summary(recorder: "Recorder", folder: Path, now_s: float) -> dict[str, Any]:
+def remove(folder: "DiveFolder") -> None:
+    """Take away the folder of a dive in which nothing was heard; whatever else lies in it keeps it."""
+    from gcs_plugin.folder import ABOUT
+
+    for path in (*folder.telemetry(), folder.path / ABOUT):
+        path.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        folder.path.rmdir()
+
+
+def summary(recorder: "Recorder", folder: Path | None, now_s: float) -> dict[str, Any]:
     """What was recorded, as plain data."""
     return {
-        "folder": str(folder),
+        "folder": str(folder) if folder else None,
         "files": recorder.files,
         "frames": recorder.recorded,
         "bytes": recorder.recorded_bytes,

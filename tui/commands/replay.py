@@ -48,5 +48,5 @@ def run(arguments: argparse.Namespace) -> int:
                 tell((stamp_us - first_us) / length_us, f"{(stamp_us - first_us) / 1e6:.0f} s")
     finally:
         link.close()
-    show.results().print(f"{sent} frames sent to {link.name}", soft_wrap=True)
+    show.say(show.results(), f"{sent} frames sent to {link.name}")
     return exit_codes.DONE

@@ -72,7 +72,13 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
     from tui import simulated
+    from tui.outputs import check_file, check_folder
 
+    check_file("--json", arguments.json)
+    if arguments.parameters:
+        check_folder("--parameters", str(Path(arguments.parameters).parent))
+    if arguments.mission != IDLE:
+        check_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
     configuration = configuration_of(file, arguments.mission)
@@ -147,7 +153,7 @@ def dive(
         "duration_s": mission.duration_s,
         "ff_mode": parameters.mode,
     }
-    show.results(arguments.json).print(f"{mission.duration_s:.0f} s dived: {folder.path}", soft_wrap=True)
+    show.say(show.results(arguments.json), f"{mission.duration_s:.0f} s dived: {folder.path}")
     show.write_json(found, arguments.json)
     return exit_codes.DONE
 
@@ -173,9 +179,7 @@ def idle(
     words = show.words()
 
     def work(stop: "threading.Event") -> None:
-        words.print(
-            f"{file.vehicle.name} is afloat on {', '.join(arguments.link)}; Ctrl-C ends it", soft_wrap=True
-        )
+        show.say(words, f"{file.vehicle.name} is afloat on {', '.join(arguments.link)}; Ctrl-C ends it")
         pace = real_time(arguments.speed or 1.0)
         while not stop.is_set():
             vehicle.rest()

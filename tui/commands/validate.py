@@ -1,6 +1,7 @@
 """`seatrial validate`: tracking errors of dives, by feed-forward mode."""
 
 import argparse
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
 
 EXAMPLE = "seatrial validate dives/pid dives/both --vehicle ruvifist"
 
-MODES = ("PID", "PID, shadow", "feed-forward", "PID and feed-forward")
+MODES = ("PID", "shadow", "FF", "both")
+"""By FF_MODE."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,34 +33,51 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.open import read_dive
     from identify.validate import compare, tracking_errors
     from tui import show
+    from tui.outputs import check_file
 
+    check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
-    dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
+    dives = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
     runs = dict(zip(labels(dives), dives, strict=True))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
     errors = {label: tracking_errors(dive, lever_m) for label, dive in runs.items()}
-    rows = compare(runs, lever_m)
+    rows = [row for row in compare(runs, lever_m) if not all(map(math.isnan, row.values))]
     console = show.results(arguments.json)
     if rows:
-        console.print(
+        show.put(
+            console,
             show.table(
                 "mean absolute tracking error",
-                ("axis", "phase", *runs, "unit"),
-                [(r.axis, r.phase, *(show.number(v, 3) for v in r.values), r.unit) for r in rows],
+                ("motion", "phase", *runs),
+                [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
                 numbers=tuple(runs),
-            )
+            ),
         )
-        console.print(_lags(errors))
+        show.put(console, _lags(errors))
     show.write_json([_plain(label, found) for label, found in errors.items()], arguments.json)
-    still = [label for label, found in errors.items() if not found.axes]
-    for label in still:
-        show.words().print(
-            f"{runs[label].name}: has no reference (NU_REF) that moves, so nothing to compare with",
-            soft_wrap=True,
-        )
-    return exit_codes.NO if still else exit_codes.DONE
+    nothing = [label for label, found in errors.items() if not _has_errors(found)]
+    for label in nothing:
+        show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
+    return exit_codes.NO if nothing else exit_codes.DONE
+
+
+def _has_errors(found: "TrackingErrors") -> bool:
+    return any(math.isfinite(axis.overall) for axis in found.axes)
+
+
+def _why_nothing(dive: "Dive") -> str:
+    if dive.nu_ref is None:
+        return "has no reference (NU_REF), so nothing to compare with; record the dive of a mission"
+    if dive.velocity is None and dive.gyro is None and dive.fog is None:
+        return "has neither velocity nor rates, so nothing to compare; record the DVL or a gyro"
+    return f"its reference (NU_REF) rests in the {dive.duration_s:.0f} s recorded, so nothing to compare; record longer"
+
+
+def in_order(dives: "Sequence[Dive]") -> "list[Dive]":
+    """Dives by FF_MODE: PID, shadow, FF, both, then those of which none is known."""
+    return sorted(dives, key=lambda dive: len(MODES) if (mode := _mode_number(dive)) is None else mode)
 
 
 def labels(dives: "Sequence[Dive]") -> list[str]:
@@ -71,20 +90,26 @@ def labels(dives: "Sequence[Dive]") -> list[str]:
     return [name if named.index(name) == i else f"{name} ({i + 1})" for i, name in enumerate(named)]
 
 
-def _mode(dive: "Dive") -> str:
+def _mode_number(dive: "Dive") -> int | None:
     import numpy as np
 
     if dive.ff_mode is None or not len(dive.ff_mode):
-        return ""
+        return None
     values, counts = np.unique(dive.ff_mode.value[:, 0], return_counts=True)
-    mode = int(values[np.argmax(counts)])
+    return int(values[np.argmax(counts)])
+
+
+def _mode(dive: "Dive") -> str:
+    mode = _mode_number(dive)
+    if mode is None:
+        return ""
     return MODES[mode] if 0 <= mode < len(MODES) else f"mode {mode}"
 
 
 def _lags(errors: "dict[str, TrackingErrors]") -> Any:
     from tui import show
 
-    columns = ("axis", "dive", "delay s", "acceleration less delay", "mean |PID| in steady state")
+    columns = ("axis", "dive", "delay, s", "acceleration less delay", "mean |PID| when steady")
     rows = [
         (axis.axis, label, show.number(axis.delay_s, 3), show.number(axis.acceleration_less_delay, 3),
          show.number(axis.pid_magnitude, 3))
