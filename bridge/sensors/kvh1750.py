@@ -6,9 +6,12 @@ valid; the rest zero in normal operation. Bytes 3..5: rate, 22 bits signed, most
 least significant bit is taken as 1000 / 2^21 deg/s (the drivers round it to 476.8 micro-deg/s). The sense
 of positive rotation is not stated: the sign is the mounting's.
 
-Only the counter tells frames from noise. So a frame is passed on when the next one's counter has confirmed
-it, and a rate that jumps by more than any vehicle can is marked invalid. One chunk of bytes is one set of
-numpy calls.
+Only the first byte tells frames from noise. So a frame is passed on when the next one's counter has confirmed
+it, and its rate is valid only between two first bytes in normal operation and where it fits its neighbours: no
+more than LARGEST_STEP_RAD_S from the one before it, and within SPIKE_RAD_S of that one, of the one after it or
+of their mean. A spike agrees with none of these. A step agrees with what follows it and a ramp with the mean,
+so either costs two frames at most. What can't be seen is a flipped bit that moves a rate by less than
+SPIKE_RAD_S and one frame's turn. One chunk of bytes is one set of numpy calls.
 
 Time: a frame has none. A fit of arrivals over the running count of frames gives the true period (units
 differ by 2 to 3 %) and takes the jitter out; the frames of a chunk are laid out backwards from its last
@@ -26,12 +29,17 @@ from bridge.sensors.samples import FogBlock, Sample
 
 LSB_RAD_S = math.radians(1000.0 / 2**21)
 RATED_RAD_S = math.radians(490.0)
-LARGEST_STEP_RAD_S = math.radians(20.0)  # in one frame: 350 rad/s2 at 1 kHz
+# In one frame: 52 rad/s2 at 1 kHz. The thrusters of a BlueROV2 Heavy (0.59 kg m2 in yaw) could give it 45 at most.
+LARGEST_STEP_RAD_S = math.radians(3.0)
+# Off the mean of its neighbours by this, a rate tells of an acceleration that changed by 3.5 rad/s2 within 1 ms:
+# thrusters take tens of milliseconds to do so. The gyro's noise is 5e-3 deg/s.
+SPIKE_RAD_S = math.radians(0.1)
 
 FRAME = 6
 _STEPS_TO_LOCK = 10
 _HUNTED = FRAME * (_STEPS_TO_LOCK + 1) - 1  # bytes to keep: one less than can lock, on every phase
 _HEALTHY = 0x10  # the low six bits of byte 0 in normal operation
+_CLEAR = 0x20  # the bit of byte 0 that is always zero
 _BYTE_S = 10 / 115200
 _PERIOD_TOLERANCE = 0.03
 
@@ -50,8 +58,8 @@ def encode_kvh1750(rates: ArrayLike, first_count: int = 0, valid: ArrayLike = Tr
 class Kvh1750Parser:
     """Rates about the gyro's axis, one FogBlock a feed.
 
-    counts: good (frames), invalid (the device says so), out of range, step (beyond LARGEST_STEP_RAD_S),
-    slip (lock lost), skipped bytes.
+    counts: good (frames), invalid (the device says so), unconfirmed (the next frame's first byte is not that of
+    normal operation), out of range, step (does not fit its neighbours), slip (lock lost), skipped bytes.
     """
 
     def __init__(self, rate_hz: float = 1000.0, latency_s: float = 0.0) -> None:
@@ -85,7 +93,7 @@ class Kvh1750Parser:
                 break
             frames = np.frombuffer(buffer, np.uint8, count * FRAME, at).reshape(count, FRAME)
             counters = frames[:, 0] >> 6
-            wrong = np.flatnonzero((counters[1:] - counters[:-1]) & 3 != 1)
+            wrong = np.flatnonzero((counters[1:] - counters[:-1]) & 3 | frames[1:, 0] & _CLEAR != 1)
             confirmed = int(wrong[0]) if wrong.size else count - 1
             if wrong.size:
                 to_end = (len(buffer) - at) / FRAME - 1
@@ -93,7 +101,7 @@ class Kvh1750Parser:
             else:
                 last_s = self._clock.time_of(self._frames + confirmed, arrival_s - self._behind_s(buffer, at))
             if confirmed:
-                rate, flags = self._rates(frames[:confirmed])
+                rate, flags = self._rates(frames[: confirmed + 1])
                 rates.append(rate)
                 valid.append(flags)
                 times.append(self._stamps(last_s, confirmed))
@@ -123,21 +131,29 @@ class Kvh1750Parser:
         return stamps
 
     def _rates(self, frames: NDArray[np.uint8]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """The rates (n,) of `frames` (n + 1, 6) and which of them are valid; the last frame only confirms."""
         words = frames.view(">u2")
         raw = (words[:, 1] & 0x3F).astype(np.int32) << 16 | words[:, 2]
-        rate = ((raw ^ 0x200000) - 0x200000) * LSB_RAD_S
+        rates = ((raw ^ 0x200000) - 0x200000) * LSB_RAD_S
+        rate = rates[:-1]
         healthy = frames[:, 0] & 0x3F == _HEALTHY
         rated = np.abs(rate) <= RATED_RAD_S
-        steady = ~(np.abs(np.diff(rate, prepend=self._last_rate)) > LARGEST_STEP_RAD_S)
+        steady = _steady(np.diff(rates, prepend=self._last_rate))
         self._last_rate = float(rate[-1])
-        valid = healthy & rated & steady
+        valid = healthy[:-1] & healthy[1:] & rated & steady
         good = int(np.count_nonzero(valid))
         if good:
             self.counts["good"] += good
-        if good < len(frames):
-            for reason, flags in (("invalid", healthy), ("out of range", rated), ("step", steady)):
-                if not flags.all():
-                    self.counts[reason] += len(frames) - int(np.count_nonzero(flags))
+        if good < len(rate):
+            unconfirmed = healthy[:-1] & ~healthy[1:]
+            for reason, flags in (
+                ("invalid", ~healthy[:-1]),
+                ("unconfirmed", unconfirmed),
+                ("out of range", ~rated),
+                ("step", ~steady),
+            ):
+                if flags.any():
+                    self.counts[reason] += int(np.count_nonzero(flags))
         return rate, valid
 
     def _slip(self, at: int) -> int:
@@ -156,7 +172,7 @@ class Kvh1750Parser:
         best = max(starts, 0)
         if starts > 0:
             heads = np.frombuffer(buffer, np.uint8, offset=at)
-            counters, clear, healthy = heads >> 6, heads & 0x20 == 0, heads & 0x3F == _HEALTHY
+            counters, clear, healthy = heads >> 6, heads & _CLEAR == 0, heads & 0x3F == _HEALTHY
             step = ((counters[FRAME:] - counters[:-FRAME]) & 3 == 1) & clear[FRAME:] & clear[:-FRAME]
             run = _all_of(step, _STEPS_TO_LOCK)
             found = np.flatnonzero(run[:starts])
@@ -169,6 +185,14 @@ class Kvh1750Parser:
         if best:
             self.counts["skipped bytes"] += best
         return at + best
+
+
+def _steady(steps: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which rates fit their neighbours, from the n + 1 steps into and out of each; NaN where there is none."""
+    into, out = steps[:-1], steps[1:]
+    near = np.abs(steps) <= SPIKE_RAD_S
+    fits = near[:-1] | near[1:] | (np.abs(out - into) <= 2 * SPIKE_RAD_S)
+    return fits & ~(np.abs(into) > LARGEST_STEP_RAD_S)
 
 
 def _all_of(flags: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
