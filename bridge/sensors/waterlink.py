@@ -12,6 +12,7 @@ less that. Where they are absent or make no sense, it is the arrival less the co
 
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -22,6 +23,7 @@ from bridge.sensors.samples import NAN3, DvlSample, Sample, Vector3
 
 TCP_PORT = 16171
 TRANSDUCERS = 4
+_TRANSDUCER_IDS = tuple(b"%d" % i for i in range(TRANSDUCERS))
 
 _LONGEST_REPORT = 16384
 _LONGEST_SENTENCE = 1024
@@ -30,6 +32,9 @@ _FASTEST_M_S = 20.0
 _FARTHEST_M = 1000.0
 _KNOWN_SENTENCES = (b"wrp", b"wrx", b"wrt", b"wra", b"wrc", b"wrv", b"wrw")
 _REFUSALS = (b"wrn", b"wr?", b"wr!")
+# float() takes more (1_0, blanks around it, "infinity"), which no device writes.
+_NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)")
+_COVARIANCES = 9
 
 
 def encode_command(command: str, parameters: dict[str, Any] | None = None) -> bytes:
@@ -230,17 +235,22 @@ class WaterlinkSerialParser:
         return None
 
     def _range(self, fields: list[bytes]) -> None:
-        number, _velocity, distance, _rssi, _nsd = fields
-        if not 0 <= int(number) < TRANSDUCERS:
+        number, *measured = fields
+        _velocity, distance, _rssi, _nsd = map(_parsed, measured)
+        if number not in _TRANSDUCER_IDS:
             raise ValueError(f"there is no transducer {number!r}")
-        self._ranges[int(number)] = float(distance)
+        self._ranges[int(number)] = distance
 
     def _velocity(self, fields: list[bytes], time_s: float) -> DvlSample | None:
-        x, y, z, valid, altitude, fom, _covariance, valid_us, sent_us, _since, _status = fields
+        x, y, z, valid, altitude, fom, covariance, valid_us, sent_us, since_ms, status = fields
         if valid not in (b"y", b"n"):
             raise ValueError(f"{valid!r} is neither y nor n")
-        numbers = [float(field) for field in (x, y, z, fom, altitude)]
-        age_s = _age_s(float(valid_us), float(sent_us))
+        if len(list(map(_parsed, covariance.split(b";")))) != _COVARIANCES:
+            raise ValueError(f"{covariance!r} is not {_COVARIANCES} covariances")
+        *numbers, valid_at, sent_at, _, _ = map(
+            _parsed, (x, y, z, fom, altitude, valid_us, sent_us, since_ms, status)
+        )
+        age_s = _age_s(valid_at, sent_at)
         ranges = tuple(self._ranges.get(i, math.nan) for i in range(TRANSDUCERS)) if self._ranges else ()
         self._ranges.clear()
         moment_s = time_s - (self._latency_s if age_s is None else age_s)
@@ -276,6 +286,12 @@ def _age_s(valid_us: float, sent_us: float) -> float | None:
         return None
     age_s = (sent_us - valid_us) * 1e-6
     return max(age_s, 0.0) if abs(age_s) <= _OLDEST_S else None
+
+
+def _parsed(field: bytes) -> float:
+    if not _NUMBER.fullmatch(field):
+        raise ValueError(f"{field!r} is no number")
+    return float(field)
 
 
 def _number(value: Any) -> float:

@@ -7,6 +7,9 @@ structure and one of the packet; both must hold.
 Instrument axes: x from beam 1 to beam 2, y from beam 4 to beam 3, z away from the bottom; the velocity is
 that of the instrument over the bottom.
 
+Lock is x, y and z all finite. The error velocity, what four beams know beyond three, may be NaN: three beams
+give a velocity but no error. An infinite or impossible velocity or error is no measurement: no sample.
+
 Time: the packet holds the DVL's own clock, but that has a resolution of 10 ms, no zone, and is set by hand to
 the second. So a sample's time is the arrival of the packet less the configured latency.
 """
@@ -106,8 +109,9 @@ def encode_wayfinder(
 class WayfinderParser:
     """Velocity in instrument axes; the mean range to the bottom is taken for the altitude.
 
-    counts: good, checksum, length, overlong, skipped bytes, unknown, response, refused, out of range, and
-    "beam coordinates" (also ship, earth): a DVL set to these gives no sample, as its numbers are not x y z.
+    counts: good (with lock or without), checksum, length, overlong, skipped bytes, unknown, response, refused,
+    out of range, and "beam coordinates" (also ship, earth): a DVL set to these gives no sample, as its numbers
+    are not x y z.
     """
 
     def __init__(self, latency_s: float = 0.0) -> None:
@@ -184,7 +188,7 @@ class WayfinderParser:
         if coordinates != INSTRUMENT:
             self.counts[_COORDINATE_NAMES.get(coordinates, "unknown")] += 1
             return None
-        too_fast = any(abs(v) > _FASTEST_M_S for v in values[:3])
+        too_fast = any(abs(v) > _FASTEST_M_S for v in values[:4])
         if too_fast or any(v < 0 or v > _FARTHEST_M for v in values[4:]):
             self.counts["out of range"] += 1
             return None

@@ -203,11 +203,15 @@ def test_other_reports_are_counted_by_type():
     [
         (b"wrz,1,2,3\n", "malformed"),
         (encode_sentence("wrz,1,2,3"), "malformed"),
-        (encode_sentence("wrz,0,0,0,x,1,0,0,7,14,1,0"), "malformed"),
-        (encode_sentence("wrz,a,0,0,y,1,0,0,7,14,1,0"), "malformed"),
-        (encode_sentence("wrz,nan,0,0,y,1,0,0,7,14,1,0"), "out of range"),
-        (encode_sentence("wrz,0,0,inf,y,1,0,0,7,14,1,0"), "out of range"),
+        (encode_sentence("wrz,0,0,0,x,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0"), "malformed"),
+        (encode_sentence("wrz,a,0,0,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0"), "malformed"),
+        (encode_sentence("wrz,nan,0,0,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0"), "out of range"),
+        (encode_sentence("wrz,0,0,inf,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0"), "out of range"),
+        (encode_sentence("wrz,0,0,0,y,1,0,0;0;0;0;0;0;0;0;0,7,14,1,0,5"), "malformed"),
         (encode_sentence("wru,4,0,1,0,0"), "malformed"),
+        (encode_sentence("wru,0_0,0,1,0,0"), "malformed"),
+        (encode_sentence("wru,0,0,1_0,0,0"), "malformed"),
+        (encode_sentence("wru,0,0,1,x,0"), "malformed"),
         (encode_sentence("wru,0"), "malformed"),
         (encode_sentence("wr?"), "refused"),
         (encode_sentence("wrn"), "refused"),
@@ -221,6 +225,47 @@ def test_a_bad_sentence_is_counted_and_the_next_is_read(sentence, reason):
     parser = WaterlinkSerialParser()
     assert len(parser.feed(sentence + DOCUMENTED["wrz"] + b"\n", 0.0)) == 1
     assert parser.counts == {reason: 1, "good": 1}
+
+
+GOOD = [
+    "0.120",
+    "-0.400",
+    "2.000",
+    "y",
+    "1.30",
+    "1.855",
+    "1e-07;0;1.4;0;1.2;0;0.2;0;1e+09",
+    "7",
+    "14",
+    "123.00",
+    "1",
+]
+
+
+@pytest.mark.parametrize("place", [0, 1, 2, 4, 5, 7, 8, 9, 10])
+@pytest.mark.parametrize("text", ["1_0", " 1", "1 ", "", "0x1", "infinity", "1e", ".", "--1", "1e1_0"])
+def test_a_field_that_is_not_plainly_a_number_makes_the_sentence_malformed(place, text):
+    parser = WaterlinkSerialParser()
+    fields = [*GOOD[:place], text, *GOOD[place + 1 :]]
+    assert parser.feed(encode_sentence("wrz," + ",".join(fields)), 0.0) == []
+    assert parser.counts == {"malformed": 1}
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    ["", "0", "0;0;0;0;0;0;0;0", "0;0;0;0;0;0;0;0;0;0", "0;0;0;0;1_0;0;0;0;0", "0;0;0;0;0;0;0;0;"],
+)
+def test_a_covariance_that_is_not_nine_numbers_makes_the_sentence_malformed(covariance):
+    parser = WaterlinkSerialParser()
+    fields = [*GOOD[:6], covariance, *GOOD[7:]]
+    assert parser.feed(encode_sentence("wrz," + ",".join(fields)), 0.0) == []
+    assert parser.counts == {"malformed": 1}
+
+
+@pytest.mark.parametrize("text", ["5", "+0.5", "-.5", "5.", "1e-07", "1E+0"])
+def test_every_plain_form_of_a_number_is_read(text):
+    (sample,) = WaterlinkSerialParser().feed(encode_sentence("wrz," + ",".join([text, *GOOD[1:]])), 0.0)
+    assert sample.velocity[0] == float(text)
 
 
 def test_reports_may_arrive_in_any_pieces():

@@ -169,10 +169,39 @@ def test_answers_are_counted_by_what_they_say():
     assert parser.counts == {"response": 1, "refused": 1}
 
 
-@pytest.mark.parametrize("velocity", [(math.inf, 0.0, 0.0), (0.0, -25.0, 0.0)])
+@pytest.mark.parametrize(
+    "velocity", [(math.inf, 0.0, 0.0), (0.0, -25.0, 0.0), (0.0, 0.0, -math.inf), (NAN, math.inf, NAN)]
+)
 def test_velocities_that_no_vehicle_has_are_counted_out_of_range(velocity):
     parser = WayfinderParser()
     assert parser.feed(encode_wayfinder(velocity, (3.0,) * 4, 2.6, WHEN), 0.0) == []
+    assert parser.counts == {"out of range": 1}
+
+
+def test_three_beams_give_a_velocity_without_an_error_and_that_is_lock():
+    packet = encode_wayfinder((0.5, -0.25, 0.125), (3.0, 3.1, NAN, 3.05), 2.6, WHEN, error_velocity=NAN)
+    (sample,) = samples(packet)
+    assert sample.locked
+    assert sample.velocity == (0.5, -0.25, 0.125)
+    assert math.isnan(sample.ranges[2])
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_velocity_that_lacks_one_axis_is_no_lock(axis):
+    velocity = [0.5, -0.25, 0.125]
+    velocity[axis] = NAN
+    (sample,) = samples(encode_wayfinder(tuple(velocity), (3.0,) * 4, 2.6, WHEN))
+    assert not sample.locked
+
+
+@pytest.mark.parametrize("error", [math.inf, -math.inf, 25.0])
+@pytest.mark.parametrize("velocity", [(0.5, -0.25, 0.125), (NAN, NAN, NAN)])
+def test_an_infinite_or_impossible_error_velocity_is_counted_out_of_range_and_gives_no_sample(
+    velocity, error
+):
+    parser = WayfinderParser()
+    packet = encode_wayfinder(velocity, (3.0,) * 4, 2.6, WHEN, error_velocity=error)
+    assert parser.feed(packet, 0.0) == []
     assert parser.counts == {"out of range": 1}
 
 
