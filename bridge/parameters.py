@@ -18,14 +18,23 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge import parameter_store
 from bridge.errors import ConfigError, ParamError
 from bridge.messages.readings import CONTRACT_VERSION
-from bridge.vehicle.coefficients import COEFFICIENTS
-from bridge.vehicle.config import Vehicle
+from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
+from bridge.vehicle.config import Configuration, Vehicle
 
 MODE: Final = "FF_MODE"
 COMMIT: Final = "FF_COMMIT"
 ACTIVE: Final = "FF_ACTIVE"
 VERSION: Final = "FF_VERSION"
 APPLYING_MODES: Final = (2.0, 3.0)
+
+# What no vehicle leaves, as parts of its dry mass and of its rigid body's inertia: a slender hull's added mass in
+# heave or a flat one's in pitch is several times its own, and a dry mass in a vehicle file may be a guess.
+TOTAL_MASS_PARTS: Final = (0.3, 30.0)
+TOTAL_INERTIA_PARTS: Final = (0.1, 100.0)
+# A damping is too large where all thrusters together couldn't keep up this crawl, each on an arm of this length.
+CRAWL_M_S: Final = 0.05
+CRAWL_RAD_S: Final = 0.02
+ARM_M: Final = 1.0
 
 _FLOAT = struct.Struct("<f")
 
@@ -76,13 +85,13 @@ class Parameter:
 def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
     """The coefficients of every configuration; what the vehicle file gives as its model is the default.
 
+    Their bounds are those of the coefficients, drawn in to what a vehicle of this mass and thrust can have.
     Raises ConfigError where that model is out of bounds.
     """
     table = tuple(
         Parameter(
             coefficient.parameter_id(veh_cfg),
-            to_float32(coefficient.low),
-            to_float32(coefficient.high),
+            *bounds(coefficient, shape),
             to_float32(shape.model.get(coefficient.name, 0.0)),
             coefficient.kind == "mass",
             veh_cfg,
@@ -99,6 +108,18 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
                 f"give a value from {row.low:g} to {row.high:g}"
             )
     return table
+
+
+def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float]:
+    """The least and the greatest value of a coefficient that a vehicle of this configuration can have."""
+    if coefficient.kind == "mass" and coefficient.dof < 3:
+        low, high = (part * shape.dry_mass_kg for part in TOTAL_MASS_PARTS)
+    elif coefficient.kind == "mass":
+        low, high = (part * shape.inertia_kgm2[coefficient.dof - 3] for part in TOTAL_INERTIA_PARTS)
+    else:
+        thrust_n = shape.thruster_limit_n * sum(abs(thruster.gain) for thruster in shape.thrusters)
+        low, high = 0.0, thrust_n / CRAWL_M_S if coefficient.dof < 3 else thrust_n * ARM_M / CRAWL_RAD_S
+    return to_float32(max(low, coefficient.low)), to_float32(min(high, coefficient.high))
 
 
 class ParameterServer:

@@ -15,7 +15,8 @@ from bridge import parameter_store
 from bridge.errors import ConfigError, ParamError
 from bridge.framing import Encoder, Framer, decode
 from bridge.parameters import ParameterServer, Refusal, set_crc, to_float32, vehicle_table
-from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from bridge.schema import load_yaml
+from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
 
 GROUND = Encoder(255, 190)
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32
@@ -56,7 +57,7 @@ def read_message(name: str = "", index: int = -1, system: int = 1, component: in
 def fill(target: ParameterServer) -> None:
     """Stage a whole set."""
     for name in target.names[:24]:
-        assert target.write(name, 20.1, False) is None
+        assert target.write(name, 24.1, False) is None
 
 
 def test_the_table_has_every_coefficient_of_every_configuration_and_four_of_its_own() -> None:
@@ -88,6 +89,10 @@ def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true
         ("FF0_M_U", 0.05, False, Refusal.OUT_OF_RANGE),
         ("FF0_M_U", 1.1e5, False, Refusal.OUT_OF_RANGE),
         ("FF0_D_U", -1e-6, False, Refusal.OUT_OF_RANGE),
+        ("FF1_M_U", 99999.0, False, Refusal.OUT_OF_RANGE),
+        ("FF1_I_R", 99999.0, False, Refusal.OUT_OF_RANGE),
+        ("FF1_D_U", 99999.0, False, Refusal.OUT_OF_RANGE),
+        ("FF1_D_R", 99999.0, False, Refusal.OUT_OF_RANGE),
         ("FF_MODE", 4.0, False, Refusal.OUT_OF_RANGE),
         ("FF_MODE", 1.5, False, Refusal.OUT_OF_RANGE),
         ("FF_MODE", math.nan, False, Refusal.OUT_OF_RANGE),
@@ -126,6 +131,50 @@ def test_an_unfit_write_changes_nothing_and_is_answered_by_error_and_present_val
 def test_an_unknown_parameter_is_answered_by_does_not_exist(message: Any) -> None:
     ((kind, refusal),) = ask(server(), message)
     assert (kind, refusal.error) == ("PARAM_ERROR", Refusal.UNKNOWN)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("FF0_M_U", 0.3 * 72.0, 30 * 72.0),
+        ("FF0_M_W", 0.3 * 72.0, 30 * 72.0),
+        ("FF0_I_P", 0.1 * 2.0, 100 * 2.0),
+        ("FF0_I_R", 0.1 * 10.0, 100 * 10.0),
+        ("FF0_D_V", 0.0, 40.0 / 0.05),
+        ("FF0_D_Q", 0.0, 40.0 * 1.0 / 0.02),
+    ],
+)
+def test_a_coefficient_is_bounded_by_what_a_vehicle_of_this_mass_and_thrust_can_have(
+    name: str, low: float, high: float
+) -> None:
+    target = server()
+    for fit in (to_float32(low), to_float32(high), 0.0):
+        assert target.write(name, fit, False) is None
+    for unfit in (low * 0.999 - 1e-3, high * 1.001):
+        assert target.write(name, unfit, False) is Refusal.OUT_OF_RANGE
+
+
+def test_the_bounds_grow_with_the_number_of_thrusters_and_stay_within_those_of_the_coefficient() -> None:
+    thruster = Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    ship = Configuration(dry_mass_kg=9e4, inertia_kgm2=(1e3, 1e3, 1e3), thrusters=(thruster,) * 3)
+    rows = {row.name: (row.low, row.high) for row in vehicle_table(Vehicle("ship", {"ship": ship}))}
+    assert rows["FF0_D_U"] == (0.0, 3 * 800.0)
+    assert rows["FF0_M_U"] == (27_000.0, 1e5)
+    assert rows["FF0_I_P"] == (100.0, 1e5)
+
+
+@pytest.mark.parametrize("path", sorted((CONFIGS / "vehicles").glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_vehicle_that_we_ship_and_the_truth_of_the_simulated_one_are_within_their_bounds(
+    path: Path,
+) -> None:
+    name = path.stem.removesuffix(".truth")
+    craft = load_vehicle(name).vehicle
+    rows = {(row.veh_cfg, row.coefficient): row for row in vehicle_table(craft)}
+    truths = load_yaml(path) if path.stem.endswith(".truth") else {}
+    for configuration, truth in truths.items():
+        for coefficient, value in truth["model"].items():
+            assert rows[craft.veh_cfg(configuration), coefficient].admits(value)
+    assert len(rows) == 12 * len(craft.configurations)
 
 
 def test_only_real32_is_taken() -> None:
@@ -181,18 +230,18 @@ def test_a_staged_set_is_active_only_once_its_crc_is_committed() -> None:
     ((kind, value),) = ask(target, set_message("FF_COMMIT", float(crc)))
     assert (kind, value.param_value) == ("PARAM_VALUE", float(crc))
     assert target.value("FF_ACTIVE") == float(crc)
-    assert target.active(1)["M_u"] == to_float32(20.1)
+    assert target.active(1)["M_u"] == to_float32(24.1)
     assert len(target.active(0)) == 12
     assert target.active(7) == {}
     target.write("FF1_M_U", 30.0, False)
-    assert target.active(1)["M_u"] == to_float32(20.1)
+    assert target.active(1)["M_u"] == to_float32(24.1)
 
 
 def test_the_crc_of_another_set_commits_nothing() -> None:
     target = server()
     fill(target)
     stale = float(target.staged_crc)
-    target.write("FF0_M_U", 21.0, False)
+    target.write("FF0_M_U", 25.0, False)
     assert target.write("FF_COMMIT", stale, False) is Refusal.OUT_OF_RANGE
     assert target.active_crc == 0
     assert any("CRC" in text for text in target.take_texts())
@@ -234,7 +283,7 @@ def test_the_model_of_the_vehicle_file_is_active_from_the_start() -> None:
     target = server(M_u=80.0, D_u=40.0)
     assert target.active(0)["M_u"] == 80.0
     assert target.active_crc == target.staged_crc != 0
-    with pytest.raises(ConfigError, match=r"M_u is -3; give a value from 0\.1"):
+    with pytest.raises(ConfigError, match=r"M_u is -3; give a value from 21\.6 to 2160"):
         server(M_u=-3.0)
 
 
@@ -248,7 +297,7 @@ def test_mode_and_active_set_survive_a_restart_and_a_staged_one_does_not(tmp_pat
     again = server(path)
     assert (again.mode, again.active_crc) == (3, target.active_crc)
     assert again.active(0) == target.active(0)
-    assert again.value("FF0_M_U") == to_float32(20.1)
+    assert again.value("FF0_M_U") == to_float32(24.1)
     assert again.take_texts() == []
 
 
@@ -266,8 +315,8 @@ def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage:
         "empty": "",
         "cut": whole[: len(whole) // 2],
         "text": "parameters",
-        "nan": whole.replace(str(to_float32(20.1)), "NaN", 1),
-        "another vehicle": json.dumps(data | {"active": {"FF0_M_U": 20.0}}),
+        "nan": whole.replace(str(to_float32(24.1)), "NaN", 1),
+        "another vehicle": json.dumps(data | {"active": {"FF0_M_U": 24.0}}),
         "out of bounds": json.dumps(data | {"active": data["active"] | {"FF0_M_U": -5.0}}),
         "mode": json.dumps(data | {"mode": 7.0}),
         "list": "[]",
