@@ -134,6 +134,76 @@ def test_a_replay_of_nothing(complaint, tmp_path):
     assert "no.tlog: no such file" in sentence
 
 
+MISPLACED = [
+    ("identify", "no.tlog", "--vehicle", "nobody", "--json", "OUT/x.json"),
+    ("identify", "no.tlog", "--vehicle", "nobody", "--report", "OUT/x.html"),
+    ("identify", "no.tlog", "--vehicle", "nobody", "--param", "OUT/x.param"),
+    ("identify", "no.tlog", "--vehicle", "nobody", "--param", "x.txt"),
+    ("identify", "no.tlog", "--vehicle", "nobody", "--json", "x", "--report", "x"),
+    ("import", "no.tlog", "--json", "OUT/x.json"),
+    ("validate", "no.tlog", "--vehicle", "nobody", "--json", "OUT/x.json"),
+    ("record", "--link", "carrier:pigeon", "--json", "OUT/x.json"),
+    ("doctor", "--link", "carrier:pigeon", "--json", "OUT/x.json"),
+    ("simulate", "--vehicle", "nobody", "--mission", "survey", "--json", "OUT/x.json"),
+    ("demo", "--json", "OUT/x.json"),
+    ("params", "show", "--link", "carrier:pigeon", "--json", "OUT/x.json"),
+    ("params", "show", "--link", "carrier:pigeon", "--out", "x.txt"),
+    ("params", "diff", "no.param", "--link", "carrier:pigeon", "--json", "OUT/x.json"),
+]
+
+
+@pytest.mark.parametrize("line", MISPLACED, ids=" ".join)
+def test_a_place_that_can_not_be_written_is_said_before_anything_is_read(complaint, tmp_path, line):
+    code, sentence = complaint(*(word.replace("OUT", str(tmp_path / "gone")) for word in line))
+    assert code == exit_codes.BAD_INPUT
+    assert sentence.startswith(f"seatrial: {line[-2]} ")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ("record", "--link", "carrier:pigeon"),
+        ("simulate", "--vehicle", "nobody", "--mission", "survey"),
+        ("doctor", "--link", "carrier:pigeon"),
+        ("demo",),
+    ],
+    ids=" ".join,
+)
+def test_a_folder_below_a_file_is_said_before_anything_is_read(complaint, tmp_path, line):
+    (tmp_path / "file").touch()
+    code, sentence = complaint(*line, "--out", tmp_path / "file" / "dives")
+    assert code == exit_codes.BAD_INPUT
+    assert "is no folder" in sentence
+
+
+def test_a_misspelt_bundled_vehicle_names_the_nearest(complaint):
+    code, sentence = complaint("identify", "dive.tlog", "--vehicle", "ruvifst:survey")
+    assert code == exit_codes.BAD_INPUT
+    assert sentence.endswith("ruvifst: no such file; did you mean 'ruvifist'?")
+
+
+def test_a_vehicle_that_is_like_none_lists_the_bundled_ones(complaint):
+    _, sentence = complaint("identify", "dive.tlog", "--vehicle", "zzz")
+    assert sentence.endswith("give a file, or one of ardusub_vectored, bluerov2_heavy, bolt, ruvifist")
+
+
+def test_a_vehicle_without_a_truth_is_told_what_it_lacks_once(complaint, tmp_path):
+    _, sentence = complaint(
+        "simulate", "--vehicle", "bolt", "--mission", "survey", "--out", tmp_path / "dives"
+    )
+    assert sentence.count("M_u") == 1
+    assert "bolt.truth.yaml" in sentence
+
+
+@pytest.mark.parametrize("line", [("record",), ("doctor",), ("params", "show")])
+@pytest.mark.parametrize("spec", ["carrier:pigeon", "udpin:127.0.0.1:none"])
+def test_a_malformed_link_is_wrong_usage(complaint, tmp_path, line, spec):
+    out = ("--out", tmp_path / "dives") if line[0] in ("record", "doctor") else ()
+    code, sentence = complaint(*line, "--link", spec, *out)
+    assert code == exit_codes.BAD_INPUT
+    assert spec.split(":")[0] in sentence
+
+
 def test_an_unknown_method_names_those_there_are(complaint):
     code, sentence = complaint(*identify(VEHICLE, "--method", "magic"))
     assert code == exit_codes.BAD_INPUT

@@ -113,6 +113,35 @@ def test_each_error_has_its_exit_code_and_one_line(error, code, monkeypatch, cap
     assert shown.count("\n") == 1
 
 
+def chained(depth):
+    """What compiled code makes of Ctrl-C: a SystemError that has it, so many errors below."""
+    error = KeyboardInterrupt()
+    for _ in range(depth):
+        outer = SystemError("<function> returned a result with an exception set")
+        outer.__cause__, error = error, outer
+    return error
+
+
+@pytest.mark.parametrize("depth", [1, 2])
+def test_control_c_within_compiled_code_is_one_sentence(depth, monkeypatch, capsys):
+    monkeypatch.setattr(cli, "load", lambda _: Failing(chained(depth)))
+    assert cli.main(["demo"]) == exit_codes.INTERRUPTED
+    assert capsys.readouterr().err == "seatrial: stopped before it was done\n"
+
+
+def test_control_c_met_while_another_error_was_handled_is_one_sentence(monkeypatch):
+    error = SystemError("<function> returned a result with an exception set")
+    error.__context__ = KeyboardInterrupt()
+    monkeypatch.setattr(cli, "load", lambda _: Failing(error))
+    assert cli.main(["demo"]) == exit_codes.INTERRUPTED
+
+
+def test_a_system_error_of_its_own_is_not_taken_for_control_c(monkeypatch):
+    monkeypatch.setattr(cli, "load", lambda _: Failing(SystemError("bad internal call")))
+    with pytest.raises(SystemError, match="bad internal call"):
+        cli.main(["demo"])
+
+
 def test_the_installed_command_runs():
     done = subprocess.run(
         [Path(sys.executable).with_name("seatrial"), "--version"], capture_output=True, text=True, check=True

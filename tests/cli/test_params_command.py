@@ -87,8 +87,38 @@ def test_show_writes_a_file_that_diff_finds_to_be_the_same(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("vehicle")
-def test_show_of_a_name_that_the_vehicle_lacks_is_a_no():
+def test_show_names_the_patterns_that_match_nothing(capsys):
+    assert run("show", "SERVO", "FF1_M_U") == exit_codes.NO
+    shown = capsys.readouterr()
+    assert "no parameter like 'SERVO'" in shown.err
+    assert "FF1_M_U" not in shown.err
+    assert "FF1_M_U" in shown.out
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_show_of_nothing_shows_no_empty_table(capsys):
     assert run("show", "SERVO") == exit_codes.NO
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_show_says_the_unit_of_each_coefficient(capsys):
+    assert run("show", "FF1_M_U", "FF1_D_R", "FF_MODE") == exit_codes.DONE
+    rows = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines() if line.startswith("FF")]
+    assert ["FF1_M_U", "0", "kg"] in rows
+    assert ["FF1_D_R", "0", "N m/(rad/s)"] in rows
+    assert ["FF_MODE", "0"] in rows
+
+
+@pytest.mark.usefixtures("vehicle")
+@pytest.mark.parametrize("words", [("show",), ("diff", "FILE"), ("upload", "FILE", "--yes")])
+def test_every_table_fits_80_columns_and_none_is_cut(file, words, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    run(*(file if word == "FILE" else word for word in words))
+    shown = capsys.readouterr().out
+    assert "…" not in shown
+    assert all(len(line) <= 80 for line in shown.splitlines() if " " in line)
+    assert "FF1_M_U" in shown
 
 
 def test_diff_says_what_would_change_and_writes_nothing(vehicle, file, capsys):
@@ -106,23 +136,110 @@ def test_upload_is_active_read_back_and_has_a_receipt(vehicle, file, tmp_path, c
     assert len(list((tmp_path / "receipts").glob("*-receipt.json"))) == 1
 
 
-def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path):
+def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys):
     vehicle.server.write("FF1_M_U", 99.0, armed=False)
     vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
     assert run("upload", file, "--yes") == exit_codes.DONE
     (before,) = (tmp_path / "receipts").glob("*-before.param")
+    capsys.readouterr()
     assert run("rollback", str(before), "--yes") == exit_codes.DONE
     assert vehicle.server.active(1)["M_u"] == 99.0
+    shown = capsys.readouterr().out
+    assert not any(name in shown for name in ("FF_COMMIT", "FF_ACTIVE", "FF_VERSION"))
+    (line,) = (
+        line for line in shown.splitlines() if line.startswith("FF1_M_U") and "read back equal" in line
+    )
+    assert line.split()[1:3] == ["111.5", "99"]
+
+
+def identified(tmp_path, **changed):
+    """The JSON of an identification of this vehicle, some of it changed."""
+    file = load_vehicle(VEHICLE)
+    data = {
+        "outcome": "converged",
+        "configuration": "hovering",
+        "parameters": [
+            {"name": "M_u", "value": 112.0, "identifiable": True},
+            {"name": "M_v", "value": 50.0, "identifiable": False},
+        ],
+        "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
+        "notes": ["the thrusters saturated"],
+    }
+    path = tmp_path / "found.json"
+    path.write_text(json.dumps(data | changed), encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize("action", ["diff", "upload"])
+def test_outcome_and_notes_of_an_identification_stand_above_the_plan(vehicle, tmp_path, action, capsys):
+    del vehicle
+    run(action, identified(tmp_path), "--vehicle", VEHICLE, *(["--yes"] if action == "upload" else []))
+    shown = capsys.readouterr().out
+    assert shown.index("outcome: converged") < shown.index("the thrusters saturated") < shown.index("FF1_M_U")
+
+
+OTHER = {"vehicle": {"name": "otter", "sha256": "0"}}
+CHANGED = {"vehicle": {"name": "hovering", "sha256": "0"}}
+
+
+@pytest.mark.parametrize("action", ["diff", "upload"])
+def test_what_was_identified_of_another_vehicle_is_refused(vehicle, tmp_path, action, capsys):
+    path = identified(tmp_path, **OTHER)
+    assert run(action, path, "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
+    assert "is of vehicle 'otter'" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+def test_what_was_identified_of_another_vehicle_can_be_sent_on_purpose(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, **OTHER)
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
+    assert "warning:" in capsys.readouterr().out
+    assert vehicle.server.active(1)["M_u"] == 112.0
+
+
+def test_a_vehicle_file_that_has_changed_since_is_a_warning(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, **CHANGED)
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
+    assert "has changed since" in capsys.readouterr().out
+    assert vehicle.server.active(1)["M_u"] == 112.0
+
+
+def test_an_identification_of_another_configuration_than_named_is_refused(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, configuration="survey")
+    assert run("upload", path, "--vehicle", f"{VEHICLE}:hovering", "--yes") == exit_codes.BAD_INPUT
+    assert "is of configuration 'survey'" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+def test_an_identification_in_doubt_is_sent_on_purpose_alone(vehicle, tmp_path, capsys):
+    path = identified(tmp_path, outcome="data and model disagree")
+    line = ("upload", path, "--vehicle", VEHICLE, "--yes")
+    assert run(*line) == exit_codes.BAD_INPUT
+    assert "data and model disagree" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert run(*line, "--despite-doubts") == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 112.0
+
+
+def test_diff_shows_an_identification_in_doubt(vehicle, tmp_path, capsys):
+    del vehicle
+    path = identified(tmp_path, outcome="stopped at a bound")
+    assert run("diff", path, "--vehicle", VEHICLE) == exit_codes.NO
+    assert "outcome: stopped at a bound" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("data", [{}, {"parameters": []}, {"configuration": "hovering"}, {"identified": {}}])
+def test_a_json_that_is_no_identification_is_said_so(vehicle, tmp_path, data, capsys):
+    del vehicle
+    path = tmp_path / "other.json"
+    path.write_text(json.dumps(data), encoding="utf-8")
+    assert run("diff", str(path), "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
+    assert "is not an identification" in capsys.readouterr().err
 
 
 def test_upload_takes_the_json_of_an_identification(vehicle, tmp_path):
-    estimate = {"name": "M_u", "value": 112.0, "identifiable": True}
-    vague = {"name": "M_v", "value": 50.0, "identifiable": False}
-    path = tmp_path / "found.json"
-    path.write_text(
-        json.dumps({"configuration": "hovering", "parameters": [estimate, vague]}), encoding="utf-8"
-    )
-    assert run("upload", str(path), "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
+    path = identified(tmp_path)
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
     assert vehicle.server.active(1)["M_u"] == 112.0
     assert "M_v" not in vehicle.server.active(1)
 

@@ -1,6 +1,7 @@
 """`record`, `replay` and `import`: what goes in comes out again."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.answers import status_texts
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
@@ -70,7 +72,18 @@ def test_record_of_a_silent_link_says_so_and_answers_with_the_code_of_a_link(far
     far_end.write(b"")
     code = cli.main(["record", "--link", "udpin:x", "--out", str(tmp_path), "--seconds", "0.3"])
     assert code == exit_codes.LINK
-    assert "nothing arrived on udpin:x" in capsys.readouterr().err
+    assert "nothing arrived on udpin:x, so no dive folder is kept" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_record_tells_what_the_vehicle_says_without_what_steers_a_terminal(far_end, tmp_path, capsys):
+    encoder = Encoder(7, 1)
+    for message in status_texts("depth \x1b[2Jhold " + "is lost " * 12, 4, 1) + status_texts("x" * 50, 4, 2):
+        far_end.write(encoder.encode(message))
+    far_end.write(encoder.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
+    cli.main(["record", "--link", "any", "--out", str(tmp_path), "--seconds", "0.5"])
+    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("vehicle 7")]
+    assert told == ["vehicle 7: depth [2Jhold " + "is lost " * 12, f"vehicle 7: {'x' * 50}"]
 
 
 def test_control_c_ends_a_recording_in_order(tmp_path):
@@ -82,11 +95,15 @@ def test_control_c_ends_a_recording_in_order(tmp_path):
         "--out",
         tmp_path,
     ]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as running:
+    # GNU readline, which other tests load, leaves its own COLUMNS to children that are given no environment.
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=dict(os.environ)
+    ) as running:
         assert running.stderr is not None
-        assert "Ctrl-C ends it" in running.stderr.readline()
+        told = running.stderr.readline()
         running.send_signal(signal.SIGINT)
         out, error = running.communicate(timeout=20)
+    assert "Ctrl-C ends it" in told
     assert running.returncode == exit_codes.LINK, error
     assert out.startswith("0 frames")
     assert "Traceback" not in error

@@ -59,6 +59,37 @@ def test_brackets_in_a_note_are_shown_as_they_are(capsys):
 
 
 def test_a_table_shows_each_row_whole(capsys):
-    show.results().print(show.table("title", ("name", "value"), [("M_u", "111.6")], numbers=("value",)))
+    table = show.table("title", ("name", "value"), [("M_u", "111.6")], numbers=("value",))
+    show.put(show.results(), table)
     shown = capsys.readouterr().out
     assert [line.split() for line in shown.splitlines() if "M_u" in line] == [["M_u", "111.6"]]
+
+
+def test_cells_stay_whole_where_a_table_is_wider_than_its_lines(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "40")
+    columns = ("parameter", "identified value", "true value", "what became of it")
+    row = ("I_r, kg m2", "123.4567", "1.1 to 2.2", "a long sentence that goes on")
+    show.put(show.results(), show.table("", columns, [row], numbers=columns[1:3]))
+    lines = capsys.readouterr().out.splitlines()
+    assert "…" not in "".join(lines)
+    (first,) = (line for line in lines if "I_r" in line)
+    assert first.split("  ")[:1] == ["I_r, kg m2"]
+    assert all(cell in first for cell in row[:3])
+
+
+@pytest.mark.parametrize("width", [40, 80])
+def test_sentences_break_between_words_where_lines_have_a_width(monkeypatch, capsys, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    path = "/a/" + "long-" * 30 + "path"
+    sentence = "a sentence that must be read whole, word by word, on a narrow terminal as on a wide one"
+    show.say(show.results(), f"{sentence} {path}")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == path
+    assert max(map(len, lines[:-1])) <= width
+    assert " ".join(lines[:-1]) == sentence
+
+
+def test_sentences_stay_on_one_line_in_a_pipe(monkeypatch, capsys):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    show.say(show.results(), "word " * 100 + "end")
+    assert capsys.readouterr().out == "word " * 100 + "end\n"
