@@ -7,6 +7,7 @@ import numpy as np
 from bridge.vehicle.coefficients import BY_NAME, MASSES
 from bridge.vehicle.config import Configuration, Water
 from identify.dive import Array, Dive, Signal
+from identify.fixes import check_fixes
 from identify.identification import Identification, Outcome, added_mass, estimate
 from identify.report import figures, plot, tables, track, tracking, whiteness
 from identify.report.nuisance import nuisance_tables
@@ -93,6 +94,8 @@ def dive_section(dive: Dive, water: Water | None = None) -> Section:
         f"Plots start at boot time {fixed(start_s, 1)} s.",
         *dive.notes,
     ]
+    if check := check_fixes(dive):
+        words.append(check.sentence)
     if modes := _modes(dive):
         words.insert(1, f"Feed-forward: {modes}.")
     if dive.counts:
