@@ -2,6 +2,7 @@
 
 import select
 import socket
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from bridge.errors import LinkError, LinkLost
@@ -127,7 +128,25 @@ def open_udpout(host: str, port: int) -> UdpLink:
     """A socket that speaks to one peer, which need not listen yet. Raises LinkError for an unknown host."""
     name = f"udpout:{host}:{port}"
     try:
-        address = socket.gethostbyname(host)
+        family, peer = _resolved(host, port)
     except OSError as error:
         raise LinkError(f"{name}: the host '{host}' is unknown ({error.strerror}); check the name") from None
-    return UdpLink(name, socket.socket(socket.AF_INET, socket.SOCK_DGRAM), (address, port))
+    sock = socket.socket(family, socket.SOCK_DGRAM)
+    # Where nothing leads to the peer yet, the system chooses with the first datagram that goes out.
+    with suppress(OSError):
+        sock.bind((_own_towards(family, peer), 0))
+    return UdpLink(name, sock, peer)
+
+
+def _resolved(host: str, port: int) -> tuple[int, Address]:
+    """Family and address of a peer, by IPv4 where it has both."""
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    family, *_, address = min(found, key=lambda entry: entry[0] != socket.AF_INET)
+    return family, (str(address[0]), port)
+
+
+def _own_towards(family: int, peer: Address) -> str:
+    """This computer's address on the way to `peer`, so that other networks can't reach the socket; sends nothing."""
+    with socket.socket(family, socket.SOCK_DGRAM) as probe:
+        probe.connect(peer)
+        return str(probe.getsockname()[0])

@@ -1,5 +1,6 @@
 """Links open by name, fail in sentences, and come back."""
 
+import errno
 import os
 import random
 import socket
@@ -106,6 +107,30 @@ def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
         link.close()
     with pytest.raises(LinkLost):
         ground.read(0.0)
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1"])
+def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone(host: str) -> None:
+    link = open_link(f"udpout:{host}:14550")
+    assert isinstance(link, UdpLink)
+    own, port, *_ = link._socket.getsockname()
+    assert own == ("::1" if host == "::1" else "127.0.0.1")
+    assert port == link.port > 0
+    link.close()
+
+
+def test_udpout_without_a_route_opens_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unreachable(*_: object) -> str:
+        raise OSError(errno.ENETUNREACH, "Network is unreachable")
+
+    monkeypatch.setattr("bridge.link.udp._own_towards", unreachable)
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    vehicle = open_link(f"udpout:127.0.0.1:{ground.port}")
+    vehicle.write(b"hello")
+    assert ground.read(SOON_S) == b"hello"
+    vehicle.close()
+    ground.close()
 
 
 def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it() -> None:
