@@ -1,9 +1,9 @@
 """The parameter transfer: a pure state machine, without I/O and without a clock of its own.
 
 A task is done only when a read-back, asked for after the last write and after a quiet period, answers the
-target as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period. What
-ends the attempts is a deadline, not a count, except where the vehicle itself shows, twice, that it keeps
-another value.
+target as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period, as do two
+writes without an echo. What ends the attempts is a deadline, not a count, except where the vehicle itself
+shows, twice, that it keeps another value.
 """
 
 from collections import Counter
@@ -30,6 +30,7 @@ ERROR_SENTENCES: Final = {
     8: "the vehicle could not read it",
 }
 REFUSALS_THAT_SETTLE: Final = 2
+UNANSWERED_WRITES: Final = 2  # then it is read back: there are vehicles that store a value and never echo it
 
 
 class Outcome(Enum):
@@ -233,10 +234,14 @@ class Transfer:
         return sends
 
     def _send(self, item: _Item, time_s: float) -> Send:
+        if item.state is _State.ECHO and item.attempt >= UNANSWERED_WRITES:
+            item.state, item.attempt = _State.ANSWER, 0
         item.attempt += 1
         item.due_s = time_s + retry_delay_s(item.attempt, self.timing)
         if item.state in (_State.WRITE, _State.ECHO) and item.task.write_to is not None:
             item.state, item.last_write_s = _State.ECHO, time_s
+            if item.attempt >= UNANSWERED_WRITES:
+                item.due_s = max(item.due_s, time_s + self.timing.quiet_s)
             return SetValue(item.task.write_to, item.task.value)
         item.state = _State.ANSWER
         return ReadValue(item.task.name)

@@ -68,6 +68,27 @@ def test_a_reboot_in_the_middle_is_survived(seed, forgets):
     assert vehicle.values == targets
 
 
+@pytest.mark.parametrize("loss", [{}, BAD_LINK], ids=["good link", "bad link"])
+@pytest.mark.parametrize("seed", range(20))
+def test_a_vehicle_that_stores_writes_and_never_echoes_them_is_read_back(seed, loss):
+    vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), Faults(**loss, mute=set(NAMES)), seed)
+    transfer = transfer_to(vehicle)
+    assert transfer.succeeded
+    assert {name: vehicle.values[name] for name in NAMES} == TARGETS
+    assert vehicle.writes <= (200 if loss else 80)
+
+
+def test_two_writes_without_an_echo_are_read_back_and_a_third_follows_a_difference():
+    transfer = Transfer([write("A", 2.0)], SOURCE, 0.0, Timing())
+    set_a, read_a = SetValue("A", 2.0), ReadValue("A")
+    sent = [(t / 20, send) for t in range(60) for send in transfer.tick(t / 20)]
+    assert sent[:3] == [(0.0, set_a), (0.5, set_a), (1.5, read_a)]
+    transfer.on_value("A", 1.0, SOURCE, 3.0)
+    assert not transfer.done
+    assert transfer.tick(3.9) == []
+    assert transfer.tick(4.0) == [set_a]
+
+
 def test_a_write_that_is_never_answered_ends_at_the_deadline_as_unverified():
     vehicle = LossyVehicle({"P_00": 0.0}, Faults(cut_s=0.0))
     transfer = transfer_to(vehicle, {"P_00": 1.5}, Timing(deadline_s=10.0))
