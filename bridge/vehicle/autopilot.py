@@ -16,6 +16,7 @@ from bridge.vehicle.references import ZERO6, Reference, Six
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Curve, thrust_curve
 
 RATE_HZ = 20.0
+HOLD_AFTER_S = 5.0  # a DVL that lost the bottom for a moment is back by then
 
 ParameterProvider = Callable[[int], Mapping[str, float]]
 
@@ -47,6 +48,10 @@ class Autopilot:
     `parameters(veh_cfg)` gives the active coefficients by name. `directory` is where the vehicle file lies.
     Below the gain table's `straight_below_n`, thrusts run straight to 1500 us: like a curve fitted without
     the dead zone, it leaves the first part of every start to the dead zone (the paper's 0.3 s).
+
+    A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
+    thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
+    pitch go on. It needs no ground: a mission goes on where that falls silent.
     """
 
     def __init__(
@@ -69,22 +74,26 @@ class Autopilot:
         self._controller = Controller(table, shape, self._reach)
         self._pulses = _Pulses(curve, table.straight_below_n)
         self._saturated = False
-        self._time_s = float("nan")
+        self._time_s = self._begun_s = math.nan
+        self._has_dvl, self._has_imu = vehicle.sensors.dvl is not None, vehicle.sensors.imu is not None
         self._faults: tuple[str, ...] = ()
         self._texts: list[str] = []
 
     def step(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
         """The commands of the tick at `time_s`; the PID of an axis whose sensor has fallen silent gives zero."""
+        if math.isnan(self._begun_s):
+            self._begun_s = time_s
+        lost = self._lost(time_s, navigation)
         dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
         pid = self._controller.step(known, reference, dt_s, self._saturated)
-        if not self.mode.applies_pid:
+        if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
         term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
-        self._report((*_blind(known), *term.faults))
-        ff = np.array(term.tau) if self.mode.applies_feedforward else np.zeros(6)
+        self._report((*_blind(known), *lost, *term.faults))
+        ff = np.array(term.tau) if self.mode.applies_feedforward and not lost else np.zeros(6)
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff)
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
@@ -93,13 +102,28 @@ class Autopilot:
 
     def rest(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
         """The tick of a disarmed vehicle: neutral pulses, integrals forgotten; the feed-forward is computed alone."""
-        self._time_s = time_s
+        self._time_s, self._begun_s = time_s, math.nan
         self._saturated = False
         self._controller.reset(range(6))
         term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
         self._report(term.faults)
         neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
         return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
+
+    def _lost(self, time_s: float, navigation: Navigation) -> tuple[str, ...]:
+        """Why there is no horizontal thrust, in words of 50 characters at most; empty where there is."""
+        needed = (
+            ("velocity", self._has_dvl, navigation.velocity_time_s),
+            ("heading", self._has_imu, navigation.attitude_time_s),
+            ("heading", self._has_imu, navigation.rate_time_s),
+        )
+        lost = {
+            what: f"no {what} for {HOLD_AFTER_S:.0f} s: no horizontal thrust"
+            for what, aboard, last_s in needed
+            # What was never heard is missed from the first armed tick on.
+            if aboard and time_s - (last_s if last_s > self._begun_s else self._begun_s) > HOLD_AFTER_S
+        }
+        return tuple(lost.values())
 
     def _told(
         self,

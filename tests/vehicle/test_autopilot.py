@@ -135,7 +135,7 @@ def test_a_sensor_that_fell_silent_steers_no_thruster(sensor: str, axes: tuple[i
     pilot = autopilot(Mode.OFF)
     for step in range(60):
         pilot.step(0.05 * step, heard(0.05 * step), ASK)
-    after = [pilot.step(t, heard(t, **{sensor: 3.0}), ASK) for t in (3.5, 4.0, 4.05, 9.0)]
+    after = [pilot.step(t, heard(t, **{sensor: 3.0}), ASK) for t in (3.5, 4.0, 4.05, 7.95)]
     dropout, still, *blind = (actuation.tau_pid for actuation in after)
     assert all(tau[dof] != 0.0 for tau in (dropout, still) for dof in (0, 1, 2, 5))
     assert all(tau[dof] == 0.0 for tau in blind for dof in axes)
@@ -143,10 +143,51 @@ def test_a_sensor_that_fell_silent_steers_no_thruster(sensor: str, axes: tuple[i
     assert pilot.take_texts() == [says]
     assert len(says) <= 50
     assert after[-1].nu_fb == (0.3, 0.1, 0.01, 0.001, 0.002, 0.05)
-    assert pilot.step(9.05, heard(9.05), ASK).tau_pid[axes[0]] != 0.0
+    assert pilot.step(8.0, heard(8.0), ASK).tau_pid[axes[0]] != 0.0
 
 
 def test_a_clock_that_no_sensor_has_told_steers_no_thruster() -> None:
     actuation = autopilot(Mode.OFF).step(1.0, Navigation(), ASK)
     assert actuation.tau_pid == (0.0,) * 6
     assert set(actuation.pwm_us) == {1500.0}
+
+
+@pytest.mark.parametrize("mode", Mode)
+@pytest.mark.parametrize(
+    ("sensor", "what"),
+    [("velocity_time_s", "velocity"), ("attitude_time_s", "heading"), ("rate_time_s", "heading")],
+)
+def test_without_velocity_or_heading_for_five_seconds_nothing_pushes_horizontally(
+    mode: Mode, sensor: str, what: str
+) -> None:
+    pilot = autopilot(mode)
+    for step in range(21):
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
+    before = pilot.step(5.95, heard(5.95, **{sensor: 1.0}), ASK)
+    assert (before.tau_cmd[0] != 0.0) == (mode.applies_feedforward or what == "heading")
+    says = f"no {what} for 5 s: no horizontal thrust"
+    assert says not in pilot.take_texts()
+    for time_s in (6.05, 30.0):
+        held = pilot.step(time_s, heard(time_s, **{sensor: 1.0}), ASK)
+        assert [held.tau_cmd[dof] for dof in (0, 1, 5)] == pytest.approx([0.0] * 3, abs=1e-9)
+        assert held.tau_cmd[2] != 0.0
+    assert pilot.take_texts() == [says]
+    assert len(says) <= 50
+    assert pilot.step(30.05, heard(30.05), ASK).tau_cmd[0] != 0.0
+
+
+def test_a_velocity_never_heard_is_missed_from_the_first_armed_tick_on() -> None:
+    pilot = autopilot(Mode.ALONE)
+    for time_s in (0.0, 100.0):
+        pilot.rest(time_s, heard(time_s, velocity_time_s=math.nan), ASK)
+    pushes = [
+        pilot.step(t, heard(t, velocity_time_s=math.nan), ASK).tau_cmd[0] for t in (101.0, 106.0, 106.1)
+    ]
+    assert [push != pytest.approx(0.0, abs=1e-9) for push in pushes] == [True, True, False]
+
+
+def test_what_is_not_aboard_is_not_missed() -> None:
+    bare = replace(FILE.vehicle, sensors=replace(FILE.vehicle.sensors, dvl=None))
+    pilot = Autopilot(bare, "hovering", lambda _: MODEL, FILE.path.parent, Mode.ALONE)
+    for time_s in (0.0, 60.0):
+        assert pilot.step(time_s, heard(time_s, velocity_time_s=math.nan), ASK).tau_cmd[0] != 0.0
