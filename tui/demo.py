@@ -2,7 +2,9 @@
 
 import math
 import multiprocessing
+import os
 import queue
+import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
@@ -92,7 +94,7 @@ def campaign(
         mission,
         root,
         seed=seed,
-        unix_s=unix_s,
+        unix_s=unix_s - simulated.lasts_s(mission),
         parameters=simulated.server(file, None),
         mode=Mode.OFF,
         progress=lambda share: progress(DIVE_SHARE * share),
@@ -110,6 +112,15 @@ _shares: "multiprocessing.Queue[tuple[str, float]] | None" = None
 def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
     global _shares
     _shares = shares
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _leave_with_parent() -> None:
+    """End this process when the demo itself is gone: nobody waits for the dive then."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _in_process(configuration: str, root: Path, seed: int, unix_s: float) -> Campaign:
@@ -170,7 +181,7 @@ def _validation(
         mission,
         root,
         seed=seed,
-        unix_s=unix_s,
+        unix_s=unix_s - simulated.lasts_s(mission),
         parameters=parameters,
         mode=mode,
         progress=progress,

@@ -29,6 +29,11 @@ def server(file: VehicleFile, store: Path | None) -> ParameterServer:
     )
 
 
+def lasts_s(mission: Mission) -> float:
+    """How long its recording lasts: begun that long ago, one that is made at once has no stamp from the future."""
+    return WARM_UP_S + mission.duration_s
+
+
 def record_dive(
     file: VehicleFile,
     configuration: str,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from bridge.framing import Encoder, decode
 from bridge.tlog import TlogWriter, read_tlog
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
 from tui import cli, exit_codes
@@ -87,9 +88,16 @@ def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, ca
     assert identify(cut(tmp_path / "short.tlog", 120.0, 123.0), "--json", out) == exit_codes.NO
     found = json.loads(out.read_text(encoding="utf-8"))
     assert found["outcome"] == "not identifiable"
+    names = [parameter["name"] for parameter in found["parameters"]]
+    assert names == [*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES]
     assert not any(parameter["identifiable"] for parameter in found["parameters"])
     assert all(parameter["reason"] for parameter in found["parameters"])
-    assert "Traceback" not in capsys.readouterr().err
+    shown = capsys.readouterr()
+    assert "Traceback" not in shown.err
+    title, reason, *_ = shown.out.splitlines()
+    assert title == "short: likelihood, configuration hovering, not identifiable"
+    assert reason == found["parameters"][0]["reason"]
+    assert "low 95 %" not in shown.out
 
 
 @needs_shared
@@ -109,6 +117,46 @@ def test_validate_shows_each_phase_of_each_axis(minute, capsys):
     assert run["run"] == "PID"
     assert {axis["axis"] for axis in run["axes"]} <= {"surge", "sway", "yaw"}
     assert "Steady state" in shown.err
+
+
+@needs_shared
+def test_validate_shows_dives_in_the_order_of_their_modes(minute, tmp_path, capsys):
+    files = {mode: in_mode(minute, tmp_path / f"{mode}.tlog", mode) for mode in (3, 1, 0, 2)}
+    assert (
+        cli.main(["validate", *map(str, files.values()), "--vehicle", VEHICLE, "--json", "-"])
+        == exit_codes.DONE
+    )
+    shown = capsys.readouterr()
+    assert [run["run"] for run in json.loads(shown.out)] == ["PID", "shadow", "FF", "both"]
+    (heading,) = (line for line in shown.err.splitlines() if line.startswith("motion"))
+    assert heading.split() == ["motion", "phase", "PID", "shadow", "FF", "both"]
+
+
+def in_mode(source, path, mode):
+    """A recording as it would be had the feed-forward been in this mode."""
+    encoder = Encoder(1, 1)
+    with TlogWriter(path) as writer:
+        for stamp, frame in read_tlog(source):
+            message = decode(frame)
+            if (
+                message is not None
+                and message.get_type() == "NAMED_VALUE_FLOAT"
+                and message.name == "FF_MODE"
+            ):
+                message.value = float(mode)
+                writer.write(stamp, encoder.encode(message))
+            else:
+                writer.write(stamp, frame.raw)
+    return path
+
+
+@needs_shared
+def test_validate_of_a_dive_too_short_to_compare_is_a_no_with_a_sentence(tmp_path, capsys):
+    path = cut(tmp_path / "short.tlog", 120.0, 120.04)
+    assert cli.main(["validate", str(path), "--vehicle", VEHICLE]) == exit_codes.NO
+    shown = capsys.readouterr()
+    assert "nothing to compare" in shown.err
+    assert shown.out == ""
 
 
 @needs_shared

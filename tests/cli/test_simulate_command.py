@@ -10,6 +10,7 @@ from bridge.clock import SystemClock
 from bridge.framing import Framer
 from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
+from gcs_plugin.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from identify.ingest.open import read_dive
@@ -138,6 +139,82 @@ def test_a_dive_that_can_not_be_says_why(tmp_path, words, sentence, capsys):
     assert cli.main(["simulate", *words, "--out", str(tmp_path / "dives")]) == exit_codes.BAD_INPUT
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "dives").exists()
+
+
+def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mission, monkeypatch, capsys):
+    def stop(share):
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("tui.show._lines", lambda *_: lambda share, _: stop(share))
+    assert simulate(tmp_path, mission) == exit_codes.INTERRUPTED
+    assert "stopped before it was done" in capsys.readouterr().err
+    (folder,) = (tmp_path / "dives").iterdir()
+    (event,) = load_folder(folder).about().events
+    assert event.text == "cut short: 5 s of 7 s were dived"
+
+
+def test_a_dive_that_ends_has_no_such_event(tmp_path, mission, capsys):
+    assert simulate(tmp_path, mission, "--json", "-") == exit_codes.DONE
+    assert load_folder(Path(json.loads(capsys.readouterr().out)["folder"])).about().events == ()
+
+
+def bridge(tmp_path, monkeypatch, sensors, seconds="1.5"):
+    near, _ = memory_pair()
+    monkeypatch.setattr("tui.commands.bridge.lasting", lambda *_: near)
+    vehicle = tmp_path / "some.yaml"
+    vehicle.write_text(
+        f"name: some\nsensors: {sensors}\nconfigurations:\n  only:\n    dry_mass_kg: 10\n    inertia_kgm2: [1, 1, 1]\n"
+        "    thrusters:\n      - {direction: [1, 0, 0], position_m: [0, 0, 0]}\n",
+        encoding="utf-8",
+    )
+    store = str(tmp_path / "memory.json")
+    line = ["bridge", "--vehicle", str(vehicle), "--link", "any", "--parameters", store]
+    return cli.main([*line, "--seconds", seconds])
+
+
+def test_a_bridge_without_any_port_tells_of_each_and_answers_with_the_code_of_a_link(
+    tmp_path, monkeypatch, capsys
+):
+    sensors = "{imu: {kind: mti300, port: /dev/ttyNone}, dvl: {kind: wayfinder, port: /dev/ttyGone}}"
+    assert bridge(tmp_path, monkeypatch, sensors) == exit_codes.LINK
+    told = capsys.readouterr().err
+    assert told.count("warning: imu: there is no port /dev/ttyNone") == 1
+    assert told.count("warning: dvl: there is no port /dev/ttyGone") == 1
+    assert "no device's port could be opened (dvl, imu)" in told
+
+
+class FaultyBridge:
+    """A bridge whose devices fail and come back as told."""
+
+    def __init__(self, *_, **__):
+        self.link_faults = {}
+        self.device_faults = {"imu": "imu: there is no port /dev/ttyNone"}
+
+
+def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monkeypatch, capsys):
+    made = []
+
+    def make(*arguments, **named):
+        made.append(FaultyBridge(*arguments, **named))
+        return made[0]
+
+    def steps(work, clock, seconds, each):
+        del work, clock, seconds
+        each(0.0)
+        each(0.5)
+        made[0].device_faults = {"dvl": "dvl silent: check cable"}
+        each(1.0)
+
+    monkeypatch.setattr("bridge.service.Bridge", make)
+    monkeypatch.setattr("tui.running.until_stopped", steps)
+    sensors = "{imu: {kind: mti300, port: /dev/ttyNone}, dvl: {kind: wayfinder, port: /dev/ttyGone}}"
+    assert bridge(tmp_path, monkeypatch, sensors) == exit_codes.DONE
+    assert capsys.readouterr().err.splitlines() == [
+        "warning: imu: there is no port /dev/ttyNone",
+        "warning: dvl silent: check cable",
+        "imu is back",
+    ]
 
 
 def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     import threading
@@ -29,7 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="where the vehicle keeps its parameters (default: ~/.local/state/seatrial/VEHICLE.json)",
     )
-    parser.add_argument("--seconds", type=float, metavar="N", help="stop after so long (default: at Ctrl-C)")
+    parser.add_argument(
+        "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

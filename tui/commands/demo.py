@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +31,7 @@ MOTIONS = {"surge": "Surge motion", "sway": "Sway motion", "yaw": "Yaw motion"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seed", type=int, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument("--seed", type=numbers.seed, default=1, help="of noise and disturbance (default: 1)")
     parser.add_argument(
         "--out", default="demo", metavar="FOLDER", help="takes a folder for this run (default: demo)"
     )
@@ -127,14 +127,17 @@ def write_page(path: Path, done: "Demo") -> Path:
     """(c) The report."""
     from identify.report.page import Report, write_report
     from identify.report.sections import dive_section, identification_section, tracking_section
+    from identify.report.tracking import Reference
     from identify.validate import tracking_errors
     from tui import demo
 
     inside = [held for one in done.campaigns for held in demo.inside(one).values()]
     errors = {mode: tracking_errors(dive) for mode, dive in done.runs.items()}
-    sections = [tracking_section(errors, done.runs)]
+    paper = Reference("paper, both", "Vangi et al., Table 5, configuration hovering", PAPER)
+    sections = [tracking_section(errors, done.runs, paper)]
     for one in done.campaigns:
-        sections.append(identification_section(one.identification, one.truth))
+        shape = done.file.vehicle.configurations[one.configuration]
+        sections.append(identification_section(one.identification, one.truth, shape))
         sections.append(dive_section(one.dive, done.file.vehicle.water))
     return write_report(
         path,

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -36,7 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--confirm", metavar="NAME", help="the vehicle's name, so that --wet does not ask for it"
     )
-    parser.add_argument("--seconds", type=float, default=6.0, metavar="N", help="listen so long (default: 6)")
+    parser.add_argument(
+        "--seconds", type=numbers.seconds, default=6.0, metavar="N", help="listen so long (default: 6)"
+    )
     parser.add_argument("--json", metavar="FILE", help="write the findings as JSON; - for standard output")
 
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", default="likelihood", help="likelihood (default) or paper")
     parser.add_argument(
         "--network",
-        type=int,
+        type=numbers.size,
         nargs=3,
         metavar=("HIDDEN", "DEPTH", "EPOCHS"),
         help="size and training of the paper's network: 1024 5 100 is the paper's own (small where not given)",

@@ -31,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
+    from identify.fixes import check_fixes
     from identify.ingest.open import read_dive
     from tui import show
     from tui.outputs import check_file, check_new_folder
@@ -58,6 +59,10 @@ def run(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     for note in dive.notes:
         show.say(console, f"note: {note}")
+    fixes = check_fixes(dive)
+    if fixes is not None:
+        show.say(console, fixes.sentence)
+        holds["fixes"] = fixes.sentence
     if arguments.out:
         made = dive_folder(Path(arguments.out), dive, columns, file)
         show.say(console, f"filed in {made}")

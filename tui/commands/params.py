@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -66,7 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             )
         action.add_argument("--link", required=True, metavar="SPEC", help="the link to the vehicle")
         action.add_argument("--system", type=int, metavar="N", help="its MAVLink system, where several beat")
-        action.add_argument("--seconds", type=float, default=5.0, metavar="N", help="wait so long for it")
+        action.add_argument(
+            "--seconds", type=numbers.seconds, default=5.0, metavar="N", help="wait so long for it"
+        )
         action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
 
 

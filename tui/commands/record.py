@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     import threading
@@ -28,7 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--vehicle", metavar="FILE[:CONFIGURATION]", help="the vehicle file to name in dive.yaml"
     )
-    parser.add_argument("--seconds", type=float, metavar="N", help="stop after so long (default: at Ctrl-C)")
+    parser.add_argument(
+        "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+    )
     parser.add_argument(
         "--heartbeat",
         action="store_true",

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes
+from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     import threading
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
-    parser.add_argument("--seed", type=int, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument("--seed", type=numbers.seed, default=1, help="of noise and disturbance (default: 1)")
     parser.add_argument("--mode", choices=MODES, help="what the feed-forward does (default: as stored)")
     parser.add_argument(
         "--heading",
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed", type=speed, metavar="N|max", help="times real time (default: max, with --link 1)"
     )
-    parser.add_argument("--seconds", type=float, metavar="N", help="end idle after so long")
+    parser.add_argument("--seconds", type=numbers.seconds, metavar="N", help="end idle after so long")
     parser.add_argument("--json", metavar="FILE", help="write what was dived as JSON; - for standard output")
 
 
@@ -138,7 +138,7 @@ def dive(
             mission,
             Path(arguments.out),
             seed=arguments.seed,
-            unix_s=unix_s,
+            unix_s=unix_s - simulated.lasts_s(mission) if math.isinf(times) else unix_s,
             parameters=parameters,
             mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
             progress=lambda share: tell(share, f"{share * mission.duration_s:.0f} s of {mission.name}"),

@@ -11,7 +11,8 @@ from tui import exit_codes
 
 if TYPE_CHECKING:
     from identify.dive import Dive
-    from identify.validate import TrackingErrors
+    from identify.validate import Row, TrackingErrors
+    from tui.show import Table
 
 EXAMPLE = "seatrial validate dives/pid dives/both --vehicle ruvifist"
 
@@ -46,21 +47,25 @@ def run(arguments: argparse.Namespace) -> int:
     rows = [row for row in compare(runs, lever_m) if not all(map(math.isnan, row.values))]
     console = show.results(arguments.json)
     if rows:
-        show.put(
-            console,
-            show.table(
-                "mean absolute tracking error",
-                ("motion", "phase", *runs),
-                [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
-                numbers=tuple(runs),
-            ),
-        )
+        show.put(console, error_table(list(runs), rows))
         show.put(console, _lags(errors))
     show.write_json([_plain(label, found) for label, found in errors.items()], arguments.json)
     nothing = [label for label, found in errors.items() if not _has_errors(found)]
     for label in nothing:
         show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
     return exit_codes.NO if nothing else exit_codes.DONE
+
+
+def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
+    """The errors, a column a run."""
+    from tui import show
+
+    return show.table(
+        "mean absolute tracking error",
+        ("motion", "phase", *runs),
+        [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
+        numbers=runs,
+    )
 
 
 def _has_errors(found: "TrackingErrors") -> bool:
@@ -72,7 +77,10 @@ def _why_nothing(dive: "Dive") -> str:
         return "has no reference (NU_REF), so nothing to compare with; record the dive of a mission"
     if dive.velocity is None and dive.gyro is None and dive.fog is None:
         return "has neither velocity nor rates, so nothing to compare; record the DVL or a gyro"
-    return f"its reference (NU_REF) rests in the {dive.duration_s:.0f} s recorded, so nothing to compare; record longer"
+    return (
+        f"its reference (NU_REF) does not move in the {dive.duration_s:.1f} s recorded, so nothing to compare; "
+        "record longer"
+    )
 
 
 def in_order(dives: "Sequence[Dive]") -> "list[Dive]":
@@ -106,7 +114,7 @@ def _mode(dive: "Dive") -> str:
     return MODES[mode] if 0 <= mode < len(MODES) else f"mode {mode}"
 
 
-def _lags(errors: "dict[str, TrackingErrors]") -> Any:
+def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
     from tui import show
 
     columns = ("axis", "dive", "delay, s", "acceleration less delay", "mean |PID| when steady")

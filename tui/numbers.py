@@ -1,0 +1,40 @@
+"""Numbers on the command line, checked before anything begins; argparse turns ValueError into its own sentence."""
+
+import argparse
+import math
+
+
+def seconds(text: str) -> float:
+    """A positive number of seconds."""
+    value = _number(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds above 0")
+    return value
+
+
+def seed(text: str) -> int:
+    """A whole number from 0."""
+    return _whole(text, 0)
+
+
+def size(text: str) -> int:
+    """A whole number from 1."""
+    return _whole(text, 1)
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    return value if math.isfinite(value) else math.nan
+
+
+def _whole(text: str, least: int) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {least}")
+    return value
