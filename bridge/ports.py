@@ -1,14 +1,16 @@
 """The bridge in real time: a thread a port reads bytes with their time of arrival, one loop does all else.
 
-A port that goes away, or is not there yet, is tried again and again; the others go on.
+A port that goes away, or is not there yet, is tried again and again; the others go on. What arrives while the
+loop is far behind is dropped, counted in the bridge's `counts["arrivals lost"]`, and told.
 """
 
+import math
 import queue
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 from typing import Final
 
 from bridge.clock import Clock
@@ -26,6 +28,7 @@ from bridge.vehicle.config import Device, Vehicle
 READ_S: Final = 0.2
 MOST_WAITING: Final = 10_000
 LONGEST_LAG_S: Final = 1.0
+TELL_LOST_EVERY_S: Final = 10.0
 DEPTH_RATE_HZ: Final = 10.0
 NO_PORT: Final = "the vehicle file names no port; add it there"
 
@@ -43,6 +46,60 @@ class Arrival:
     fault: str | None = None
 
 
+Put = Callable[[Arrival], bool]
+
+
+class Inbox:
+    """Arrivals on their way from the ports' threads to the loop, as many as may wait; the others are counted."""
+
+    def __init__(self, most: int) -> None:
+        self._queue: queue.Queue[Arrival] = queue.Queue(most)
+        self._lock = Lock()
+        self._lost = 0
+
+    def put(self, arrival: Arrival) -> bool:
+        """Whether there was room. A loop that is far behind is better served by what comes next than by all."""
+        try:
+            self._queue.put_nowait(arrival)
+        except queue.Full:
+            with self._lock:
+                self._lost += 1
+            return False
+        return True
+
+    def waiting(self) -> Iterator[Arrival]:
+        """What has arrived until now."""
+        for _ in range(self._queue.qsize()):
+            yield self._queue.get()
+
+    def next(self, timeout_s: float) -> Iterator[Arrival]:
+        """The next arrival; none where none comes in time."""
+        with suppress(queue.Empty):
+            yield self._queue.get(timeout=timeout_s)
+
+    def take_lost(self) -> int:
+        """How many found no room since the last call."""
+        with self._lock:
+            lost, self._lost = self._lost, 0
+        return lost
+
+
+class Losses:
+    """Tells the crew of lost arrivals: at once, then no more than every `TELL_LOST_EVERY_S`."""
+
+    def __init__(self) -> None:
+        self._untold = 0
+        self._due_s = -math.inf
+
+    def told(self, lost: int, now_s: float) -> str:
+        """What to say now that `lost` more were, "" for nothing."""
+        self._untold += lost
+        if not self._untold or now_s < self._due_s:
+            return ""
+        said, self._untold, self._due_s = self._untold, 0, now_s + TELL_LOST_EVERY_S
+        return f"computer too slow: {said} sensor reads lost"
+
+
 def run_ports(
     bridge: Bridge,
     vehicle: Vehicle,
@@ -57,7 +114,7 @@ def run_ports(
     A device without a port is said and left out. Raises ConfigError where a port's name or a device's rate
     can't be used.
     """
-    arrivals: queue.Queue[Arrival] = queue.Queue(MOST_WAITING)
+    inbox = Inbox(MOST_WAITING)
     devices = vehicle.sensors.present()
     for slot, device in devices.items():
         if not device.port:
@@ -66,12 +123,12 @@ def run_ports(
         Thread(target=reader, name=f"read {slot}", daemon=True)
         for slot, device in devices.items()
         if device.port
-        for reader in (_reader(slot, device, clock, stop, arrivals, open_bus),)
+        for reader in (_reader(slot, device, clock, stop, inbox.put, open_bus),)
     ]
     for thread in readers:
         thread.start()
     try:
-        _work(bridge, clock, stop, arrivals, act)
+        _work(bridge, clock, stop, inbox, act)
     finally:
         stop.set()
         for thread in readers:
@@ -83,22 +140,26 @@ def port_spec(device: Device) -> str:
     return device.port if speaks_tcp(device) else f"serial:{device.port}:{device.baud}"
 
 
-def _work(
-    bridge: Bridge, clock: Clock, stop: Event, arrivals: "queue.Queue[Arrival]", act: Callable[[], None]
-) -> None:
+def _work(bridge: Bridge, clock: Clock, stop: Event, inbox: Inbox, act: Callable[[], None]) -> None:
+    losses = Losses()
     due_s = clock.boot_s()
     while not stop.is_set():
         # What has arrived comes first: steps that take longer than their period must not leave sensors unheard.
-        for _ in range(arrivals.qsize()):
-            _give(bridge, arrivals.get())
+        for arrival in inbox.waiting():
+            _give(bridge, arrival)
         wait_s = due_s - clock.boot_s()
         if wait_s <= 0:
+            lost = inbox.take_lost()
+            bridge.counts["arrivals lost"] += lost
+            text = losses.told(lost, clock.boot_s())
+            if text:
+                bridge.say(text)
             act()
             bridge.step()
             due_s = max(due_s + 1 / RATE_HZ, clock.boot_s() - LONGEST_LAG_S)
             continue
-        with suppress(queue.Empty):
-            _give(bridge, arrivals.get(timeout=wait_s))
+        for arrival in inbox.next(wait_s):
+            _give(bridge, arrival)
 
 
 def _give(bridge: Bridge, arrival: Arrival) -> None:
@@ -111,13 +172,8 @@ def _give(bridge: Bridge, arrival: Arrival) -> None:
 
 
 def _reader(
-    slot: str, device: Device, clock: Clock, stop: Event, arrivals: "queue.Queue[Arrival]", open_bus: OpenBus
+    slot: str, device: Device, clock: Clock, stop: Event, put: Put, open_bus: OpenBus
 ) -> Callable[[], None]:
-    def put(arrival: Arrival) -> None:
-        # A loop that is this far behind is better served by what comes next than by all that it missed.
-        with suppress(queue.Full):
-            arrivals.put_nowait(arrival)
-
     if device.kind == "bar30":
         number, address = parse_i2c_port(device.port)
         return lambda: _poll_depth(slot, device, lambda: open_bus(number), address, clock, stop, put)
@@ -125,9 +181,7 @@ def _reader(
     return lambda: _read_stream(slot, device, words, clock, stop, put)
 
 
-def _read_stream(
-    slot: str, device: Device, words: bytes, clock: Clock, stop: Event, put: Callable[[Arrival], None]
-) -> None:
+def _read_stream(slot: str, device: Device, words: bytes, clock: Clock, stop: Event, put: Put) -> None:
     def connect() -> Link:
         link = open_link(port_spec(device))
         if words:
@@ -139,9 +193,10 @@ def _read_stream(
     told = ""
     while not stop.is_set():
         data = port.read(READ_S)
-        if port.fault != told:
-            told = port.fault
-            put(Arrival(slot, clock.boot_s(), fault=told.removeprefix(f"{spec}: ")))
+        fault = port.fault
+        # One that finds no room is told again: else the crew would never hear of it.
+        if fault != told and put(Arrival(slot, clock.boot_s(), fault=fault.removeprefix(f"{spec}: "))):
+            told = fault
         if data:
             put(Arrival(slot, clock.boot_s(), data))
     port.close()
@@ -154,7 +209,7 @@ def _poll_depth(
     address: int,
     clock: Clock,
     stop: Event,
-    put: Callable[[Arrival], None],
+    put: Put,
 ) -> None:
     period_s = 1 / (device.rate_hz or DEPTH_RATE_HZ)
     bus: I2cBus | None = None
@@ -171,15 +226,15 @@ def _poll_depth(
             if bus is not None:
                 bus.close()
             bus = sensor = None
-            if str(error) != told:
-                told = str(error)
-                put(Arrival(slot, clock.boot_s(), fault=told))
+            fault = str(error)
+            if fault != told and put(Arrival(slot, clock.boot_s(), fault=fault)):
+                told = fault
             stop.wait(retry_s)
             retry_s = next_retry_s(retry_s)
             continue
-        if told:
-            put(Arrival(slot, clock.boot_s(), fault=""))
-        retry_s, told = FIRST_RETRY_S, ""
+        retry_s = FIRST_RETRY_S
+        if told and put(Arrival(slot, clock.boot_s(), fault="")):
+            told = ""
         if sample is not None:
             put(Arrival(slot, sample.time_s, sample=sample))
         stop.wait(max(0.0, begun_s + period_s - clock.boot_s()))

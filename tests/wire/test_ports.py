@@ -21,7 +21,7 @@ from bridge.link.memory import memory_pair
 from bridge.link.pseudo import open_pty
 from bridge.messages import readings
 from bridge.parameters import ParameterServer, vehicle_table
-from bridge.ports import port_spec, run_ports
+from bridge.ports import Arrival, Inbox, Losses, port_spec, run_ports
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.service import Bridge
@@ -153,6 +153,57 @@ def test_steps_that_take_longer_than_their_period_leave_no_sensor_unheard() -> N
     ):
         assert ground.reading("fog").values[0] == pytest.approx(0.25, abs=1e-5)
     device.close()
+
+
+def test_what_arrives_while_the_loop_hangs_is_counted_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bridge.ports.MOST_WAITING", 2)
+    hung = threading.Event()
+    device, path = open_pty()
+    craft = vehicle(fog=Device("kvh1750", port=path))
+    with (
+        bridging(craft, act=lambda: hung.wait(0.3) and None) as (bridge, ground, _),
+        feeding(device, encode_kvh1750(np.full(20, 0.25))),
+    ):
+        ground.text("sensor reads lost")
+        assert bridge.counts["arrivals lost"] > 0
+        hung.set()
+    device.close()
+
+
+def test_an_inbox_drops_what_has_no_room_and_counts_it_once() -> None:
+    inbox = Inbox(2)
+    assert [inbox.put(Arrival("fog", float(i))) for i in range(5)] == [True, True, False, False, False]
+    assert (inbox.take_lost(), inbox.take_lost()) == (3, 0)
+    assert [arrival.time_s for arrival in inbox.waiting()] == [0.0, 1.0]
+    assert list(inbox.next(0.0)) == []
+
+
+def test_losses_are_told_at_once_and_then_every_ten_seconds_in_sum() -> None:
+    losses = Losses()
+    said = {t: losses.told(lost, float(t)) for t, lost in enumerate([0, 3, 2, *[0] * 7, 1, *[0] * 20])}
+    assert {t: text for t, text in said.items() if text} == {
+        1: "computer too slow: 3 sensor reads lost",
+        11: "computer too slow: 3 sensor reads lost",
+    }
+    assert len(losses.told(999_999, 99.0)) <= 50
+
+
+class FullInbox(Inbox):
+    """Has no room for the first word of a fault."""
+
+    def put(self, arrival: Arrival) -> bool:
+        if arrival.fault and not self.refused:
+            self.refused = True
+            return False
+        return super().put(arrival)
+
+    refused = False
+
+
+def test_a_fault_that_found_no_room_is_told_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("bridge.ports.Inbox", FullInbox)
+    with running(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (ground, _):
+        ground.text("there is no port")
 
 
 def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path: Path) -> None:
