@@ -61,13 +61,17 @@ _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 
 @dataclass
 class _Side:
-    """One link with its own framer; `fault` is why it fails, "" once a whole step went through it."""
+    """One link with its own framer; `fault` is why it fails, "" once a whole step went through it.
+
+    `dropped` is how many writes it has lost of which the crew knows.
+    """
 
     link: Link
     framer: Framer = field(default_factory=Framer)
     heard_s: float = 0.0
     fault: str = ""
     failed: bool = False
+    dropped: int = 0
 
 
 class Bridge:
@@ -315,8 +319,8 @@ class Bridge:
             for side in self._sides:
                 self._write(side, data)
         for side in self._sides:
-            if not side.failed:
-                side.fault = ""
+            if side.fault and not side.failed:
+                self._is_back(side)
             side.failed = False
 
     def _write(self, side: _Side, data: bytes) -> None:
@@ -324,6 +328,13 @@ class Bridge:
             side.link.write(data)
         except LinkError as error:
             self._failed(side, str(error))
+
+    def _is_back(self, side: _Side) -> None:
+        # A link that mends itself knows how often it was written to meanwhile.
+        dropped = getattr(side.link, "counts", Counter())["dropped"]
+        lost = f", {dropped - side.dropped} writes lost" if dropped > side.dropped else ""
+        self.say(f"link back: {side.link.name}{lost}")
+        side.fault, side.dropped = "", dropped
 
     def _failed(self, side: _Side, fault: str) -> None:
         self.counts["link faults"] += 1

@@ -16,6 +16,7 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
 from bridge.framing import Encoder, Frame, Framer
 from bridge.link.base import Link
+from bridge.link.reconnecting import Aside
 from gcs_plugin.link_health import LinkHealth
 from gcs_plugin.station import ground_heartbeat
 
@@ -60,13 +61,14 @@ class Recorded:
 
 @dataclass
 class _Port:
-    """A link with what belongs to it; `link` is None while it is gone."""
+    """A link with what belongs to it; `link` is None while it is gone, `again` opens it aside, where it may."""
 
     name: str
     link: Link | None
     framer: Framer
     health: LinkHealth
     last_data_s: float
+    again: Callable[[], Link] | None = None
     retry_s: float = 0.0
 
 
@@ -74,7 +76,8 @@ class Recorder:
     """Reads `links`, writes what they say. `open_file(n)` makes the n-th file of the recording, from 1.
 
     `free_bytes` tells the space left where the files lie, or raises OSError; `notice` hears of trouble;
-    `reopen` opens a lost link again by its name; `heartbeat` is (system, component) to beat as, None for a
+    `reopen` opens a lost link again by its name, in a thread of its own, so that the other links are not held
+    up; `heartbeat` is (system, component) to beat as, None for a
     silent recorder.
     """
 
@@ -91,10 +94,12 @@ class Recorder:
         self._clock = clock
         self._boot_at_start_s = clock.boot_s()
         self._unix_at_start_s = clock.unix_s()
-        self._open_file, self._free_bytes, self._notice, self._reopen = open_file, free_bytes, notice, reopen
+        self._open_file, self._free_bytes, self._notice = open_file, free_bytes, notice
         self._encoder = Encoder(*heartbeat) if heartbeat else None
         now_s = self._boot_at_start_s
-        self._ports = [_Port(link.name, link, Framer(), LinkHealth(), now_s) for link in links]
+        self._ports = [
+            _Port(link.name, link, Framer(), LinkHealth(), now_s, _aside(reopen, link.name)) for link in links
+        ]
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._waiting_bytes = 0
         self._sync_failure = ""
@@ -281,11 +286,11 @@ class Recorder:
         port.retry_s = self._clock.boot_s() + REOPEN_EVERY_S
 
     def _reopened(self, port: _Port) -> Link | None:
-        if self._reopen is None or self._clock.boot_s() < port.retry_s:
+        if port.again is None or self._clock.boot_s() < port.retry_s:
             return None
         port.retry_s = self._clock.boot_s() + REOPEN_EVERY_S
         try:
-            port.link = self._reopen(port.name)
+            port.link = port.again()
         except LinkError:
             return None
         self._say("info", f"{port.name} is back")
@@ -323,3 +328,7 @@ class Recorder:
 
     def _say(self, level: str, sentence: str) -> None:
         self._notice(Notice(self.unix_us(), level, sentence))
+
+
+def _aside(reopen: Callable[[str], Link] | None, name: str) -> Callable[[], Link] | None:
+    return None if reopen is None else Aside(lambda: reopen(name), name)

@@ -1,5 +1,6 @@
 """A link that comes back: a port unplugged, a peer restarted."""
 
+from collections import Counter
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from threading import Event, Thread
@@ -22,12 +23,13 @@ class Reconnecting:
     """Opens its link by `factory`, again and again with back-off, and loses nobody's process over it.
 
     `fault` is the sentence of the last failure while the link is away, "" while it works. What is written
-    meanwhile is lost.
+    meanwhile is lost, and each such write counted in `counts["dropped"]`.
     """
 
     def __init__(self, factory: Callable[[], Link], clock: Clock, name: str = "link") -> None:
         self.name = name
         self.fault = ""
+        self.counts: Counter[str] = Counter()
         self._factory = factory
         self._clock = clock
         self._link: Link | None = None
@@ -49,10 +51,12 @@ class Reconnecting:
     def write(self, data: bytes) -> None:
         link = self._opened()
         if link is None:
+            self.counts["dropped"] += 1
             return
         try:
             link.write(data)
         except LinkError as error:
+            self.counts["dropped"] += 1
             self._lose(link, error)
 
     def close(self) -> None:

@@ -267,16 +267,43 @@ def test_a_lost_link_is_said_and_opened_again_while_the_other_goes_on():
 
     recorder = Recorder([broken, other], disk.open, clock, lambda: 1 << 40, notices.append, reopen)
     broken.chunks.append(LinkLost("broken: unplugged; plug it in"))
-    for number, raw in enumerate(frames_of(50)):
-        clock.advance_to((number + 1) * 0.1)
+    raws = frames_of(200)
+    for raw in raws:
+        clock.advance_to(clock.now_s + 0.5)
         other.chunks.append(raw)
         recorder.step(0.0)
     again.chunks.append(frames_of(1, system=9)[0])
     recorder.step(0.0)
     assert broken.closed
     assert [notice.sentence for notice in notices] == ["broken: unplugged; plug it in", "broken is back"]
-    assert len(disk.stored()) == 51
+    assert len(disk.stored()) == 201
     assert len(attempts) == 3
+
+
+def test_a_link_that_takes_its_time_to_open_holds_up_no_other():
+    clock, disk = SimulatedClock(), Disk()
+    broken, other, again = FakeLink("broken"), FakeLink("other"), FakeLink("broken")
+    answered = threading.Event()
+
+    def reopen(_):
+        assert answered.wait(10.0)
+        return again
+
+    recorder = Recorder([broken, other], disk.open, clock, lambda: 1 << 40, lambda _: None, reopen)
+    broken.chunks.append(LinkLost("broken: unplugged; plug it in"))
+    for number, raw in enumerate(frames_of(50), start=1):
+        clock.advance_to(clock.now_s + 0.1)
+        other.chunks.append(raw)
+        recorder.step(0.0)
+        assert len(disk.stored()) == number
+    assert not answered.is_set()
+    answered.set()
+    again.chunks.append(frames_of(1, system=9)[0])
+    for _ in range(500):
+        clock.advance_to(clock.now_s + 1.0)
+        if recorder.step(0.0):
+            break
+    assert len(disk.stored()) == 51
 
 
 def test_a_recording_never_overwrites_another(tmp_path):

@@ -300,6 +300,20 @@ def test_a_port_comes_back_within_three_seconds_a_hundred_times() -> None:
     assert plug.opened == 100
 
 
+def test_what_is_written_while_a_port_is_away_is_counted() -> None:
+    clock, plug = SimulatedClock(), Plug()
+    link = Reconnecting(plug.open, clock, "port")
+    for _ in range(3):
+        link.write(b"lost")
+    plug.plugged = True
+    clock.advance_to(3.0)
+    link.write(b"arrives")
+    assert link.counts["dropped"] == 3
+    plug.unplug()
+    link.write(b"lost")
+    assert link.counts["dropped"] == 4
+
+
 def test_a_lost_port_is_let_go_before_it_is_opened_again() -> None:
     events: list[str] = []
 

@@ -496,10 +496,17 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
     assert bridge.link_faults == {"serial:/dev/ttyX": "there is no port"}
     plugged.append(BrokenLink())
     plugged[0].reads_fail = plugged[0].writes_fail = False
+    dropped = link.counts["dropped"]
+    assert dropped > 0
     rig.clock.advance_to(5.0)
     bridge.step()
     assert bridge.link_faults == {}
     assert plugged[0].written
+    rig.heard()
+    rig.clock.advance_to(5.05)
+    bridge.step()
+    said = "".join(m.text for m in rig.heard() if m.get_type() == "STATUSTEXT")
+    assert said == f"link back: serial:/dev/ttyX, {dropped} writes lost"
 
 
 def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named() -> None:
