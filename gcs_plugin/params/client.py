@@ -19,9 +19,9 @@ from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.parameters import set_crc
 from gcs_plugin.params.deadline import Timing
-from gcs_plugin.params.files import read_parameters, write_parameters
+from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
-from gcs_plugin.params.plan import Plan, make_plan
+from gcs_plugin.params.plan import Plan
 from gcs_plugin.params.receipt import Receipt, lines_of
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
@@ -193,11 +193,6 @@ class ParameterClient:
             started_utc,
             self._clock.boot_s() - start_s,
         )
-
-    def roll_back(self, preimage: Path, new_preimage: Path) -> Receipt:
-        """Bring the vehicle back to what `preimage` holds; first save what it holds now in `new_preimage`."""
-        targets = read_parameters(preimage)
-        return self.apply(make_plan(targets, self.read_all()), new_preimage)
 
     def _drive(self, upload: Upload) -> Ending:
         while upload.ending is None:

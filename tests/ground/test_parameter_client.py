@@ -156,7 +156,8 @@ def test_a_second_upload_of_the_same_set_writes_nothing(client, vehicle, tmp_pat
 def test_the_pre_image_brings_everything_back(client, vehicle, tmp_path):
     before = truth(vehicle)
     upload(client, tmp_path)
-    receipt = client.roll_back(tmp_path / "before.param", tmp_path / "between.param")
+    plan = make_plan(read_parameters(tmp_path / "before.param"), client.read_all())
+    receipt = client.apply(plan, tmp_path / "between.param")
     assert receipt.good
     assert truth(vehicle) == before
     assert read_parameters(tmp_path / "between.param")["FF0_M_U"] == 96.5
