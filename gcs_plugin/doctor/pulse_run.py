@@ -1,12 +1,12 @@
-"""Running the pulses of a wet check: MAV_CMD_DO_MOTOR_TEST, one thruster at a time, stopped at any sign of trouble.
+"""Running the pulses of a wet check: one thruster at a time, stopped at any sign of trouble.
 
-The vehicle stops each pulse by itself when its time is up, so that a dead link leaves no thruster running.
+The vehicle stops each pulse by itself when its time is up or no order comes, so that a dead link leaves no
+thruster running.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Final
+from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -15,6 +15,7 @@ from bridge.errors import ConfigError, LinkError
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.vehicle.thrusters import NEUTRAL_US
+from gcs_plugin.doctor.pulse_orders import MotorTest, Orders, orders_for
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
@@ -35,34 +36,12 @@ _FAILSAFE: Final = frozenset(
 _REFUSALS: Final = {
     dialect.MAV_RESULT_TEMPORARILY_REJECTED: "the vehicle can't do it now: arm it and end its mission",
     dialect.MAV_RESULT_DENIED: "the vehicle does not permit it: arm it and end its mission",
-    dialect.MAV_RESULT_UNSUPPORTED: "the vehicle knows no motor test: update its bridge",
+    dialect.MAV_RESULT_UNSUPPORTED: (
+        "nobody on this link answers motor tests (`seatrial bridge` by itself turns no thruster): "
+        "bring the controller that drives the thrusters onto the link"
+    ),
     dialect.MAV_RESULT_FAILED: "the vehicle tried and failed",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class MotorTest:
-    """One order: `thruster` counts from 0; the vehicle goes back to neutral by itself after `timeout_s`."""
-
-    thruster: int
-    pwm_us: float
-    timeout_s: float
-
-    def message(self, system: int, component: int) -> dialect.MAVLink_command_long_message:
-        """The order as COMMAND_LONG: motors count from 1 there, in the order of the vehicle's file."""
-        return dialect.MAVLink_command_long_message(
-            system,
-            component,
-            dialect.MAV_CMD_DO_MOTOR_TEST,
-            0,
-            self.thruster + 1,
-            dialect.MOTOR_TEST_THROTTLE_PWM,
-            self.pwm_us,
-            self.timeout_s,
-            1,
-            dialect.MOTOR_TEST_ORDER_BOARD,
-            0,
-        )
 
 
 class _State(Enum):
@@ -175,30 +154,41 @@ def run_pulses(
     settle_s: float = LEAST_GAP_S,
     on_progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Frame]:
-    """Run the pulses with the vehicle `target` (system, component) and return every frame that it sent meanwhile.
+    """Run the pulses with the vehicle `target` (system, component): what turns its thrusters.
 
-    `confirm` comes before it. Raises LinkError where the vehicle refused, or where the run had to be stopped.
+    Every frame that its system sent meanwhile: a companion may read its sensors. `confirm` comes before it.
+    Raises LinkError where the vehicle refused, or where the run had to be stopped.
     """
     framer, encoder = Framer(), Encoder(*GROUND_STATION)
     run = PulseRun(planned, clock.boot_s())
     frames: list[Frame] = []
     twins = Twins(link)
     said: list[str] = []
+    orders: Orders | None = None
+
+    def send(messages: list[Any]) -> None:
+        for message in messages:
+            link.write(encoder.encode(message))
 
     def order(tests: list[MotorTest]) -> None:
         for test in tests:
-            link.write(encoder.encode(test.message(*target)))
+            send((orders or orders_for(dialect.MAV_AUTOPILOT_GENERIC, target)).order(test, clock.boot_s()))
 
     def listen() -> None:
+        nonlocal orders
         for frame in framer.feed(link.read(POLL_S)):
             twins.on_frame(frame, clock.boot_s())
-            if (frame.system, frame.component) == target:
+            if frame.system == target[0]:
                 frames.append(frame)
                 said.extend(_words(frame))
+            if (frame.system, frame.component) == target:
+                orders = orders or _orders_of(frame, target)
                 order(_heard(run, frame, clock.boot_s()))
         trouble = twins.fault(target[0])
         if trouble:
             order(run.stop(trouble))
+        if orders is not None:
+            send(orders.meanwhile(clock.boot_s()))
 
     try:
         while not run.done:
@@ -216,6 +206,12 @@ def run_pulses(
     while clock.boot_s() < end_s:
         listen()
     return frames
+
+
+def _orders_of(frame: Frame, target: tuple[int, int]) -> Orders | None:
+    """How the vehicle takes orders, by its HEARTBEAT; None for another frame."""
+    message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT else None
+    return None if message is None else orders_for(message.autopilot, target)
 
 
 def _words(frame: Frame) -> list[str]:

@@ -3,13 +3,16 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from statistics import median
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError
 from bridge.framing import Frame
+from bridge.framing import decode as decode_message
 from bridge.messages.readings import decode
 from bridge.vehicle.thrusters import NEUTRAL_US
 
@@ -18,6 +21,9 @@ OFF_NEUTRAL_US: Final = 15.0
 SHORTEST_PULSE_S: Final = 0.3
 LONGEST_PULSE_S: Final = 3.0
 SENSORS: Final = ("dvl", "imu", "fog")
+U32: Final = 1 << 32
+
+Rows = list[tuple[float, tuple[float, ...]]]
 
 
 @dataclass(frozen=True)
@@ -61,16 +67,25 @@ class Pulse:
 
 
 def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
-    """The wet check in a vehicle's frames. Raises LogError where the thruster commands are missing."""
-    rows: dict[str, list[tuple[float, tuple[float, ...]]]] = {}
+    """The wet check in a vehicle's frames. Raises LogError where the thruster commands are missing.
+
+    Where the autopilot tells the commands and a companion the sensors, both clocks are brought to the latter's.
+    """
+    rows: dict[str, Rows] = {}
+    servos = _Servos(thrusters)
     for frame in frames:
         reading = decode(frame)
-        if reading is not None and reading.signal in ("pwm", "dvl", "imu", "fog"):
+        if reading is not None and reading.signal in ("pwm", *SENSORS):
             rows.setdefault(reading.signal, []).append((reading.time_s, reading.values))
-    pwm = _series(rows.get("pwm", []), slice(0, thrusters))
+            if reading.signal in SENSORS:
+                servos.sensor_told(frame, reading.time_s)
+        elif frame.message_id == dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
+            servos.take(frame)
+    pwm = _series(rows.get("pwm") or servos.rows(), slice(0, thrusters))
     if pwm is None or pwm.value.shape[1] < thrusters:
         raise LogError(
-            f"the recording holds no commands of {thrusters} thrusters (ACTUATOR_OUTPUT_STATUS); record again"
+            f"the recording holds no commands of {thrusters} thrusters (ACTUATOR_OUTPUT_STATUS or "
+            "SERVO_OUTPUT_RAW); record again"
         )
     imu = rows.get("imu", [])
     return WetRecord(
@@ -82,7 +97,41 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
     )
 
 
-def _series(rows: list[tuple[float, tuple[float, ...]]], columns: slice) -> Series | None:
+class _Servos:
+    """ArduPilot's SERVO_OUTPUT_RAW of output port 0: its time is 32 bits of microseconds, which wrap after 71.6 min."""
+
+    def __init__(self, thrusters: int) -> None:
+        self._thrusters = thrusters
+        self._rows: Rows = []
+        self._wraps_us = self._last_us = 0
+        self._sensor: tuple[int, float] | None = None
+        self._ahead_s: list[float] = []
+
+    def sensor_told(self, frame: Frame, time_s: float) -> None:
+        """A sensor's reading of `time_s` came."""
+        self._sensor = frame.component, time_s
+
+    def take(self, frame: Frame) -> None:
+        """A SERVO_OUTPUT_RAW came."""
+        message = decode_message(frame)
+        if message is None or message.port != 0:
+            return
+        if message.time_usec + U32 // 2 < self._last_us:
+            self._wraps_us += U32
+        self._last_us = message.time_usec
+        time_s = (self._last_us + self._wraps_us) / 1e6
+        values = tuple(float(getattr(message, f"servo{i}_raw")) for i in range(1, self._thrusters + 1))
+        self._rows.append((time_s, values))
+        if self._sensor is not None and self._sensor[0] != frame.component:
+            self._ahead_s.append(time_s - self._sensor[1])
+
+    def rows(self) -> Rows:
+        """Times and pulse widths, on the clock of whoever told the sensors: what arrives together was said together."""
+        ahead_s = median(self._ahead_s) if self._ahead_s else 0.0
+        return [(time_s - ahead_s, values) for time_s, values in self._rows]
+
+
+def _series(rows: Rows, columns: slice) -> Series | None:
     good = sorted((t, v[columns]) for t, v in rows if all(map(math.isfinite, (t, *v[columns]))))
     if not good:
         return None

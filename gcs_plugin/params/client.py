@@ -123,6 +123,17 @@ class ParameterClient:
         return self._vehicle
 
     @property
+    def thrusters(self) -> Source:
+        """The component that turns the thrusters of the vehicle found: its autopilot, else the vehicle itself."""
+        vehicle = self._known_vehicle()
+        autopilots = [
+            source
+            for source, heard in self._heard.items()
+            if source[0] == vehicle[0] and heard.is_vehicle and heard.autopilot != _NO_AUTOPILOT
+        ]
+        return min(autopilots, default=vehicle)
+
+    @property
     def armed(self) -> bool:
         """Whether any part of the vehicle says that it is armed."""
         system = self._known_vehicle()[0]

@@ -6,9 +6,11 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, LinkError
 from bridge.framing import Encoder, Framer, decode
+from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
-from gcs_plugin.doctor.pulse_run import MotorTest, confirm, run_pulses
+from gcs_plugin.doctor.pulse_orders import MotorTest
+from gcs_plugin.doctor.pulse_run import confirm, run_pulses
 from gcs_plugin.doctor.pulses import duration_s, pulses
 from gcs_plugin.doctor.wet_record import find_pulses, record_of
 
@@ -165,7 +167,7 @@ def test_a_second_vehicle_with_the_same_id_stops_the_thrusters(vehicle):
 @pytest.mark.parametrize(
     ("result", "words"),
     [
-        (dialect.MAV_RESULT_UNSUPPORTED, "knows no motor test: update its bridge"),
+        (dialect.MAV_RESULT_UNSUPPORTED, "nobody on this link answers motor tests"),
         (dialect.MAV_RESULT_DENIED, "arm it and end its mission"),
         (99, "answers 99"),
     ],
@@ -204,3 +206,84 @@ def test_the_operators_stop_puts_the_thruster_to_neutral(vehicle):
 def test_an_order_counts_motors_from_one():
     message = MotorTest(0, 1600.0, 1.0).message(1, 191)
     assert (message.target_component, message.command, message.param1) == (191, 209, 1)
+
+
+class ArduSub(ObedientVehicle):
+    """Motors count from 0, an order holds until the next; without orders, pilot or ground it disarms."""
+
+    def __init__(self):
+        super().__init__()
+        self.ordered_s = self.pilot_s = self.ground_s = self.clock.now_s
+        self.testing = False
+        self.told_every_s = 0.5
+        self.next_servo_s = 0.0
+        self.companion = Encoder(1, 191)
+        self.booted_s = 4_290.0  # before the companion: its clock wraps during the check
+
+    def read(self, timeout_s):
+        self.clock.advance_to(self.clock.now_s + timeout_s)
+        now_s = self.clock.now_s
+        for when_s in [w for w in self.at if now_s >= w]:
+            self.at.pop(when_s)(self)
+        if self.testing and now_s > self.ordered_s + 0.5:
+            self.disarm("Motor test timed out!")
+        if self.testing and now_s > min(self.pilot_s, self.ground_s) + 3.0:
+            self.disarm("failsafe")
+        if now_s >= self.next_beat_s:
+            self.next_beat_s = now_s + 1.0
+            mode = 128 if self.armed else 0
+            self.say(dialect.MAVLink_heartbeat_message(12, 3, mode, 0, 4, 3))
+        if now_s >= self.next_servo_s:
+            self.next_servo_s = now_s + self.told_every_s
+            at_us = round((now_s + self.booted_s) * 1e6) & 0xFFFFFFFF
+            self.say(
+                dialect.MAVLink_servo_output_raw_message(at_us, 0, *[round(p) for p in self.pwm], *[0] * 8)
+            )
+            self.say(dialect.MAVLink_servo_output_raw_message(at_us, 1, *[1900] * 16))
+        number, payload = encode(Reading("fog", now_s, (0.0,)))
+        self.queue.append(self.companion.frame(number, payload))
+        out, self.queue = b"".join(self.queue), []
+        return out
+
+    def disarm(self, words):
+        self.armed, self.testing, self.pwm, self.next_beat_s = False, False, [1500.0] * 8, 0.0
+        self.say(dialect.MAVLink_statustext_message(6, words.encode()))
+
+    def write(self, data):
+        now_s = self.clock.now_s
+        for frame in self.framer.feed(data):
+            message = decode(frame)
+            kind = message.get_type()
+            if kind == "HEARTBEAT":
+                self.ground_s = now_s
+            elif kind == "MANUAL_CONTROL":
+                assert (message.x, message.y, message.z, message.r) == (0, 0, 500, 0)
+                self.pilot_s = now_s
+            elif message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
+                assert message.param1 == dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW
+                self.told_every_s = message.param2 / 1e6
+            else:
+                self.testing, self.ordered_s = True, now_s
+                self.pwm = [1500.0] * 8
+                self.pwm[int(message.param1)] = message.param3
+                self.orders.append((now_s, int(message.param1), message.param3))
+                self.say(dialect.MAVLink_command_ack_message(message.command, 0, 0, 0, 255, 190))
+
+
+def test_ardusub_is_kept_in_its_motor_test_from_the_first_order_to_the_last():
+    vehicle = ArduSub()
+    record = record_of(run(vehicle), 8)
+    assert vehicle.armed
+    found = find_pulses(record.pwm)
+    assert [p.thruster for p in found] == list(range(8))
+    assert all(0.85 < p.end_s - p.start_s < 1.15 for p in found)
+    # The commands are told on the autopilot's clock, which wraps, and stand on the companion's.
+    assert all(abs(p.start_s - q.start_s) < 0.2 for p, q in zip(found, PLANNED, strict=True))
+
+
+def test_ardusub_turns_nothing_for_long_when_the_link_dies():
+    vehicle = ArduSub()
+    vehicle.at[PLANNED[0].start_s + 0.3] = lambda v: setattr(v, "write", lambda _: None)
+    with pytest.raises(LinkError, match=r"the vehicle is disarmed.*Motor test timed out!"):
+        run(vehicle)
+    assert vehicle.clock.now_s < PLANNED[0].start_s + 2.0

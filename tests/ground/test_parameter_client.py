@@ -283,8 +283,16 @@ def test_a_companion_is_chosen_before_its_autopilot_and_alone_written_to(clock, 
     companion.others = [beat_of(1, 1, dialect.MAV_TYPE_SUBMARINE, 3), beat_of(255, 190, dialect.MAV_TYPE_GCS)]
     client = ParameterClient(companion, clock)
     assert client.find_vehicle() == (1, 191)
+    assert client.thrusters == (1, 1)
     assert client.apply(make_plan(TARGETS, client.read_all()), tmp_path / "b.param").good
     assert {component for component, _ in companion.sets} == {191}
+
+
+def test_a_vehicle_without_an_autopilot_turns_its_thrusters_itself(clock):
+    alone = SimulatedVehicle(clock, None, 191, dialect.MAV_TYPE_ONBOARD_CONTROLLER, 8)
+    client = ParameterClient(alone, clock)
+    client.find_vehicle()
+    assert client.thrusters == (1, 191)
 
 
 def test_nothing_is_sent_to_a_companion_that_was_not_heard(client, vehicle):

@@ -111,7 +111,7 @@ def wet(
     veh_cfg = int(said[-1].reading.values[0]) if said else None
     configuration = file.configuration or file.vehicle.configuration_at(veh_cfg)
     client = ParameterClient(link, clock)
-    target = client.find_vehicle(arguments.seconds)
+    client.find_vehicle(arguments.seconds)
     if client.armed:
         raise exit_codes.UsageError(
             f"{link.name}: the vehicle is armed already; end its mission and disarm it, then check again"
@@ -121,7 +121,7 @@ def wet(
         def progress(done: int, total: int) -> None:
             bar(done / total, f"thruster {min(done + 1, total)} of {total}")
 
-        return wet_check(file, configuration, link, clock, target, Path(arguments.out), progress)
+        return wet_check(file, configuration, link, clock, client.thrusters, Path(arguments.out), progress)
 
 
 def vehicle_file(file: "VehicleFile") -> "Finding":
