@@ -110,13 +110,15 @@ def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> 
             f"the recording says VEH_CFG {said}, configuration '{name}' of vehicle '{vehicle.name}' is "
             f"{vehicle.veh_cfg(name)}: it was dived in another configuration, or is another vehicle's"
         )
-    if forces.differs_rms is not None and dive.tau_cmd is not None:
+    differs = forces.differs_rms
+    if differs is not None and dive.tau_cmd is not None:
         commanded = np.sqrt(np.mean(dive.tau_cmd.value**2, axis=0))
         scale = np.maximum(commanded, LEAST_DRIVE * vehicle.configurations[name].thruster_limit_n)
-        worst = int(np.argmax(forces.differs_rms / scale))
-        if forces.differs_rms[worst] > STRANGE_SHARE * scale[worst]:
+        # A hovering thruster's small thrust lies in its dead band, and heave's command with it: it tells nothing.
+        worst = max((0, 1, 5), key=lambda dof: float(differs[dof] / scale[dof]))
+        if differs[worst] > STRANGE_SHARE * scale[worst]:
             return (
-                f"in {DOFS[worst]} its thruster commands come to a wrench {forces.differs_rms[worst]:.2g} rms off the "
+                f"in {DOFS[worst]} its thruster commands come to a wrench {differs[worst]:.2g} rms off the "
                 f"recorded TAU_CMD of {commanded[worst]:.2g}: the vehicle file's thrusters are not this vehicle's"
             )
     return ""
