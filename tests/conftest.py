@@ -8,6 +8,12 @@ import pytest
 SHARED = Path(__file__).resolve().parents[1].parent / "shared"
 
 
+@pytest.fixture(autouse=True)
+def _lines_as_wide_as_they_like(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is printed must not depend on the terminal that the tests are started from."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+
+
 def unexcused(skips: list[str], shared_is_there: bool) -> list[str]:
     """The reasons, of those given, that CI does not take."""
     return [reason for reason in skips if shared_is_there or "shared" not in reason]
