@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES
 from bridge.vehicle.config import Configuration
+from identify.dive import Signal
 
 
 class Outcome(Enum):
@@ -55,7 +56,9 @@ class Identification:
     """The answer of one estimator for one dive.
 
     `covariance` (n, n) belongs to `covariance_of`, the names of its rows. `nuisance` holds what was fitted
-    beside the coefficients (noise levels, time constants), by name with the unit in the name.
+    beside the coefficients (noise levels, time constants), by name with the unit in the name. `innovations` holds,
+    by degree of freedom, each reading's surprise over its expected spread, (n, 1): white, of spread 1, where the
+    model fits. It is for the report and no part of the JSON.
     """
 
     method: str
@@ -73,6 +76,7 @@ class Identification:
     nuisance: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     wall_s: float = 0.0
+    innovations: dict[str, Signal] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)

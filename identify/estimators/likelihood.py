@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.doubts import Doubts, doubts_of, unexplained_feedback
 from identify.estimators.innovations import POSITION
@@ -81,7 +81,15 @@ def estimate(
         _nuisance(fits),
         (*dive.notes, *built.notes, *_drag_notes(doubts), *_strange_notes(built.strange)),
         time.perf_counter() - began,
+        {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
     )
+
+
+def _innovations(fit: AxisFit) -> Signal:
+    """Each reading's innovation over its standard deviation."""
+    error, variance = fit.problem.filtered(fit.maximum.theta, np.inf)
+    read = np.isfinite(error)
+    return Signal(fit.problem.axis.time_s[read], (error[read] / np.sqrt(variance[read]))[:, None])
 
 
 def _hidden_feedback(dive: Dive, file: VehicleFile, fits: Mapping[int, AxisFit]) -> dict[int, float | None]:

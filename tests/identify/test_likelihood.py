@@ -64,6 +64,12 @@ def test_an_axis_without_thrust_is_called_not_identifiable_with_a_reason():
     assert found.to_json()["parameters"][1]["value"] is None
 
 
+def test_the_innovations_of_a_plain_dive_are_white_and_of_spread_one():
+    value = fit(closed_loop.dive(np.random.default_rng(3))).innovations["surge"].value[:, 0]
+    assert np.std(value) == pytest.approx(1.0, abs=0.03)
+    assert abs(np.corrcoef(value[1:], value[:-1])[0, 1]) < 3 / np.sqrt(len(value))
+
+
 def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
     found = fit(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
     assert found.outcome is Outcome.DISAGREES

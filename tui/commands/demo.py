@@ -126,7 +126,12 @@ def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
 def write_page(path: Path, done: "Demo") -> Path:
     """(c) The report."""
     from identify.report.page import Report, write_report
-    from identify.report.sections import dive_section, identification_section, tracking_section
+    from identify.report.sections import (
+        dive_section,
+        identification_section,
+        innovations_section,
+        tracking_section,
+    )
     from identify.report.tracking import Reference
     from identify.validate import tracking_errors
     from tui import demo
@@ -138,6 +143,7 @@ def write_page(path: Path, done: "Demo") -> Path:
     for one in done.campaigns:
         shape = done.file.vehicle.configurations[one.configuration]
         sections.append(identification_section(one.identification, one.truth, shape))
+        sections.append(innovations_section(one.identification.innovations))
         sections.append(dive_section(one.dive, done.file.vehicle.water))
     return write_report(
         path,

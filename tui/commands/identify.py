@@ -102,7 +102,7 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
     def estimate(
         dive: "Dive", file: "VehicleFile", configuration: str, progress: "Progress"
     ) -> "Identification":
-        answer, curves[dive.name] = estimate_with_curves(dive, file, configuration, progress, options)
+        answer, curves[dive.sha256] = estimate_with_curves(dive, file, configuration, progress, options)
         return answer
 
     return estimate
@@ -179,22 +179,33 @@ def report(
 ) -> Path:
     """The page with what was identified from each dive, and the dive itself."""
     from identify.report.page import Report, write_report
-    from identify.report.sections import dive_section, identification_section, training_section
+    from identify.report.sections import (
+        dive_section,
+        identification_section,
+        innovations_section,
+        training_section,
+    )
 
     sections = []
     for dive, answer in zip(dives, answers, strict=True):
         sections.append(identification_section(answer))
-        if dive.name in curves:
-            one = curves[dive.name]
+        if dive.sha256 in curves:
+            one = curves[dive.sha256]
             sections.append(training_section({name: one.values[:, i] for i, name in enumerate(one.names)}))
+        if answer.innovations:
+            sections.append(innovations_section(answer.innovations))
         sections.append(dive_section(dive, file.vehicle.water))
-    found = sum(len(answer.values()) for answer in answers)
+    verdict = "; ".join(
+        f"{dive.name} ({answer.configuration}): {len(answer.values())} of 12 coefficients identified, "
+        f"{answer.outcome.value}"
+        for dive, answer in zip(dives, answers, strict=True)
+    )
     return write_report(
         path,
         Report(
             f"{file.vehicle.name}: {', '.join(dive.name for dive in dives)}",
             f"vehicle file {file.path.name}, method {answers[0].method}",
-            f"{found} coefficients identified from {len(dives)} dive{'s' if len(dives) > 1 else ''}.",
+            f"{verdict}.",
             tuple(sections),
         ),
     )
