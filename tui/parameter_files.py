@@ -11,7 +11,7 @@ from bridge.errors import ParamError
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.files import read_parameters, write_parameters
-from gcs_plugin.params.sidecar import Sidecar, intervals_of, write_sidecar
+from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 from identify.identification import Identification, Outcome
 from tui.exit_codes import UsageError
@@ -33,12 +33,23 @@ class Leave:
     doubts: bool = False
 
 
-def targets_of(path: Path, only: Collection[str] | None = None) -> Targets:
-    """The values of a parameter file. Raises UsageError for a file that can't be sent: nothing was sent then."""
+def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) -> Targets:
+    """The values of a parameter file, and what its sidecar knows of them, where it has one.
+
+    Raises UsageError for a file that can't or should not be sent: nothing was sent then.
+    """
     try:
-        return _narrowed(path, Targets(read_parameters(path)), only)
+        values, sidecar = read_parameters(path), read_sidecar(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
+    notes: tuple[str, ...] = ()
+    if sidecar is not None:
+        _check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave.doubts)
+        notes = (
+            f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
+            f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
+        )
+    return _narrowed(path, Targets(values, notes), only)
 
 
 def targets_of_identification(
@@ -51,11 +62,7 @@ def targets_of_identification(
     data = _identification(path)
     warnings = _check_vehicle(path, data, file, leave.any_vehicle)
     outcome = data["outcome"]
-    if outcome != Outcome.CONVERGED.value and not leave.doubts:
-        raise UsageError(
-            f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was sent; "
-            "dive again, or give --despite-doubts"
-        )
+    _check_outcome(path, outcome, leave.doubts)
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
     try:
         values = parameters_from_identification(data, file.vehicle.veh_cfg(configuration))
@@ -63,6 +70,14 @@ def targets_of_identification(
         raise UsageError(f"{path}: {error}") from None
     notes = (*warnings, f"outcome: {outcome}", *(f"note: {note}" for note in data.get("notes", ())))
     return _narrowed(path, Targets(values, notes), only)
+
+
+def _check_outcome(path: Path, outcome: str, doubts: bool) -> None:
+    if outcome != Outcome.CONVERGED.value and not doubts:
+        raise UsageError(
+            f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was sent; "
+            "dive again, or give --despite-doubts"
+        )
 
 
 def _narrowed(path: Path, found: Targets, only: Collection[str] | None) -> Targets:
@@ -93,6 +108,9 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
             answer.method,
             version("seatrial"),
             intervals_of(data, ids),
+            answer.vehicle,
+            answer.dive,
+            answer.outcome.value,
         ),
     )
 

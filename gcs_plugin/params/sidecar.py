@@ -25,7 +25,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Sidecar:
-    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id."""
+    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id, outcome."""
 
     dive_sha256: str
     vehicle_sha256: str
@@ -33,6 +33,9 @@ class Sidecar:
     method: str
     version: str
     intervals: dict[str, Interval] = field(default_factory=dict)
+    vehicle: str = ""
+    dive: str = ""
+    outcome: str = ""
     format: int = FORMAT
 
 

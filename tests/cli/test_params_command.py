@@ -10,6 +10,7 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer, decode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from tui import cli, exit_codes
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
@@ -298,3 +299,28 @@ def test_nobody_on_the_link(vehicle, capsys):
     vehicle.mute = True
     assert run("show", "--seconds", "2") == exit_codes.LINK
     assert "no vehicle's HEARTBEAT" in capsys.readouterr().err
+
+
+def with_sidecar(path, outcome):
+    about = Sidecar("dive", "vehicle", "hovering", "likelihood", "0.1.0", {}, "ruvifist", "lake-7", outcome)
+    write_sidecar(Path(path), about)
+
+
+def test_a_parameter_file_from_an_identification_in_doubt_is_refused_until_told_otherwise(
+    vehicle, file, capsys
+):
+    with_sidecar(file, "data and model disagree")
+    assert run("upload", file, "--yes") == exit_codes.BAD_INPUT
+    assert "data and model disagree" in capsys.readouterr().err
+    assert vehicle.server.active(1) == {}
+    assert run("upload", file, "--yes", "--despite-doubts") == exit_codes.DONE
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_a_parameter_file_with_a_sidecar_says_where_it_comes_from(file, capsys):
+    with_sidecar(file, "converged")
+    run("diff", file)
+    shown = capsys.readouterr()
+    assert (
+        "from lake-7 of ruvifist, configuration hovering, by likelihood: converged" in shown.out + shown.err
+    )

@@ -90,10 +90,10 @@ def targets_for(arguments: argparse.Namespace) -> "Targets":
     if arguments.action == "show":
         return Targets({})
     path, only = Path(arguments.file), getattr(arguments, "only", None)
+    leave = Leave(getattr(arguments, "any_vehicle", True), getattr(arguments, "despite_doubts", True))
     if path.suffix == ".json" and arguments.action != "rollback":
-        leave = Leave(arguments.any_vehicle, getattr(arguments, "despite_doubts", True))
         return targets_of_identification(path, arguments.vehicle, leave, only)
-    return targets_of(path, only)
+    return targets_of(path, leave, only)
 
 
 class Watch:
