@@ -1,0 +1,180 @@
+"""A fault of one link, device or reading spreads to nothing else."""
+
+from dataclasses import replace
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+from service_rig import Rig, acted, fog
+
+from bridge.errors import LinkLost
+from bridge.framing import Framer
+from bridge.link.memory import MemoryLink
+from bridge.link.reconnecting import Reconnecting
+from bridge.sensors.samples import DvlSample, PressureSample
+from bridge.service import Bridge
+
+
+class BrokenLink:
+    """A link with switches."""
+
+    name = "serial:/dev/ttyX"
+
+    def __init__(self) -> None:
+        self.reads_fail = True
+        self.writes_fail = True
+        self.written = b""
+
+    def read(self, timeout_s: float) -> bytes:
+        del timeout_s
+        if self.reads_fail:
+            raise LinkLost("gone")
+        return b""
+
+    def write(self, data: bytes) -> None:
+        if self.writes_fail:
+            raise LinkLost("gone")
+        self.written += data
+
+    def close(self) -> None: ...
+
+
+@pytest.mark.parametrize(("reads_fail", "writes_fail"), [(True, True), (True, False), (False, True)])
+def test_one_link_that_fails_takes_nothing_from_the_others_and_is_told_once(
+    reads_fail: bool, writes_fail: bool
+) -> None:
+    rig = Rig()
+    broken = BrokenLink()
+    broken.reads_fail, broken.writes_fail = reads_fail, writes_fail
+    bridge = Bridge(rig.vehicle, rig.clock, [broken, *rig.links], rig.parameters)
+    texts = []
+    for i in range(50):
+        rig.clock.advance_to(0.05 * i)
+        bridge.publish(acted(0.05 * i))
+        bridge.step()
+        texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
+        assert len(rig.told("tau_cmd")) == 1
+    assert texts == ["link lost: serial:/dev/ttyX"]
+    assert bridge.link_faults == {"serial:/dev/ttyX": "gone"}
+    broken.reads_fail = broken.writes_fail = False
+    bridge.publish(acted(3.0))
+    bridge.step()
+    assert bridge.link_faults == {}
+    assert broken.written
+
+
+def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away() -> None:
+    rig = Rig()
+    plugged: list[BrokenLink] = []
+
+    def connect() -> BrokenLink:
+        if not plugged:
+            raise LinkLost("there is no port")
+        return plugged[0]
+
+    link = Reconnecting(connect, rig.clock, "serial:/dev/ttyX")
+    bridge = Bridge(rig.vehicle, rig.clock, [link, *rig.links], rig.parameters)
+    texts = []
+    for i in range(40):
+        rig.clock.advance_to(0.05 * i)
+        bridge.step()
+        texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
+    assert texts == ["link lost: serial:/dev/ttyX"]
+    assert bridge.link_faults == {"serial:/dev/ttyX": "there is no port"}
+    plugged.append(BrokenLink())
+    plugged[0].reads_fail = plugged[0].writes_fail = False
+    dropped = link.counts["dropped"]
+    assert dropped > 0
+    rig.clock.advance_to(5.0)
+    bridge.step()
+    assert bridge.link_faults == {}
+    assert plugged[0].written
+    rig.heard()
+    rig.clock.advance_to(5.05)
+    bridge.step()
+    said = "".join(m.text for m in rig.heard() if m.get_type() == "STATUSTEXT")
+    assert said == f"link back: serial:/dev/ttyX, {dropped} writes lost"
+
+
+def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named() -> None:
+    rig = Rig()
+    texts: list[str] = []
+    for i in range(1, 100):
+        now_s = 0.1 * i
+        rig.clock.advance_to(now_s)
+        rig.bridge.accept("depth", [PressureSample(now_s, 1e5, 12.0)])
+        rig.bridge.receive("imu", b"\x55" * 20, now_s)
+        if now_s > 6.0:
+            rig.bridge.accept("fog", [fog(now_s, [0.0] * 100)])
+        texts += [m.text for m in rig.step() if m.get_type() == "STATUSTEXT"]
+        if i == 50:
+            silent = sorted(texts)
+    expected = ["dvl silent: check cable", "esc silent: check cable", "fog silent: check cable"]
+    assert silent == [*expected, "imu makes no sense: check its baud"]
+    assert texts[4:] == ["fog is back"]
+
+
+def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks() -> None:
+    rig = Rig()
+    slots = ("imu", "fog", "depth", "esc")
+    texts: list[str] = []
+    faults = []
+    for i in range(100):
+        now_s = 0.125 * i
+        rig.clock.advance_to(now_s)
+        for slot in slots:
+            rig.bridge.accept(slot, [PressureSample(now_s, 1e5, 12.0)])
+        if i == 0:
+            rig.bridge.port_fault("dvl", "there is no port /dev/ttyDVL; check the cable")
+        if i == 45:
+            rig.bridge.port_fault("dvl", "")
+        if i == 90:
+            rig.bridge.accept("dvl", [DvlSample(now_s, (0.0, 0.0, 0.0), 0.01, 2.0)])
+        texts += [m.text for m in rig.step() if m.get_type() == "STATUSTEXT"]
+        faults.append(rig.bridge.device_faults.get("dvl", ""))
+    no_port = "dvl: there is no port /dev/ttyDVL; check the cable"
+    assert texts == [no_port, "dvl silent: check cable", "dvl is back"]
+    assert faults == [no_port] * 70 + ["dvl silent: check cable"] * 20 + [""] * 10
+
+
+def test_long_words_go_out_in_pieces_that_belong_together() -> None:
+    rig = Rig()
+    rig.step(0.0)
+    rig.bridge.say("x" * 120)
+    pieces = rig.step()
+    assert [len(m.text) for m in pieces] == [50, 50, 20]
+    assert [m.chunk_seq for m in pieces] == [0, 1, 2]
+    assert len({m.id for m in pieces}) == 1
+    assert pieces[0].id != 0
+
+
+def test_a_value_that_fits_no_message_is_counted_and_the_rest_goes_out() -> None:
+    rig = Rig()
+    rig.bridge.publish(replace(acted(0.1), tau_pid=(1e300,) * 6))
+    rig.step(0.1)
+    assert rig.bridge.counts["unfit"] == 1
+    assert rig.told("tau_cmd")
+
+
+def test_writes_stay_small_enough_for_a_datagram_and_hold_whole_frames() -> None:
+    rig = Rig()
+    for i in range(40):
+        rig.bridge.publish(acted(0.01 * i))
+    rig.bridge.step()
+    chunks = []
+    while data := rig.ground.read(0.0):
+        chunks.append(data)
+    assert max(map(len, chunks)) <= 1200
+    assert len(chunks) > 5
+    framer = Framer()
+    for chunk in chunks:
+        assert sum(len(frame.raw) for frame in framer.feed(chunk)) == len(chunk)
+
+
+def test_it_hears_a_flood_in_parts_and_still_does_its_work() -> None:
+    rig = Rig()
+    assert isinstance(rig.ground, MemoryLink)
+    for _ in range(500):
+        rig.ground.write(rig.encoder.encode(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)))
+    rig.bridge.publish(acted(0.1))
+    rig.step(0.1)
+    assert rig.told("tau_cmd")

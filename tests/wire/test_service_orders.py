@@ -1,0 +1,128 @@
+"""The bridge answers the ground, and takes orders from those that may give them."""
+
+import math
+from typing import Any
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+from service_rig import Rig
+
+from bridge.framing import Encoder, Framer
+from bridge.link.memory import memory_pair
+from bridge.service import Bridge
+
+
+def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks() -> None:
+    rig = Rig()
+    rig.clock.advance_to(2.5)
+    other_near, other_ground = memory_pair()
+    bridge = Bridge(rig.vehicle, rig.clock, [*rig.links, other_near], rig.parameters)
+    rig.ground.write(rig.encoder.encode(dialect.MAVLink_timesync_message(0, 123_456)))
+    rig.ground.write(rig.encoder.encode(dialect.MAVLink_timesync_message(77, 88)))
+    bridge.step()
+    (answer,) = [m for m in rig.heard() if m.get_type() == "TIMESYNC"]
+    assert (answer.tc1, answer.ts1) == (2_500_000_000, 123_456)
+    while data := other_ground.read(0.0):
+        assert all(frame.message_id != dialect.MAVLINK_MSG_ID_TIMESYNC for frame in Framer().feed(data))
+
+
+def arm(value: float, system: int = 1, component: int = 1, command: int = 400) -> Any:
+    return dialect.MAVLink_command_long_message(system, component, command, 0, value, 0, 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("message", "result", "armed"),
+    [
+        (arm(1.0), dialect.MAV_RESULT_ACCEPTED, True),
+        (arm(0.0), dialect.MAV_RESULT_ACCEPTED, False),
+        (arm(0.5), dialect.MAV_RESULT_DENIED, False),
+        (arm(math.nan), dialect.MAV_RESULT_DENIED, False),
+        (arm(1.0, command=22), dialect.MAV_RESULT_UNSUPPORTED, False),
+    ],
+)
+def test_a_command_is_acknowledged(message: Any, result: int, armed: bool) -> None:
+    rig = Rig()
+    (ack,) = rig.ask(message)
+    assert (ack.get_type(), ack.command, ack.result) == ("COMMAND_ACK", message.command, result)
+    assert (ack.target_system, ack.target_component) == (255, 190)
+    assert rig.bridge.armed is armed
+
+
+@pytest.mark.parametrize(("system", "component"), [(2, 1), (1, 191), (0, 0)])
+def test_a_command_to_someone_else_is_left_to_them(system: int, component: int) -> None:
+    rig = Rig()
+    assert rig.ask(arm(1.0, system, component)) == []
+    assert not rig.bridge.armed
+
+
+def test_arming_waits_for_a_set_when_the_mode_applies_it() -> None:
+    rig = Rig()
+    rig.parameters.write("FF_MODE", 2.0, False)
+    ack, words = rig.ask(arm(1.0))[::-1]
+    assert ack.result == dialect.MAV_RESULT_DENIED
+    assert words.text == "arming refused: FF_MODE needs an active set"
+    for name in rig.parameters.names[:24]:
+        rig.parameters.write(name, 20.0, False)
+    rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
+    rig.step()
+    assert rig.ask(arm(1.0))[0].result == dialect.MAV_RESULT_ACCEPTED
+
+
+def test_parameters_are_listed_paced_written_and_guarded_while_armed() -> None:
+    rig = Rig()
+    listed = rig.ask(dialect.MAVLink_param_request_list_message(1, 1))
+    assert len(listed) == 5
+    while more := rig.step():
+        listed += more
+    assert [m.param_index for m in listed] == list(range(28))
+    (value,) = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9))
+    assert (value.get_type(), value.param_value) == ("PARAM_VALUE", 96.5)
+    rig.bridge.armed = True
+    crc = float(rig.parameters.staged_crc)
+    kinds = [m.get_type() for m in rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", crc, 9))]
+    assert sorted(kinds) == ["PARAM_ERROR", "PARAM_VALUE", "STATUSTEXT"]
+
+
+def test_orders_from_a_stranger_are_refused_aloud_once_and_his_questions_answered() -> None:
+    rig = Rig()
+    stranger = Encoder(42, 1)
+    write = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
+    (words,) = rig.ask(write, stranger)
+    assert words.text == "orders from system 42 are refused"
+    assert rig.ask(arm(1.0), stranger) == []
+    assert not rig.bridge.armed
+    assert rig.parameters.value("FF0_M_U") == 0.0
+    assert rig.bridge.counts["refused"] == 2
+    (value,) = rig.ask(dialect.MAVLink_param_request_read_message(1, 1, b"FF0_M_U", -1), stranger)
+    assert value.param_value == 0.0
+
+
+def test_a_file_transfer_is_refused_at_once_so_that_nobody_waits_for_it() -> None:
+    rig = Rig()
+    open_file = [7, 0, 3, 4, 16, 0, 0, 0, 0, 0, 0, 0, *b"@PARAM/param.pck"]
+    message = dialect.MAVLink_file_transfer_protocol_message(
+        0, 1, 1, open_file + [0] * (251 - len(open_file))
+    )
+    (answer,) = rig.ask(message)
+    assert answer.payload[:6] == [8, 0, 3, 129, 1, 4]
+
+
+def test_its_own_frames_that_come_back_and_damaged_ones_are_ignored() -> None:
+    rig = Rig()
+    assert rig.ask(arm(1.0), Encoder(1, 1)) == []
+    raw = bytearray(rig.encoder.encode(arm(1.0)))
+    raw[-1] ^= 1
+    rig.ground.write(bytes(raw))
+    assert rig.step() == []
+    assert not rig.bridge.armed
+
+
+def test_an_order_behind_a_broken_start_is_heard_after_a_pause() -> None:
+    rig = Rig()
+    rig.step(1.0)
+    order = rig.encoder.encode(arm(1.0))
+    rig.ground.write(bytes((order[0], 255)) + order[2:] + order)
+    rig.step(1.05)
+    assert not rig.bridge.armed
+    rig.step(1.5)
+    assert rig.bridge.armed
