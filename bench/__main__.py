@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.progress import track
 
-from bench import coverage
+from bench import coverage, paper_noise
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -18,10 +18,10 @@ def main() -> None:
     cache.parent.mkdir(exist_ok=True)
     whole = coverage.trials(range(1, arguments.seeds + 1), cache)
     found = list(track(whole, "coverage", total=14 * arguments.seeds))
-    text = "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it.\n\n" + coverage.page(
-        found
-    )
-    (ROOT / "docs" / "benchmarks.md").write_text(text, encoding="utf-8")
+    docs = ROOT / "docs"
+    sections = [coverage.page(found), paper_noise.page(docs / "paper_noise.html")]
+    head = "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it.\n\n"
+    (docs / "benchmarks.md").write_text(head + "\n".join(sections), encoding="utf-8")
 
 
 if __name__ == "__main__":
