@@ -94,7 +94,7 @@ def page(found: list[Trial]) -> str:
         "## Coverage of the demo's intervals",
         "",
         f"{seeds} seeds, both campaigns of the source paper, each through bytes, bridge, MAVLink and recorder, then",
-        "`likelihood`. `z` is the error in standard errors: 0 on average and 1 in spread where the intervals are right;",
+        "`likelihood`. `z` is the error in standard errors: 0 on average, 1 in spread where intervals are right;",
         "a spread above 1 means that they are too narrow. The simulator shares the estimator's equations: this proves",
         "the chain and the intervals, not that a real vehicle obeys the model.",
         "",
