@@ -27,7 +27,7 @@ GRID_S = 0.02
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
 LEAST_COMMANDS_HZ = 4.0
-STRANGE_SHARE = 0.5
+STRANGE_SHARE, TELLING_SHARE = 0.5, 0.15
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
 
@@ -113,10 +113,15 @@ def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> 
     differs = forces.differs_rms
     if differs is not None and dive.tau_cmd is not None:
         commanded = np.sqrt(np.mean(dive.tau_cmd.value**2, axis=0))
-        scale = np.maximum(commanded, LEAST_DRIVE * vehicle.configurations[name].thruster_limit_n)
-        # A hovering thruster's small thrust lies in its dead band, and heave's command with it: it tells nothing.
-        worst = max((0, 1, 5), key=lambda dof: float(differs[dof] / scale[dof]))
-        if differs[worst] > STRANGE_SHARE * scale[worst]:
+        limit = vehicle.configurations[name].thruster_limit_n
+        # Small thrust lies in the thrusters' dead band, and the command with it: it tells nothing of the geometry.
+        told = [
+            dof
+            for dof, share in ((0, 1.0), (1, 1.0), (5, 0.5))
+            if commanded[dof] > share * TELLING_SHARE * limit
+        ]
+        worst = max(told, key=lambda dof: float(differs[dof] / commanded[dof]), default=0)
+        if told and differs[worst] > STRANGE_SHARE * commanded[worst]:
             return (
                 f"in {DOFS[worst]} its thruster commands come to a wrench {differs[worst]:.2g} rms off the "
                 f"recorded TAU_CMD of {commanded[worst]:.2g}: the vehicle file's thrusters are not this vehicle's"

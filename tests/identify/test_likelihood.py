@@ -158,6 +158,14 @@ def test_thrusters_that_are_not_this_vehicles_make_data_and_model_disagree():
     assert any("not this vehicle's" in note for note in found.notes)
 
 
+def test_thrust_in_the_dead_band_says_nothing_of_the_thrusters():
+    dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
+    small = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, 0.1 * dive.tau_cmd.value))
+    pulses = Signal(dive.tau_cmd.time_s, 1500 + 3 * small.tau_cmd.value[:, :1])
+    found = fit(replace(small, pwm=pulses))
+    assert not any("not this vehicle's" in note for note in found.notes)
+
+
 def test_a_recording_of_another_configuration_makes_data_and_model_disagree():
     dive = closed_loop.dive(np.random.default_rng(9), seconds=60.0)
     other = Signal(np.array([0.0, 1.0]), np.array([[3.0], [3.0]]))
