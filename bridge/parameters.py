@@ -126,7 +126,8 @@ class ParameterServer:
     """Answers parameter messages for one component; the file `store_path` keeps the active set and the mode.
 
     A parameter's index is its place in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. Without
-    a stored set, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE.
+    a stored set, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE. `trouble`
+    says what was wrong with the file at the start, "" for nothing.
     """
 
     def __init__(
@@ -138,6 +139,7 @@ class ParameterServer:
         self._table = {parameter.name: parameter for parameter in table}
         self.names = (*self._table, MODE, COMMIT, ACTIVE, VERSION)
         self._texts: list[str] = []
+        self.trouble = ""
         self._mode = 0.0
         defaults = {parameter.name: parameter.default for parameter in table}
         self._active: dict[str, float] | None = defaults if any(defaults.values()) else None
@@ -324,9 +326,16 @@ class ParameterServer:
 
     def _put_aside(self, path: Path) -> None:
         try:
-            self._texts.append(f"damaged file kept: {parameter_store.put_aside(path).name}"[:50])
+            aside = parameter_store.put_aside(path)
+            self._texts.append(f"damaged file kept: {aside.name}"[:50])
+            self.trouble = (
+                f"{path}: the stored parameters can't be used and lie in {aside}; defaults are in force"
+            )
         except ParamError:
             self._texts.append("damaged parameter file can't be put aside")
+            self.trouble = (
+                f"{path}: the stored parameters can't be used, nor put aside; defaults are in force"
+            )
 
     def _fits(self, stored: parameter_store.Stored) -> bool:
         if stored.mode not in (0.0, 1.0, 2.0, 3.0):

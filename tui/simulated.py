@@ -17,6 +17,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recorder import Recorder
+from tui import show
 
 AFLOAT_M = 0.2
 
@@ -24,9 +25,12 @@ AFLOAT_M = 0.2
 def server(file: VehicleFile, store: Path | None) -> ParameterServer:
     """The vehicle's own parameters, kept in `store`; forgotten at the end where that is None."""
     vehicle = file.vehicle
-    return ParameterServer(
+    parameters = ParameterServer(
         store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
     )
+    if parameters.trouble:
+        show.say(show.words(), f"warning: {parameters.trouble}")
+    return parameters
 
 
 def lasts_s(mission: Mission) -> float:

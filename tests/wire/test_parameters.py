@@ -325,6 +325,7 @@ def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage:
     again = server(path)
     assert (again.mode, again.active_crc) == (0, 0)
     assert (tmp_path / "parameters.json.damaged-1").read_text() == damaged
+    assert "parameters.json.damaged-1; defaults are in force" in again.trouble
     texts = again.take_texts()
     assert texts[0] == "stored parameters unusable, defaults in force"
     assert all(len(text) <= 50 for text in texts)

@@ -57,6 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     bridge = Bridge(vehicle, clock, links, parameters, veh_cfg=vehicle.veh_cfg(configuration))
     words = show.words()
+    if parameters.trouble:
+        show.say(words, f"warning: {parameters.trouble}")
     told: dict[str, str] = {}
 
     def work(stop: "threading.Event") -> None:
