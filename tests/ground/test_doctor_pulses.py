@@ -108,8 +108,10 @@ def test_a_wrong_name_is_said_back():
         confirm("ruvifist", "bluerov2")
 
 
-def test_the_vehicles_name_is_the_yes():
+def test_only_the_vehicles_very_name_is_the_yes():
     confirm("ruvifist", "ruvifist")
+    with pytest.raises(ConfigError):
+        confirm("ruvifist", "RUVIFIST")
 
 
 @pytest.mark.parametrize(

@@ -58,8 +58,8 @@ class Ground:
             self._waiting += self._framer.feed(self._link.read(0.5))
         raise AssertionError("it did not come in time")
 
-    def text(self, part: str) -> None:
-        """Waits for words that hold `part`, in however many pieces."""
+    def text(self, part: str) -> str:
+        """What was said up to the words that hold `part`, in however many pieces."""
         said = ""
 
         def says(frame: Frame) -> bool:
@@ -69,6 +69,7 @@ class Ground:
             return part in said
 
         self.until(says)
+        return said
 
     def reading(self, signal: str) -> readings.Reading:
         def carries(frame: Frame) -> bool:
@@ -203,7 +204,7 @@ class FullInbox(Inbox):
 def test_a_fault_that_found_no_room_is_told_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("bridge.ports.Inbox", FullInbox)
     with running(vehicle(fog=Device("kvh1750", port=str(tmp_path / "ttyFOG")))) as (ground, _):
-        ground.text("there is no port")
+        assert "fog: there is no port" in ground.text("there is no port")
 
 
 def test_a_port_pulled_and_put_back_speaks_again_and_noise_ends_nothing(tmp_path: Path) -> None:
