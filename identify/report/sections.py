@@ -141,8 +141,11 @@ def training_section(
     return Section(heading, figures=(figures.training(drawn, known),) if drawn else ())
 
 
-def innovations_section(normalised: Mapping[str, Signal]) -> Section:
-    """Innovations over their expected standard deviation by degree of freedom, (n, 1) each; NaN: not used."""
+def innovations_section(normalised: Mapping[str, Signal], dive: str = "") -> Section:
+    """How white a fit left a dive: innovations over their expected standard deviation.
+
+    (n, 1) by degree of freedom; NaN: not used.
+    """
     parts, sentences = [], []
     for name, signal in normalised.items():
         value = signal.value[np.isfinite(signal.value[:, 0]), 0]
@@ -154,4 +157,6 @@ def innovations_section(normalised: Mapping[str, Signal]) -> Section:
             f"{significant(beyond, 2)} % beyond the 95 % limits (5 % is expected)."
         )
         parts.append(whiteness.innovations(name, signal))
-    return Section("Innovations", "\n\n".join(sentences), figures=tuple(parts))
+    return Section(
+        f"Innovations: {dive}" if dive else "Innovations", "\n\n".join(sentences), figures=tuple(parts)
+    )

@@ -143,7 +143,7 @@ def write_page(path: Path, done: "Demo") -> Path:
     for one in done.campaigns:
         shape = done.file.vehicle.configurations[one.configuration]
         sections.append(identification_section(one.identification, one.truth, shape))
-        sections.append(innovations_section(one.identification.innovations))
+        sections.append(innovations_section(one.identification.innovations, one.dive.name))
         sections.append(dive_section(one.dive, done.file.vehicle.water))
     return write_report(
         path,

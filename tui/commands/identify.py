@@ -193,7 +193,7 @@ def report(
             one = curves[dive.sha256]
             sections.append(training_section({name: one.values[:, i] for i, name in enumerate(one.names)}))
         if answer.innovations:
-            sections.append(innovations_section(answer.innovations))
+            sections.append(innovations_section(answer.innovations, dive.name))
         sections.append(dive_section(dive, file.vehicle.water))
     verdict = "; ".join(
         f"{dive.name} ({answer.configuration}): {len(answer.values())} of 12 coefficients identified, "
