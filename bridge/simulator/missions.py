@@ -1,7 +1,7 @@
 """What the simulated vehicle is asked to dive: `survey` and `hovering` of the paper, `validation`, or YAML.
 
 A mission is a list of legs; each brings the wanted velocity from that of the leg before to its own by a
-double-S, and holds it. Heading and depth are the exact integrals.
+double-S, and holds it. Heading and depth are the exact integrals. A leg may push instead: a force held open loop.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import Literal
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.vehicle.config import Configuration
-from bridge.vehicle.references import DoubleS, Reference
+from bridge.vehicle.references import DoubleS, Push, Reference
 from bridge.vehicle.thrusters import allocation_matrix
 
 Phase = Literal["rest", "acceleration", "steady", "deceleration", "turning", "diving"]
@@ -32,6 +32,8 @@ class Leg:
     """A stretch of `duration_s`: the velocity wanted at its end, reached after `transient_s`.
 
     surge, sway and heave in m/s (body axes, heave down), yaw in rad/s. A `transient_s` of 0 jumps.
+    `push_surge_n` to `push_yaw_nm`: through the leg the thrusters hold that force (N, N m; 0 lets the vehicle
+    coast) and the controller leaves the axis alone.
     """
 
     name: str
@@ -42,14 +44,26 @@ class Leg:
     heave_m_s: float = 0.0
     yaw_rad_s: float = 0.0
     transient_s: float = 0.0
+    push_surge_n: float | None = None
+    push_sway_n: float | None = None
+    push_heave_n: float | None = None
+    push_yaw_nm: float | None = None
 
     def __post_init__(self) -> None:
         if not self.duration_s > 0 or not 0 <= self.transient_s <= self.duration_s:
             raise ValueError(f"leg '{self.name}': needs a duration above 0 and a transient no longer than it")
+        pushes = (self.push_surge_n, self.push_sway_n, self.push_heave_n, self.push_yaw_nm)
+        if any(push is not None and wanted for push, wanted in zip(pushes, self.velocity, strict=True)):
+            raise ValueError(f"leg '{self.name}': an axis is pushed or has a velocity to keep, not both")
 
     @property
     def velocity(self) -> Velocity:
         return self.surge_m_s, self.sway_m_s, self.heave_m_s, self.yaw_rad_s
+
+    @property
+    def push(self) -> Push:
+        """As `Reference.push`."""
+        return self.push_surge_n, self.push_sway_n, self.push_heave_n, None, None, self.push_yaw_nm
 
 
 @dataclass(frozen=True)
@@ -93,7 +107,8 @@ class Mission:
         (u, du, _), (v, dv, _), (w, dw, sunk), (r, dr, turned) = (
             _axis(a, b, leg, since) for a, b in zip(before, leg.velocity, strict=True)
         )
-        return Reference((u, v, w, 0.0, 0.0, r), (du, dv, dw, 0.0, 0.0, dr), heading + turned, depth + sunk)
+        nu, nu_dot = (u, v, w, 0.0, 0.0, r), (du, dv, dw, 0.0, 0.0, dr)
+        return Reference(nu, nu_dot, heading + turned, depth + sunk, leg.push)
 
     def spans(self) -> tuple[tuple[Leg, float, float], ...]:
         """Every leg with its start and end in seconds."""
@@ -226,6 +241,10 @@ class _Step:
     heave_m_s: float = 0.0
     yaw_rad_s: float = 0.0
     transient_s: float = 0.0
+    push_surge_n: float | None = None
+    push_sway_n: float | None = None
+    push_heave_n: float | None = None
+    push_yaw_nm: float | None = None
     alternate: int = 1
 
     def legs(self, number: int) -> list[Leg]:
@@ -241,6 +260,10 @@ class _Step:
                 sign * self.heave_m_s,
                 sign * self.yaw_rad_s,
                 self.transient_s,
+                *(
+                    None if push is None else sign * push
+                    for push in (self.push_surge_n, self.push_sway_n, self.push_heave_n, self.push_yaw_nm)
+                ),
             )
             for sign in signs
         ]

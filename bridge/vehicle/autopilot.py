@@ -52,6 +52,8 @@ class Autopilot:
     A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
     thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
     pitch go on. It needs no ground: a mission goes on where that falls silent.
+
+    An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the push itself.
     """
 
     def __init__(
@@ -94,7 +96,15 @@ class Autopilot:
         term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
         self._report((*_blind(known), *lost, *term.faults))
         ff = np.array(term.tau) if self.mode.applies_feedforward and not lost else np.zeros(6)
-        thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff)
+        pushed = [dof for dof, force in enumerate(reference.push) if force is not None]
+        push = np.zeros(6)
+        if pushed:
+            self._controller.reset(pushed)
+            pid = tuple(0.0 if dof in pushed else pid[dof] for dof in range(6))  # type: ignore[assignment]
+            ff[pushed] = 0.0
+            still = FEEDFORWARD_DOFS if lost else ()
+            push[pushed] = [0.0 if dof in still else reference.push[dof] for dof in pushed]
+        thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
         pwm_us = tuple(self._pulses(thrust).tolist())

@@ -7,16 +7,23 @@ from dataclasses import dataclass
 
 Six = tuple[float, float, float, float, float, float]
 ZERO6: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+Push = tuple[float | None, float | None, float | None, float | None, float | None, float | None]
+NO_PUSH: Push = (None, None, None, None, None, None)
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Wanted body velocity and its derivative (SI, FRD), heading (rad, unwrapped) and depth (m)."""
+    """Wanted body velocity and its derivative (SI, FRD), heading (rad, unwrapped) and depth (m).
+
+    `push` is a wrench in N and N m to give in place of the controller's, as a pilot's stick does; None for an axis
+    that the controller keeps.
+    """
 
     nu: Six
     nu_dot: Six
     heading_rad: float
     depth_m: float
+    push: Push = NO_PUSH
 
 
 @dataclass(frozen=True, slots=True)
