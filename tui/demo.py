@@ -1,13 +1,9 @@
 """The whole chain on the simulated vehicle: dive, record, identify, upload, dive again in three modes."""
 
 import math
-import multiprocessing
-import os
-import queue
-import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +21,7 @@ from identify.identification import Identification
 from identify.ingest.open import read_dive
 from tui import show, simulated
 from tui.parameter_files import write_identified
+from tui.side_by_side import side_by_side
 
 VEHICLE = "ruvifist"
 CAMPAIGNS = ("survey", "hovering")
@@ -106,46 +103,15 @@ def campaign(
     return Campaign(configuration, folder.path, dive, found, load_truth(file, configuration).model)
 
 
-_shares: "multiprocessing.Queue[tuple[str, float]] | None" = None
-
-
-def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
-    global _shares
-    _shares = shares
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
-
-
-def _leave_with_parent() -> None:
-    """End this process when the demo itself is gone: nobody waits for the dive then."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _in_process(configuration: str, root: Path, seed: int, unix_s: float) -> Campaign:
-    assert _shares is not None
-    shares = _shares
-    return campaign(configuration, root, seed, unix_s, lambda share: shares.put((configuration, share)))
-
-
 def _campaigns(root: Path, seed: int, unix_s: float, tell: Tell) -> tuple[Campaign, ...]:
     """Both campaigns side by side, a process each."""
-    context = multiprocessing.get_context("spawn")
-    shares: multiprocessing.Queue[tuple[str, float]] = context.Queue()
-    done = dict.fromkeys(CAMPAIGNS, 0.0)
-    with ProcessPoolExecutor(len(CAMPAIGNS), context, _join, (shares,)) as pool:
-        jobs: list[Future[Campaign]] = [pool.submit(_in_process, c, root, seed, unix_s) for c in CAMPAIGNS]
-        tell(0.0, "starting")
-        while not all(job.done() for job in jobs):
-            try:
-                configuration, share = shares.get(timeout=0.2)
-            except queue.Empty:
-                continue
-            done[configuration] = share
-            words = ", ".join(f"{c} {'dives' if s < DIVE_SHARE else 'identified'}" for c, s in done.items())
-            tell(CAMPAIGN_SHARE * sum(done.values()) / len(done), words)
-        return tuple(job.result() for job in jobs)
+
+    def heard(done: Mapping[str, float]) -> None:
+        words = ", ".join(f"{c} {'dives' if s < DIVE_SHARE else 'identified'}" for c, s in done.items())
+        tell(CAMPAIGN_SHARE * sum(done.values()) / len(done), words)
+
+    jobs = {c: partial(campaign, c, root, seed, unix_s) for c in CAMPAIGNS}
+    return tuple(side_by_side(jobs, heard).values())
 
 
 def _upload(
