@@ -6,10 +6,12 @@ double-S, and holds it. Heading and depth are the exact integrals. A leg may pus
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Literal
+
+import yaml
 
 from bridge import schema
 from bridge.errors import ConfigError
@@ -25,6 +27,10 @@ TRANSIENT_S = 5.0
 DEPTH_M = 0.6
 AFLOAT_M = 0.2
 STILL: Velocity = (0.0, 0.0, 0.0, 0.0)
+MIRRORED = (
+    *("surge_m_s", "sway_m_s", "heave_m_s", "yaw_rad_s"),
+    *("push_surge_n", "push_sway_n", "push_heave_n", "push_yaw_nm"),
+)
 
 
 @dataclass(frozen=True)
@@ -230,7 +236,7 @@ def mission_named(name: str, configuration: Configuration, heading: HeadingRefer
 
 
 @dataclass(frozen=True)
-class _Step:
+class Step:
     """One entry of a mission file: a leg, or `alternate` legs, every second one mirrored (a square wave)."""
 
     duration_s: float
@@ -247,39 +253,31 @@ class _Step:
     push_yaw_nm: float | None = None
     alternate: int = 1
 
-    def legs(self, number: int) -> list[Leg]:
-        name = self.name or f"leg {number + 1}"
-        signs = [1.0 if i % 2 == 0 else -1.0 for i in range(self.alternate)]
-        return [
-            Leg(
-                name,
-                self.phase,
-                self.duration_s,
-                sign * self.surge_m_s,
-                sign * self.sway_m_s,
-                sign * self.heave_m_s,
-                sign * self.yaw_rad_s,
-                self.transient_s,
-                *(
-                    None if push is None else sign * push
-                    for push in (self.push_surge_n, self.push_sway_n, self.push_heave_n, self.push_yaw_nm)
-                ),
-            )
-            for sign in signs
-        ]
+    def legs(self, number: int = 0) -> list[Leg]:
+        """Its legs; `number` names them where it has no name of its own."""
+        given = {field.name: getattr(self, field.name) for field in fields(Leg)}
+        given["name"] = self.name or f"leg {number + 1}"
+        ahead = Leg(**given)
+        mirrored = {key: -given[key] for key in MIRRORED if given[key] is not None}
+        return [ahead if i % 2 == 0 else replace(ahead, **mirrored) for i in range(self.alternate)]
+
+    def line(self) -> str:
+        """The entry as a line of YAML: what it does not leave at its default."""
+        said = {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) != f.default}
+        return "- " + yaml.safe_dump(said, default_flow_style=True, sort_keys=False, width=math.inf).strip()
 
 
 @dataclass(frozen=True)
-class _MissionFile:
+class MissionFile:
     name: str
-    legs: tuple[_Step, ...]
+    legs: tuple[Step, ...]
     start_depth_m: float = DEPTH_M
     start_heading_rad: float = 0.0
 
 
 def load_mission(path: Path) -> Mission:
     """A mission of one's own. Raises ConfigError with the file and the key."""
-    data = schema.build(_MissionFile, schema.load_yaml(path), str(path))
+    data = schema.build(MissionFile, schema.load_yaml(path), str(path))
     try:
         legs = [leg for number, step in enumerate(data.legs) for leg in step.legs(number)]
         return Mission(data.name, tuple(legs), data.start_depth_m, data.start_heading_rad)
