@@ -93,7 +93,7 @@ def estimate(
 ) -> Identification:
     """What the paper's method makes of a dive. Raises FitError where it holds too little.
 
-    Without `options` the network is small: on two cores one of the paper's size takes some 15 minutes an epoch, and
+    Without `options` the network is small: on two idle cores one of the paper's size takes some 150 s an epoch, and
     the parameters do not depend on it.
     """
     return estimate_with_curves(dive, file, configuration, progress, options)[0]
