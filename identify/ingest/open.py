@@ -26,15 +26,15 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     fits it. Raises LogError, one sentence, where nothing can be read; ConfigError for a column map that is
     wrong.
     """
-    files = _files(path)
+    files = recording_files(path)
     beside = path / "columns.yaml"
     columns = beside if columns is None and beside.exists() else columns
-    dive = Dive(name=_name(path), source=path, sha256=_sha256(files), **_fields(files, columns, str(path)))
+    dive = Dive(name=_name(path), source=path, sha256=sha256_of(files), **_fields(files, columns, str(path)))
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
 
-def _files(path: Path) -> list[Path]:
-    """The files of one recording: itself, or a dive folder's recordings as they were begun."""
+def recording_files(path: Path) -> list[Path]:
+    """The files of one recording: itself, or a dive folder's recordings as they were begun. Raises LogError."""
     if not path.exists():
         raise LogError(f"{path}: no such file or folder; check the name")
     if not path.is_dir():
@@ -76,7 +76,8 @@ def _name(path: Path) -> str:
     return name
 
 
-def _sha256(files: Sequence[Path]) -> str:
+def sha256_of(files: Sequence[Path]) -> str:
+    """SHA-256 of the files of one recording, one after another: what a recording is known by. Raises LogError."""
     digest = hashlib.sha256()
     for file in files:
         try:

@@ -1,0 +1,62 @@
+"""What a batch keeps of its work, so that an interrupted one goes on: a line of JSON a result."""
+
+import json
+import os
+from pathlib import Path
+
+from bridge.errors import LogError
+from identify.batch.jobs import Result
+
+
+class Cache:
+    """Results by key in a file that only grows; each is in the operating system's hands when `add` returns.
+
+    Raises LogError where the file can't be read or written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+            text = path.read_bytes()
+            if text and not text.endswith(b"\n"):  # the last line was cut by the end of the last batch
+                os.write(self._file, b"\n")
+        except OSError as error:
+            raise self._trouble(error) from None
+        self._known = dict(filter(None, map(_entry, text.splitlines())))
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def get(self, key: str) -> Result | None:
+        return self._known.get(key)
+
+    def add(self, result: Result) -> None:
+        """Keep a result that would come out the same again; another is not kept."""
+        if not result.final or result.key in self._known:
+            return
+        line = json.dumps(result.to_json(), allow_nan=False).encode() + b"\n"
+        try:
+            while line:
+                line = line[os.write(self._file, line) :]
+        except OSError as error:
+            raise self._trouble(error) from None
+        self._known[result.key] = result
+
+    def close(self) -> None:
+        os.close(self._file)
+
+    def _trouble(self, error: OSError) -> LogError:
+        return LogError(
+            f"{self.path}: the results can't be kept there ({error.strerror}); give another folder with --out"
+        )
+
+
+def _entry(line: bytes) -> tuple[str, Result] | None:
+    """A line's result by its key; None for one that was cut or is none of ours."""
+    try:
+        result = Result.from_json(json.loads(line))
+    except (ValueError, TypeError):
+        return None
+    return result.key, result

@@ -1,0 +1,139 @@
+"""The work on a Dask cluster: the scheduler hands parcels to its workers, and gives those of a dead one to another."""
+
+import logging
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from queue import Empty, SimpleQueue
+
+import dask
+from distributed import Client, Future, KilledWorker
+
+from bridge.errors import LinkLost, LinkTimeout
+from identify.batch.jobs import Job, Result
+from identify.batch.parcel import pack, run_parcel
+
+ANSWER_WITHIN_S = 10.0
+WORKERS_WITHIN_S = 30.0
+LOOK_EVERY_S = 1.0
+LARGEST_PARCEL = "4GiB"
+AHEAD = 2
+"""Parcels on their way for each thread there is: none waits for the network, and few are in memory."""
+
+KEPT = "finished dives are kept, run the same again to go on"
+
+
+def run_on_cluster(
+    jobs: Iterable[Job],
+    address: str,
+    workers_within_s: float = WORKERS_WITHIN_S,
+    answer_within_s: float = ANSWER_WITHIN_S,
+    now_s: Callable[[], float] = time.monotonic,
+) -> Iterator[Result]:
+    """The result of each job as it comes, in no order. Closing it, or Ctrl-C, takes back what is not yet done.
+
+    A recording goes to its worker as bytes, so a worker needs seatrial and no disk of ours. Raises LinkTimeout
+    where no scheduler answers or it has no worker for so long, LinkLost where the scheduler goes away.
+    """
+    waiting = iter(jobs)
+    done: SimpleQueue[Future[Result]] = SimpleQueue()
+    under_way: dict[Future[Result], Job] = {}
+    with _client(address, answer_within_s) as client:
+        manned_s = now_s()
+        room = 0
+        try:
+            while True:
+                threads = _threads(client, address)
+                if threads:
+                    manned_s, room = now_s(), AHEAD * threads
+                elif now_s() - manned_s > workers_within_s:
+                    raise LinkTimeout(
+                        f"{address}: the scheduler has no worker; start one: dask worker {address} --nthreads 1; {KEPT}"
+                    )
+                while len(under_way) < room and (job := next(waiting, None)) is not None:
+                    future = _send(client, job)
+                    if isinstance(future, Result):
+                        yield future
+                        continue
+                    under_way[future] = job
+                    future.add_done_callback(done.put)
+                if room and not under_way:
+                    return
+                for future in _ready(done):
+                    yield _result(future, under_way.pop(future), address)
+        finally:
+            if under_way and client.status == "running":
+                client.cancel(list(under_way))
+
+
+@contextmanager
+def _client(address: str, answer_within_s: float) -> Iterator[Client]:
+    """A client of the scheduler at `address`, which keeps its own log to itself: what it says is said here."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    settings = {
+        "distributed.admin.large-graph-warning-threshold": LARGEST_PARCEL,
+        "distributed.comm.timeouts.connect": f"{answer_within_s:g}s",
+    }
+    with dask.config.set(settings):
+        try:
+            client = Client(address, timeout=answer_within_s, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise LinkTimeout(
+                f"{address}: no Dask scheduler answers there ({_first_line(error)}); start one with 'dask scheduler', "
+                "or leave out --scheduler to use this computer's cores"
+            ) from None
+        try:
+            yield client
+        finally:
+            client.close(timeout=answer_within_s)
+
+
+def _threads(client: Client, address: str) -> int:
+    """How many threads the cluster's workers have now. Raises LinkLost where the scheduler is gone."""
+    if client.status == "running":
+        try:
+            return sum(client.nthreads().values())
+        except (OSError, RuntimeError):
+            pass
+    raise LinkLost(f"{address}: the scheduler went away; {KEPT}")
+
+
+def _send(client: Client, job: Job) -> "Future[Result] | Result":
+    """The future of a job; where its files are gone by now, the result that says so."""
+    try:
+        parcel = pack(job)
+    except OSError as error:
+        return job.failed(f"{error.filename}: can't be read any more ({error.strerror})", final=False)
+    return client.submit(run_parcel, parcel, pure=False)
+
+
+def _ready(done: "SimpleQueue[Future[Result]]") -> "list[Future[Result]]":
+    """The futures that are done, after a while none."""
+    try:
+        return [done.get(timeout=LOOK_EVERY_S)]
+    except Empty:
+        return []
+
+
+def _result(future: "Future[Result]", job: Job, address: str) -> Result:
+    """The result of a future that is done, under the names that the job has here."""
+    if future.status == "cancelled":
+        raise LinkLost(f"{address}: the scheduler dropped the work or went away; {KEPT}")
+    if future.status == "error":
+        return job.failed(_why(future.exception()), final=False)
+    result: Result = future.result()
+    if result.answer is not None:
+        return job.done(result.answer)
+    return job.failed(result.error, result.final)
+
+
+def _why(error: BaseException) -> str:
+    """What a worker's failure means for who sent the job."""
+    if isinstance(error, KilledWorker):
+        return "each worker that took it died, perhaps for want of memory; run again with fewer workers a computer"
+    told = f"{type(error).__name__}: {_first_line(error)}"
+    return f"its worker could not begin ({told}); install the same seatrial there"
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).strip().partition("\n")[0]

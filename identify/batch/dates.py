@@ -1,0 +1,52 @@
+"""When a dive began, and who says so."""
+
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+
+from bridge.tlog import read_tlog
+from identify.dive import Dive
+from identify.ingest.open import recording_files
+
+OLDEST_UNIX_S = 1e9
+"""A computer without a clock believes in 1970; no dive was recorded before this (2001)."""
+
+_IN_NAME = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?:T(\d{2})(\d{2})Z)?")
+
+
+def date_of(dive: Dive) -> tuple[float | None, str]:
+    """Unix time of the first sample and its source, in words; None and an empty word where nothing tells it.
+
+    The vehicle's own SYSTEM_TIME before the stamps of who recorded it, and these before a date in the name.
+    """
+    if dive.unix_at_boot_s is not None:
+        return dive.unix_at_boot_s + dive.span_s[0], "the vehicle's clock"
+    stamp_s = _first_stamp_s(recording_files(dive.source)[0])
+    if stamp_s is not None:
+        return stamp_s, "the recorder's clock"
+    named_s = date_in_name(dive.name)
+    return named_s, "" if named_s is None else "its name"
+
+
+def date_in_name(name: str) -> float | None:
+    """Unix time of a name such as `2026-11-20T0912Z-hovering` or `2026-11-20`; None where it holds no date."""
+    found = _IN_NAME.search(name)
+    if found is None:
+        return None
+    year, month, day, hour, minute = (int(part or 0) for part in found.groups())
+    try:
+        return datetime(year, month, day, hour, minute, tzinfo=UTC).timestamp()
+    except ValueError:
+        return None
+
+
+def utc(unix_s: float | None) -> str:
+    """`2026-11-20 09:12`; a dash for a dive that nothing dates."""
+    return "-" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%d %H:%M}"
+
+
+def _first_stamp_s(file: Path) -> float | None:
+    if not file.name.endswith((".tlog", ".tlog.gz")):
+        return None
+    first = next(iter(read_tlog(file)), None)
+    return first[0] * 1e-6 if first is not None and first[0] * 1e-6 > OLDEST_UNIX_S else None

@@ -1,0 +1,44 @@
+"""The functions that jobs name: each reads its recording and answers plain data for JSON."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bridge.errors import LogError
+from identify.batch.dates import date_of
+from identify.batch.jobs import Job
+from identify.dive import Dive
+from identify.estimators.table import estimator
+from identify.ingest.open import read_dive
+
+
+def identify(job: Job) -> dict[str, Any]:
+    """What one dive tells of the vehicle, when it was dived, and the battery's mean voltage in it.
+
+    Raises LogError, ConfigError or FitError where nothing can be told.
+    """
+    dive = read_dive(job.recording.path, job.columns, job.vehicle)
+    if dive.sha256 != job.recording.sha256:
+        raise LogError(f"{job.recording.path}: changed while the batch ran; run it again when it is whole")
+    vehicle = job.vehicle.vehicle
+    configuration = job.vehicle.configuration or vehicle.configuration_at(dive.configuration_index())
+    named = replace(dive, name=job.recording.name)
+    answer = estimator(job.method)(named, job.vehicle, configuration, _silently)
+    unix_s, dated_by = date_of(dive)
+    return {
+        "identification": answer.to_json(),
+        "unix_s": unix_s,
+        "dated_by": dated_by,
+        "voltage_v": _mean_voltage_v(dive),
+    }
+
+
+def _mean_voltage_v(dive: Dive) -> float | None:
+    if dive.voltage is None or not np.isfinite(dive.voltage.value).any():
+        return None
+    return float(np.nanmean(dive.voltage.value))
+
+
+def _silently(_share: float, _what: str) -> None:
+    """A worker has nobody to tell how far one dive is."""
