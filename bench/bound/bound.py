@@ -1,0 +1,139 @@
+"""The Cramer-Rao bound of a mission, jointly over all six degrees of freedom.
+
+What it is. The readings of a dive have the likelihood of the innovations of a Kalman filter, closed loop or not
+(Ljung 1999, section 13.4). The information on the parameters is the sum of de' S^-1 de over all readings, with de the
+sensitivity of an innovation and S its variance (Gupta and Mehra 1974, eq. 35); its inverse is the least covariance
+that an unbiased method can have. Filter and sensitivities run over the dive's own readings at the TRUE parameters,
+over one joint state, so that what one axis says of another through the Coriolis forces is counted as well.
+
+What it takes as known: noise levels, the disturbance's spread (as an acceleration) and time constants, the thruster
+curve, restoring and buoyancy. What is unknown beside the twelve coefficients: a trim force on every axis. That the
+filter's gain, too, depends on the parameters is left out: with the disturbance's spread unknown that says next to
+nothing of the masses, and the cross terms with the noise levels vanish to first order. A method that has to find the
+noise levels itself can reach this bound only as the dive grows long.
+
+A wide Gaussian prior (a factor of e^3 either way, a tenth of the thrust for the trims) keeps the inverse finite where
+a dive says nothing at all of a coefficient; below a relative error of 30 % it does not show.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.bound import kernel
+from bench.missions import Mission
+from bench.missions.sensors import EVENT_STEPS, STEP_S
+from bridge.vehicle.coefficients import COEFFICIENTS
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+from identify.dive import Signal
+
+Array = NDArray[np.float64]
+
+LOG_PRIOR_STD = 3.0
+TRIM_PRIOR_SHARE = 0.1
+START_STD = np.array([0.1] * 6 + [0.0] * 6 + [0.05] * 3 + [1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Information:
+    """Fisher information (18, 18) of a mission and the gradient (18,) of its log likelihood, both at the truth.
+
+    In the order log M_u .. log I_r, log D_u .. log D_r, trims (N, N m). `prior` (18,) is the wide prior's precision.
+    """
+
+    information: Array
+    gradient: Array
+    prior: Array
+
+    @property
+    def covariance(self) -> Array:
+        return np.asarray(np.linalg.inv(self.information + np.diag(self.prior)), dtype=np.float64)
+
+
+def cramer_rao(mission: Mission) -> dict[str, float]:
+    """The least relative standard error of each coefficient of the mission's truth."""
+    spread = np.sqrt(np.diag(information(mission).covariance))
+    return {c.name: float(spread[i]) for i, c in enumerate(COEFFICIENTS) if c.name in mission.truth}
+
+
+def information(mission: Mission) -> Information:
+    """What the readings of a mission say of its parameters."""
+    vehicle, sensors, dive = mission.drawn, mission.sensors, mission.dive
+    model = kernel.Model(
+        vehicle.mass,
+        vehicle.damping,
+        vehicle.trim,
+        vehicle.righting_nm,
+        vehicle.configuration.net_buoyancy_n,
+        vehicle.disturbance_std,
+        vehicle.disturbance_time_s,
+    )
+    dvl = vehicle.file.vehicle.sensors.dvl
+    every = np.array(
+        [
+            sensors.dvl_steps,
+            sensors.gyro_steps,
+            sensors.fog_steps,
+            sensors.attitude_steps,
+            sensors.depth_steps,
+        ]
+    )
+    recorded = kernel.Recorded(
+        STEP_S * EVENT_STEPS,
+        _wrench(mission),
+        np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m),
+        _values(dive.velocity, 3),
+        _values(dive.gyro, 3),
+        _values(dive.fog, 1),
+        _angles(_values(dive.attitude, 4)),
+        _values(dive.depth, 1),
+        every // EVENT_STEPS,
+        sensors.dvl_first // EVENT_STEPS,
+        np.array(
+            [sensors.dvl_m_s, sensors.gyro_rad_s, sensors.fog_rad_s, sensors.tilt_rad, sensors.heading_rad,
+             sensors.depth_m]
+        ) ** 2,
+    )  # fmt: skip
+    start, covariance = np.zeros(kernel.STATES), np.diag(START_STD**2)
+    start[kernel.DEPTH] = mission.position[0, 2]
+    for i, std in enumerate(vehicle.disturbance_std / vehicle.mass):
+        covariance[kernel.PUSH + i, kernel.PUSH + i] = std**2
+    gradient, found = kernel.scored(model, recorded, start, covariance)
+    trim = TRIM_PRIOR_SHARE * np.array([vehicle.reach[0]] * 3 + [vehicle.reach[5]] * 3)
+    return Information(found, gradient, np.concatenate([np.full(12, LOG_PRIOR_STD), trim]) ** -2.0)
+
+
+def _values(signal: Signal | None, columns: int) -> Array:
+    return np.zeros((0, columns)) if signal is None else signal.value
+
+
+def _wrench(mission: Mission) -> Array:
+    """(n, 6) mean wrench over each event step, from the recorded pulses through curve, lag and geometry."""
+    pwm, vehicle = mission.dive.pwm, mission.file.vehicle
+    assert pwm is not None
+    curve = thrust_curve(vehicle.thrust_curve, mission.file.path.parent)
+    asked = curve.thrust(pwm.value) @ allocation_matrix(mission.drawn.configuration).T
+    inner = mission.sensors.tick_steps // EVENT_STEPS
+    h, lag_s = STEP_S * EVENT_STEPS, vehicle.thrust_curve.lag_s
+    keep = np.exp(-h / lag_s)
+    share = lag_s / h * (1.0 - keep)
+    wrench = np.zeros(6)
+    out = np.empty((len(asked), inner, 6))
+    decay = keep ** np.arange(inner)
+    for i, target in enumerate(asked):
+        out[i] = target + (wrench - target) * (share * decay)[:, None]
+        wrench = target + (wrench - target) * keep**inner
+    return out.reshape(-1, 6)
+
+
+def _angles(attitude: Array) -> Array:
+    """Roll, pitch, yaw (n, 3) of attitudes w x y z (n, 4)."""
+    w, x, y, z = attitude.T
+    return np.column_stack(
+        [
+            np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+            np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0)),
+            np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)),
+        ]
+    )
