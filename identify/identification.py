@@ -1,6 +1,7 @@
 """What an estimator answers: coefficients with intervals, an outcome in a sentence, and where it came from."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -12,22 +13,95 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
 
+Z95 = 1.959963984540054
+LARGEST_RELATIVE_STD = 0.30
+"""A relative standard error above this is called not identifiable."""
+
 
 class Outcome(Enum):
-    """How an identification ended; the value is the sentence that a user reads."""
+    """How an identification ended; the value is the sentence that a user reads. The worst comes last."""
 
     CONVERGED = "converged"
     AT_BOUND = "stopped at a bound"
-    UNSETTLED = "stopped before it settled"
-    NOT_IDENTIFIABLE = "not identifiable"
     DISAGREES = "data and model disagree"
+    NOT_IDENTIFIABLE = "not identifiable"
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What speaks against the values of the coefficients `about`, in a sentence that says what to do.
+
+    `outcome` is what the identification ends in because of it; CONVERGED for a warning alone.
+    """
+
+    about: tuple[str, ...]
+    sentence: str
+    outcome: Outcome = Outcome.CONVERGED
+
+    def to_json(self) -> dict[str, Any]:
+        return {"about": list(self.about), "sentence": self.sentence, "outcome": self.outcome.value}
+
+
+@dataclass(frozen=True)
+class Information:
+    """What the dive alone tells, no prior: Fisher information `matrix` (n, n) of the parameters `of`.
+
+    Coefficients stand by name and count in logarithms (1 is 100 %). Beside them may stand the trim force of an axis,
+    `surge_trim`, in shares of the force that drove that axis. All else that was fitted is projected out.
+    """
+
+    of: tuple[str, ...]
+    matrix: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Partner:
+    """The coefficient that another is most entangled with, and their correlation."""
+
+    name: str
+    correlation: float
+
+
+@dataclass(frozen=True)
+class NullDirection:
+    """Coefficients that the dive alone can't tell apart, and what would, in a sentence.
+
+    `weights` is the direction in logarithms, of length 1; `relative_std` how far it is known (inf: not at all).
+    """
+
+    weights: dict[str, float]
+    relative_std: float
+    sentence: str
+
+    def to_json(self) -> dict[str, Any]:
+        known = self.relative_std if math.isfinite(self.relative_std) else None
+        return {"weights": self.weights, "relative_std": known, "sentence": self.sentence}
+
+
+@dataclass(frozen=True)
+class ThrustScale:
+    """How far all masses and dampings together hang on the vehicle file's thrust.
+
+    `shift` and `std` are relative: what a force standard made of the thrust, and how well it is known. `in_intervals`
+    says whether the intervals include it.
+    """
+
+    shift: float
+    std: float
+    in_intervals: bool
+    sentence: str
+
+    def to_json(self) -> dict[str, Any]:
+        return dict(vars(self))
 
 
 @dataclass(frozen=True)
 class Estimate:
     """One parameter: `value`, `std` and the 95 % interval in `unit`; NaN value where nothing can be said.
 
-    `reason` says why it is not identifiable, empty where it is.
+    `reason` says why it is not identifiable, empty where it is. `scale_std` is what the thrust scale would add to
+    `std`, in `unit`, 0 where the interval includes it. `share_from_prior` is the variance over that of its prior in
+    the vehicle file: 1 where all of it comes from there, 0 where there is none.
     """
 
     name: str
@@ -39,26 +113,37 @@ class Estimate:
     high95: float
     identifiable: bool = True
     reason: str = ""
+    scale_std: float = math.nan
+    share_from_prior: float = 0.0
+    partner: Partner | None = None
+
+    @property
+    def relative_std(self) -> float:
+        """Standard error over value; NaN where there is none."""
+        return self.std / abs(self.value) if self.value else math.nan
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; numbers that do not exist become null."""
-        data = {
-            key: (None if isinstance(v, float) and not math.isfinite(v) else v)
-            for key, v in vars(self).items()
-        }
-        if not data["reason"]:
+        data = {**vars(self), "relative_std": self.relative_std}
+        data["partner"] = None if self.partner is None else dict(vars(self.partner))
+        if not self.reason:
             del data["reason"]
-        return data
+        return {
+            key: (None if isinstance(v, float) and not math.isfinite(v) else v) for key, v in data.items()
+        }
 
 
 @dataclass(frozen=True)
 class Identification:
     """The answer of one estimator for one dive.
 
-    `covariance` (n, n) belongs to `covariance_of`, the names of its rows. `nuisance` holds what was fitted
-    beside the coefficients (noise levels, time constants), by name with the unit in the name. `innovations` holds,
-    by degree of freedom, each reading's surprise over its expected spread, (n, 1): white, of spread 1, where the
-    model fits. It is for the report and no part of the JSON.
+    `covariance` (n, n), in the units of the parameters, belongs to `covariance_of`: every coefficient that was
+    fitted, identifiable or not. `information` is what the dive alone told of them. `doubts` speak against values,
+    `notes` tell what else to know. `nuisance` holds what was fitted beside the coefficients (noise levels, time
+    constants), by name with the unit in the name. `innovations` holds, by degree of freedom, each reading's surprise
+    over its expected spread, (n, 1): white, of spread 1, where the model fits. It is for the report and no part of
+    the JSON. `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the
+    estimates say of partners and priors: an estimator need not.
     """
 
     method: str
@@ -77,6 +162,10 @@ class Identification:
     notes: tuple[str, ...] = ()
     wall_s: float = 0.0
     innovations: dict[str, Signal] = field(default_factory=dict)
+    information: Information | None = None
+    doubts: tuple[Doubt, ...] = ()
+    null_directions: tuple[NullDirection, ...] = ()
+    thrust_scale: ThrustScale | None = None
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -84,6 +173,15 @@ class Identification:
     def values(self) -> dict[str, float]:
         """The identifiable coefficients (not the derived added mass) by name."""
         return {p.name: p.value for p in self.parameters if p.identifiable and p.name in BY_NAME}
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Doubts, then what the dive can't tell apart, then notes: all that a user must read beside the numbers."""
+        told = [doubt.sentence for doubt in self.doubts]
+        told += [direction.sentence for direction in self.null_directions]
+        if self.thrust_scale is not None:
+            told.append(self.thrust_scale.sentence)
+        return tuple(dict.fromkeys((*told, *self.notes)))
 
     def to_json(self) -> dict[str, Any]:
         """The form that `--json` writes."""
@@ -96,10 +194,21 @@ class Identification:
                      "samples": self.samples},
             "vehicle": {"name": self.vehicle, "sha256": self.vehicle_sha256},
             "covariance": {"of": list(self.covariance_of), "matrix": self.covariance.tolist()},
+            "null_directions": [direction.to_json() for direction in self.null_directions],
+            "thrust_scale": None if self.thrust_scale is None else self.thrust_scale.to_json(),
+            "doubts": [doubt.to_json() for doubt in self.doubts],
             "nuisance": self.nuisance,
             "notes": list(self.notes),
             "wall_s": self.wall_s,
         }  # fmt: skip
+
+
+def outcome_of(parameters: Sequence[Estimate], doubts: Sequence[Doubt]) -> Outcome:
+    """What the doubts come to, the worst of them; NOT_IDENTIFIABLE where no parameter has a value to use."""
+    if not any(p.identifiable for p in parameters):
+        return Outcome.NOT_IDENTIFIABLE
+    rank = list(Outcome)
+    return max((doubt.outcome for doubt in doubts), key=rank.index, default=Outcome.CONVERGED)
 
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:
@@ -109,10 +218,13 @@ def estimate(name: str, value: float, std: float, low: float, high: float, reaso
 
 
 def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
-    """Added mass from a total mass or inertia: value minus the rigid body's, as a positive number."""
+    """Added mass from a total mass or inertia: value less the rigid body's, as a positive number.
+
+    Its interval is wider by what the rigid body may be off by.
+    """
     dof = MASSES.index(BY_NAME[total.name])
-    rigid = configuration.dry_mass_kg if dof < 3 else configuration.inertia_kgm2[dof - 3]
-    name, reason = ADDED_MASS_NAMES[dof], total.reason
+    rigid, rigid_std = configuration.rigid_body(dof)
+    name, reason, value = ADDED_MASS_NAMES[dof], total.reason, total.value - rigid
     if total.identifiable and total.high95 < rigid:
         reason = (
             f"{total.name} came out below the rigid body's own {rigid:g} {total.unit}: check the vehicle file"
@@ -121,10 +233,12 @@ def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
         name,
         name,
         total.unit,
-        total.value - rigid,
-        total.std,
-        total.low95 - rigid,
-        total.high95 - rigid,
+        value,
+        math.hypot(total.std, rigid_std),
+        value - math.hypot(total.value - total.low95, Z95 * rigid_std),
+        value + math.hypot(total.high95 - total.value, Z95 * rigid_std),
         not reason,
         reason,
+        total.scale_std,
+        total.share_from_prior,
     )

@@ -14,6 +14,8 @@ from bridge.vehicle.coefficients import BY_NAME
 Vector3 = tuple[float, float, float]
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 GRAVITY_M_S2 = 9.80665
+DRY_MASS_SHARE, INERTIA_SHARE = 0.01, 0.05
+"""Relative standard deviations of the rigid body where the vehicle file gives none."""
 
 
 def _above_zero(**values: float) -> None:
@@ -61,6 +63,8 @@ class ThrustCurve:
     kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
     kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
     `lag_s` is the first-order lag between command and thrust; `max_n` also scales the quadratic law.
+    `scale_std`: how far all thrust may be off by one factor, relative. 0.1 is the geometric middle of the 5 to 20 %
+    that published curves are off by; a bollard pull of the vehicle's own thrusters makes it 0.02 or so.
     `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, where shaft speed is needed.
     """
 
@@ -73,11 +77,29 @@ class ThrustCurve:
     dead_band_us: float = 0.0
     forward_n_s2: float = 0.01427
     reverse_n_s2: float = 0.01135
+    scale_std: float = 0.1
 
     def __post_init__(self) -> None:
         _above_zero(max_n=self.max_n, span_us=self.span_us)
         _above_zero(forward_n_s2=self.forward_n_s2, reverse_n_s2=self.reverse_n_s2)
-        _not_negative(lag_s=self.lag_s, dead_band_us=self.dead_band_us)
+        _not_negative(lag_s=self.lag_s, dead_band_us=self.dead_band_us, scale_std=self.scale_std)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of a coefficient before a dive: `value` and standard deviation `std` in its unit, and whence.
+
+    `rests_on`: the force that it was measured by. `weight` (weighed, towed, a hung weight) owes nothing to the
+    thrusters; `thrust` (identified in a dive) is off by whatever this vehicle file's thrust is off by.
+    """
+
+    value: float
+    std: float
+    source: str = ""
+    rests_on: Literal["weight", "thrust"] = "weight"
+
+    def __post_init__(self) -> None:
+        _above_zero(value=self.value, std=self.std)
 
 
 @dataclass(frozen=True)
@@ -85,7 +107,9 @@ class Configuration:
     """One shape of the vehicle. `veh_cfg` is the VEH_CFG value that means it (its place in the list if left out).
 
     `inertia_kgm2`: rigid body, about x y z. `model` holds coefficients by name (`M_u` ... `D_r`): what the
-    feed-forward starts from. `gains` names the controller's gain table.
+    feed-forward starts from; `priors` what is known of them, with its width, before a dive is identified.
+    `dry_mass_std_kg`, `inertia_std_kgm2`: how well the rigid body is known; 1 % and 5 % where not given, as a hanging
+    scale and a drawing are good for. `gains` names the controller's gain table.
     """
 
     dry_mass_kg: float
@@ -97,16 +121,31 @@ class Configuration:
     veh_cfg: int | None = None
     model: dict[str, float] = field(default_factory=dict)
     gains: str = "conservative"
+    priors: dict[str, Prior] = field(default_factory=dict)
+    dry_mass_std_kg: float | None = None
+    inertia_std_kgm2: Vector3 | None = None
 
     def __post_init__(self) -> None:
         _above_zero(dry_mass_kg=self.dry_mass_kg, thruster_limit_n=self.thruster_limit_n)
+        _not_negative(dry_mass_std_kg=self.dry_mass_std_kg or 0.0)
+        if min(self.inertia_std_kgm2 or (0.0,)) < 0:
+            raise ValueError(f"inertia_std_kgm2 can't be negative, it is {list(self.inertia_std_kgm2 or ())}")
         if min(self.inertia_kgm2) <= 0:
             raise ValueError(
                 f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
             )
-        for name in self.model:
-            if name not in BY_NAME:
-                raise ValueError(f"model: unknown coefficient '{name}'; known: {', '.join(BY_NAME)}")
+        for key, names in (("model", self.model), ("priors", self.priors)):
+            for name in names:
+                if name not in BY_NAME:
+                    raise ValueError(f"{key}: unknown coefficient '{name}'; known: {', '.join(BY_NAME)}")
+
+    def rigid_body(self, dof: int) -> tuple[float, float]:
+        """Dry mass (kg) or rigid-body inertia (kg m2) of a degree of freedom, and its standard deviation."""
+        if dof < 3:
+            std_kg = self.dry_mass_std_kg
+            return self.dry_mass_kg, DRY_MASS_SHARE * self.dry_mass_kg if std_kg is None else std_kg
+        inertia, std = self.inertia_kgm2[dof - 3], self.inertia_std_kgm2
+        return inertia, INERTIA_SHARE * inertia if std is None else std[dof - 3]
 
 
 @dataclass(frozen=True)

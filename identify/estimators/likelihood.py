@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import Doubts, doubts_of, unexplained_feedback
+from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
     DAMPING,
@@ -28,16 +28,23 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
     fit_axes,
 )
-from identify.identification import Estimate, Identification, Outcome, added_mass
+from identify.estimators.scoring import MOST_STEPS
+from identify.identification import (
+    LARGEST_RELATIVE_STD,
+    Z95,
+    Doubt,
+    Estimate,
+    Identification,
+    Information,
+    Outcome,
+    added_mass,
+    outcome_of,
+)
 from identify.identification import estimate as as_estimate
 
 Array = NDArray[np.float64]
 
 SHORTEST_DIVE_S = 20.0
-LARGEST_RELATIVE_STD = 0.30
-"""A relative standard error above this is called not identifiable."""
-
-Z95 = 1.959963984540054
 
 
 def estimate(
@@ -56,8 +63,7 @@ def estimate(
     built = build_axes(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
     fits = fit_axes(built.axes, shape, progress)
-    hidden = _hidden_feedback(dive, file, fits)
-    doubts = {dof: doubts_of(fit, hidden.get(dof)) for dof, fit in fits.items()}
+    doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
     progress(1.0, "done")
     totals = tuple(
         _one(c.name, c.dof, place, fits, doubts, built.missing)
@@ -65,9 +71,10 @@ def estimate(
         for c in group
     )
     names, covariance = _covariance(totals, fits, doubts)
+    told = (*_strange(built.strange), *_unsettled(fits), *_drag(doubts))
     return Identification(
         "likelihood",
-        _outcome(totals, fits, doubts, built.strange),
+        outcome_of(totals, told),
         (*totals, *(added_mass(total, shape) for total in totals[:6])),
         configuration,
         dive.name,
@@ -79,9 +86,11 @@ def estimate(
         covariance,
         names,
         _nuisance(fits),
-        (*dive.notes, *built.notes, *_drag_notes(doubts), *_strange_notes(built.strange)),
+        (*dive.notes, *built.notes),
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
+        _information(fits),
+        told,
     )
 
 
@@ -90,15 +99,6 @@ def _innovations(fit: AxisFit) -> Signal:
     error, variance = fit.problem.filtered(fit.maximum.theta, np.inf)
     read = np.isfinite(error)
     return Signal(fit.problem.axis.time_s[read], (error[read] / np.sqrt(variance[read]))[:, None])
-
-
-def _hidden_feedback(dive: Dive, file: VehicleFile, fits: Mapping[int, AxisFit]) -> dict[int, float | None]:
-    """The share of the controller's wrench that no reading explains, for surge, sway and heave."""
-    depth = dive.depth_by(file.vehicle.water)
-    at_control = None
-    if depth is not None and dive.tau_pid is not None:
-        at_control = depth.held_at(dive.tau_pid.time_s)[:, 0]
-    return {dof: unexplained_feedback(dive, dof, at_control) for dof in fits if dof < 3}
 
 
 def _one(
@@ -113,12 +113,6 @@ def _one(
     axis, nan = DOFS[dof], float("nan")
     if dof not in fits:
         return as_estimate(name, nan, nan, nan, nan, missing[dof])
-    if place == MASS and doubts[dof].hidden:
-        reason = (
-            f"the controller steered {axis} by a reading that is not the recorded one ({100 * doubts[dof].hidden:.0f} "
-            "% of its wrench follows from nothing recorded), which passes for mass: log what it used"
-        )
-        return as_estimate(name, nan, nan, nan, nan, reason)
     value = float(np.exp(fits[dof].maximum.theta[place]))
     std = float(np.hypot(np.sqrt(fits[dof].covariance[place, place]), doubts[dof].shift[place]))
     reason = ""
@@ -136,8 +130,8 @@ def _one(
 def _covariance(
     totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]
 ) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the identifiable coefficients; those of different axes are independent."""
-    kept = [(i % 6, i // 6, total) for i, total in enumerate(totals) if total.identifiable]
+    """Names and covariance of the coefficients that were fitted; those of different axes are independent."""
+    kept = [(i % 6, i // 6, total) for i, total in enumerate(totals) if i % 6 in fits]
     out = np.zeros((len(kept), len(kept)))
     for row, (dof, place, total) in enumerate(kept):
         for column, (other_dof, other_place, other) in enumerate(kept):
@@ -148,36 +142,58 @@ def _covariance(
     return tuple(total.name for _, _, total in kept), out
 
 
-def _outcome(
-    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], strange: str
-) -> Outcome:
-    if not any(total.identifiable for total in totals):
-        return Outcome.NOT_IDENTIFIABLE
-    if strange:
-        return Outcome.DISAGREES
-    if not all(fits[i % 6].maximum.converged for i, total in enumerate(totals) if total.identifiable):
-        return Outcome.UNSETTLED
-    if any(doubt.lacks_drag for doubt in doubts.values()):
-        return Outcome.DISAGREES
-    return Outcome.CONVERGED
+def _information(fits: Mapping[int, AxisFit]) -> Information:
+    """What the dive tells of mass, damping and trim of each axis, all else of that axis projected out."""
+    of: list[str] = []
+    blocks = []
+    for dof, fit in fits.items():
+        kept = np.array([MASS, DAMPING, FORCES])
+        others = np.setdiff1d(np.arange(len(fit.maximum.theta)), kept)
+        full, prior = fit.maximum.information, fit.problem.prior_precision
+        rest = full[np.ix_(others, others)] + np.diag(prior[others])
+        cross = full[np.ix_(kept, others)]
+        left = full[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T)
+        scale = np.array([1.0, 1.0, float(np.sqrt(np.mean(fit.problem.axis.force**2)))])
+        of += [MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim"]
+        blocks.append(left * np.outer(scale, scale))
+    whole = np.zeros((len(of), len(of)))
+    for i, block in enumerate(blocks):
+        whole[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = block
+    return Information(tuple(of), whole)
 
 
-def _drag_notes(doubts: Mapping[int, Doubts]) -> tuple[str, ...]:
+def _unsettled(fits: Mapping[int, AxisFit]) -> tuple[Doubt, ...]:
     return tuple(
-        f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model ({doubt.drag_score:+.0f} "
-        "standard errors): mass and linear damping hold for the speeds of this dive alone; their intervals are "
-        "widened by what such a force would change."
+        Doubt(
+            (MASSES[dof].name, DAMPINGS[dof].name),
+            f"In {DOFS[dof]} the search stopped at its bound of {MOST_STEPS} steps before it settled: don't rely on "
+            f"what it says of {DOFS[dof]}; dive longer, with more changes of thrust.",
+            Outcome.AT_BOUND,
+        )
+        for dof, fit in fits.items()
+        if not fit.maximum.converged
+    )
+
+
+def _drag(doubts: Mapping[int, Doubts]) -> tuple[Doubt, ...]:
+    return tuple(
+        Doubt(
+            (MASSES[dof].name, DAMPINGS[dof].name),
+            f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
+            f"({doubt.drag_score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
+            "alone; their intervals are widened by what such a force would change.",
+            Outcome.DISAGREES,
+        )
         for dof, doubt in doubts.items()
         if doubt.lacks_drag
     )
 
 
-def _strange_notes(strange: str) -> tuple[str, ...]:
+def _strange(strange: str) -> tuple[Doubt, ...]:
     if not strange:
         return ()
-    return (
-        f"These values hardly mean this vehicle: {strange}. Give the vehicle file and configuration of the dive.",
-    )
+    sentence = f"These values hardly mean this vehicle: {strange}. Give the vehicle file and configuration of the dive."
+    return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
 
 
 def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:

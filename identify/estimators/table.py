@@ -6,6 +6,7 @@ from typing import cast
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
+from identify.answer import answered
 from identify.dive import Dive
 from identify.identification import Identification
 
@@ -20,7 +21,19 @@ DEFAULT = "likelihood"
 
 
 def estimator(method: str) -> Estimator:
-    """The `estimate` of a method. Raises ConfigError for a name that is not in METHODS."""
+    """A method's `estimate`, and its answer judged as every method's is: `identify.answer`.
+
+    Raises ConfigError for a name that is not in METHODS.
+    """
     if method not in METHODS:
         raise ConfigError(f"there is no method '{method}'; take one of {', '.join(METHODS)}")
-    return cast(Estimator, import_module(METHODS[method]).estimate)
+    return judged(cast(Estimator, import_module(METHODS[method]).estimate))
+
+
+def judged(fit: Estimator) -> Estimator:
+    """The estimator whose answers have gone through `answered`."""
+
+    def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+        return answered(fit(dive, file, configuration, progress), dive, file)
+
+    return estimate

@@ -17,8 +17,9 @@ from identify.report.tracking import Reference
 from identify.validate import TrackingErrors
 
 OUTCOME_MEANS = {
-    Outcome.AT_BOUND: "The search ended where it may not go on, not at a best fit: don't rely on these values.",
-    Outcome.UNSETTLED: "The search ran out of steps before it settled: don't rely on these values.",
+    Outcome.AT_BOUND: (
+        "The search ended where it may not go on, not at a best fit: don't rely on the values named below."
+    ),
     Outcome.NOT_IDENTIFIABLE: "This dive says too little of every parameter: there is no value to use.",
     Outcome.DISAGREES: (
         "The recording holds what the model can't explain: use these values only as the notes below allow."
@@ -53,7 +54,7 @@ def identification_section(
     table = (tables.parameters(i.parameters, told),) if i.parameters else ()
     return Section(
         f"Identified parameters: {i.dive}, {i.configuration}, {i.method}",
-        "\n\n".join((*words, *i.notes) if good else words),
+        "\n\n".join((*words, *i.sentences) if good else words),
         (*table, *nuisance_tables(i.nuisance)),
         (drawn,) if drawn else (),
         "" if good else "\n\n".join(_doubt(i)),
@@ -66,7 +67,7 @@ def _doubt(i: Identification) -> tuple[str, ...]:
     if i.outcome is Outcome.NOT_IDENTIFIABLE:
         reasons = tuple(f"{reason[0].upper()}{reason[1:]}." for e in i.parameters if (reason := e.reason))
     headline = f"Warning: {i.outcome.value}"
-    return tuple(dict.fromkeys((headline, OUTCOME_MEANS[i.outcome], *reasons, *i.notes)))
+    return tuple(dict.fromkeys((headline, OUTCOME_MEANS[i.outcome], *reasons, *i.sentences)))
 
 
 def _with_added_masses(truth: Mapping[str, float], configuration: Configuration) -> dict[str, float]:

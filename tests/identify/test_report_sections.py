@@ -85,7 +85,12 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
 
 def shape() -> Configuration:
     thruster = Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    return Configuration(dry_mass_kg=72.0, inertia_kgm2=(9.0, 10.0, 11.0), thrusters=(thruster,))
+    return Configuration(
+        dry_mass_kg=72.0,
+        inertia_kgm2=(9.0, 10.0, 11.0),
+        thrusters=(thruster,),
+        inertia_std_kgm2=(0.0, 0.0, 0.0),
+    )
 
 
 def test_the_true_added_mass_is_the_true_total_less_the_rigid_body():

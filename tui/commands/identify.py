@@ -166,7 +166,7 @@ def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
         )
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")
-    for note in dict.fromkeys((*dive.notes, *answer.notes)):
+    for note in dict.fromkeys((*dive.notes, *answer.sentences)):
         show.say(console, f"note: {note}")
 
 

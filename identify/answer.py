@@ -1,0 +1,52 @@
+"""What every estimator's fit goes through before it is an answer: doubts, bounds, priors, identifiability, outcome."""
+
+import math
+from dataclasses import replace
+
+from bridge.vehicle.config import VehicleFile
+from identify.bounds import with_bounds
+from identify.dive import Dive
+from identify.feedback import feedback_doubts
+from identify.identifiability import with_identifiability
+from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of
+from identify.priors import with_priors
+
+
+def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identification:
+    """The answer that a user may rely on as far as it says, from the fit of any method."""
+    vehicle = file.vehicle
+    shape = vehicle.configurations[fit.configuration]
+    found = without_masses(fit, feedback_doubts(dive, vehicle.water))
+    found = with_bounds(found, shape)
+    found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
+    found = with_identifiability(found)
+    totals = found.parameters[:12]
+    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]))
+    return replace(found, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, found.doubts)))
+
+
+def without_masses(fit: Identification, doubts: tuple[Doubt, ...]) -> Identification:
+    """The fit without the coefficients that the doubts are about; the first doubt of each is the reason."""
+    reasons = {name: doubt.sentence for doubt in reversed(doubts) for name in doubt.about}
+    return replace(
+        fit,
+        parameters=tuple(_left_out(one, reasons) for one in fit.parameters),
+        doubts=(*fit.doubts, *doubts),
+    )
+
+
+def _left_out(one: Estimate, reasons: dict[str, str]) -> Estimate:
+    if one.name not in reasons or not math.isfinite(one.value):
+        return one
+    nan = math.nan
+    return replace(
+        one, value=nan, std=nan, low95=nan, high95=nan, identifiable=False, reason=reasons[one.name]
+    )
+
+
+def _outcome(by_fit: Outcome, by_doubts: Outcome) -> Outcome:
+    """The worse of what the fit itself said and what the doubts come to; whether anything is known, these alone say."""
+    if by_doubts is Outcome.NOT_IDENTIFIABLE or by_fit is Outcome.NOT_IDENTIFIABLE:
+        return by_doubts
+    rank = list(Outcome)
+    return max(by_fit, by_doubts, key=rank.index)

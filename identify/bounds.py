@@ -1,0 +1,69 @@
+"""Where a fit ended at what a coefficient may not pass: the bounds of the list, and the rigid body's own mass."""
+
+import math
+from dataclasses import replace
+
+from bridge.vehicle.coefficients import BY_NAME, Coefficient
+from bridge.vehicle.config import Configuration
+from identify.identification import Z95, Doubt, Estimate, Identification, Outcome
+
+NEAR = 1e-3
+"""Relative distance from a bound other than 0 within which a value stands at it."""
+
+TELLING_PER_S = 0.1
+"""A damping known to better than this share of the rigid body's mass (1/s) is small, not unknown."""
+
+
+def with_bounds(found: Identification, configuration: Configuration) -> Identification:
+    """The identification with values at a bound named, and held to it; and masses below the rigid body's doubted.
+
+    A bound of 0 can't be reached by a logarithm: a damping stands there where the dive knows it well in N/(m/s), and
+    none at all is within its interval.
+    """
+    parameters, doubts = [], list(found.doubts)
+    for one in found.parameters:
+        held, doubt = _held(one, configuration) if one.name in BY_NAME else (one, None)
+        parameters.append(held)
+        doubts += [] if doubt is None else [doubt]
+    return replace(found, parameters=tuple(parameters), doubts=tuple(doubts))
+
+
+def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt | None]:
+    coefficient = BY_NAME[one.name]
+    rigid, rigid_std = configuration.rigid_body(coefficient.dof)
+    if not math.isfinite(one.value):
+        return one, None
+    if coefficient.low == 0.0 and 0 < one.std < TELLING_PER_S * rigid and one.value < Z95 * one.std:
+        return _at(one, coefficient, "lower", 0.0)
+    if coefficient.low > 0 and one.value <= coefficient.low * (1 + NEAR):
+        return _at(one, coefficient, "lower", coefficient.low)
+    if one.value >= coefficient.high * (1 - NEAR):
+        return _at(one, coefficient, "upper", coefficient.high)
+    if coefficient.kind == "mass" and one.identifiable and one.high95 < rigid - Z95 * rigid_std:
+        sentence = (
+            f"{one.name} came out at {one.value:.3g} {one.unit}, below the rigid body's own {rigid:g}, which no water "
+            "can take away: the vehicle file's thrust is too weak or its mass too large; measure both again."
+        )
+        return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
+    return one, None
+
+
+def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tuple[Estimate, Doubt]:
+    """The estimate held to its bound, and the doubt that names both."""
+    upper = max(one.value + Z95 * one.std, bound) if math.isfinite(one.std) else math.nan
+    told = f"; the dive puts it below {upper:.3g}" if bound == 0.0 and math.isfinite(upper) else ""
+    reason = f"{one.name} stopped at its {side} bound of {bound:g} {one.unit}{told}"
+    low, high = (bound, upper) if side == "lower" else (min(one.low95, bound), bound)
+    held = replace(
+        one,
+        value=min(max(one.value, coefficient.low), coefficient.high),
+        low95=low,
+        high95=high,
+        identifiable=False,
+        reason=reason,
+    )
+    sentence = (
+        f"{reason}: the signs of its thrust and of its readings, or a force that the model lacks, drive it there; "
+        "look at these before you rely on what else was identified."
+    )
+    return held, Doubt((one.name,), sentence, Outcome.AT_BOUND)

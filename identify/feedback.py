@@ -1,0 +1,123 @@
+"""Could the recorded velocity be what the controller used? Through another one the sea steers the thrust unseen.
+
+A likelihood of a closed loop is right only where it is given the readings that the controller acted on (Ljung 1999,
+section 13.4); with others it takes for mass what the controller did about the disturbance.
+"""
+
+import numpy as np
+
+from bridge.vehicle.coefficients import DOFS, MASSES
+from bridge.vehicle.config import Water
+from identify.dive import Array, Dive
+from identify.identification import Doubt
+
+LARGEST_UNEXPLAINED = 0.25
+"""Share of the controller's wrench that may follow from nothing recorded: rounding and late readings."""
+
+LARGEST_FOREIGN = 0.5
+"""Share of the velocity sensor's noise that may stand in NU_FB beside what a filter of its readings gives."""
+
+WINDOW_S = 10.0
+READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
+TAPS = 8
+SAME = 1e-5
+"""m/s: two velocities nearer than this are one."""
+
+
+def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
+    """A doubt for each axis whose controller used what was not recorded; the mass of that axis has no value then."""
+    doubts = []
+    for dof, name in enumerate(DOFS):
+        share = unexplained_wrench(dive, dof, water)
+        foreign = foreign_velocity(dive, dof) if dof < 3 else None
+        if share is not None and share > LARGEST_UNEXPLAINED:
+            why = f"{100 * share:.0f} % of its wrench (TAU_PID) follows from nothing recorded"
+        elif foreign is not None and foreign > LARGEST_FOREIGN:
+            why = f"NU_FB is no filter of it, and {foreign:.1f} times its noise away from the nearest"
+        else:
+            continue
+        sentence = (
+            f"In {name} the recorded {READINGS[dof]} can't be what the controller used: {why}. A fit takes that for "
+            f"mass, so {MASSES[dof].name} is left out: record the very readings that the controller uses, and dive "
+            "again."
+        )
+        doubts.append(Doubt((MASSES[dof].name,), sentence))
+    return tuple(doubts)
+
+
+def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
+    """Share of the feedback controller's recorded wrench that no recorded reading explains; None where unknown.
+
+    A linear controller's wrench is a combination of the velocity that it used, its reference, and the errors of
+    velocity, depth and angle with their integrals. What is left over came from a signal that the recording lacks.
+    The median over short windows, so that gains which are scheduled slowly do not count.
+    """
+    tau, used, reference = dive.tau_pid, dive.nu_fb, dive.nu_ref
+    if tau is None or used is None or reference is None or len(tau) < 2:
+        return None
+    nu, target = used.held_at(tau.time_s)[:, dof], reference.held_at(tau.time_s)
+    step_s = np.diff(tau.time_s, prepend=tau.time_s[0])
+    errors = [target[:, dof] - nu, *_place_errors(dive, dof, water, tau.time_s, target)]
+    columns = [nu, target[:, dof], target[:, 6 + dof], np.ones(len(tau))]
+    columns += [e for error in errors for e in (error, np.cumsum(np.nan_to_num(error) * step_s))]
+    table = np.column_stack([*columns, tau.value[:, dof]])
+    window = round(WINDOW_S * tau.rate_hz)
+    shares = [_left_over(table[i : i + window]) for i in range(0, len(table) - window + 1, window)]
+    known = [share for share in shares if share is not None]
+    return float(np.median(known)) if known else None
+
+
+def _place_errors(dive: Dive, dof: int, water: Water, time_s: Array, target: Array) -> list[Array]:
+    """What is wanted less what was read last, (n,), of depth or an angle: roll and pitch are wanted level."""
+    depth = dive.depth_by(water)
+    if dof == 2 and depth is not None and len(depth):
+        return [target[:, 13] - depth.held_at(time_s)[:, 0]]
+    if dof < 3 or dive.attitude is None or not len(dive.attitude):
+        return []
+    w, x, y, z = dive.attitude.held_at(time_s).T
+    if dof == 3:
+        return [-np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))]
+    if dof == 4:
+        return [-np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))]
+    turn = target[:, 12] - np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return [np.remainder(turn + np.pi, 2 * np.pi) - np.pi]
+
+
+def _left_over(table: Array) -> float | None:
+    """Share of the last column that no combination of the others gives; None where it stands still."""
+    table = table[np.isfinite(table).all(axis=1)]
+    if len(table) < 4 * table.shape[1] or np.std(table[:, -1]) < 1e-9:
+        return None
+    fitted, *_ = np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)
+    return float(np.std(table[:, -1] - table[:, :-1] @ fitted) / np.std(table[:, -1]))
+
+
+def foreign_velocity(dive: Dive, dof: int) -> float | None:
+    """What no causal linear filter of the recorded velocity makes of NU_FB, over that velocity's noise.
+
+    Rates of turn stand beside the velocity: with a lever arm they carry it to the body's origin. None where there is
+    too little to tell; both spreads are medians, which dropouts and wild readings leave alone.
+    """
+    if dive.nu_fb is None or dive.velocity is None or dive.velocity_is_filtered:
+        return None
+    good = np.isfinite(dive.velocity.value).all(axis=1)
+    time_s, read = dive.velocity.time_s[good], dive.velocity.value[good, dof]
+    latest = np.searchsorted(time_s, dive.nu_fb.time_s, side="right") - 1
+    known = (latest >= TAPS) & np.isfinite(dive.nu_fb.value[:, dof])
+    if np.count_nonzero(known) < 10 * TAPS:
+        return None
+    fed, past = dive.nu_fb.value[known, dof], read[latest[known, None] - np.arange(TAPS)]
+    if np.mean(np.abs(past - fed[:, None]).min(axis=1) < SAME) > 0.5:
+        return 0.0
+    columns = [past, np.ones((len(fed), 1))]
+    if dive.gyro is not None and len(dive.gyro):
+        columns.append(np.nan_to_num(dive.gyro.held_at(dive.nu_fb.time_s[known])))
+    table = np.column_stack(columns)
+    fitted, *_ = np.linalg.lstsq(table, fed, rcond=None)
+    noise = _spread(np.diff(read, 2)) / np.sqrt(6.0)
+    return float(_spread(fed - table @ fitted) / noise) if noise > 0 else None
+
+
+def _spread(value: Array) -> float:
+    """Standard deviation of a normal bulk, by its median."""
+    return float(1.4826 * np.median(np.abs(value - np.median(value))))

@@ -1,0 +1,182 @@
+"""What a dive can tell apart: correlations of the answer, and the directions in which the dive alone says nothing.
+
+A direction is null where the Fisher information of the logarithms leaves it a standard deviation above
+`LARGEST_RELATIVE_STD` (Rothenberg 1971, theorem 1: singular information means no local identifiability).
+Coefficients that share a null direction are found from the projector on all of these: it does not depend on the basis.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import BY_NAME, DOFS
+from identify.identification import (
+    LARGEST_RELATIVE_STD,
+    Estimate,
+    Identification,
+    Information,
+    NullDirection,
+    Outcome,
+    Partner,
+)
+
+Array = NDArray[np.float64]
+
+SHARED = 0.1
+"""Entries of the projector below this bind nothing: two parameters share a null direction only above it."""
+
+TRIM = "_trim"
+THRUST_SCALE = "thrust_scale"
+
+
+def with_identifiability(found: Identification) -> Identification:
+    """The identification with every coefficient's partner, and what the dive can't tell apart.
+
+    Where the estimator gave no information, the inverse of its covariance stands for it. What stands at a bound is
+    known to be there, and in no null direction.
+    """
+    partners = partners_of(found.covariance_of, found.covariance)
+    told = found.information or _information(found)
+    at_bound = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
+    directions = tuple(
+        direction
+        for direction in (() if told is None else null_directions(told))
+        if not set(direction.weights) <= at_bound
+    )
+    scale = found.thrust_scale
+    if scale is not None and not scale.in_intervals and found.covariance_of:
+        directions = (*directions, scale_direction(found.covariance_of))
+    return replace(
+        found,
+        parameters=tuple(replace(one, partner=partners.get(one.name)) for one in found.parameters),
+        null_directions=directions,
+    )
+
+
+def partners_of(of: Sequence[str], covariance: Array) -> dict[str, Partner]:
+    """By name, the coefficient with the strongest correlation to it; none where there is only one."""
+    spread = np.sqrt(np.diag(covariance))
+    if len(of) < 2 or not np.all(spread > 0):
+        return {}
+    correlation = covariance / np.outer(spread, spread)
+    np.fill_diagonal(correlation, 0.0)
+    strongest = np.argmax(np.abs(correlation), axis=1)
+    return {
+        name: Partner(of[j], float(np.clip(correlation[i, j], -1.0, 1.0)))
+        for i, (name, j) in enumerate(zip(of, strongest, strict=True))
+        if correlation[i, j] != 0.0
+    }
+
+
+def null_directions(told: Information) -> tuple[NullDirection, ...]:
+    """The directions in which the dive alone says less than it takes, one for each set of parameters that share one."""
+    strength, vectors = np.linalg.eigh(0.5 * (told.matrix + told.matrix.T))
+    null = vectors[:, strength < LARGEST_RELATIVE_STD**-2]
+    together = null @ null.T
+    out = []
+    for members in _groups(np.abs(together) > SHARED):
+        names = [told.of[i] for i in members]
+        if all(name.endswith(TRIM) for name in names):
+            continue
+        inner, directions = np.linalg.eigh(told.matrix[np.ix_(members, members)])
+        worst = directions[:, 0] * (1.0 if directions[np.argmax(np.abs(directions[:, 0])), 0] > 0 else -1.0)
+        std = 1.0 / math.sqrt(inner[0]) if inner[0] > 0 else math.inf
+        weights = {name: float(w) for name, w in zip(names, worst, strict=True)}
+        out.append(NullDirection(weights, std, _sentence(weights)))
+    return tuple(out)
+
+
+def scale_direction(of: Sequence[str]) -> NullDirection:
+    """Thrust and everything that it moves: the same motion follows from all of them larger by one share."""
+    share = 1.0 / math.sqrt(len(of) + 1)
+    return NullDirection(
+        dict.fromkeys((THRUST_SCALE, *of), share),
+        math.inf,
+        "Thrust scale and all masses and dampings can't be told apart: weigh the vehicle, or hang 0.5 kg on it, and "
+        "give what you find as a prior in the vehicle file.",
+    )
+
+
+def _groups(bound: NDArray[np.bool_]) -> list[list[int]]:
+    """Connected sets of the parameters that stand in a null direction."""
+    left = [i for i in range(len(bound)) if bound[i, i]]
+    groups = []
+    while left:
+        group, fresh = [], [left[0]]
+        while fresh:
+            one = fresh.pop()
+            left.remove(one)
+            group.append(one)
+            fresh += [i for i in left if bound[one, i] and i not in fresh]
+        groups.append(sorted(group))
+    return groups
+
+
+def _information(found: Identification) -> Information | None:
+    """The inverse of the covariance of the logarithms, over the coefficients that have both."""
+    by_name = {one.name: one for one in found.parameters}
+    kept = [
+        i for i, n in enumerate(found.covariance_of) if _usable(by_name[n]) and found.covariance[i, i] > 0
+    ]
+    if not kept:
+        return None
+    of = tuple(found.covariance_of[i] for i in kept)
+    values = np.array([by_name[name].value for name in of])
+    relative = found.covariance[np.ix_(kept, kept)] / np.outer(values, values)
+    return Information(of, np.asarray(np.linalg.pinv(relative), dtype=np.float64))
+
+
+def _usable(one: Estimate) -> bool:
+    return math.isfinite(one.value) and one.value != 0.0
+
+
+def _sentence(weights: dict[str, float]) -> str:
+    """Which parameters can't be told apart, and what dive would."""
+    names = list(weights)
+    axes = list(dict.fromkeys(_axis(name) for name in names))
+    masses = [name for name in names if _kind(name) == "mass"]
+    dampings = [name for name in names if _kind(name) == "damping"]
+    axis = " and ".join(axes)
+    if len(names) == 1:
+        advice = (
+            f"push {axis} back and forth, with thrust that changes quickly"
+            if masses
+            else f"hold {axis} at steady speeds, both ways"
+        )
+        return f"The dive says too little of {_words(names[0])} ({names[0]}): {advice}."
+    listed = ", ".join(map(_words, names[:-1])) + f" and {_words(names[-1])}"
+    if len(axes) > 1:
+        advice = f"drive {axis} one at a time"
+    elif not masses:
+        advice = f"hold {axis} at a second speed, best one in the other direction"
+    elif not dampings:
+        advice = f"push {axis} back and forth, with thrust that changes quickly"
+    elif weights[masses[0]] * weights[dampings[0]] > 0:
+        advice = (
+            f"push {axis} harder, with thrust that changes quickly and then holds; only their ratio is known"
+        )
+    else:
+        advice = f"give {axis} both quick changes of thrust and steady speeds"
+    return f"{listed[0].upper()}{listed[1:]} can't be told apart: {advice}."
+
+
+def _axis(name: str) -> str:
+    return name.removesuffix(TRIM) if name.endswith(TRIM) else DOFS[BY_NAME[name].dof]
+
+
+def _kind(name: str) -> str:
+    return "trim" if name.endswith(TRIM) else BY_NAME[name].kind
+
+
+def _words(name: str) -> str:
+    """A parameter as one says it: `surge mass`, `yaw damping`, `surge trim force`."""
+    dof = DOFS.index(_axis(name))
+    kinds = {
+        "mass": "mass" if dof < 3 else "inertia",
+        "damping": "damping",
+        "trim": "trim force" if dof < 3 else "trim moment",
+    }
+    return f"{DOFS[dof]} {kinds[_kind(name)]}"
