@@ -1,0 +1,90 @@
+"""What each method makes of a dive, as plain data that a cache can keep."""
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.remembered import Data
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.estimators.table import METHODS as PRODUCT
+from identify.estimators.table import Estimator
+
+OWN = {"closed form": "bench.baselines.closed_form", "least squares": "bench.baselines.least_squares"}
+TITLES = {
+    "likelihood": "likelihood",
+    "pinn": "pinn",
+    "closed form": "closed form of the paper's loss",
+    "least squares": "finite-difference least squares",
+}
+NOT_HERE = "`pinn` is not among the methods of this build and is left out."
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`value` and `half95`, half the width of the 95 % interval, by coefficient, of what is identifiable.
+
+    `half95` is empty where a method states no interval. `trim` (6,) is the steady wrench that it found, N and N m.
+    `refusal` says why there is nothing.
+    """
+
+    value: Mapping[str, float]
+    half95: Mapping[str, float]
+    trim: NDArray[np.float64]
+    outcome: str
+    seconds: float
+    refusal: str = ""
+
+
+def methods() -> tuple[str, ...]:
+    """The methods that are compared, those of the product first."""
+    return tuple(name for name in TITLES if name in PRODUCT or name in OWN)
+
+
+def method(name: str) -> Estimator:
+    """`estimate` of a method of the product or of the benchmark's own."""
+    return cast(Estimator, import_module(OWN.get(name) or PRODUCT[name]).estimate)
+
+
+def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Data:
+    """A method's answer to a dive as JSON; an empty one with its reason where it refuses."""
+    started = time.perf_counter()
+    try:
+        found = method(name)(dive, file, configuration, lambda _share, _words: None)
+    except FitError as error:
+        return {
+            "value": {}, "half95": {}, "trim": [0.0] * 6, "outcome": "refused", "refusal": str(error),
+            "seconds": time.perf_counter() - started,
+        }  # fmt: skip
+    stated = [p for p in found.parameters if p.identifiable and p.name in BY_NAME]
+    units = ("n",) * 3 + ("nm",) * 3
+    return {
+        "value": {p.name: p.value for p in stated},
+        "half95": {p.name: (p.high95 - p.low95) / 2 for p in stated if math.isfinite(p.high95 - p.low95)},
+        "trim": [
+            found.nuisance.get(f"{dof}_trim_{unit}", 0.0) for dof, unit in zip(DOFS, units, strict=True)
+        ],
+        "outcome": found.outcome.value,
+        "seconds": time.perf_counter() - started,
+        "refusal": "",
+    }
+
+
+def answer(data: Data) -> Answer:
+    """An answer from its JSON."""
+    return Answer(
+        data["value"],
+        data["half95"],
+        np.array(data["trim"]),
+        data["outcome"],
+        data["seconds"],
+        data["refusal"],
+    )

@@ -1,0 +1,141 @@
+"""How far off a prediction is after 10 s without measurement, on dives that the parameters were not learnt from."""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.answers import NOT_HERE, TITLES, answer, answered, methods
+from bench.campaigns import CONFIGURATIONS, dived
+from bench.forward import WINDOW_S, moved, run_forward, starts
+from bench.missions import Mission
+from bench.missions.mission import draw_one
+from bench.remembered import Data, Remembered
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.estimators.table import METHODS as PRODUCT
+
+Array = NDArray[np.float64]
+
+HELD_OUT_SEA = 500
+"""Added to a campaign's seed: the dive that is predicted has other water and other noise."""
+
+DRAWN = "drawn vehicles"
+FLOOR = "the true parameters"
+ANCHOR = (
+    "The anchor from the literature is a mean of 3.3 cm after 10 s (Jin, Lyu, Liu and Lu 2025, J. Mar. Sci. Eng. 13,\n"
+    "2091), of another vehicle in other water: it says what is good, and is no figure side by side."
+)
+
+
+def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> str:
+    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    kept = Remembered(cache / "prediction.jsonl")
+    jobs = {
+        f"{configuration} {seed}": partial(on_campaign, configuration, seed, cache / "dives", methods())
+        for configuration in CONFIGURATIONS
+        for seed in campaigns
+    }
+    jobs |= {f"{DRAWN} {seed}": partial(on_mission, seed, methods()) for seed in missions}
+    suffix = " ".join(methods())
+    found = kept.fill({f"{key} | {suffix}": job for key, job in jobs.items()}, "prediction")
+    return "\n".join(_lines({key.split(" | ")[0]: data for key, data in found.items()}))
+
+
+def on_campaign(configuration: str, seed: int, folder: Path, names: tuple[str, ...]) -> Data:
+    """Learnt from the paper's campaign, tried on the validation dive of another day."""
+    learnt = dived(configuration, configuration, seed, folder)
+    held_out = dived(configuration, "validation", seed + HELD_OUT_SEA, folder)
+    models = {name: answered(name, learnt.dive, learnt.file, configuration) for name in names}
+    return _errors(
+        held_out.dive, held_out.file, configuration, held_out.truth, np.zeros(6), models,
+        held_out.time_s, held_out.state[:, :3],
+    )  # fmt: skip
+
+
+def on_mission(seed: int, names: tuple[str, ...]) -> Data:
+    """Learnt from a benchmark mission, tried on another manoeuvre of the same vehicle."""
+    learnt = draw_one(seed)
+    other = draw_one(seed, repeat=1, kind="double-S" if learnt.kind == "together" else "together")
+    models = {name: answered(name, learnt.dive, learnt.file, learnt.configuration) for name in names}
+    return _errors(
+        other.dive, other.file, other.configuration, whole_truth(other), other.drawn.trim, models,
+        other.time_s, other.position,
+    )  # fmt: skip
+
+
+def whole_truth(mission: Mission) -> dict[str, float]:
+    """All twelve coefficients, those of axes without thrust too."""
+    values = (*mission.drawn.mass, *mission.drawn.damping)
+    return {c.name: float(v) for c, v in zip((*MASSES, *DAMPINGS), values, strict=True)}
+
+
+def _errors(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    truth: Mapping[str, float],
+    trim: Array,
+    models: Mapping[str, Data],
+    time_s: Array,
+    position: Array,
+) -> Data:
+    """Distances in m, one a window, by method; what a method does not state is taken from the truth."""
+    begin = starts(dive, file)
+    true = moved(time_s, position, begin.time_s)
+
+    def off(model: Mapping[str, float], steady: Array) -> list[float]:
+        there = run_forward(begin, dive, file, configuration, model, steady)
+        distance: Array = np.linalg.norm(there - true, axis=1)
+        return [float(d) for d in distance]
+
+    found = {FLOOR: off(truth, trim)}
+    stated = {}
+    for name, data in models.items():
+        one = answer(data)
+        found[name] = off({**truth, **one.value}, one.trim)
+        stated[name] = len(one.value)
+    return {"off_m": found, "stated": stated, "coefficients": len(BY_NAME)}
+
+
+def _lines(found: Mapping[str, Data]) -> list[str]:
+    windows = {
+        group: [data["off_m"] for key, data in found.items() if key.startswith(group)]
+        for group in (*CONFIGURATIONS, DRAWN)
+    }
+    groups = [group for group, dives in windows.items() if dives]
+    head = [f"{group}, rms (mean)" for group in groups]
+    lines = [
+        "## Prediction without measurement",
+        "",
+        f"Distance between predicted and true place after {WINDOW_S:g} s, in cm. Each window begins at one DVL",
+        "reading, with the rates and the attitude of that moment; from there on the model knows the recorded thruster",
+        "commands alone. Parameters come from the paper's campaign and are tried on the validation dive in other water;",
+        "those of the drawn vehicles from one benchmark mission each, tried on another manoeuvre. A coefficient that a",
+        "method does not state is given to it from the truth; a steady force that it does not state is none. The last",
+        "row runs the truth itself: what remains is the disturbance and the noise of the start, which no method can",
+        "know, so that its figures are the floor.",
+        "",
+        f"| parameters of | {' | '.join(head)} | over the floor |",
+        "|---" * (len(head) + 2) + "|",
+    ]
+    floor = np.sqrt(np.mean(np.concatenate([_all(windows[g], FLOOR) for g in groups]) ** 2))
+    for name in (*methods(), FLOOR):
+        own = {g: _all(windows[g], name) for g in groups}
+        cells = [f"{100 * np.sqrt(np.mean(own[g] ** 2)):.1f} ({100 * own[g].mean():.1f})" for g in groups]
+        ratio = np.sqrt(np.mean(np.concatenate(list(own.values())) ** 2)) / floor
+        lines.append(f"| {TITLES.get(name, name)} | {' | '.join(cells)} | {ratio:.2f} |")
+    counts = ", ".join(
+        f"{g}: {len(windows[g])} dives, {len(_all(windows[g], FLOOR))} windows" for g in groups
+    )
+    lines += ["", f"{counts}.", "", ANCHOR, ""]
+    if "pinn" not in PRODUCT:
+        lines += [NOT_HERE, ""]
+    return lines
+
+
+def _all(dives: list[dict[str, list[float]]], name: str) -> Array:
+    return np.concatenate([np.array(dive[name]) for dive in dives])

@@ -1,0 +1,79 @@
+"""Results kept as JSON lines, so that a benchmark resumes where it stopped, after a kill too."""
+
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from rich.progress import track
+
+from bridge.errors import LogError
+
+Data = dict[str, Any]
+Job = Callable[[], Data]
+
+PROCESSES = 2
+ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class Remembered:
+    """What was measured before, by key; what is new is appended to the file `path` at once."""
+
+    def __init__(self, path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._path = path
+        self._known: dict[str, Data] = {}
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        for line in text.splitlines():
+            self._take(line)
+        if text and not text.endswith("\n"):
+            with path.open("a", encoding="utf-8") as out:
+                out.write("\n")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._known
+
+    def get(self, key: str, measure: Callable[[], Data]) -> Data:
+        """The result under `key`, measured if it is not known."""
+        if key not in self._known:
+            self.put(key, measure())
+        return self._known[key]
+
+    def put(self, key: str, data: Data) -> None:
+        """Keep a result. Raises LogError where the file can't be written."""
+        try:
+            with self._path.open("a", encoding="utf-8") as out:
+                out.write(json.dumps({"key": key, "data": data}) + "\n")
+        except OSError as error:
+            raise LogError(f"{self._path}: can't be written ({error.strerror}); free disk space") from None
+        self._known[key] = data
+
+    def fill(self, jobs: Mapping[str, Job], words: str) -> dict[str, Data]:
+        """The results of all jobs, by key; those that are not known run side by side, a core each.
+
+        A job is picklable, as a `partial` of a module's function is.
+        """
+        missing = {key: job for key, job in jobs.items() if key not in self._known}
+        if missing:
+            context = multiprocessing.get_context("spawn")
+            with ProcessPoolExecutor(PROCESSES, context, _take_one_core) as pool:
+                running = {pool.submit(job): key for key, job in missing.items()}
+                for done in track(as_completed(running), words, total=len(running)):
+                    self.put(running[done], done.result())
+        return {key: self._known[key] for key in jobs}
+
+    def _take(self, line: str) -> None:
+        """A line that a kill cut short is measured again."""
+        try:
+            kept = json.loads(line)
+        except json.JSONDecodeError:
+            return
+        self._known[kept["key"]] = kept["data"]
+
+
+def _take_one_core() -> None:
+    """Before torch or numba is imported in a worker: its neighbour has the other core."""
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
