@@ -21,9 +21,12 @@ VERBS = {
     "record": "record every frame of one or more links into a dive folder",
     "import": "say what a recording holds and file it as a dive folder",
     "identify": "identify mass and damping from dives, with intervals",
+    "batch": "identify many dives, here or on a Dask cluster: one table, and how the vehicle drifts",
+    "plan": "propose what to dive next, and how well each parameter would be known after it",
     "params": "show, compare, upload and roll back the parameters of a vehicle",
     "validate": "tracking errors of dives in acceleration, steady state and deceleration",
     "replay": "send a recorded dive to a link, on its own clock",
+    "reproduce": "the source paper's campaigns and figures on the simulated vehicle, on one page",
     "doctor": "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
 }
 

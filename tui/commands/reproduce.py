@@ -1,0 +1,79 @@
+"""`seatrial reproduce`: the source paper's campaigns and figures on the simulated vehicle, on one page."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes, numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from identify.estimators.paper import PaperOptions
+
+EXAMPLE = "seatrial reproduce --seed 1 --out reproduction"
+
+PAGE, RESULT = "reproduction.html", "result.json"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=numbers.seed, default=1, help="of noise and disturbance (default: 1)")
+    parser.add_argument(
+        "--out",
+        default="reproduction",
+        metavar="FOLDER",
+        help="takes a folder for this run (default: reproduction)",
+    )
+    parser.add_argument(
+        "--network",
+        type=numbers.size,
+        nargs=3,
+        metavar=("HIDDEN", "DEPTH", "EPOCHS"),
+        help="size and training of the paper's network: 1024 5 100 is its own, for hours (small where not given)",
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from gcs_plugin.folder import new_folder
+    from tui import show
+    from tui.outputs import check_file, check_folder
+    from tui.reproduce import page, results
+    from tui.reproduce.comparisons import validation
+    from tui.reproduce.run import reproduce
+
+    check_file("--json", arguments.json)
+    check_folder("--out", arguments.out)
+    clock = SystemClock()
+    folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
+    with show.progress("reproduce") as tell:
+        done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
+    written = page.write(folder / PAGE, done)
+    console = show.results(arguments.json)
+    rows = [
+        (row.figure, row.what, row.unit, *(show.number(n) for n in (row.paper, row.by_paper, row.by_ours)))
+        for row in validation(done)
+    ]
+    columns = ("figure", "number", "unit", "paper", "its values", "our values")
+    show.put(
+        console,
+        show.table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
+    )
+    show.say(console, page.verdict(done))
+    show.say(console, f"page: {written}")
+    show.say(console, f"recordings and results: {folder}")
+    show.say(console, f"took {clock.boot_s():.0f} s")
+    found = results.to_json(done) | {"page": str(written), "folder": str(folder)}
+    show.write_json(found, str(folder / RESULT))
+    show.write_json(found, arguments.json)
+    return exit_codes.DONE
+
+
+def options(network: "Sequence[int] | None") -> "PaperOptions":
+    """The paper's network in the size asked for."""
+    from identify.estimators.paper import SMALL, PaperOptions
+
+    if network is None:
+        return SMALL
+    return PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])

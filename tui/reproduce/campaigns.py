@@ -1,0 +1,96 @@
+"""The paper's two campaigns on the simulated vehicle: dived, recorded, and identified by its method and by ours."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.simulator.missions import HeadingReference, mission_named
+from bridge.simulator.truth import load_truth
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.feedforward import Mode
+from identify.dive import Dive
+from identify.estimators.paper import PaperOptions, TrainingCurves, estimate_with_curves, window_ends
+from identify.estimators.paper_physics import closed_form, excited, fixed_values, samples
+from identify.estimators.table import DEFAULT, estimator
+from identify.filters import AlignedDive, aligned
+from identify.identification import Identification
+from identify.ingest.open import read_dive
+from tui import simulated
+from tui.reproduce.coupling import Term, matrices
+
+VEHICLE = "ruvifist"
+CONFIGURATIONS = ("survey", "hovering")
+HEADING: HeadingReference = "linear"
+DIVE_SHARE, PAPER_SHARE = 0.5, 0.35
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """One campaign. `paper` and `curves` are of the paper's method, `closed` is its loss solved directly.
+
+    `ours` is of the default method, `truth` what the simulated vehicle is, `coupling` the full matrices (none
+    where the campaign does not move sway).
+    """
+
+    configuration: str
+    dive: Dive
+    paper: Identification
+    curves: TrainingCurves
+    closed: Mapping[str, float]
+    ours: Identification
+    truth: Mapping[str, float]
+    coupling: tuple[Term, ...]
+
+
+def campaign(
+    configuration: str,
+    options: PaperOptions,
+    root: Path,
+    seed: int,
+    unix_s: float,
+    progress: Callable[[float], None],
+) -> Campaign:
+    """Dive the paper's mission with its PID alone and its linear heading references, and identify."""
+    file = load_vehicle(VEHICLE)
+    mission = mission_named(configuration, file.vehicle.configurations[configuration], HEADING)
+    folder = simulated.record_dive(
+        file,
+        configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s - simulated.lasts_s(mission),
+        parameters=simulated.server(file, None),
+        mode=Mode.OFF,
+        progress=lambda share: progress(DIVE_SHARE * share),
+    )
+    dive = read_dive(folder.path, None, file)
+    paper, curves = estimate_with_curves(
+        dive, file, configuration, lambda share, _: progress(DIVE_SHARE + PAPER_SHARE * share), options
+    )
+    begun = DIVE_SHARE + PAPER_SHARE
+    ours = estimator(DEFAULT)(
+        dive, file, configuration, lambda share, _: progress(begun + (1 - begun) * share)
+    )
+    grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
+    _, dofs = excited(grid)
+    return Campaign(
+        configuration,
+        dive,
+        paper,
+        curves,
+        best_of_loss(grid, file, configuration, options),
+        ours,
+        load_truth(file, configuration).model,
+        matrices(grid) if 1 in dofs else (),
+    )
+
+
+def best_of_loss(
+    grid: AlignedDive, file: VehicleFile, configuration: str, options: PaperOptions
+) -> dict[str, float]:
+    """The parameters at the least of the paper's loss, over the very samples that its network trains on."""
+    shape = file.vehicle.configurations[configuration]
+    _, dofs = excited(grid)
+    data = samples(grid, window_ends(grid, options.window), shape, dofs)
+    return closed_form(data, fixed_values(shape))

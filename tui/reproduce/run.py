@@ -1,0 +1,87 @@
+"""Everything that the page shows: both campaigns, then the validation dives with what they identified."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.feedforward import Mode
+from identify.dive import Dive
+from identify.estimators.paper import PaperOptions
+from identify.identification import Identification
+from tui.reproduce import trials
+from tui.reproduce.campaigns import CONFIGURATIONS, VEHICLE, Campaign, campaign
+from tui.reproduce.trials import Trial
+from tui.side_by_side import side_by_side
+
+CAMPAIGN_SHARE = 0.75
+SHARED = 1_000
+"""Added to the seed for the validation dives: all of them meet the same sea."""
+
+Tell = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """All of it; `dives` are the validation dives by the name of their trial."""
+
+    file: VehicleFile
+    options: PaperOptions
+    seed: int
+    campaigns: Mapping[str, Campaign]
+    dives: Mapping[str, Dive]
+
+
+def reproduce(root: Path, seed: int, unix_s: float, options: PaperOptions, tell: Tell) -> Reproduction:
+    """Everything; the recordings go under the new folder `root`."""
+    file = load_vehicle(VEHICLE)
+
+    def heard(done: Mapping[str, float]) -> None:
+        words = ", ".join(f"{name} {share:.0%}" for name, share in done.items())
+        tell(CAMPAIGN_SHARE * sum(done.values()) / len(done), f"campaigns: {words}")
+
+    campaigns = side_by_side(
+        {name: partial(campaign, name, options, root, seed, unix_s) for name in CONFIGURATIONS}, heard
+    )
+
+    def flown(done: Mapping[str, float]) -> None:
+        share = sum(done.values()) / len(done)
+        finished = sum(one >= 1.0 for one in done.values())
+        tell(CAMPAIGN_SHARE + (1 - CAMPAIGN_SHARE) * share, f"validation: {finished} of {len(done)} dives")
+
+    dives = side_by_side(
+        {
+            trial.name: partial(trials.dive, trial, root, seed + SHARED, unix_s)
+            for trial in planned(file, campaigns)
+        },
+        flown,
+    )
+    tell(1.0, "done")
+    return Reproduction(file, options, seed, campaigns, dives)
+
+
+def planned(file: VehicleFile, campaigns: Mapping[str, Campaign]) -> tuple[Trial, ...]:
+    """The validation dives: the paper's with the values of its method, then those with ours."""
+    survey, hovering = (campaigns[name] for name in CONFIGURATIONS)
+    by_paper, by_ours = flyable(survey.paper), flyable(survey.ours)
+    eq_16 = trials.without_inertia(by_paper, file, "survey")
+    return (
+        Trial("surge shadow", "survey", "line", Mode.SHADOW, by_paper),
+        Trial("surge alone", "survey", "line", Mode.ALONE, by_paper),
+        Trial("heading shadow", "survey", "heading, linear", Mode.SHADOW, eq_16),
+        Trial("heading alone", "survey", "heading, linear", Mode.ALONE, eq_16),
+        Trial("heading smooth", "survey", "heading, smooth", Mode.ALONE, eq_16),
+        Trial("heading inertia", "survey", "heading, smooth", Mode.ALONE, by_ours),
+        Trial("hovering PID", "hovering", "surge and sway", Mode.SHADOW, flyable(hovering.paper)),
+        Trial("hovering alone", "hovering", "surge and sway", Mode.ALONE, flyable(hovering.paper)),
+        Trial("hovering both", "hovering", "surge and sway", Mode.BOTH, flyable(hovering.paper)),
+        Trial("hovering alone ours", "hovering", "surge and sway", Mode.ALONE, flyable(hovering.ours)),
+        Trial("hovering both ours", "hovering", "surge and sway", Mode.BOTH, flyable(hovering.ours)),
+    )
+
+
+def flyable(found: Identification) -> dict[str, float]:
+    """The coefficients that the feed-forward of surge, sway and yaw takes, as far as they are known."""
+    names = ("M_u", "M_v", "I_r", "D_u", "D_v", "D_r")
+    return {name: value for name, value in found.values().items() if name in names}

@@ -1,0 +1,186 @@
+"""The parts of the page: the campaigns, the validation dives, the configurations."""
+
+import math
+
+from bridge.vehicle.config import Configuration
+from identify.report.page import Figure, Section, Table
+from identify.report.text import MISSING, count, fixed, seconds, significant, unit
+from identify.report.track import track
+from identify.validate import compare
+from tui.reproduce import figures
+from tui.reproduce.campaigns import Campaign
+from tui.reproduce.comparisons import Comparison, configurations, lever, table_5
+from tui.reproduce.published import PARAMETERS, POWER_RISE, POWER_SPEED, TABLE_5, TRANSIENT
+from tui.reproduce.run import Reproduction
+
+PLACES = {"survey": ("Table 3", "Fig. 6", "Fig. 7"), "hovering": ("Table 4", "Fig. 8", "Fig. 9")}
+ROWS = {"X_udot": "M_u", "Y_vdot": "M_v", "I_r": "I_r", "D_u": "D_u", "D_v": "D_v", "D_r": "D_r"}
+"""What the tables show, and the coefficient that each row is of: the paper's X is that less the dry mass."""
+
+
+def campaign_section(one: Campaign, shape: Configuration) -> Section:
+    """Table 3 or 4, the path, and the training curves."""
+    table, path, curves = PLACES[one.configuration]
+    epochs = len(one.curves.values) - 1
+    drawn = [figures.training(
+        one,
+        f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg of them dry; "
+        "they start there, as the paper's do. The training ends where the loss is least in closed form.",
+    )]  # fmt: skip
+    if walked := track(one.dive):
+        drawn.insert(0, Figure(f"As {path}. {walked.caption}", walked.svg))
+    words = (
+        f"{count(one.paper.samples)} windows of samples from {seconds(one.dive.duration_s)}. Our values are those of "
+        f"the method {one.ours.method}: {one.ours.outcome.value}."
+    )
+    return Section(
+        f"{table}: {one.configuration}", words, (parameter_table(one, shape, table),), tuple(drawn)
+    )
+
+
+def parameter_table(one: Campaign, shape: Configuration, table: str) -> Table:
+    """The paper's values, the simulated vehicle's, and what was identified."""
+    published = PARAMETERS[one.configuration]
+    by_paper = one.paper.values()
+    rows = []
+    for name, of in ROWS.items():
+        if of not in by_paper:
+            continue
+        less = shape.dry_mass_kg if name != of else 0.0
+        ours = one.ours[of]
+        interval = f"{significant(ours.low95 - less, 4)} to {significant(ours.high95 - less, 4)}"
+        values = (one.truth[of] - less, by_paper[of] - less, one.closed[of] - less, ours.value - less)
+        rows.append((
+            f"{name}, {unit(ours.unit)}",
+            significant(published[name].value, 4) if name in published else "not printed",
+            *(significant(value, 4) for value in values),
+            interval if ours.identifiable else MISSING,
+        ))  # fmt: skip
+    columns = (
+        "Parameter",
+        "Paper",
+        "Simulated vehicle",
+        "Its method, trained",
+        "Least of its loss",
+        "Ours",
+        "95 % interval",
+    )
+    return Table(columns, tuple(rows), f"{table} beside the same from the simulated vehicle.")
+
+
+def shadow_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
+    """Figs 10 and 11."""
+    return Section(
+        "Feed-forward computed, PID steers: Figs 10 and 11",
+        "The turn is half a circle in the 15 s of Fig. 11 (the paper does not give its angle), with the linear "
+        "heading "
+        "reference of the paper and, as in its eq. 16, without inertia.",
+        (_numbers(numbers, ("Fig. 10", "Fig. 11")),),
+        (
+            figures.surge_or_sway(done.dives["surge shadow"], 0, "As Fig. 10: survey, surge at 0.5 m/s."),
+            figures.turning(done.dives["heading shadow"], "As Fig. 11: survey, a linear heading reference."),
+        ),
+    )
+
+
+def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
+    """Figs 12 to 16."""
+    surge, hovering = done.dives["surge alone"], done.dives["hovering alone"]
+    return Section(
+        "Feed-forward alone: Figs 12 to 16",
+        "The simulated vehicle has linear damping and thrusters that are known exactly, as the paper's model has it. "
+        "A real one has neither, so the smaller errors here are no merit of a method.",
+        (_numbers(numbers, tuple(f"Fig. {n}" for n in range(12, 17))),),
+        (
+            figures.surge_or_sway(surge, 0, "As Fig. 12: survey, surge at 0.5 m/s."),
+            figures.phases_apart(surge, TRANSIENT.value, "As Fig. 13: the same, speeding up and steady."),
+            figures.turning(done.dives["heading alone"], "As Fig. 14: survey, a linear heading reference."),
+            figures.surge_or_sway(hovering, 0, "As Fig. 15: hovering, surge at 0.4 m/s."),
+            figures.surge_or_sway(hovering, 1, "As Fig. 16: hovering, sway at 0.3 m/s (the paper gives no speed)."),
+        ),
+    )  # fmt: skip
+
+
+def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
+    """Fig. 17 and Table 5."""
+    both = done.dives["hovering both"]
+    runs = table_5(done)
+    rows = compare(runs, lever(done.file))
+    cells = tuple(
+        (
+            f"{row.axis}, {row.phase.lower()}",
+            fixed(TABLE_5[row.axis, row.phase], 4),
+            *(fixed(value, 4) for value in row.values),
+        )
+        for row in rows
+        if (row.axis, row.phase) in TABLE_5
+    )
+    caption = "Table 5, mean absolute tracking error in m/s, beside ours with what steers: paper, both."
+    return Section(
+        "Both: Fig. 17 and Table 5",
+        "",
+        (_numbers(numbers, ("Fig. 17",)), Table(("Motion and phase", "Paper, both", *runs), cells, caption)),
+        (
+            figures.surge_or_sway(both, 0, "As Fig. 17 (a): hovering, surge at 0.4 m/s."),
+            figures.surge_or_sway(both, 1, "As Fig. 17 (b): hovering, sway at 0.3 m/s."),
+        ),
+    )
+
+
+def _numbers(numbers: tuple[Comparison, ...], places: tuple[str, ...]) -> Table:
+    rows = tuple(
+        (
+            f"{n.figure}: {n.what}",
+            f"{_four(n.paper)} {n.unit}" if math.isfinite(n.paper) else "in words",
+            f"{_four(n.by_paper)} {n.unit}",
+            f"{_four(n.by_ours)} {n.unit}" if math.isfinite(n.by_ours) else MISSING,
+        )
+        for n in numbers
+        if n.figure in places
+    )
+    columns = ("Number", "Paper", "Ours, its values", "Ours, our values")
+    return Table(columns, rows, "Flown with the values of the paper's method, and with ours.")
+
+
+def _four(value: float) -> str:
+    return fixed(value, 4) if abs(value) < 1 else fixed(value, 2)
+
+
+def configuration_section(done: Reproduction) -> Section:
+    """Eq. 17."""
+    ratios, before, after = configurations(done)
+    rows = tuple(
+        (
+            f"{one.what}, hovering over survey",
+            *(fixed(value, 3) for value in (one.paper, one.by_paper, one.by_ours, one.truth)),
+        )
+        for one in ratios
+    )
+    thrust, ideal = after.thrust_n / before.thrust_n, after.ideal_power / before.ideal_power
+    speed = POWER_SPEED.value
+    measured = (
+        (f"sum of |thrust| at {speed:g} m/s", f"{fixed(before.thrust_n, 2)} N", f"{fixed(after.thrust_n, 2)} N",
+         fixed(thrust, 3)),
+        (f"sum of |thrust|^1.5 at {speed:g} m/s", significant(before.ideal_power), significant(after.ideal_power),
+         fixed(ideal, 3)),
+    )  # fmt: skip
+    return Section(
+        "The configurations compared: eq. 17",
+        "Eq. 17 takes the thrusters of survey for parallel to x. Those of the simulated vehicle stand at 8° "
+        "there and "
+        f"at the paper's 34° in hovering. The paper measured {100 * POWER_RISE.value:.0f} % more power; the "
+        f"simulator "
+        "has no batteries to ask, so the second table has thrust alone, from the pulse widths of the campaigns.",
+        (
+            Table(
+                ("Ratio", "Paper", "Its method", "Ours", "Simulated vehicle"),
+                rows,
+                "Rise from survey to hovering, as a ratio.",
+            ),
+            Table(
+                ("In the campaigns", "Survey", "Hovering", "Ratio"),
+                measured,
+                "What steady surge took of the thrusters; |thrust|^1.5 goes with an ideal propeller's power at rest.",
+            ),
+        ),
+    )

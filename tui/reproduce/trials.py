@@ -1,0 +1,104 @@
+"""The paper's validation dives, Figs 10 to 17, on the simulated vehicle."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from bridge.errors import ParamRejected
+from bridge.parameters import COMMIT, ParameterServer, bounds
+from bridge.simulator.missions import HeadingReference, Leg, Mission, rest, run, turn
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.feedforward import Mode
+from identify.dive import Dive
+from identify.ingest.open import read_dive
+from tui import simulated
+from tui.reproduce.campaigns import VEHICLE
+from tui.reproduce.published import HOVERING_TARGET, RAMP, TOP_SPEED, TRANSIENT
+
+REST_S, STEADY_S = 4.0, 20.0
+HEADING_REST_S = 7.0
+TURN_RAD = math.pi
+SWAY_M_S = 0.3
+
+Shape = Literal["line", "heading, linear", "heading, smooth", "surge and sway"]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One dive: what is asked for, what the feed-forward does and by which coefficients."""
+
+    name: str
+    configuration: str
+    shape: Shape
+    mode: Mode
+    coefficients: Mapping[str, float]
+
+
+def legs(shape: Shape) -> list[Leg]:
+    """The legs of a trial.
+
+    A line at the paper's top speed; a half turn in the time of its Fig. 11; its hovering speed in surge, then
+    sway. The turn's angle and the sway speed, which the paper does not give, are chosen.
+    """
+    if shape == "line":
+        return rest("start", REST_S) + _straight("ahead", TOP_SPEED.value, 0.0) + rest("end", REST_S)
+    if shape == "surge and sway":
+        return (
+            rest("start", REST_S)
+            + _straight("surge", HOVERING_TARGET.value, 0.0)
+            + rest("between", REST_S)
+            + _straight("sway", 0.0, SWAY_M_S)
+            + rest("end", REST_S)
+        )
+    reference: HeadingReference = "linear" if shape == "heading, linear" else "smooth"
+    turned = turn("turn", TURN_RAD, TURN_RAD / RAMP.value, reference)
+    return rest("start", HEADING_REST_S) + turned + rest("end", HEADING_REST_S)
+
+
+def _straight(name: str, surge_m_s: float, sway_m_s: float) -> list[Leg]:
+    speed = math.hypot(surge_m_s, sway_m_s)
+    return run(name, surge_m_s, sway_m_s, speed * (STEADY_S + TRANSIENT.value))
+
+
+def dive(trial: Trial, root: Path, seed: int, unix_s: float, progress: Callable[[float], None]) -> Dive:
+    """Dive a trial and read its recording."""
+    file = load_vehicle(VEHICLE)
+    mission = Mission(trial.name, tuple(legs(trial.shape)))
+    folder = simulated.record_dive(
+        file,
+        trial.configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s - simulated.lasts_s(mission),
+        parameters=carrying(file, trial.configuration, trial.coefficients),
+        mode=trial.mode,
+        progress=progress,
+    )
+    return read_dive(folder.path, None, file)
+
+
+def carrying(file: VehicleFile, configuration: str, coefficients: Mapping[str, float]) -> ParameterServer:
+    """The vehicle's parameters with these coefficients in force. Raises ParamRejected for one that it refuses."""
+    parameters = simulated.server(file, None)
+    veh_cfg = file.vehicle.veh_cfg(configuration)
+    for name, value in coefficients.items():
+        refusal = parameters.write(BY_NAME[name].parameter_id(veh_cfg), value, armed=False)
+        if refusal is not None:
+            raise ParamRejected(
+                f"the simulated vehicle refused {name} = {value:g} in {configuration} ({refusal.name}); "
+                "dive another seed, or give --network more epochs"
+            )
+    parameters.write(COMMIT, float(parameters.staged_crc), armed=False)
+    return parameters
+
+
+def without_inertia(
+    coefficients: Mapping[str, float], file: VehicleFile, configuration: str
+) -> dict[str, float]:
+    """The same with the least yaw inertia that the vehicle's parameters take: as near to eq. 16 as it comes."""
+    least, _ = bounds(BY_NAME["I_r"], file.vehicle.configurations[configuration])
+    return {**coefficients, "I_r": least}
