@@ -12,6 +12,14 @@ def seconds(text: str) -> float:
     return value
 
 
+def above_zero(text: str) -> float:
+    """A positive number."""
+    value = _number(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
+    return value
+
+
 def seed(text: str) -> int:
     """A whole number from 0."""
     return _whole(text, 0)

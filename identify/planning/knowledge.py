@@ -1,0 +1,180 @@
+"""What is known of a vehicle before a dive: coefficients, how well, and the noise that the dive will have."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import ConfigError
+from bridge.simulator.noise import TYPICAL
+from bridge.simulator.truth import DISTURBANCE_N_PER_KG
+from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DOFS
+from bridge.vehicle.config import Configuration, Sensors, VehicleFile
+
+Array = NDArray[np.float64]
+
+NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
+MASS_RATIO, DAMPING_RATIO = 1.4, 0.7
+"""Total mass and damping as shares of the rigid body's mass or inertia, where the vehicle file says nothing."""
+
+DVL_HZ, DEPTH_HZ, GYRO_HZ, FOG_HZ = 10.0, 10.0, 100.0, 1000.0
+LOGGED_HZ = {"gyro": 50.0, "fog": 40.0, "attitude": 20.0}
+"""How often the bridge tells the ground what it decimates."""
+
+ROUGH = 0.5
+"""A value with a relative standard deviation above this is no better than a guess."""
+
+DISTURBANCE_TIME_S = 1.5
+ARM_M = 1.0 / 6.0
+"""Moment of a disturbance over its force."""
+
+
+@dataclass(frozen=True)
+class AxisNoise:
+    """What blurs one degree of freedom, as `likelihood` models it.
+
+    A force or moment of standard deviation `disturbance` (N, N m), first-order coloured with `time_constant_s`;
+    white noise on the velocity of density `velocity` ((m/s)^2/Hz, (rad/s)^2/Hz), and on its integral of density
+    `position`, inf where nothing reads that.
+    """
+
+    disturbance: float
+    time_constant_s: float
+    velocity: float
+    position: float = math.inf
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """Coefficients by name, all twelve, the noise of each degree of freedom, and in sentences where it all comes from.
+
+    `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero where nothing is known.
+    """
+
+    values: dict[str, float]
+    precision: Array
+    noise: tuple[AxisNoise, ...]
+    sentences: tuple[str, ...]
+
+
+def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
+    """What the vehicle file says; generic ratios to the rigid body's mass for what it leaves open."""
+    shape = file.vehicle.configurations[configuration]
+    values, guessed = {}, []
+    precision = np.zeros((len(NAMES), len(NAMES)))
+    for place, coefficient in enumerate(COEFFICIENTS):
+        name, prior = coefficient.name, shape.priors.get(coefficient.name)
+        if prior is not None:
+            values[name], precision[place, place] = prior.value, (prior.value / prior.std) ** 2
+        elif shape.model.get(name, 0.0) > 0:
+            values[name] = shape.model[name]
+        else:
+            guessed.append(name)
+            ratio = MASS_RATIO if coefficient.kind == "mass" else DAMPING_RATIO
+            values[name] = ratio * shape.rigid_body(coefficient.dof)[0]
+    sentences = [
+        "Noise and disturbance are those of a typical vehicle of this mass: a dive tells better, give it by --after."
+    ]
+    absent = [
+        what for slot, what in (("dvl", "DVL"), ("imu", "IMU")) if getattr(file.vehicle.sensors, slot) is None
+    ]
+    if absent:
+        sentences.append(
+            f"The vehicle file names no {' and no '.join(absent)}: a typical one is taken for granted; without it the "
+            "dive tells nothing."
+        )
+    if guessed:
+        sentences.append(
+            f"The vehicle file gives no value above 0 for {', '.join(guessed)}: taken as {MASS_RATIO:g} (mass) and "
+            f"{DAMPING_RATIO:g} (damping) times the rigid body's own, which may be far off."
+        )
+    return Knowledge(values, precision, _typical_noise(file, shape), tuple(sentences))
+
+
+def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, source: str) -> Knowledge:
+    """What an identification adds to that, from the JSON form of it; `source` is named in messages.
+
+    Raises ConfigError where `identified` is no identification, or one of another configuration.
+    """
+    first = before_any_dive(file, configuration)
+    try:
+        said, of_vehicle = str(identified["configuration"]), str(identified["vehicle"]["name"])
+        outcome = str(identified["outcome"])
+        found = {p["name"]: p for p in identified["parameters"] if p["name"] in BY_NAME}
+        of, matrix = identified["covariance"]["of"], identified["covariance"]["matrix"]
+        covariance = np.array(matrix, dtype=np.float64).reshape(len(of), len(of))
+        nuisance = {str(k): float(v) for k, v in identified["nuisance"].items()}
+        values = {name: float(found[name]["value"]) for name in of if (found[name]["value"] or 0.0) > 0}
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ConfigError(
+            f"{source}: not an identification as seatrial identify --json writes it ({error}); give one, or the dive"
+        ) from None
+    if of_vehicle != file.vehicle.name:
+        raise ConfigError(
+            f"{source}: is of vehicle '{of_vehicle}', not '{file.vehicle.name}'; give its own file"
+        )
+    if said != configuration:
+        raise ConfigError(
+            f"{source}: is of configuration '{said}', not '{configuration}'; name it: --vehicle FILE:{said}"
+        )
+    known = [i for i, name in enumerate(of) if name in values]
+    precision = first.precision.copy()
+    if known:
+        places = [NAMES.index(of[i]) for i in known]
+        scale = np.array([values[of[i]] for i in known])
+        relative = covariance[np.ix_(known, known)] / np.outer(scale, scale)
+        precision[np.ix_(places, places)] = np.linalg.pinv(relative, hermitian=True)
+        rough = np.sqrt(np.diag(relative)) > ROUGH
+        values = {of[i]: values[of[i]] for i, vague in zip(known, rough, strict=True) if not vague}
+    left = [name for name in NAMES if name not in values]
+    sentences = [f"Starts from {source}, which ended as '{outcome}'."]
+    if left:
+        sentences.append(
+            f"It tells little or nothing of {', '.join(left)}: their values are the vehicle file's or, where that has "
+            f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
+        )
+    noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
+    return Knowledge({**first.values, **values}, precision, noise, tuple(sentences))
+
+
+def _rate_hz(sensors: Sensors, slot: str, usual_hz: float) -> float:
+    device = getattr(sensors, slot)
+    return usual_hz if device is None else device.rate_hz or usual_hz
+
+
+def _typical_noise(file: VehicleFile, shape: Configuration) -> tuple[AxisNoise, ...]:
+    sensors, water = file.vehicle.sensors, file.vehicle.water
+    force = DISTURBANCE_N_PER_KG * shape.dry_mass_kg
+    dvl = TYPICAL.dvl_m_s**2 / _rate_hz(sensors, "dvl", DVL_HZ)
+    depth_m = TYPICAL.pressure_pa / (water.density_kg_m3 * water.gravity_m_s2)
+    gyro_hz = _rate_hz(sensors, "imu", GYRO_HZ)
+    gyro, attitude = TYPICAL.gyro_rad_s**2 / gyro_hz, TYPICAL.attitude_rad**2 / gyro_hz
+    fog = TYPICAL.fog_rad_s**2 / _rate_hz(sensors, "fog", FOG_HZ)
+    linear = AxisNoise(force, DISTURBANCE_TIME_S, dvl)
+    heave = replace(linear, position=depth_m**2 / _rate_hz(sensors, "depth", DEPTH_HZ))
+    yaw = AxisNoise(force * ARM_M, DISTURBANCE_TIME_S, gyro if sensors.fog is None else min(gyro, fog))
+    tilt = AxisNoise(force * ARM_M, DISTURBANCE_TIME_S, gyro, attitude)
+    return linear, linear, heave, tilt, tilt, yaw
+
+
+def _noise_of(dof: int, nuisance: Mapping[str, float], typical: AxisNoise, file: VehicleFile) -> AxisNoise:
+    """The noise that an identification found in an axis, the typical one where it did not look."""
+    axis, force = DOFS[dof], "n" if dof < 3 else "nm"
+    sensors = file.vehicle.sensors
+    dvl_hz, depth_hz = _rate_hz(sensors, "dvl", DVL_HZ), _rate_hz(sensors, "depth", DEPTH_HZ)
+    hz = {"dvl": dvl_hz, "filter": dvl_hz, "depth": depth_hz, **LOGGED_HZ}
+    density = {
+        name: value**2 / hz[name]
+        for name in hz
+        for unit in ("m_s", "rad_s", "m", "rad")
+        if (value := nuisance.get(f"{axis}_{name}_noise_std_{unit}")) is not None
+    }
+    return AxisNoise(
+        nuisance.get(f"{axis}_disturbance_std_{force}", typical.disturbance),
+        nuisance.get(f"{axis}_disturbance_time_constant_s", typical.time_constant_s),
+        min((density[n] for n in ("dvl", "filter", "gyro", "fog") if n in density), default=typical.velocity),
+        min((density[n] for n in ("depth", "attitude") if n in density), default=typical.position),
+    )

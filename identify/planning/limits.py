@@ -1,0 +1,117 @@
+"""What a plan may ask of a vehicle, and what a trial of it in simulation comes to."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
+from bridge.simulator.missions import Leg, Mission
+from bridge.simulator.truth import Truth
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import Allocator, thrust_curve
+from identify.planning.knowledge import Knowledge
+
+Array = NDArray[np.float64]
+
+START_DEPTH_M = 1.5
+REST_S = 5.0
+NOTHING_N = 0.01
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Room across, speed (up and down half of it), rate of turn, and the share of each thruster's limit."""
+
+    space_m: float = 6.0
+    speed_m_s: float = 0.5
+    turn_rad_s: float = math.radians(20)
+    thrust_share: float = 0.5
+
+    @property
+    def heave_m_s(self) -> float:
+        return 0.5 * self.speed_m_s
+
+    @property
+    def heave_m(self) -> float:
+        """Room up and down: not to the surface from where a plan begins."""
+        return min(self.space_m, START_DEPTH_M)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a mission comes to in still water.
+
+    `nu` (n, 6) body velocity every control tick; `across_m` the room it takes along its first heading or abeam,
+    whichever is more, `depth_m` up and down; `thrust_share` of the limit of the thruster that works hardest.
+    """
+
+    nu: Array
+    across_m: float
+    depth_m: float
+    thrust_share: float
+
+    def over(self, limits: Limits) -> float:
+        """The largest ratio of what it takes to what it may; up to 1 is allowed."""
+        u, v, w, r = (self.nu[:, dof] for dof in (0, 1, 2, 5))
+        return float(
+            max(
+                np.max(np.hypot(u, v)) / limits.speed_m_s,
+                np.max(np.abs(w)) / limits.heave_m_s,
+                np.max(np.abs(r)) / limits.turn_rad_s,
+                self.across_m / limits.space_m,
+                self.depth_m / limits.heave_m,
+                self.thrust_share / limits.thrust_share,
+            )
+        )
+
+
+class Tank:
+    """Where plans are tried: the vehicle with the coefficients that it is believed to have, in still water."""
+
+    def __init__(self, file: VehicleFile, configuration: str, knowledge: Knowledge) -> None:
+        self._file, self._configuration = file, configuration
+        self._truth = Truth(dict(knowledge.values), 0.0, 0.0)
+        shape = file.vehicle.configurations[configuration]
+        self._curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+        self._allocator = Allocator(shape, self._curve)
+
+    def force(self, dof: int, share: float) -> float:
+        """The force or moment (N, N m) along one axis that asks this share of the first thruster at its limit."""
+        unit = np.eye(6)[dof]
+        thrust, _, _ = self._allocator.allocate(unit)
+        made = self._allocator.matrix @ thrust
+        worst = self._share(thrust)
+        return share / worst if worst > 0 and np.allclose(made, unit, atol=1e-6) else 0.0
+
+    def pulses(self, wrench: Sequence[float]) -> tuple[float, ...]:
+        """The pulse width (us) of each thruster that makes a wrench (6,)."""
+        thrust, _, _ = self._allocator.allocate(wrench)
+        return tuple(self._curve.pwm(np.where(np.abs(thrust) < NOTHING_N, 0.0, thrust)).tolist())
+
+    def dive(self, legs: list[Leg]) -> Trial:
+        """The legs between two rests."""
+        rest = [Leg("rest", "rest", REST_S)]
+        run = simulate_truth(
+            self._file,
+            self._configuration,
+            Mission("trial", (*rest, *legs, *rest), START_DEPTH_M),
+            seed=0,
+            noise=QUIET,
+            truth=self._truth,
+        )
+        return Trial(run.nu, *self._room(run), self._worst(run))
+
+    def _room(self, run: TruthRun) -> tuple[float, float]:
+        north, east, down = np.ptp(run.state[:, :3], axis=0)
+        return float(max(north, east)), float(down)
+
+    def _worst(self, run: TruthRun) -> float:
+        asked = run.column("tau_cmd")
+        inverse = np.linalg.pinv(self._allocator.matrix, rcond=1e-6)
+        return max(self._share(thrust) for thrust in asked @ inverse.T)
+
+    def _share(self, thrust: Array) -> float:
+        return float(np.max(np.maximum(thrust / self._allocator.high_n, thrust / self._allocator.low_n)))

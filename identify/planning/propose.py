@@ -1,0 +1,234 @@
+"""Which manoeuvres to dive next: those that narrow the intervals of what is known least, within the limits.
+
+Greedy over blocks of time, A-optimal: each block goes to the manoeuvre that takes most off the sum of the relative
+variances for each second that it costs (Pukelsheim 2006, chapter 6). What is promised in the end comes from a trial of
+the whole mission, not from the sum of its parts.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import FitError
+from bridge.simulator.direct import TICK_S
+from bridge.simulator.missions import Leg
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.config import VehicleFile
+from identify.planning.information import of_motion
+from identify.planning.knowledge import NAMES, Knowledge
+from identify.planning.limits import REST_S, Limits, Tank, Trial
+from identify.planning.manoeuvres import (
+    HEAVE,
+    PERIODS_S,
+    PUSHES,
+    RATES,
+    SURGE,
+    SWAY,
+    YAW,
+    Drive,
+    Family,
+    Manoeuvre,
+    coast_down,
+    laps,
+    square,
+    sweep,
+)
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+DOFS_PLANNED = (SURGE, SWAY, HEAVE, YAW)
+LEAST_PUSH = 0.02
+"""Share of the strongest axis's force (of its moment over a metre, in yaw) below which an axis can't be driven."""
+
+WIDEST = 1.0
+"""Relative standard deviation of a coefficient of which nothing is known, for the sum to be finite."""
+
+FITS = 1.02
+TRIES = 6
+LAP_SHARE = 0.8
+
+
+@dataclass(frozen=True)
+class Part:
+    """A manoeuvre of the plan and what a trial of it alone came to."""
+
+    manoeuvre: Manoeuvre
+    trial: Trial
+    drift_m: float
+
+    @property
+    def needs_m(self) -> float:
+        """Room across, with what the disturbance may add to an axis that nothing holds."""
+        return self.trial.across_m + self.drift_m
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """`parts` in their order; `before` and `after` (12,) relative standard deviations in the order of `NAMES`, inf for
+    what nothing is known of; `trial` of the whole mission, `duration_s` with its rests."""
+
+    parts: tuple[Part, ...]
+    before: Array
+    after: Array
+    trial: Trial
+    duration_s: float
+    dofs: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    family: Family
+    scale: float
+    information: Array
+    duration_s: float
+
+
+def propose(
+    file: VehicleFile,
+    configuration: str,
+    knowledge: Knowledge,
+    limits: Limits,
+    seconds: float,
+    dofs: Sequence[int] = DOFS_PLANNED,
+    progress: Progress = lambda *_: None,
+) -> Proposal:
+    """The manoeuvres for so many seconds, rests included.
+
+    Raises FitError where nothing fits into the limits or the time.
+    """
+    tank = Tank(file, configuration, knowledge)
+    able = drivable(tank, dofs)
+    if not able:
+        raise FitError(
+            f"{file.path}: the thrusters of '{configuration}' push along none of "
+            f"{', '.join(DOFS[dof] for dof in dofs)}; name other axes, or mend the vehicle file"
+        )
+    families = _families(tank, able, limits)
+    candidates = []
+    for i, family in enumerate(families):
+        progress(i / (len(families) + 1), f"trying {family.kind} in {DOFS[family.drives[0].dof]}")
+        candidate = _within(family, tank, limits, knowledge, able)
+        if candidate is not None:
+            candidates.append(candidate)
+    chosen = _choose(candidates, knowledge, able, seconds)
+    if not chosen:
+        shortest = min((c.duration_s + 2 * REST_S for c in candidates), default=np.nan)
+        why = (
+            f"no manoeuvre fits into {limits.space_m:g} m"
+            if not candidates
+            else f"the shortest takes {shortest:.0f} s of {seconds:.0f} s"
+        )
+        raise FitError(f"{file.path}: nothing can be planned: {why}; allow more")
+    manoeuvres = [candidate.family.at(candidate.scale, cycles) for candidate, cycles in chosen]
+    parts = tuple(Part(m, tank.dive(m.legs()), _drift(m, knowledge)) for m in manoeuvres)
+    whole = tank.dive(mission_legs(manoeuvres))
+    gained = knowledge.precision + of_motion(TICK_S, whole.nu, knowledge, able)
+    progress(1.0, "done")
+    return Proposal(
+        parts,
+        relative_std(knowledge.precision),
+        relative_std(gained),
+        whole,
+        len(whole.nu) * TICK_S,
+        able,
+    )
+
+
+def mission_legs(manoeuvres: Sequence[Manoeuvre]) -> list[Leg]:
+    """The legs of all, a rest between each two."""
+    legs: list[Leg] = []
+    for i, manoeuvre in enumerate(manoeuvres):
+        legs += [Leg("rest", "rest", REST_S)] if i else []
+        legs += manoeuvre.legs()
+    return legs
+
+
+def drivable(tank: Tank, dofs: Sequence[int]) -> tuple[int, ...]:
+    """Those of the axes that the thrusters can push along, and along nothing else."""
+    reach = {dof: tank.force(dof, 1.0) for dof in DOFS_PLANNED}
+    strongest = max(reach.values())
+    return tuple(dof for dof in dofs if reach[dof] > LEAST_PUSH * strongest > 0)
+
+
+def relative_std(precision: Array) -> Array:
+    """Standard deviations (12,) of the logarithms; inf where nothing is known."""
+    out = np.full(len(precision), np.inf)
+    known = np.flatnonzero(np.diag(precision) > 0)
+    out[known] = np.sqrt(np.diag(np.linalg.inv(precision[np.ix_(known, known)])))
+    return out
+
+
+def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]:
+    push = {
+        dof: Drive(dof, PUSHES[dof], tank.force(dof, limits.thrust_share)) for dof in dofs if dof in PUSHES
+    }
+    rate = {
+        dof: Drive(dof, RATES[dof], limits.turn_rad_s if dof == YAW else limits.heave_m_s)
+        for dof in dofs
+        if dof not in PUSHES
+    }
+    together = [tuple(pair.values()) for pair in (push, rate) if len(pair) == 2]
+    alone = [(drive,) for drive in (*push.values(), *rate.values())]
+    families = [square(period_s, *drives) for drives in (*alone, *together) for period_s in PERIODS_S]
+    for drive in push.values():
+        families += [sweep(drive), coast_down(PERIODS_S[-1], drive)]
+        families.append(
+            laps(LAP_SHARE * limits.space_m, Drive(drive.dof, RATES[drive.dof], limits.speed_m_s))
+        )
+    return families
+
+
+def _within(
+    family: Family, tank: Tank, limits: Limits, knowledge: Knowledge, dofs: tuple[int, ...]
+) -> _Candidate | None:
+    """The family at the greatest strength that the limits allow, None where they allow none."""
+    scale = 1.0
+    for _ in range(TRIES):
+        manoeuvre = family.at(scale, family.cycles)
+        trial = tank.dive(manoeuvre.legs())
+        over = trial.over(limits)
+        if over <= FITS:
+            return _Candidate(
+                family, scale, of_motion(TICK_S, trial.nu, knowledge, dofs), manoeuvre.duration_s
+            )
+        scale *= 0.99 / over
+    return None
+
+
+def _choose(
+    candidates: Sequence[_Candidate], knowledge: Knowledge, dofs: tuple[int, ...], seconds: float
+) -> list[tuple[_Candidate, int]]:
+    """Candidates with their cycles, by axis and period; a block chosen again lengthens the manoeuvre."""
+    precision = knowledge.precision + np.eye(len(NAMES)) / WIDEST**2
+    wanted = [NAMES.index(group[dof].name) for dof in dofs for group in (MASSES, DAMPINGS)]
+    blocks = np.zeros(len(candidates), dtype=int)
+    left_s = seconds - REST_S
+
+    def cost_s(i: int) -> float:
+        return candidates[i].duration_s + (0.0 if blocks[i] else REST_S)
+
+    def unknown(total: Array) -> float:
+        return float(np.sum(np.diag(np.linalg.inv(total))[wanted]))
+
+    while fitting := [i for i in range(len(candidates)) if cost_s(i) <= left_s]:
+        now = unknown(precision)
+        best = max(fitting, key=lambda i: (now - unknown(precision + candidates[i].information)) / cost_s(i))
+        left_s -= cost_s(best)
+        blocks[best] += 1
+        precision = precision + candidates[best].information
+    chosen = [(c, n * c.family.cycles) for c, n in zip(candidates, blocks.tolist(), strict=True) if n]
+    return sorted(chosen, key=lambda pair: ([d.dof for d in pair[0].family.drives], pair[0].family.period_s))
+
+
+def _drift(manoeuvre: Manoeuvre, knowledge: Knowledge) -> float:
+    """Two standard deviations of where the disturbance may carry an axis that is pushed and not held, in m."""
+    drifts = [
+        2 * noise.disturbance * np.sqrt(2 * noise.time_constant_s * manoeuvre.duration_s) / damping
+        for dof, drive in zip(manoeuvre.dofs, manoeuvre.drives, strict=True)
+        if drive.key == PUSHES.get(dof)
+        for noise, damping in [(knowledge.noise[dof], knowledge.values[DAMPINGS[dof].name])]
+    ]
+    return float(max(drifts, default=0.0))

@@ -1,0 +1,138 @@
+"""A proposal as a crew reads it, as a mission that `seatrial simulate` dives, and as plain data."""
+
+import math
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bridge.simulator.missions import Step
+from bridge.vehicle.coefficients import COEFFICIENTS
+from bridge.vehicle.thrusters import NEUTRAL_US
+from identify.planning.knowledge import Knowledge
+from identify.planning.limits import REST_S, START_DEPTH_M, Limits, Tank
+from identify.planning.manoeuvres import WAYS, Manoeuvre
+from identify.planning.propose import Part, Proposal
+
+Z95 = 1.959963984540054
+NOTABLE_M = 0.05
+TITLE = "# Plan for"
+
+ADVICE = (
+    "Surge and sway are pushed open loop, as a stick does in ArduSub's ALT_HOLD or a force added to the controller's "
+    "output; heave and yaw are asked for as rates, so that the controller keeps depth and heading. A current or an "
+    "uneven trim carries a vehicle off that is pushed: leave more room for that, and end a manoeuvre early if need be.",
+    "The intervals hold given the vehicle file's thrust: where all of it is off by one share, so are all masses and "
+    "dampings, and no manoeuvre shows it. They hold for a vehicle as the model has it, with linear damping.",
+)
+
+
+def needs(part: Part) -> str:
+    """The room that a manoeuvre takes, in words."""
+    rooms = []
+    if part.needs_m > NOTABLE_M:
+        rooms.append(f"{_up(part.needs_m)} m")
+    if part.trial.depth_m > NOTABLE_M:
+        rooms.append(f"{_up(part.trial.depth_m)} m up and down")
+    return " and ".join(rooms) or "no room"
+
+
+def instruction(part: Part) -> str:
+    """One manoeuvre as a crew reads it out."""
+    return f"{part.manoeuvre.sentence}, needs {needs(part)}"
+
+
+def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
+    """What a push is at the thrusters, for those who steer them by pulse width; empty for a rate."""
+    wrench = [0.0] * 6
+    for drive, amplitude in zip(manoeuvre.drives, manoeuvre.amplitudes, strict=True):
+        if drive.key.startswith("push"):
+            wrench[drive.dof] = amplitude
+    if not any(wrench):
+        return ""
+    told = []
+    for i, way in enumerate((1.0, -1.0)):
+        direction = " and ".join(WAYS[dof][i] for dof in manoeuvre.dofs)
+        told.append(f"{direction}: {_grouped(tank.pulses([way * w for w in wrench]))}")
+    return "; ".join(told)
+
+
+def interval(value: float, relative_std: float) -> dict[str, float]:
+    """Relative standard error and 95 % interval of a coefficient whose logarithm is known so well."""
+    if not math.isfinite(relative_std):
+        return dict.fromkeys(("relative_std", "low95", "high95"), math.nan)
+    low, high = value * np.exp(-Z95 * relative_std), value * np.exp(Z95 * relative_std)
+    return {"relative_std": relative_std, "low95": float(low), "high95": float(high)}
+
+
+def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> str:
+    """The YAML of a mission, with the crew's instructions as comments; `command` dives it in simulation."""
+    lines = [f"{TITLE} {title}", f"# Dive it in simulation: {command}", "#"]
+    lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
+    lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
+    rest = "  " + Step(REST_S, "rest", "rest").line()
+    for number, part in enumerate(proposal.parts, start=1):
+        lines += [rest, f"  # {number}. {instruction(part)}"]
+        lines += [f"  #    {line}" for line in _broken(f"By hand: {part.manoeuvre.by_hand}.")]
+        if at_thrusters := pulses(part.manoeuvre, tank):
+            lines += [f"  #    {line}" for line in _broken(f"Pulse widths, us: {at_thrusters}.")]
+        lines += ["  " + step.line() for step in part.manoeuvre.steps]
+    return "\n".join([*lines, rest, ""])
+
+
+def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[str, Any]:
+    """Plain data; NaN for what does not exist."""
+    return {
+        "duration_s": proposal.duration_s,
+        "limits": dict(vars(limits)),
+        "manoeuvres": [
+            {
+                "kind": part.manoeuvre.kind,
+                "drives": [
+                    {"axis": drive.key, "amplitude": amplitude, "unit": drive.unit}
+                    for drive, amplitude in zip(
+                        part.manoeuvre.drives, part.manoeuvre.amplitudes, strict=True
+                    )
+                ],
+                "period_s": part.manoeuvre.period_s,
+                "seconds": part.manoeuvre.duration_s,
+                "needs_m": part.needs_m,
+                "needs_depth_m": part.trial.depth_m,
+                "instruction": instruction(part),
+                "by_hand": part.manoeuvre.by_hand,
+            }
+            for part in proposal.parts
+        ],
+        "parameters": [
+            {
+                "name": coefficient.name,
+                "symbol": coefficient.symbol,
+                "unit": coefficient.unit,
+                "value": knowledge.values[coefficient.name],
+                "before": interval(knowledge.values[coefficient.name], float(before)),
+                "after": interval(knowledge.values[coefficient.name], float(after)),
+            }
+            for coefficient, before, after in zip(
+                COEFFICIENTS, proposal.before, proposal.after, strict=True
+            )
+        ],
+        "notes": [*knowledge.sentences, *ADVICE],
+    }  # fmt: skip
+
+
+def _grouped(widths_us: Sequence[float]) -> str:
+    groups: dict[int, list[str]] = {}
+    for number, width in enumerate(widths_us, start=1):
+        if abs(width - NEUTRAL_US) >= 1:
+            groups.setdefault(round(width), []).append(str(number))
+    return ", ".join(f"{width} on {' '.join(numbers)}" for width, numbers in sorted(groups.items()))
+
+
+def _up(metres: float) -> str:
+    """Rounded up to a decimetre."""
+    return f"{math.ceil(10 * metres - 1e-9) / 10:.1f}"
+
+
+def _broken(sentence: str, width: int = 110) -> list[str]:
+    return textwrap.wrap(sentence, width)
