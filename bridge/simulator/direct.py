@@ -117,7 +117,7 @@ def _sense(
     velocity = state[7:10] + noise.velocity_m_s * draw[:3]
     rate = state[10:13] + noise.rate_rad_s * draw[3:6]
     w, x, y, z = state[3:7].tolist()
-    now_s = float(stretch.time_s[-1])
+    now_s = float(stretch.time_s[-1]) - TICK_S  # the body is one tick old when the controller's clock starts
     return replace(
         before,
         velocity=tuple(velocity.tolist()) if renew else before.velocity,

@@ -2,21 +2,22 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.navigation import Navigation, known_at
+from bridge.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
-from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode, feedforward
-from bridge.vehicle.references import ZERO6, Reference, Six
-from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Curve, thrust_curve
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Lead, Mode, feedforward
+from bridge.vehicle.pulses import Pulses
+from bridge.vehicle.references import ZERO6, Reference, Six, Trail
+from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, thrust_curve
 
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # a DVL that lost the bottom for a moment is back by then
+NO_ARM = 1e-6
 
 ParameterProvider = Callable[[int], Mapping[str, float]]
 
@@ -49,6 +50,12 @@ class Autopilot:
     Below the gain table's `straight_below_n`, thrusts run straight to 1500 us: like a curve fitted without
     the dead zone, it leaves the first part of every start to the dead zone (the paper's 0.3 s).
 
+    Where PID and feed-forward fly together, the vehicle is to be where the reference is, not a lag behind: the
+    feed-forward leads by the propellers' lag and half a period, its thrusters pass the dead zone, and the PID
+    compares each reading with what was wanted when that reading was true, so that it never pushes against the
+    feed-forward. Left with the disturbance alone, it may be stiffer (the gain table's `together`). Each of the
+    two on its own is flown as the paper flew it.
+
     A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
     thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
     pitch go on. It needs no ground: a mission goes on where that falls silent.
@@ -74,7 +81,13 @@ class Autopilot:
         self._allocator = Allocator(shape, curve)
         self._reach = tuple(float(limit) for limit in self._allocator.reach())
         self._controller = Controller(table, shape, self._reach)
-        self._pulses = _Pulses(curve, table.straight_below_n)
+        self._pulses = Pulses(curve, table.straight_below_n)
+        self._together = table.together
+        fed = np.abs(self._allocator.matrix[list(FEEDFORWARD_DOFS)]).max(axis=0) > NO_ARM
+        below_n = np.where(fed, self._together.straight_below_n, table.straight_below_n)
+        self._pulses_together = Pulses(curve, below_n)
+        self._lead = Lead(vehicle.thrust_curve.lag_s + 0.5 / RATE_HZ, self._reach)
+        self._trail = Trail(OLDEST_S)
         self._saturated = False
         self._time_s = self._begun_s = math.nan
         self._has_dvl, self._has_imu = vehicle.sensors.dvl is not None, vehicle.sensors.imu is not None
@@ -89,13 +102,20 @@ class Autopilot:
         dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
-        pid = self._controller.step(known, reference, dt_s, self._saturated)
+        self._trail.add(time_s, reference)
+        together = self.mode is Mode.BOTH
+        wanted, gain = reference, 1.0
+        if together:
+            wanted, gain = self._wanted_then(reference, known), self._together.gain
+        pid = self._controller.step(known, wanted, dt_s, self._saturated, gain)
         if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
         term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
         self._report((*_blind(known), *lost, *term.faults))
-        ff = np.array(term.tau) if self.mode.applies_feedforward and not lost else np.zeros(6)
+        led = self._lead.step(term.tau, dt_s)
+        applied = self.mode.applies_feedforward and not lost
+        ff = np.array(led if together else term.tau) if applied else np.zeros(6)
         pushed = [dof for dof, force in enumerate(reference.push) if force is not None]
         push = np.zeros(6)
         if pushed:
@@ -107,7 +127,8 @@ class Autopilot:
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
-        pwm_us = tuple(self._pulses(thrust).tolist())
+        pulses = self._pulses_together if together else self._pulses
+        pwm_us = tuple(pulses(thrust).tolist())
         return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
 
     def rest(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
@@ -115,10 +136,18 @@ class Autopilot:
         self._time_s, self._begun_s = time_s, math.nan
         self._saturated = False
         self._controller.reset(range(6))
+        self._lead.reset()
         term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
         self._report(term.faults)
         neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
         return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
+
+    def _wanted_then(self, reference: Reference, known: Navigation) -> Reference:
+        """The reference, in surge, sway and yaw that of the moment at which each reading was true."""
+        u, v = self._trail.at(known.velocity_time_s).nu[:2]
+        r = self._trail.at(known.rate_time_s).nu[5]
+        heading_rad = self._trail.at(known.attitude_time_s).heading_rad
+        return replace(reference, nu=(u, v, *reference.nu[2:5], r), heading_rad=heading_rad)
 
     def _lost(self, time_s: float, navigation: Navigation) -> tuple[str, ...]:
         """Why there is no horizontal thrust, in words of 50 characters at most; empty where there is."""
@@ -170,22 +199,3 @@ def _blind(known: Navigation) -> tuple[str, ...]:
     if not (math.isfinite(known.heading_rad) and all(map(math.isfinite, known.rate))):
         faults.append("PID roll, pitch, yaw off: no attitude")
     return tuple(faults)
-
-
-class _Pulses:
-    """Thrusts to pulse widths, straight to neutral below `straight_below_n`."""
-
-    def __init__(self, curve: Curve, straight_below_n: float) -> None:
-        self._curve = curve
-        self._below = straight_below_n
-        if straight_below_n > 0:
-            ahead, astern = curve.pwm([straight_below_n, -straight_below_n]) - NEUTRAL_US
-            self._slopes = float(ahead) / straight_below_n, float(-astern) / straight_below_n
-
-    def __call__(self, thrust: NDArray[np.float64]) -> NDArray[np.float64]:
-        pwm = self._curve.pwm(thrust)
-        if self._below > 0:
-            ahead, astern = self._slopes
-            straight = NEUTRAL_US + thrust * np.where(thrust > 0, ahead, astern)
-            pwm = np.where(np.abs(thrust) < self._below, straight, pwm)
-        return pwm

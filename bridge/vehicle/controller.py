@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from bridge import schema
@@ -26,6 +26,18 @@ class Gains:
 
 
 @dataclass(frozen=True)
+class Together:
+    """What changes where PID and feed-forward fly together: how stiff surge and sway are, how small a thrust counts."""
+
+    gain: float = 1.0
+    straight_below_n: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.gain > 0 or self.straight_below_n < 0:
+            raise ValueError("the gain must be above 0, straight_below_n not negative")
+
+
+@dataclass(frozen=True)
 class GainTable:
     """One table of configs/gains.yaml, as that file explains it.
 
@@ -41,6 +53,7 @@ class GainTable:
     yaw: Gains
     straight_below_n: float = 0.0
     integral_share: float = 0.5
+    together: Together = field(default_factory=Together)
 
     def __post_init__(self) -> None:
         if not self.speeds_m_s or list(self.speeds_m_s) != sorted(set(self.speeds_m_s)):
@@ -81,8 +94,17 @@ class Controller:
         for dof in dofs:
             self._integral[dof] = 0.0
 
-    def step(self, navigation: Navigation, reference: Reference, dt_s: float, saturated: bool) -> Six:
+    def step(
+        self,
+        navigation: Navigation,
+        reference: Reference,
+        dt_s: float,
+        saturated: bool,
+        velocity_gain: float = 1.0,
+    ) -> Six:
         """The wrench of this tick, N and N m; an axis whose measurement is NaN gets zero and keeps its integral.
+
+        `velocity_gain` multiplies the gains of surge and sway.
 
         Depth is held without a velocity as well, if less well damped: a DVL that lost the bottom must not let
         the vehicle rise.
@@ -91,7 +113,8 @@ class Controller:
         """
         place = self._place(math.hypot(reference.nu[0], reference.nu[1]))
         errors = _errors(navigation, reference)
-        x, y, z, k, m, n = (self._axis(i, *errors[i], place, dt_s, saturated) for i in range(6))
+        times = (velocity_gain, velocity_gain, 1.0, 1.0, 1.0, 1.0)
+        x, y, z, k, m, n = (self._axis(i, *errors[i], place, times[i], dt_s, saturated) for i in range(6))
         return x, y, z, k, m, n
 
     def _place(self, speed_m_s: float) -> tuple[int, int, float]:
@@ -109,12 +132,13 @@ class Controller:
         error: float,
         slope: float,
         place: tuple[int, int, float],
+        times: float,
         dt_s: float,
         saturated: bool,
     ) -> float:
         if not (math.isfinite(error) and math.isfinite(slope)):
             return 0.0
-        gains, scale, reach = self._gains[dof], self._scale[dof], self._reach[dof]
+        gains, scale, reach = self._gains[dof], times * self._scale[dof], self._reach[dof]
         kp, ki, kd = (scale * _between(row, place) for row in (gains.kp, gains.ki, gains.kd))
         before = self._integral[dof]
         bound = self._table.integral_share * reach

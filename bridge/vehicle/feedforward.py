@@ -13,6 +13,7 @@ from bridge.vehicle.references import Reference, Six
 
 AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
 FEEDFORWARD_DOFS = tuple(dof for dof, _, _ in AXES)
+LEAD_SHARE = 0.1
 
 
 class Mode(IntEnum):
@@ -63,6 +64,34 @@ def feedforward(
         if fault:
             faults.append(f"FF {DOFS[dof]} off: {fault}")
     return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults))
+
+
+class Lead:
+    """Runs a wrench ahead of itself by `lead_s`, for what the propellers and the held command lag.
+
+    A first-order lag is undone by a share of the derivative, here from one tick to the next. It adds no more
+    than `LEAD_SHARE` of the `reach` (6,): a reference that jumps is no reason for a kick.
+    """
+
+    def __init__(self, lead_s: float, reach: Sequence[float]) -> None:
+        self._lead_s = lead_s
+        self._most = tuple(LEAD_SHARE * limit for limit in reach)
+        self._before: Six | None = None
+
+    def step(self, tau: Six, dt_s: float) -> Six:
+        """The wrench to ask for now, N and N m; that of the first tick as it is."""
+        before, self._before = self._before or tau, tau
+        if not dt_s > 0:
+            return tau
+        x, y, z, k, m, n = (
+            now + min(max(self._lead_s / dt_s * (now - then), -most), most)
+            for now, then, most in zip(tau, before, self._most, strict=True)
+        )
+        return x, y, z, k, m, n
+
+    def reset(self) -> None:
+        """Forget the tick before."""
+        self._before = None
 
 
 def _fault(coefficients: Mapping[str, float], name: str) -> str:

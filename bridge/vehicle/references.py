@@ -3,7 +3,10 @@
 Biagiotti & Melchiorri (2008), section 3.4: the acceleration is a trapezoid, so that jerk stays finite.
 """
 
+import math
+from collections import deque
 from dataclasses import dataclass
+from itertools import pairwise
 
 Six = tuple[float, float, float, float, float, float]
 ZERO6: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -24,6 +27,55 @@ class Reference:
     heading_rad: float
     depth_m: float
     push: Push = NO_PUSH
+
+
+class Trail:
+    """What was wanted of late: a reading is to be compared with what was wanted when it was true."""
+
+    def __init__(self, span_s: float) -> None:
+        self._span_s = span_s
+        self._kept: deque[tuple[float, Reference]] = deque()
+
+    def add(self, time_s: float, reference: Reference) -> None:
+        """Keep it, and forget what is older than the span; a time that does not rise begins anew."""
+        if self._kept and not time_s > self._kept[-1][0]:
+            self._kept.clear()
+        self._kept.append((time_s, reference))
+        while self._kept[0][0] < time_s - self._span_s:
+            self._kept.popleft()
+
+    def at(self, time_s: float) -> Reference:
+        """What was wanted at a time: straight between the ticks, held before the oldest and after the latest.
+
+        The latest for a time that is NaN. Raises IndexError where none was kept.
+        """
+        latest_s, latest = self._kept[-1]
+        if not time_s < latest_s:
+            return latest
+        for (after_s, after), (before_s, before) in pairwise(reversed(self._kept)):
+            if time_s >= before_s:
+                return _between(before, after, (time_s - before_s) / (after_s - before_s))
+        return self._kept[0][1]
+
+
+def _between(before: Reference, after: Reference, share: float) -> Reference:
+    def mix(a: Six, b: Six) -> Six:
+        x, y, z, k, m, n = (p + share * (q - p) for p, q in zip(a, b, strict=True))
+        return x, y, z, k, m, n
+
+    return Reference(
+        mix(before.nu, after.nu),
+        mix(before.nu_dot, after.nu_dot),
+        before.heading_rad + share * _turn(before.heading_rad, after.heading_rad),
+        before.depth_m + share * (after.depth_m - before.depth_m),
+        after.push,
+    )
+
+
+def _turn(from_rad: float, to_rad: float) -> float:
+    """The shorter way: a heading that was unwrapped anew in between has not turned."""
+    turn = to_rad - from_rad
+    return math.remainder(turn, math.tau) if math.isfinite(turn) else math.nan
 
 
 @dataclass(frozen=True, slots=True)

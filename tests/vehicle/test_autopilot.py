@@ -191,3 +191,53 @@ def test_what_is_not_aboard_is_not_missed() -> None:
     pilot = Autopilot(bare, "hovering", lambda _: MODEL, FILE.path.parent, Mode.ALONE)
     for time_s in (0.0, 60.0):
         assert pilot.step(time_s, heard(time_s, velocity_time_s=math.nan), ASK).tau_cmd[0] != 0.0
+
+
+def rising(time_s: float) -> Reference:
+    """Surge and yaw rise steadily, and the heading with it."""
+    speed, rate = 0.2 + 0.08 * time_s, 0.05 + 0.02 * time_s
+    return Reference(
+        (speed, 0, 0, 0, 0, rate), (0.08, 0, 0, 0, 0, 0.02), 0.05 * time_s + 0.01 * time_s**2, 0.62
+    )
+
+
+def on_course(time_s: float, old_s: float) -> Navigation:
+    """A vehicle that is where it should be, as readings `old_s` old tell it."""
+    then = rising(time_s - old_s)
+    velocity = (then.nu[0], 0.0, 0.0)
+    known = replace(HERE, velocity=velocity, rate=(0.0, 0.0, then.nu[5]), heading_rad=then.heading_rad)
+    times = dict.fromkeys(("velocity_time_s", "rate_time_s", "attitude_time_s"), time_s - old_s)
+    return replace(known, depth_time_s=time_s, **times)
+
+
+@pytest.mark.parametrize("old_s", [0.0, 0.07, 0.15])
+def test_beside_the_feedforward_the_pid_leaves_a_vehicle_alone_that_was_on_course_when_it_was_read(
+    old_s: float,
+) -> None:
+    both, off = autopilot(Mode.BOTH), autopilot(Mode.OFF)
+    for step in range(5, 25):
+        time_s = 0.05 * step
+        left, pushed = (pilot.step(time_s, on_course(time_s, old_s), rising(time_s)) for pilot in (both, off))
+    assert [left.tau_pid[dof] for dof in (0, 5)] == pytest.approx([0.0, 0.0], abs=0.1)
+    assert (pushed.tau_pid[0] > 0.4) == (old_s > 0)
+
+
+def test_together_the_feedforward_leads_by_lag_and_half_a_period_and_is_told_as_it_was_commanded() -> None:
+    both, alone = autopilot(Mode.BOTH), autopilot(Mode.ALONE)
+    for step in range(5, 25):
+        time_s = 0.05 * step
+        led, plain = (pilot.step(time_s, on_course(time_s, 0.0), rising(time_s)) for pilot in (both, alone))
+    assert led.tau_ff == pytest.approx(plain.tau_ff)
+    ahead = 0.075 * 56.24 * 0.08, 0.075 * 26.07 * 0.02
+    assert [led.tau_cmd[dof] - led.tau_ff[dof] for dof in (0, 5)] == pytest.approx(ahead, abs=0.01)
+    assert plain.tau_cmd[0] == pytest.approx(plain.tau_ff[0])
+
+
+def test_together_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dead_zone() -> None:
+    level = Navigation((0.05, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.57, 0)
+    whisper = autopilot(Mode.BOTH).step(0.0, level, Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6))
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    wrench = allocation_matrix(FILE.vehicle.configurations["hovering"]) @ curve.thrust(whisper.pwm_us)
+    assert wrench[0] == pytest.approx(56.24 * 0.05)
+    assert whisper.tau_cmd[2] > 3.0
+    assert wrench[2] == 0.0

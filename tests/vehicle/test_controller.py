@@ -35,6 +35,14 @@ def test_gains_are_per_unit_of_mass_and_run_over_the_reference_speed() -> None:
     assert controller.step(LEVEL, wanted(u=1.5), 0.05, False)[0] == pytest.approx(10.0 * 2.0 * 1.5)
 
 
+def test_a_velocity_gain_stiffens_surge_and_sway_alone() -> None:
+    moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 0.1, 0, 0.5, 0)
+    ask = Reference((0.3, 0.2, 0, 0, 0, 0), (0.0,) * 6, 0.4, 0.6)
+    once, twice = (Controller(INTEGRAL, BODY, REACH).step(moving, ask, 0.05, False, gain) for gain in (1, 2))
+    assert twice[:2] == pytest.approx((2 * once[0], 2 * once[1]))
+    assert twice[2:] == once[2:]
+
+
 def test_yaw_acts_on_heading_and_its_rate_and_heave_on_depth_and_its_rate() -> None:
     moving = Navigation((0.0, 0.0, 0.1), 0, (0.0, 0.0, 0.2), 0, (1.0, 0, 0, 0), 6.5, 0, 0.5, 0)
     tau = Controller(PROPORTIONAL, BODY, REACH).step(moving, wanted(depth=0.6, heading=7.0), 0.05, False)
@@ -114,6 +122,8 @@ def test_an_unknown_gain_table_is_refused_with_the_names_there_are() -> None:
     ("change", "says"),
     [
         ({"speeds_m_s": [1.0, 0.0]}, "must rise"),
+        ({"together": {"gain": 0.0}}, "gain must be above 0"),
+        ({"together": {"straight_below_n": -1.0}}, "straight_below_n not negative"),
         ({"yaw": {"kp": [1.0], "ki": [0.0, 0.0], "kd": [0.0, 0.0]}}, "yaw"),
         ({"yaw": {"kp": [1.0, -1.0], "ki": [0.0, 0.0], "kd": [0.0, 0.0]}}, "none negative"),
     ],

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.vehicle.feedforward import Mode, feedforward
+from bridge.vehicle.feedforward import LEAD_SHARE, Lead, Mode, feedforward
 from bridge.vehicle.references import Reference
 
 GOOD = {"M_u": 96.4, "D_u": 42.13, "M_v": 112.0, "D_v": 53.0, "I_r": 16.0, "D_r": 26.07}
@@ -66,3 +66,36 @@ def test_whatever_comes_in_the_wrench_is_finite_and_within_reach(coefficients, n
 )
 def test_the_modes_say_what_is_applied(mode: int, ff: bool, pid: bool) -> None:
     assert (Mode(mode).applies_feedforward, Mode(mode).applies_pid) == (ff, pid)
+
+
+def surge(force: float) -> tuple[float, float, float, float, float, float]:
+    return (force, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_through_lag_and_hold_a_led_ramp_arrives_as_it_was_wanted() -> None:
+    lag_s, tick_s, slope = 0.05, 0.05, 4.0
+    lead, thrust, arrived = Lead(lag_s + tick_s / 2, REACH), 0.0, []
+    for tick in range(40):
+        asked = lead.step(surge(slope * tick * tick_s), tick_s)[0]
+        # The mean of the thrust over the tick, and the thrust at its end.
+        left = math.exp(-tick_s / lag_s)
+        arrived.append(asked + (thrust - asked) * (1 - left) * lag_s / tick_s)
+        thrust = asked + (thrust - asked) * left
+    wanted = [slope * (tick + 0.5) * tick_s for tick in range(40)]
+    assert arrived[20:] == pytest.approx(wanted[20:], abs=1e-6)
+
+
+def test_a_wrench_that_jumps_is_not_kicked_further_than_a_tenth_of_the_reach() -> None:
+    lead = Lead(0.075, REACH)
+    lead.step(surge(-5.0), 0.05)
+    assert lead.step(surge(80.0), 0.05)[0] == pytest.approx(80.0 + LEAD_SHARE * 100.0)
+    assert lead.step(surge(-80.0), 0.05)[0] == pytest.approx(-80.0 - LEAD_SHARE * 100.0)
+
+
+def test_a_wrench_that_rests_and_one_just_begun_are_not_led() -> None:
+    lead = Lead(0.075, REACH)
+    assert lead.step(surge(7.0), 0.05) == surge(7.0)
+    assert lead.step(surge(7.0), 0.05) == surge(7.0)
+    lead.reset()
+    assert lead.step(surge(9.0), 0.05) == surge(9.0)
+    assert lead.step(surge(11.0), 0.0) == surge(11.0)

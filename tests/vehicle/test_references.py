@@ -1,9 +1,11 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.vehicle.references import DoubleS
+from bridge.vehicle.references import DoubleS, Reference, Trail
 
 PROFILES = st.builds(DoubleS, st.floats(-1, 1), st.floats(-1, 1), st.floats(0.5, 20), st.floats(0.05, 0.5))
 
@@ -48,3 +50,38 @@ def test_a_double_s_of_five_seconds_has_the_figures_worked_out_by_hand() -> None
 def test_a_double_s_without_time_or_with_too_long_a_ramp_is_refused(duration_s: float, ramp: float) -> None:
     with pytest.raises(ValueError, match="double-S"):
         DoubleS(0.0, 1.0, duration_s, ramp)
+
+
+def wanted(u: float, heading_rad: float = 0.0) -> Reference:
+    return Reference((u, 0, 0, 0, 0, 0), (0.0,) * 6, heading_rad, 2 * u)
+
+
+def trail(*kept: tuple[float, Reference]) -> Trail:
+    of_late = Trail(1.0)
+    for time_s, reference in kept:
+        of_late.add(time_s, reference)
+    return of_late
+
+
+def test_a_trail_tells_what_was_wanted_between_two_ticks() -> None:
+    then = trail((0.0, wanted(0.0)), (0.1, wanted(0.2)), (0.2, wanted(0.6))).at(0.125)
+    assert (then.nu[0], then.depth_m) == pytest.approx((0.3, 0.6))
+
+
+@pytest.mark.parametrize(("time_s", "u"), [(-5.0, 0.1), (0.2, 0.3), (9.0, 0.3), (math.nan, 0.3)])
+def test_beyond_its_ends_a_trail_holds_and_it_takes_no_time_for_the_latest(time_s: float, u: float) -> None:
+    assert trail((0.0, wanted(0.1)), (0.2, wanted(0.3))).at(time_s).nu[0] == u
+
+
+def test_a_trail_keeps_no_more_than_its_span() -> None:
+    long = trail(*((0.1 * i, wanted(float(i))) for i in range(50)))
+    assert long.at(0.0).nu[0] == 39.0
+
+
+def test_a_clock_that_begins_again_begins_a_new_trail() -> None:
+    assert trail((7.0, wanted(0.7)), (1.0, wanted(0.1))).at(0.0).nu[0] == 0.1
+
+
+def test_a_heading_unwrapped_anew_has_not_turned_in_between() -> None:
+    of_late = trail((0.0, wanted(0.0, 3.1)), (0.1, wanted(0.0, 3.2 - math.tau)))
+    assert of_late.at(0.05).heading_rad == pytest.approx(3.15)
