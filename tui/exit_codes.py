@@ -7,6 +7,7 @@ NO = 1
 BAD_INPUT = 2
 LINK = 3
 INTERRUPTED = 4
+PARTLY = 5
 
 MEANINGS = {
     DONE: "done",
@@ -14,6 +15,7 @@ MEANINGS = {
     BAD_INPUT: "wrong usage, or a file that can't be read or used",
     LINK: "a port or a network link does not work, or no vehicle answers on it",
     INTERRUPTED: "stopped by the user before it was done",
+    PARTLY: "done for some of many dives, not for all",
 }
 
 

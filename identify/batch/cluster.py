@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 
@@ -29,7 +29,7 @@ def run_on_cluster(
     workers_within_s: float = WORKERS_WITHIN_S,
     answer_within_s: float = ANSWER_WITHIN_S,
     now_s: Callable[[], float] = time.monotonic,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """The result of each job as it comes, in no order. Closing it, or Ctrl-C, takes back what is not yet done.
 
     A recording goes to its worker as bytes, so a worker needs seatrial and no disk of ours. Raises LinkTimeout

@@ -64,28 +64,17 @@ class Result:
 
 @dataclass(frozen=True)
 class Job:
-    """One thing to do with one recording. `columns` is the column map of a table, a file."""
+    """One thing to do with one recording. `columns` is the column map of a table, a file.
+
+    `key` is all that the answer depends on, as one word: see `job_for`.
+    """
 
     function: str
     recording: Recording
     vehicle: VehicleFile
     method: str
-    columns: Path | None = None
-
-    @property
-    def key(self) -> str:
-        """What the answer depends on, as one word: recording, vehicle, function, method and version."""
-        on = {
-            "recording": self.recording.sha256,
-            "vehicle": self.vehicle.sha256,
-            "configuration": self.vehicle.configuration,
-            "thrust table": _sha256(thrust_table(self.vehicle)),
-            "columns": _sha256(self.columns or own_columns(self.recording)),
-            "function": self.function,
-            "method": self.method,
-            "version": our_version(),
-        }
-        return hashlib.sha256(json.dumps(on, sort_keys=True).encode()).hexdigest()
+    columns: Path | None
+    key: str
 
     def done(self, answer: dict[str, Any]) -> Result:
         found = self.recording
@@ -94,6 +83,27 @@ class Job:
     def failed(self, error: str, final: bool) -> Result:
         found = self.recording
         return Result(self.key, found.name, str(found.path), found.sha256, None, error, final)
+
+
+def job_for(
+    function: str, recording: Recording, vehicle: VehicleFile, method: str, columns: Path | None = None
+) -> Job:
+    """A job, its key made of the bytes of recording, vehicle and tables, of function, method and version.
+
+    Raises OSError where a table can't be read.
+    """
+    on = {
+        "recording": recording.sha256,
+        "vehicle": vehicle.sha256,
+        "configuration": vehicle.configuration,
+        "thrust table": _sha256(thrust_table(vehicle)),
+        "columns": _sha256(columns or own_columns(recording)),
+        "function": function,
+        "method": method,
+        "version": our_version(),
+    }
+    key = hashlib.sha256(json.dumps(on, sort_keys=True).encode()).hexdigest()
+    return Job(function, recording, vehicle, method, columns, key)
 
 
 def thrust_table(file: VehicleFile) -> Path | None:

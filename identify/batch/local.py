@@ -3,7 +3,7 @@
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
@@ -21,7 +21,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def run_here(jobs: Iterable[Job], processes: int) -> Iterator[Result]:
+def run_here(jobs: Iterable[Job], processes: int) -> Generator[Result, None, None]:
     """The result of each job as it comes, in no order. Closing it, or Ctrl-C, ends the processes at once.
 
     No more jobs are taken from `jobs` than there are processes, and no result is kept here.

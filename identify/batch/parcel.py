@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bridge.vehicle.config import VehicleFile
-from identify.batch.jobs import Job, Recording, Result, our_version, own_columns, run_job, thrust_table
+from identify.batch.jobs import Job, Result, our_version, own_columns, run_job, thrust_table
 from identify.batch.threads import one_thread
 
 DIVE, VEHICLE, COLUMNS = Path("dive"), Path("vehicle"), Path("columns")
@@ -47,12 +47,12 @@ def pack(job: Job) -> Parcel:
     if table is not None:
         places[table] = VEHICLE / table.name
         vehicle = _with_table(vehicle, table.name)
-    sent = Job(
-        job.function,
-        Recording(recording.name, root, tuple(places[file] for file in recording.files), recording.sha256),
-        replace(vehicle, path=places[vehicle.path]),
-        job.method,
-        COLUMNS / job.columns.name if job.columns else None,
+    files = tuple(places[file] for file in recording.files)
+    sent = replace(
+        job,
+        recording=replace(recording, path=root, files=files),
+        vehicle=replace(vehicle, path=places[vehicle.path]),
+        columns=places[job.columns] if job.columns else None,
     )
     items = tuple(
         Item(str(file), place, zlib.compress(file.read_bytes(), FAST)) for file, place in places.items()

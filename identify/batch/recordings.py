@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.errors import LogError
-from identify.batch.jobs import Recording
+from identify.batch.jobs import Recording, Result
 from identify.ingest.open import recording_files, sha256_of
 
 ENDINGS = (".tlog", ".tlog.gz", ".bin")
@@ -17,11 +17,11 @@ DIVE_FILE = "telemetry."
 
 @dataclass(frozen=True)
 class Found:
-    """`recordings` to work on; `twins`, each a path and the path of the same bytes; `unreadable`, with the reason."""
+    """`recordings` to work on; `twins`, each a path and that of the same bytes; the failures of the `unreadable`."""
 
     recordings: tuple[Recording, ...]
     twins: tuple[tuple[Path, Path], ...]
-    unreadable: tuple[tuple[Path, str], ...]
+    unreadable: tuple[Result, ...]
 
 
 def find_recordings(
@@ -30,19 +30,20 @@ def find_recordings(
     """The recordings that DIVES mean. Raises LogError for a word that means none.
 
     A dive folder is one recording; in any other folder each recording is one, and so on down. A table (.csv) that
-    is not a dive folder's has to be named. A recording that was given before, by the SHA-256 of its bytes, is a twin.
+    is not a dive folder's has to be named. A recording that was given before, by the SHA-256 of its bytes, is a twin;
+    a dive folder comes before a file.
     """
-    paths = [path for word in words for path in _paths(word)]
+    paths = sorted((path for word in words for path in _paths(word)), key=Path.is_file)
     recordings: dict[str, Recording] = {}
     twins: list[tuple[Path, Path]] = []
-    unreadable: list[tuple[Path, str]] = []
+    unreadable: list[Result] = []
     for number, path in enumerate(paths):
         progress(number / len(paths), f"read {path.name}")
         try:
             files = tuple(recording_files(path))
             sha256 = sha256_of(files)
         except LogError as error:
-            unreadable.append((path, str(error)))
+            unreadable.append(Result(str(path), name_of(path), str(path), "", error=str(error), final=False))
             continue
         if sha256 in recordings:
             twins.append((path, recordings[sha256].path))

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from bridge.errors import LogError
+from bridge.vehicle.config import VehicleFile
 from identify.batch.dates import date_of
 from identify.batch.jobs import Job
 from identify.dive import Dive
@@ -14,9 +15,10 @@ from identify.ingest.open import read_dive
 
 
 def identify(job: Job) -> dict[str, Any]:
-    """What one dive tells of the vehicle, when it was dived, and the battery's mean voltage in it.
+    """What one dive alone tells of the vehicle, when it was dived, and the battery's mean voltage in it.
 
-    Raises LogError, ConfigError or FitError where nothing can be told.
+    The vehicle file's priors are left out: shared by all dives, they would pull each towards the same value and hide
+    what changes from one to the next. Raises LogError, ConfigError or FitError where nothing can be told.
     """
     dive = read_dive(job.recording.path, job.columns, job.vehicle)
     if dive.sha256 != job.recording.sha256:
@@ -24,7 +26,7 @@ def identify(job: Job) -> dict[str, Any]:
     vehicle = job.vehicle.vehicle
     configuration = job.vehicle.configuration or vehicle.configuration_at(dive.configuration_index())
     named = replace(dive, name=job.recording.name)
-    answer = estimator(job.method)(named, job.vehicle, configuration, _silently)
+    answer = estimator(job.method)(named, _without_priors(job.vehicle), configuration, _silently)
     unix_s, dated_by = date_of(dive)
     return {
         "identification": answer.to_json(),
@@ -32,6 +34,11 @@ def identify(job: Job) -> dict[str, Any]:
         "dated_by": dated_by,
         "voltage_v": _mean_voltage_v(dive),
     }
+
+
+def _without_priors(file: VehicleFile) -> VehicleFile:
+    shapes = {name: replace(shape, priors={}) for name, shape in file.vehicle.configurations.items()}
+    return replace(file, vehicle=replace(file.vehicle, configurations=shapes))
 
 
 def _mean_voltage_v(dive: Dive) -> float | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.errors import FitError
-from identify.batch.jobs import Job
+from identify.batch.jobs import Job, job_for
 from identify.batch.recordings import find_recordings
 
 HERE = Path(__file__).resolve().parent
@@ -19,7 +19,7 @@ PATIENCE_S = 60.0
 def job_on(path, function, file):
     """A job of this module on one recording."""
     (recording,) = find_recordings([str(path)]).recordings
-    return Job(f"batch_jobs:{function}", recording, file, "likelihood")
+    return job_for(f"batch_jobs:{function}", recording, file, "likelihood")
 
 
 def recordings(folder, count):

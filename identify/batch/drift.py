@@ -1,0 +1,141 @@
+"""What the trends of a configuration mean: one of a closed list of stories, in words with figures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from identify.batch.dates import utc
+from identify.batch.rows import Row, names_in
+from identify.batch.series import Series, common_series, ratio
+from identify.batch.trend import LEVEL, Trend, fit_trend, holm
+
+VOLTAGE_STD_V = 0.05
+"""Of a dive's mean pack voltage as an autopilot measures it; the scatter between dives is fitted beside it."""
+
+
+class Story(Enum):
+    """What changed over the dives; the value is the sentence that a user reads, before its figures."""
+
+    TOO_FEW = "Too few dated dives for a trend: it takes three"
+    STEADY = "No trend shows"
+    FOULING = "Damping is up with mass unchanged, so more drag: fouling, or gear that drags; clean the hull"
+    CLEANER = (
+        "Damping is down with mass unchanged, so less drag: a cleaner hull, or gear that no longer drags"
+    )
+    WEAKER = (
+        "All are up together, which is how less thrust looks than the thruster curve says: battery, worn or fouled "
+        "propellers; the hull has not changed"
+    )
+    STRONGER = (
+        "All are down together, which is how more thrust looks than the thruster curve says: battery, new propellers; "
+        "the hull has not changed"
+    )
+    HEAVIER = "Mass is up with damping unchanged: payload, ballast or water taken in; weigh the vehicle"
+    LIGHTER = "Mass is down with damping unchanged: payload or ballast gone; weigh the vehicle"
+    SEVERAL = "Mass and damping change by different shares: more than one cause, such as thrust and fouling, or a refit"
+    UNCLEAR = "Something changes, but these dives can't tell drag from thrust: weigh the vehicle, and log the battery"
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The story of one configuration. `trends` by coefficient, those of the list that have one.
+
+    `real` are the coefficients whose trend is significant among all of them. `mass`, `damping` and `damping_over_mass`
+    are trends of logarithms, `voltage` of the pack's volts.
+    """
+
+    story: Story
+    sentence: str
+    trends: Mapping[str, Trend]
+    real: frozenset[str]
+    mass: Trend | None = None
+    damping: Trend | None = None
+    damping_over_mass: Trend | None = None
+    voltage: Trend | None = None
+
+
+def drift_of(rows: Sequence[Row]) -> Drift:
+    """What the rows of one configuration tell together; only dated ones count."""
+    dated = [row for row in rows if row.unix_s is not None and row.values]
+    found = ((name, _trend_of(dated, name)) for name in names_in(dated))
+    trends = {name: trend for name, trend in found if trend is not None}
+    chances = holm({name: trend.p for name, trend in trends.items()})
+    real = frozenset(name for name, p in chances.items() if p < LEVEL)
+    masses = common_series(dated, [c.name for c in MASSES])
+    dampings = common_series(dated, [c.name for c in DAMPINGS])
+    mass, damping, over = (_fit(series) for series in (masses, dampings, ratio(dampings, masses)))
+    voltage = _voltage(dated)
+    story = _story(mass, damping, over)
+    return Drift(story, _sentence(story, mass, damping, voltage), trends, real, mass, damping, over, voltage)
+
+
+def percent(log_change: float) -> float:
+    """A change of a logarithm in per cent."""
+    return 100 * float(np.expm1(log_change))
+
+
+def _fit(series: Series) -> Trend | None:
+    return fit_trend(series.unix_s, series.value, series.std)
+
+
+def _trend_of(rows: Sequence[Row], name: str) -> Trend | None:
+    found = [(row.unix_s, row.values[name]) for row in rows if name in row.values]
+    usable = [(t, v.value, v.std) for t, v in found if v.std > 0]
+    if not usable:
+        return None
+    unix_s, value, std = np.array(usable, dtype=np.float64).T
+    return fit_trend(unix_s, value, std)
+
+
+def _voltage(rows: Sequence[Row]) -> Trend | None:
+    told = [(row.unix_s, row.voltage_v) for row in rows if row.voltage_v is not None]
+    if not told:
+        return None
+    unix_s, volts = np.array(told, dtype=np.float64).T
+    return fit_trend(unix_s, volts, np.full(len(told), VOLTAGE_STD_V))
+
+
+def _story(mass: Trend | None, damping: Trend | None, over: Trend | None) -> Story:
+    """Damping over mass is free of thrust, so it decides whether the vehicle itself changed."""
+    if mass is None or damping is None or over is None:
+        one = mass or damping
+        if one is None:
+            return Story.TOO_FEW
+        return Story.UNCLEAR if one.is_real else Story.STEADY
+    if over.is_real:
+        if mass.is_real and damping.is_real:
+            return Story.SEVERAL
+        if mass.is_real:
+            return Story.HEAVIER if mass.change > 0 else Story.LIGHTER
+        if damping.is_real:
+            return Story.FOULING if damping.change > 0 else Story.CLEANER
+        return Story.UNCLEAR
+    if mass.is_real and damping.is_real:
+        return Story.WEAKER if mass.change > 0 else Story.STRONGER
+    return Story.UNCLEAR if mass.is_real or damping.is_real else Story.STEADY
+
+
+def _sentence(story: Story, mass: Trend | None, damping: Trend | None, voltage: Trend | None) -> str:
+    longest = max((t for t in (mass, damping) if t is not None), key=lambda t: t.count, default=None)
+    if longest is None:
+        return f"{story.value}."
+    figures = [
+        f"{word} {_change(trend)}" for word, trend in (("mass", mass), ("damping", damping)) if trend is not None
+    ]  # fmt: skip
+    words = (
+        f"{story.value}. Over {longest.count} dives from {utc(longest.first_s)} to {utc(longest.last_s)}: "
+    )
+    words += f"{', '.join(figures)}."
+    if voltage is not None and voltage.is_real:
+        way = "fell" if voltage.change < 0 else "rose"
+        words += f" The pack voltage {way} by {abs(voltage.change):.1f} V over the same time."
+    return words
+
+
+def _change(trend: Trend) -> str:
+    """`+12.3 % (8.1 to 16.5)`, of a trend in logarithms."""
+    change, low, high = (percent(value) for value in (trend.change, trend.low95, trend.high95))
+    return f"{change:+.1f} % ({low:+.1f} to {high:+.1f} % at 95 %)"

@@ -1,0 +1,191 @@
+"""The page of a batch: for each configuration what its trends mean, each parameter over the dates, and the dives."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from bridge.vehicle.coefficients import BY_NAME, Kind
+from identify.batch.calendar import date_axis
+from identify.batch.dates import utc
+from identify.batch.drift import Drift, Story
+from identify.batch.rows import Row, Value, by_configuration, names_in
+from identify.batch.trend import Trend
+from identify.dive import Array
+from identify.report import plot
+from identify.report.axes import Axis, roomy_axis
+from identify.report.page import Figure, Report, Section, Table
+from identify.report.plot import Line, Mark, Panel
+from identify.report.tables import meaning
+from identify.report.text import MISSING, decimals_for, fixed, significant, unit
+
+PANEL_PX = 190
+WIDEST = 6.0
+"""In median half widths: how much of an interval that is wider than the others still stretches the plot."""
+
+REAL, NOT_REAL = 1, 2
+"""Line styles of a trend that is significant, and of one that is not."""
+
+HOW = (
+    "A trend is a straight line through the values, each weighted by its own standard error and by what dives scatter "
+    "beyond it. It is called significant where a slope as large would come up by chance in fewer than one batch of "
+    "twenty, among all the parameters of the configuration together. Damping over mass does not depend on how much "
+    "thrust there really was, mass and damping each do: that tells a fouled hull from weak thrust."
+)
+
+
+def batch_report(
+    vehicle: str,
+    method: str,
+    rows: Sequence[Row],
+    twins: Sequence[tuple[str, str]],
+    drifts: Mapping[str, Drift],
+) -> Report:
+    """The page. `twins` are recordings that were given more than once, with the one that counts."""
+    groups = by_configuration(rows)
+    failed = [row for row in rows if not row.values]
+    sections = [_configuration(name, group, drifts[name]) for name, group in groups.items()]
+    sections += [_dives(name, group) for name, group in groups.items()]
+    if failed:
+        sections.append(_failures(failed))
+    if twins:
+        sections.append(_twins(twins))
+    told = [f"{name}: {drifts[name].story.value}." for name in groups] or ["No dive gave a parameter."]
+    counted = f"{len(rows) - len(failed)} of {len(rows)} dives identified by {method}"
+    return Report(f"{vehicle}: parameters over dives", counted, " ".join(told), tuple(sections))
+
+
+def _configuration(name: str, rows: Sequence[Row], drift: Drift) -> Section:
+    drawn = _figure(rows, drift)
+    return Section(
+        f"Configuration {name}",
+        f"{drift.sentence}\n\n{HOW}" if drift.story is not Story.TOO_FEW else drift.sentence,
+        (_trend_table(rows, drift),),
+        (drawn,) if drawn else (),
+    )
+
+
+def _dives(name: str, rows: Sequence[Row]) -> Section:
+    kinds: tuple[tuple[Kind, str], ...] = (("mass", "Masses and inertias"), ("damping", "Dampings"))
+    tables = [
+        _dive_table(rows, kind, f"{words}, with half the width of each 95 % interval.")
+        for kind, words in kinds
+    ]
+    return Section(f"Dives of configuration {name}", tables=tuple(tables))
+
+
+def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
+    lines = []
+    for name in names_in(rows):
+        trend = drift.trends.get(name)
+        count = sum(name in row.values for row in rows)
+        lines.append((
+            BY_NAME[name].symbol, str(count), unit(BY_NAME[name].unit), *_trend_cells(trend, name in drift.real),
+            meaning(name),
+        ))  # fmt: skip
+    columns = (
+        "Parameter", "Dives", "Unit", "Mean", "Change, first to last", "95 % interval", "Scatter", "Trend", "Meaning",
+    )  # fmt: skip
+    return Table(
+        columns,
+        tuple(lines),
+        "Trends, in per cent of where each begins. Scatter: between dives, beside their own intervals.",
+    )
+
+
+def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[str, str, str, str, str]:
+    if trend is None:
+        return MISSING, MISSING, MISSING, MISSING, "too few dives"
+    half = (trend.high95 - trend.low95) / 2
+    per_cent = [fixed(trend.percent(v), 1) for v in (trend.change, trend.low95, trend.high95)]
+    word = ("up" if trend.change > 0 else "down") if is_real else "none shown"
+    return (
+        fixed(trend.mean, decimals_for(half)),
+        f"{per_cent[0]} %",
+        f"{per_cent[1]} to {per_cent[2]} %",
+        f"{fixed(trend.percent(trend.scatter), 1)} %",
+        word,
+    )
+
+
+def _dive_table(rows: Sequence[Row], kind: Kind, caption: str) -> Table:
+    names = [name for name in names_in(rows) if BY_NAME[name].kind == kind]
+    lines = [
+        (utc(row.unix_s), *(_cell(row.values.get(name)) for name in names), row.outcome, row.dive)
+        for row in rows
+    ]
+    headings = [f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}" for name in names]
+    return Table(("Date, UTC", *headings, "Outcome", "Dive"), tuple(lines), caption)
+
+
+def _cell(value: Value | None) -> str:
+    if value is None:
+        return MISSING
+    half = (value.high95 - value.low95) / 2
+    if half <= 0:
+        return significant(value.value, 4)
+    decimals = decimals_for(half)
+    return f"{fixed(value.value, decimals)} ± {fixed(half, decimals)}"
+
+
+def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
+    """A plot a coefficient, and one of the battery, over the dates; None where nothing is dated."""
+    dated = [row for row in rows if row.unix_s is not None]
+    if not dated:
+        return None
+    times = [row.unix_s or 0.0 for row in dated]
+    x = date_axis(min(times), max(times))
+    panels = [_panel(name, dated, drift.trends.get(name), name in drift.real, x) for name in names_in(dated)]
+    if any(row.voltage_v is not None for row in dated):
+        panels.append(_voltage_panel(dated, drift.voltage, x))
+    empty = np.zeros(0)
+    legend = plot.mark_legend([("disc", "converged"), ("diamond", "another outcome: see the dive")])
+    legend += plot.legend([
+        Line(empty, empty, "95 % interval"),
+        Line(empty, empty, "significant trend", REAL),
+        Line(empty, empty, "no significant trend", NOT_REAL),
+    ])  # fmt: skip
+    return Figure("Each parameter over the date of the dive.", legend + plot.side_by_side(panels))
+
+
+def _panel(name: str, rows: Sequence[Row], trend: Trend | None, is_real: bool, x: Axis) -> Panel:
+    found = [(row.unix_s or 0.0, row.values[name], row.converged) for row in rows if name in row.values]
+    lines = [Line(np.full(2, t), np.array([v.low95, v.high95])) for t, v, _ in found]
+    marks = tuple(Mark(t, v.value, "disc" if converged else "diamond") for t, v, converged in found)
+    return Panel(
+        x,
+        roomy_axis(f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}", [_reach([v for _, v, _ in found])]),
+        (*lines, *_trend_line(trend, is_real)),
+        marks,
+        PANEL_PX,
+    )
+
+
+def _reach(values: Sequence[Value]) -> Array:
+    """What the plot must hold: every value, and each interval as far as it is not far wider than the others."""
+    value, low, high = np.array([(v.value, v.low95, v.high95) for v in values]).T
+    most = WIDEST * float(np.median(high - low)) / 2
+    return np.concatenate([np.maximum(low, value - most), np.minimum(high, value + most)])
+
+
+def _voltage_panel(rows: Sequence[Row], trend: Trend | None, x: Axis) -> Panel:
+    found = [(row.unix_s or 0.0, row.voltage_v) for row in rows if row.voltage_v is not None]
+    marks = tuple(Mark(t, v, "square") for t, v in found)
+    y = roomy_axis("mean pack voltage, V", [np.array([v for _, v in found])])
+    return Panel(x, y, _trend_line(trend, trend is not None and trend.is_real), marks, PANEL_PX)
+
+
+def _trend_line(trend: Trend | None, is_real: bool) -> tuple[Line, ...]:
+    if trend is None:
+        return ()
+    ends = np.array([trend.first_s, trend.last_s])
+    return (Line(ends, np.array([trend.at(t) for t in ends]), style=REAL if is_real else NOT_REAL),)
+
+
+def _failures(rows: Sequence[Row]) -> Section:
+    table = Table(("Dive", "Date, UTC", "Why"), tuple((row.dive, utc(row.unix_s), row.error) for row in rows))
+    return Section("Dives that gave nothing", "The others count all the same.", (table,))
+
+
+def _twins(twins: Sequence[tuple[str, str]]) -> Section:
+    table = Table(("Recording", "Has the same bytes as"), tuple(twins))
+    return Section("Counted once", "Recordings that were given more than once.", (table,))

@@ -1,0 +1,137 @@
+"""The table of a batch: a row a dive, by date, with what was identified; as rows for CSV and as data for JSON."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
+from identify.batch.dates import date_in_name
+from identify.batch.jobs import Result
+from identify.identification import Outcome
+
+NAMES = (*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES)
+
+
+@dataclass(frozen=True)
+class Value:
+    """One identified parameter with its standard error and 95 % interval, in its own unit."""
+
+    value: float
+    std: float
+    low95: float
+    high95: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """One dive. `values` holds what was identified, by name; `error` says why there is nothing at all.
+
+    `unix_s` is when it began, by `dated_by`; None where nothing tells it.
+    """
+
+    dive: str
+    source: str
+    sha256: str
+    configuration: str = ""
+    outcome: str = ""
+    unix_s: float | None = None
+    dated_by: str = ""
+    duration_s: float | None = None
+    voltage_v: float | None = None
+    values: Mapping[str, Value] = field(default_factory=dict)
+    error: str = ""
+
+    @property
+    def converged(self) -> bool:
+        """Whether its values can be relied on as they stand."""
+        return self.outcome == Outcome.CONVERGED.value
+
+
+def rows_of(results: Sequence[Result]) -> list[Row]:
+    """Rows in the order of their dates; dives without a date come last, by name."""
+    rows = [_row(result) for result in results]
+    return sorted(rows, key=lambda row: (row.unix_s is None, row.unix_s or 0.0, row.dive, row.source))
+
+
+def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows that hold values, by the vehicle's configuration."""
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.values:
+            groups.setdefault(row.configuration, []).append(row)
+    return dict(sorted(groups.items()))
+
+
+def names_in(rows: Sequence[Row]) -> list[str]:
+    """The coefficients that any of the rows has, in the order of the list; added mass only follows from them."""
+    return [c.name for c in COEFFICIENTS if any(c.name in row.values for row in rows)]
+
+
+def to_csv(rows: Sequence[Row]) -> str:
+    """A line a dive; for each parameter its value, standard error and 95 % interval, empty where there is none."""
+    columns = [f"{name}{part}" for name in NAMES for part in ("", "_std", "_low95", "_high95")]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("dive", "date_utc", "configuration", "outcome", "error", "duration_s", "voltage_v", *columns,
+                     "source", "sha256"))  # fmt: skip
+    for row in rows:
+        found = [row.values.get(name) for name in NAMES]
+        numbers = [n for v in found for n in ((v.value, v.std, v.low95, v.high95) if v else ("",) * 4)]
+        writer.writerow((row.dive, iso(row.unix_s), row.configuration, row.outcome, row.error, row.duration_s,
+                         row.voltage_v, *numbers, row.source, row.sha256))  # fmt: skip
+    return out.getvalue()
+
+
+def to_json(row: Row) -> dict[str, Any]:
+    """One row as plain data."""
+    return {
+        **{name: value for name, value in vars(row).items() if name not in ("values", "unix_s")},
+        "date_utc": iso(row.unix_s) or None,
+        "parameters": {name: vars(value) for name, value in row.values.items()},
+    }
+
+
+def iso(unix_s: float | None) -> str:
+    """`2026-11-20T09:12:03Z`, empty for no date."""
+    return "" if unix_s is None else f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+
+
+def _row(result: Result) -> Row:
+    if result.answer is None:
+        named_s = date_in_name(result.dive)
+        dated_by = "" if named_s is None else "its name"
+        return Row(
+            result.dive,
+            result.source,
+            result.sha256,
+            unix_s=named_s,
+            dated_by=dated_by,
+            error=result.error,
+        )
+    found = result.answer["identification"]
+    values = {
+        p["name"]: Value(p["value"], p["std"], p["low95"], p["high95"])
+        for p in found["parameters"]
+        if p["identifiable"] and p["name"] in NAMES and None not in (p["value"], p["std"], p["low95"], p["high95"])
+    }  # fmt: skip
+    return Row(
+        result.dive,
+        result.source,
+        result.sha256,
+        found["configuration"],
+        found["outcome"],
+        result.answer["unix_s"],
+        result.answer["dated_by"],
+        found["dive"]["duration_s"],
+        result.answer["voltage_v"],
+        values,
+        "" if values else _why_nothing(found),
+    )
+
+
+def _why_nothing(found: Mapping[str, Any]) -> str:
+    reasons = dict.fromkeys(p.get("reason") or found["outcome"] for p in found["parameters"])
+    return "; ".join(reasons)

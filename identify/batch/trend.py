@@ -1,0 +1,125 @@
+"""A straight line through values over dates, weighted by their standard errors, and whether its slope is real.
+
+Dives differ by more than their own intervals tell (ballast, currents, what was dived). So the values are taken to
+scatter about the line by a common variance beside their own, found so that the weighted squares of the residuals
+come out as they should (Paule and Mandel 1982, there for a mean, here for a line), and the slope is judged by Student's
+t with n - 2 degrees of freedom (Knapp and Hartung 2003).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from identify.dive import Array
+
+FEWEST = 3
+LEVEL = 0.05
+_HALVINGS = 200
+
+
+@dataclass(frozen=True)
+class Trend:
+    """The line `mean + slope_per_s * (t - mid_s)`, and what it changes by from `first_s` to `last_s`, Unix times.
+
+    `scatter` is the standard deviation between dives beside their own standard errors. `p` is the chance of a slope
+    as large where there is none.
+    """
+
+    count: int
+    first_s: float
+    last_s: float
+    mid_s: float
+    mean: float
+    slope_per_s: float
+    scatter: float
+    change: float
+    change_std: float
+    low95: float
+    high95: float
+    p: float
+
+    def at(self, unix_s: float) -> float:
+        return self.mean + self.slope_per_s * (unix_s - self.mid_s)
+
+    def percent(self, difference: float) -> float:
+        """A difference in per cent of where the line begins; of its mean, where it does not begin above zero."""
+        begin = self.at(self.first_s)
+        return 100 * difference / (begin if begin > 0 else abs(self.mean) or 1.0)
+
+    @property
+    def is_real(self) -> bool:
+        """Whether the slope is significant, taken by itself."""
+        return self.p < LEVEL
+
+
+def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
+    """The trend of values (n,) with standard errors (n,) > 0 at Unix times (n,).
+
+    None for fewer than three, or where all are of one moment.
+    """
+    span_s = float(np.ptp(unix_s)) if len(unix_s) else 0.0
+    if len(unix_s) < FEWEST or span_s <= 0:
+        return None
+    x = (unix_s - unix_s.min()) / span_s
+    between = _variance_between(x, value, std)
+    mean, slope, middle, slope_variance, _ = _line(x, value, std**2 + between)
+    slope_std = float(np.sqrt(slope_variance))
+    student = stats.t(len(x) - 2)
+    reach = float(student.ppf(1 - LEVEL / 2)) * slope_std
+    return Trend(
+        len(x),
+        float(unix_s.min()),
+        float(unix_s.max()),
+        float(unix_s.min()) + middle * span_s,
+        mean,
+        slope / span_s,
+        float(np.sqrt(between)),
+        slope,
+        slope_std,
+        slope - reach,
+        slope + reach,
+        float(2 * student.sf(abs(slope) / slope_std)),
+    )
+
+
+def holm(chances: Mapping[str, float]) -> dict[str, float]:
+    """Each p raised so that one false alarm among them all is no likelier than it says (Holm 1979)."""
+    adjusted: dict[str, float] = {}
+    highest = 0.0
+    for rank, name in enumerate(sorted(chances, key=lambda name: chances[name])):
+        highest = max(highest, min(1.0, (len(chances) - rank) * chances[name]))
+        adjusted[name] = highest
+    return adjusted
+
+
+def _line(x: Array, y: Array, variance: Array) -> tuple[float, float, float, float, float]:
+    """Mean, slope, weighted middle of x, variance of the slope, and the weighted sum of squared residuals."""
+    weight = 1 / variance
+    middle = float(np.average(x, weights=weight))
+    mean = float(np.average(y, weights=weight))
+    spread = float(weight @ (x - middle) ** 2)
+    slope = float(weight @ ((x - middle) * (y - mean))) / spread
+    residual = y - mean - slope * (x - middle)
+    return mean, slope, middle, 1 / spread, float(weight @ residual**2)
+
+
+def _variance_between(x: Array, y: Array, std: Array) -> float:
+    """The variance beside `std` with which the weighted squared residuals sum to n - 2; 0 where less suffices."""
+    expected = len(x) - 2
+
+    def excess(between: float) -> float:
+        return _line(x, y, std**2 + between)[4] - expected
+
+    if excess(0.0) <= 0:
+        return 0.0
+    low, high = 0.0, float(np.var(y) + np.max(std) ** 2)
+    while excess(high) > 0:
+        high *= 2
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if excess(middle) > 0 else (low, middle)
+    return high
