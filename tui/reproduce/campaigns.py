@@ -10,7 +10,7 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive
 from identify.estimators.paper import PaperOptions, TrainingCurves, estimate_with_curves, window_ends
-from identify.estimators.paper_physics import closed_form, excited, fixed_values, samples
+from identify.estimators.paper_physics import PAPER_DOFS, closed_form, excited, fixed_values, samples
 from identify.estimators.table import DEFAULT, estimator
 from identify.filters import AlignedDive, aligned
 from identify.identification import Identification
@@ -21,7 +21,9 @@ from tui.reproduce.coupling import Term, matrices
 VEHICLE = "ruvifist"
 CONFIGURATIONS = ("survey", "hovering")
 HEADING: HeadingReference = "linear"
-DIVE_SHARE, PAPER_SHARE = 0.5, 0.35
+DIVE_SHARE = 0.5
+PAPER_SHARE = 0.7
+"""Of what follows the dive, the paper's training."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,24 @@ def campaign(
         progress=lambda share: progress(DIVE_SHARE * share),
     )
     dive = read_dive(folder.path, None, file)
-    paper, curves = estimate_with_curves(
-        dive, file, configuration, lambda share, _: progress(DIVE_SHARE + PAPER_SHARE * share), options
+    return identified(
+        dive, file, configuration, options, lambda share: progress(DIVE_SHARE + (1 - DIVE_SHARE) * share)
     )
-    begun = DIVE_SHARE + PAPER_SHARE
+
+
+def identified(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    options: PaperOptions,
+    progress: Callable[[float], None],
+) -> Campaign:
+    """What the paper's method, its loss and the default method make of a recorded campaign."""
+    paper, curves = estimate_with_curves(
+        dive, file, configuration, lambda share, _: progress(PAPER_SHARE * share), options
+    )
     ours = estimator(DEFAULT)(
-        dive, file, configuration, lambda share, _: progress(begun + (1 - begun) * share)
+        dive, file, configuration, lambda share, _: progress(PAPER_SHARE + (1 - PAPER_SHARE) * share)
     )
     grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
     _, dofs = excited(grid)
@@ -82,7 +96,7 @@ def campaign(
         best_of_loss(grid, file, configuration, options),
         ours,
         load_truth(file, configuration).model,
-        matrices(grid) if 1 in dofs else (),
+        matrices(grid) if dofs == PAPER_DOFS else (),
     )
 
 

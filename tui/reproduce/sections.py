@@ -13,6 +13,7 @@ from tui.reproduce.comparisons import Comparison, configurations, lever, table_5
 from tui.reproduce.published import PARAMETERS, POWER_RISE, POWER_SPEED, TABLE_5, TRANSIENT
 from tui.reproduce.run import Reproduction
 
+TRAINED = 0.05
 PLACES = {"survey": ("Table 3", "Fig. 6", "Fig. 7"), "hovering": ("Table 4", "Fig. 8", "Fig. 9")}
 ROWS = {"X_udot": "M_u", "Y_vdot": "M_v", "I_r": "I_r", "D_u": "D_u", "D_v": "D_v", "D_r": "D_r"}
 """What the tables show, and the coefficient that each row is of: the paper's X is that less the dry mass."""
@@ -33,8 +34,23 @@ def campaign_section(one: Campaign, shape: Configuration) -> Section:
         f"{count(one.paper.samples)} windows of samples from {seconds(one.dive.duration_s)}. Our values are those of "
         f"the method {one.ours.method}: {one.ours.outcome.value}."
     )
-    return Section(
-        f"{table}: {one.configuration}", words, (parameter_table(one, shape, table),), tuple(drawn)
+    tables = (parameter_table(one, shape, table),)
+    return Section(f"{table}: {one.configuration}", words, tables, tuple(drawn), _unended(one))
+
+
+def _unended(one: Campaign) -> str:
+    """A warning where the training is still far from where it tends to."""
+    apart = {
+        name: abs(value - one.closed[name]) / max(value, one.closed[name])
+        for name, value in one.paper.values().items()
+    }
+    far = [f"{name} by {fixed(100 * share, 0)} %" for name, share in apart.items() if share > TRAINED]
+    if not far:
+        return ""
+    return (
+        "Warning: the training had not ended\n\n"
+        f"It is off the least of its loss in {', '.join(far)}. The validation dives fly these values: give --network "
+        "more epochs."
     )
 
 

@@ -1,0 +1,145 @@
+"""The page and the JSON from short dives: every table and figure of the paper is there, and nothing from elsewhere."""
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+from direct_dive import dive
+
+from bridge.simulator.missions import Mission, rest, run, turn
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+from identify.estimators.paper import PaperOptions
+from tui import show
+from tui.commands.reproduce import options
+from tui.reproduce import page, results
+from tui.reproduce.campaigns import identified
+from tui.reproduce.comparisons import validation
+from tui.reproduce.run import Reproduction, planned
+from tui.reproduce.sections import campaign_section
+from tui.reproduce.trials import legs
+
+TINY = PaperOptions(hidden=4, depth=1, epochs=40, batch=32, threads=1)
+
+
+def campaign_legs(sways):
+    """A minute and a half that moves every axis of the configuration."""
+    mission = rest("start", 2.0)
+    for speed in (0.4, 0.2):
+        mission += run(f"ahead {speed}", speed, 0.0, 10.0 * speed) + rest("stop", 1.0)
+        mission += run(f"aside {speed}", 0.0, speed, 8.0 * speed) if sways else []
+    for angle in (1.5, -1.5):
+        mission += turn(f"turn {angle}", angle, 0.2, "linear") + rest("rest", 2.0)
+    return tuple(mission)
+
+
+@pytest.fixture(scope="module")
+def done():
+    file = load_vehicle("ruvifist")
+    campaigns = {}
+    for name in ("survey", "hovering"):
+        mission = Mission(name, campaign_legs(sways=name == "hovering"))
+        recorded = dive(file, name, mission, Mode.OFF)
+        campaigns[name] = identified(recorded, file, name, TINY, lambda _: None)
+    flown = {
+        trial.name: dive(
+            file,
+            trial.configuration,
+            Mission(trial.name, tuple(legs(trial.shape))),
+            trial.mode,
+            trial.coefficients,
+        )
+        for trial in planned(file, campaigns)
+    }
+    return Reproduction(file, TINY, 100_001, campaigns, flown)
+
+
+@pytest.fixture(scope="module")
+def text(done, tmp_path_factory):
+    return page.write(tmp_path_factory.mktemp("page") / "page.html", done).read_text(encoding="utf-8")
+
+
+def test_every_table_and_figure_of_the_campaign_and_validation_is_on_the_page(text):
+    for number in (3, 4, 5):
+        assert f"Table {number}" in text
+    for number in (*range(6, 17), "17 (a)", "17 (b)"):
+        assert re.search(rf"As Fig\. {re.escape(str(number))}[.:]", text), number
+    assert "eq. 17" in text
+
+
+def test_the_page_says_where_numbers_do_not_fit_where_they_do_and_what_was_left_open(text):
+    for heading in (
+        "Where the numbers do not fit",
+        "Where they fit",
+        "Left open: heave",
+        "Left open: yaw inertia in the feed-forward",
+        "Left open: terms off the diagonal",
+    ):
+        assert f"{heading}</h2>" in text
+
+
+def test_the_page_needs_nothing_beside_it(text):
+    assert not re.search(r"https?://|<script|<img|url\(|<link|@import", text)
+
+
+def test_the_paper_stands_beside_the_vehicle_that_is_made_of_it(text):
+    row = re.search(r"<tr><th scope=\"row\">D_v, N/\(m/s\)</th>(.*?)</tr>", text)
+    assert row is not None
+    cells = re.findall(r">([^<]*)</td>", row.group(1))
+    assert cells[:2] == ["53.05", "53.05"]
+
+
+def test_a_parameter_that_the_paper_does_not_print_is_said_to_be_so(text):
+    row = re.search(r"<tr><th scope=\"row\">I_r, kg m²</th>(.*?)</tr>", text)
+    assert row is not None
+    assert "not printed" in row.group(1)
+
+
+@pytest.mark.parametrize("configuration", ["survey", "hovering"])
+def test_training_tends_to_the_least_of_the_loss(done, configuration):
+    one = done.campaigns[configuration]
+    assert one.paper.values() == pytest.approx(dict(one.closed), rel=0.02)
+
+
+def test_a_training_that_was_cut_short_is_warned_of(done):
+    one = done.campaigns["survey"]
+    shape = done.file.vehicle.configurations["survey"]
+    early = {"epochs": 1, "batch": 1000}
+    begun = identified(one.dive, done.file, "survey", replace(TINY, **early), lambda _: None)
+    assert "had not ended" in campaign_section(begun, shape).warning
+    assert not campaign_section(one, shape).warning
+
+
+def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
+    runs = results.to_json(done)["left_open"]["turns"]
+    without, with_it = (runs[f"smooth reference, {what}"] for what in ("no inertia", "inertia"))
+    assert with_it["lag_s"] < 0.5 * without["lag_s"]
+    assert with_it["error_deg"] < 0.5 * without["error_deg"]
+
+
+def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
+    truth = done.campaigns["survey"].truth
+    row = next(r for r in validation(done) if r.what == "heading behind the ramp")
+    assert row.paper == 1.0
+    assert row.by_paper == pytest.approx(truth["I_r"] / truth["D_r"], abs=0.35)
+
+
+def test_the_json_is_plain_and_holds_every_validation_number(done):
+    data = json.loads(json.dumps(show.plain(results.to_json(done)), allow_nan=False))
+    assert {row["figure"] for row in data["validation"]} == {f"Fig. {n}" for n in range(10, 18) if n != 0}
+    assert len(data["table_5"]["rows"]) == 8
+    assert all(len(row["values"]) == len(data["table_5"]["columns"]) for row in data["table_5"]["rows"])
+    assert data["campaigns"]["hovering"]["published"]["X_udot"]["value"] == 39.6
+    assert [point["title"] for point in data["does_not_fit"]]
+
+
+def test_the_verdict_counts_the_points_that_do_not_fit(done):
+    misfits = len(results.to_json(done)["does_not_fit"])
+    assert f"{misfits} points of the paper do not fit" in page.verdict(done)
+
+
+def test_the_network_is_small_unless_another_is_asked_for():
+    small, own = options(None), options([1024, 5, 100])
+    assert small.hidden < own.hidden == 1024
+    assert (own.depth, own.epochs) == (5, 100)
