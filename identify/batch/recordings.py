@@ -35,7 +35,7 @@ def find_recordings(
     """
     paths = sorted((path for word in words for path in _paths(word)), key=Path.is_file)
     recordings: dict[str, Recording] = {}
-    twins: list[tuple[Path, Path]] = []
+    twins: dict[Path, Path] = {}
     unreadable: list[Result] = []
     for number, path in enumerate(paths):
         progress(number / len(paths), f"read {path.name}")
@@ -46,10 +46,10 @@ def find_recordings(
             unreadable.append(Result(str(path), name_of(path), str(path), "", error=str(error), final=False))
             continue
         if sha256 in recordings:
-            twins.append((path, recordings[sha256].path))
+            twins[path] = recordings[sha256].path
         else:
             recordings[sha256] = Recording(name_of(path), path, files, sha256)
-    return Found(tuple(recordings.values()), tuple(twins), tuple(unreadable))
+    return Found(tuple(recordings.values()), tuple(twins.items()), tuple(unreadable))
 
 
 def name_of(path: Path) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtr, stdtrit
 
 from identify.dive import Array
 
@@ -66,8 +66,8 @@ def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
     between = _variance_between(x, value, std)
     mean, slope, middle, slope_variance, _ = _line(x, value, std**2 + between)
     slope_std = float(np.sqrt(slope_variance))
-    student = stats.t(len(x) - 2)
-    reach = float(student.ppf(1 - LEVEL / 2)) * slope_std
+    freedom = len(x) - 2
+    reach = float(stdtrit(freedom, 1 - LEVEL / 2)) * slope_std
     return Trend(
         len(x),
         float(unix_s.min()),
@@ -80,7 +80,7 @@ def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
         slope_std,
         slope - reach,
         slope + reach,
-        float(2 * student.sf(abs(slope) / slope_std)),
+        float(2 * stdtr(freedom, -abs(slope) / slope_std)),
     )
 
 

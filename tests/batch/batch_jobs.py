@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.errors import FitError
+from bridge.vehicle.config import load_vehicle
 from identify.batch.jobs import Job, job_for
 from identify.batch.recordings import find_recordings
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PATIENCE_S = 60.0
+FILE = load_vehicle("ruvifist:hovering")
 
 
 def job_on(path, function, file):

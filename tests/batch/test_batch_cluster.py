@@ -8,10 +8,9 @@ import pytest
 from dask_cluster import cluster
 
 from bridge.errors import LinkLost, LinkTimeout
-from bridge.vehicle.config import load_vehicle
 from identify.batch.cluster import run_on_cluster
 
-FILE = load_vehicle("ruvifist:hovering")
+FILE = batch_jobs.FILE
 
 
 def jobs(paths, *functions):

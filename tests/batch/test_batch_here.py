@@ -6,11 +6,10 @@ from collections import Counter
 import batch_jobs
 import pytest
 
-from bridge.vehicle.config import load_vehicle
 from identify.batch.jobs import run_job
 from identify.batch.local import run_here
 
-FILE = load_vehicle("ruvifist:hovering")
+FILE = batch_jobs.FILE
 
 
 def jobs(paths, function):

@@ -1,0 +1,110 @@
+"""What a batch keeps: an interrupted one goes on, and nothing is done or counted twice."""
+
+import batch_jobs
+import pytest
+
+from bridge.errors import LinkLost, LogError
+from identify.batch.cache import Cache
+from identify.batch.jobs import Result, run_job
+from identify.batch.run import Standing, run_batch
+
+
+@pytest.fixture
+def jobs(tmp_path):
+    paths = batch_jobs.recordings(tmp_path / "dives", 4)
+    return [batch_jobs.job_on(path, "size", batch_jobs.FILE) for path in paths]
+
+
+@pytest.fixture
+def open_cache(tmp_path):
+    opened = []
+
+    def open_():
+        opened.append(Cache(tmp_path / "out" / "results.jsonl"))
+        return opened[-1]
+
+    yield open_
+    for cache in opened:
+        cache.close()
+
+
+class Engine:
+    """Does jobs here and now; `stop_before` ends it as a lost scheduler would."""
+
+    def __init__(self, stop_before=None):
+        self.stop_before = stop_before
+        self.done = []
+
+    def __call__(self, jobs):
+        for number, job in enumerate(jobs):
+            if number == self.stop_before:
+                raise LinkLost("gone")
+            self.done.append(job.key)
+            yield run_job(job)
+
+
+def test_a_batch_that_was_stopped_goes_on_with_what_is_left(jobs, open_cache):
+    first, second = Engine(stop_before=2), Engine()
+    with pytest.raises(LinkLost):
+        run_batch(jobs, open_cache(), first, lambda _: None)
+    results = run_batch(jobs, open_cache(), second, lambda _: None)
+    assert len(first.done) == 2
+    assert sorted(first.done + second.done) == sorted(job.key for job in jobs)
+    assert sorted(r.key for r in results) == sorted(job.key for job in jobs)
+    assert all(r.answer for r in results)
+
+
+def test_a_result_that_was_cut_while_it_was_written_is_done_again_and_costs_no_other(jobs, open_cache):
+    cache = open_cache()
+    run_batch(jobs[:2], cache, Engine(), lambda _: None)
+    cache.path.write_bytes(cache.path.read_bytes()[:-20])
+    again = Engine()
+    results = run_batch(jobs, open_cache(), again, lambda _: None)
+    assert len(results) == 4
+    assert again.done == [jobs[1].key, jobs[2].key, jobs[3].key]
+    assert len(open_cache()) == 4
+
+
+def test_lines_that_are_none_of_ours_are_passed_over(open_cache):
+    cache = open_cache()
+    cache.path.write_text('[1]\n{"key": "a"}\nnonsense\n\n')
+    assert len(open_cache()) == 0
+
+
+def test_a_failure_that_may_pass_is_not_kept(open_cache):
+    cache = open_cache()
+    cache.add(Result("a", "dive", "dive.tlog", "0", None, "killed", final=False))
+    cache.add(Result("b", "dive", "dive.tlog", "0", None, "too short", final=True))
+    assert open_cache().get("a") is None
+    assert open_cache().get("b").error == "too short"
+
+
+def test_a_recording_that_moved_keeps_its_result_under_its_new_name(jobs, open_cache, tmp_path):
+    run_batch(jobs, open_cache(), Engine(), lambda _: None)
+    moved = tmp_path / "moved.tlog"
+    jobs[0].recording.path.rename(moved)
+    job = batch_jobs.job_on(moved, "size", batch_jobs.FILE)
+    idle = Engine()
+    (result,) = run_batch([job], open_cache(), idle, lambda _: None)
+    assert (result.dive, result.source, idle.done) == ("moved", str(moved), [])
+
+
+def test_the_standing_counts_what_is_kept_done_and_failed(jobs, open_cache):
+    cache = open_cache()
+    run_batch(jobs[:1], cache, Engine(), lambda _: None)
+    bad = batch_jobs.job_on(jobs[1].recording.path, "refuse", batch_jobs.FILE)
+    told = []
+    run_batch([jobs[0], bad, jobs[2]], cache, Engine(), told.append)
+    assert told == [Standing(3, 1, 0, 0), Standing(3, 1, 1, 1), Standing(3, 1, 2, 1)]
+    assert told[1].share == pytest.approx(2 / 3)
+
+
+def test_time_left_follows_the_pace_of_what_was_done_now():
+    assert Standing(10, 4, 0, 0).time_left_s(5.0) is None
+    assert Standing(10, 4, 2, 0).time_left_s(20.0) == 40.0
+
+
+def test_a_place_that_can_not_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LogError, match="give another folder with --out"):
+        Cache(tmp_path / "file" / "results.jsonl")

@@ -1,0 +1,87 @@
+"""What trends mean: each planted story is told as itself, and nothing planted as nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identify.batch.drift import Story, drift_of, percent
+from identify.batch.rows import Row, Value
+
+DAY_S = 86400.0
+START_S = 1.77e9
+TRUE = {"M_u": 111.0, "M_v": 113.0, "I_r": 16.0, "D_u": 56.0, "D_v": 53.0, "D_r": 26.0}
+SPREAD = {"M_u": 0.011, "M_v": 0.015, "I_r": 0.014, "D_u": 0.005, "D_v": 0.006, "D_r": 0.005}
+
+
+def dives(mass=0.0, damping=0.0, thrust=0.0, seed=7, count=12):
+    """Weekly dives in which mass, damping and thrust grow by these shares from the first to the last."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for number in range(count):
+        share = number / (count - 1)
+        values = {}
+        for name, true in TRUE.items():
+            grown = true * (1 + share * (mass if name[0] in "MI" else damping)) / (1 + share * thrust)
+            std = SPREAD[name] * grown
+            value = grown + std * rng.normal()
+            values[name] = Value(value, std, value - 1.96 * std, value + 1.96 * std)
+        when = START_S + 7 * DAY_S * number
+        rows.append(
+            Row(f"dive {number}", f"{number}.tlog", str(number), "only", "converged", when, values=values)
+        )
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("planted", "story"),
+    [
+        ({}, Story.STEADY),
+        ({"damping": 0.2}, Story.FOULING),
+        ({"damping": -0.15}, Story.CLEANER),
+        ({"thrust": -0.12}, Story.WEAKER),
+        ({"thrust": 0.12}, Story.STRONGER),
+        ({"mass": 0.1}, Story.HEAVIER),
+        ({"mass": -0.1}, Story.LIGHTER),
+        ({"mass": 0.1, "damping": 0.3}, Story.SEVERAL),
+    ],
+)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_each_story_is_told_as_what_it_is(planted, story, seed):
+    drift = drift_of(dives(**planted, seed=seed))
+    assert drift.story is story
+    assert drift.sentence.startswith(story.value)
+
+
+def test_the_change_is_told_in_per_cent_with_its_interval():
+    drift = drift_of(dives(damping=0.2))
+    assert percent(drift.damping.low95) < 20 < percent(drift.damping.high95)
+    assert "Over 12 dives from 2026-02-02 02:40 to 2026-04-20 02:40: mass " in drift.sentence
+    assert {"D_u", "D_v", "D_r"} == drift.real
+
+
+def test_weak_thrust_with_a_falling_battery_names_the_battery():
+    rows = dives(thrust=-0.15)
+    volts = [replace(row, voltage_v=16.0 - 0.1 * number) for number, row in enumerate(rows)]
+    assert "The pack voltage fell by 1.1 V" in drift_of(volts).sentence
+    steady = [replace(row, voltage_v=16.0) for row in rows]
+    assert "voltage" not in drift_of(steady).sentence
+
+
+def test_dampings_alone_can_not_tell_drag_from_thrust():
+    rows = [
+        replace(row, values={name: v for name, v in row.values.items() if name[0] == "D"})
+        for row in dives(damping=0.2)
+    ]
+    assert drift_of(rows).story is Story.UNCLEAR
+
+
+def test_two_dives_or_none_that_is_dated_are_too_few():
+    assert drift_of(dives(count=2)).sentence == f"{Story.TOO_FEW.value}."
+    undated = [replace(row, unix_s=None) for row in dives()]
+    assert drift_of(undated).story is Story.TOO_FEW
+
+
+def test_nothing_planted_is_seldom_called_a_story():
+    told = [drift_of(dives(seed=seed)).story for seed in range(60)]
+    assert sum(story is not Story.STEADY for story in told) <= 9

@@ -1,0 +1,97 @@
+"""DIVES of a command line to recordings: each once, in whatever way it was given."""
+
+import batch_jobs
+import pytest
+
+from bridge.errors import LogError
+from identify.batch.dates import date_in_name, utc
+from identify.batch.recordings import find_recordings, name_of
+
+
+def put(path, data):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
+    return path
+
+
+@pytest.fixture
+def dives(tmp_path):
+    root = tmp_path / "dives"
+    put(root / "2026-11-20T0912Z-hovering" / "telemetry.tlog", b"a")
+    put(root / "2026-11-20T0912Z-hovering" / "telemetry.2.tlog", b"b")
+    put(root / "2026-11-20T0912Z-hovering" / "dive.yaml", b"notes: none")
+    put(root / "lake" / "1.BIN", b"c")
+    put(root / "lake" / "2.tlog.gz", b"d")
+    put(root / "lake" / "table.csv", b"time_s")
+    put(root / ".trash" / "old.tlog", b"e")
+    return root
+
+
+def names(found):
+    return sorted(recording.name for recording in found.recordings)
+
+
+def test_a_folder_gives_its_dive_folders_and_recordings_but_no_stray_table(dives):
+    found = find_recordings([str(dives)])
+    assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
+    (folder,) = (r for r in found.recordings if r.path.is_dir())
+    assert [file.name for file in folder.files] == ["telemetry.tlog", "telemetry.2.tlog"]
+
+
+def test_a_table_that_is_named_counts(dives):
+    assert names(find_recordings([str(dives / "lake" / "table.csv")])) == ["table"]
+
+
+def test_a_pattern_gives_what_it_matches(dives):
+    assert names(find_recordings([str(dives / "2026-*")])) == ["2026-11-20T0912Z-hovering"]
+    assert names(find_recordings([str(dives / "**" / "*.gz")])) == ["2"]
+
+
+def test_the_same_bytes_given_twice_count_once_and_the_dive_folder_is_the_one(dives):
+    copy = put(dives / "copy.tlog", b"ab")
+    found = find_recordings([str(copy), str(dives), str(dives / "lake")])
+    assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
+    assert sorted(str(path.relative_to(dives)) for path, _ in found.twins) == [
+        "copy.tlog",
+        "lake/1.BIN",
+        "lake/2.tlog.gz",
+    ]
+    assert dict(found.twins)[copy] == dives / "2026-11-20T0912Z-hovering"
+
+
+@pytest.mark.parametrize("word", ["missing.tlog", "none-*.tlog", "empty"])
+def test_a_word_that_means_no_recording_is_an_error_that_names_it(tmp_path, monkeypatch, word):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(LogError, match=word.replace("*", r"\*")):
+        find_recordings([word])
+
+
+def test_a_recording_that_can_not_be_read_is_a_failure_of_its_own(dives):
+    (dives / "gone.tlog").symlink_to(dives / "nowhere.tlog")
+    found = find_recordings([str(dives)])
+    assert len(found.recordings) == 3
+    (failure,) = found.unreadable
+    assert (failure.source, failure.final) == (str(dives / "gone.tlog"), False)
+    assert "no such file" in failure.error
+
+
+def test_names_lose_their_ending_and_dates_are_read_from_them(tmp_path):
+    assert name_of(tmp_path / "a.tlog.gz") == "a"
+    assert name_of(tmp_path / "00000042.BIN") == "00000042"
+    assert utc(date_in_name("2026-11-20T0912Z-hovering")) == "2026-11-20 09:12"
+    assert utc(date_in_name("2023-04-18")) == "2023-04-18 00:00"
+    assert date_in_name("2023-13-18") is None
+    assert utc(date_in_name("lake")) == "-"
+
+
+def test_jobs_differ_by_what_their_answers_depend_on(dives):
+    file = batch_jobs.FILE
+    job = batch_jobs.job_on(dives / "lake" / "1.BIN", "size", file)
+    assert job.key == batch_jobs.job_on(dives / "lake" / "1.BIN", "size", file).key
+    others = [
+        batch_jobs.job_on(dives / "lake" / "2.tlog.gz", "size", file),
+        batch_jobs.job_on(dives / "lake" / "1.BIN", "meet", file),
+        batch_jobs.job_on(dives / "lake" / "1.BIN", "size", batch_jobs.load_vehicle("ruvifist:survey")),
+    ]
+    assert len({job.key, *(other.key for other in others)}) == 4
