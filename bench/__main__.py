@@ -1,27 +1,35 @@
-"""`make bench`: every measurement, into docs/benchmarks.md. Resumes where it stopped (runs/)."""
+"""`make bench`: measurements, into docs/benchmarks.md. Resumes where it stopped (runs/).
+
+Name sections to run those alone; the others stay on the page as they are.
+"""
 
 import argparse
 from pathlib import Path
 
-from rich.progress import track
-
-from bench import coverage, paper_noise
+from bench.document import read, written
+from bench.sections import SECTIONS, Run
 
 ROOT = Path(__file__).resolve().parents[1]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    parser.add_argument("--seeds", type=int, default=40, help="seeds of the coverage (default: 40)")
+    parser.add_argument(
+        "sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)} (default: all)"
+    )
+    parser.add_argument("--short", action="store_true", help="fewer seeds: 100 missions for the accuracy")
     arguments = parser.parse_args()
-    cache = ROOT / "runs" / "coverage.jsonl"
-    cache.parent.mkdir(exist_ok=True)
-    whole = coverage.trials(range(1, arguments.seeds + 1), cache)
-    found = list(track(whole, "coverage", total=14 * arguments.seeds))
-    docs = ROOT / "docs"
-    sections = [coverage.page(found), paper_noise.page(docs / "paper_noise.html")]
-    head = "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it.\n\n"
-    (docs / "benchmarks.md").write_text(head + "\n".join(sections), encoding="utf-8")
+    unknown = [name for name in arguments.sections if name not in SECTIONS]
+    if unknown:
+        parser.error(f"there is no section {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
+    run = Run(ROOT / "runs", ROOT / "docs", ROOT / "bench" / "results", arguments.short)
+    run.cache.mkdir(exist_ok=True)
+    target = run.docs / "benchmarks.md"
+    for name in arguments.sections or SECTIONS:
+        page = SECTIONS[name](run)
+        # Written after each, so that what was measured is on the page whatever becomes of the rest.
+        sections = read(target.read_text(encoding="utf-8")) if target.exists() else {}
+        target.write_text(written({**sections, name: page}, tuple(SECTIONS)), encoding="utf-8")
 
 
 if __name__ == "__main__":

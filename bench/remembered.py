@@ -3,6 +3,7 @@
 import json
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -61,8 +62,11 @@ class Remembered:
             context = multiprocessing.get_context("spawn")
             with ProcessPoolExecutor(PROCESSES, context, _take_one_core) as pool:
                 running = {pool.submit(job): key for key, job in missing.items()}
-                for done in track(as_completed(running), words, total=len(running)):
-                    self.put(running[done], done.result())
+                try:
+                    for done in track(as_completed(running), words, total=len(running)):
+                        self.put(running[done], done.result())
+                finally:
+                    pool.shutdown(cancel_futures=True)
         return {key: self._known[key] for key in jobs}
 
     def _take(self, line: str) -> None:
@@ -75,5 +79,6 @@ class Remembered:
 
 
 def _take_one_core() -> None:
-    """Before torch or numba is imported in a worker: its neighbour has the other core."""
+    """Before torch or numba is imported in a worker: its neighbour has the other core. Ctrl-C ends it job done."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))

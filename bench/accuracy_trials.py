@@ -1,0 +1,208 @@
+"""What every method makes of every mission of the accuracy benchmark, and what the bound allows: trials, kept.
+
+A trial is one method on one seed, or the bound of one seed. Its key holds a stamp of the code that makes it, so that
+a figure of older code is never shown for the present one.
+"""
+
+import ast
+import gzip
+import hashlib
+import json
+import math
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from bench.bound import cramer_rao
+from bench.missions.mission import draw_one
+from bench.remembered import Data, Job, Remembered
+from bridge.errors import FitError
+from identify.estimators.table import METHODS as PRODUCT
+from identify.estimators.table import Estimator, estimator
+
+ROOT = Path(__file__).resolve().parents[1]
+BOUND = "bound"
+OWN = {
+    "closed form": "bench.closed_form",
+    "least squares": "bench.baselines.least_squares",
+    "PySINDy": "bench.baselines.sindy",
+    "PySINDy weak": "bench.baselines.sindy_weak",
+}
+ORDER = ("likelihood", "pinn", *OWN)
+SEEDS_AT_MOST = {"PySINDy weak": 100}
+"""The weak form takes PySINDy some 3 s a mission: it is run on the short form's missions alone."""
+
+SOURCES = {
+    BOUND: ("bench/missions", "bench/bound", "bridge/vehicle"),
+    "product": ("bench/missions", "bridge/vehicle", "identify/*.py", "identify/estimators"),
+    "own": (
+        "bench/missions",
+        "bridge/vehicle",
+        "bench/baselines",
+        "bench/closed_form.py",
+        "identify/filters.py",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Stated:
+    """One coefficient as a method states it; `std` of its logarithm or NaN, `doubted` where it warns of it."""
+
+    value: float
+    low95: float
+    high95: float
+    doubted: bool
+
+    @property
+    def std(self) -> float:
+        """Relative standard error: of the logarithm, as the interval is, where that is positive."""
+        if self.low95 > 0:
+            return math.log(self.high95 / self.low95) / (2 * 1.959963984540054)
+        return (self.high95 - self.low95) / (2 * 1.959963984540054 * abs(self.value))
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A mission, its truth by coefficient, and the least relative error of each."""
+
+    seed: int
+    kind: str
+    duration_s: float
+    truth: dict[str, float]
+    least: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A method's answer to a mission: what it states, what it refuses, and in which words it ended."""
+
+    seed: int
+    method: str
+    stated: dict[str, Stated]
+    refused: tuple[str, ...]
+    outcome: str
+    seconds: float
+
+
+def available() -> tuple[str, ...]:
+    """The methods there are, in the page's order."""
+    return tuple(method for method in ORDER if method in PRODUCT or method in OWN)
+
+
+def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[Trial]]:
+    """Bounds and trials of all seeds; what `kept` lacks is measured, a core each."""
+    jobs: dict[str, Job] = {}
+    for seed in seeds:
+        jobs[_key(BOUND, seed)] = partial(bound_job, seed)
+    for method in available():
+        for seed in _seeds_of(method, seeds):
+            jobs[_key(method, seed)] = partial(method_job, method, seed)
+    found = kept.fill(dict(sorted(jobs.items(), key=lambda job: _seed_of(job[0]))), "accuracy")
+    return known(found)
+
+
+def known(found: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
+    """Bounds and trials from their JSON by key."""
+    bounds, trials = [], []
+    for data in found.values():
+        if "least" in data:
+            bounds.append(Bound(**data))
+        else:
+            stated = {name: _stated(row) for name, row in data["stated"].items()}
+            trials.append(Trial(**{**data, "stated": stated, "refused": tuple(data["refused"])}))
+    return bounds, trials
+
+
+def bound_job(seed: int) -> Data:
+    """The bound of a seed's mission, as JSON."""
+    mission = draw_one(seed)
+    return {
+        "seed": seed, "kind": mission.kind, "duration_s": mission.dive.duration_s,
+        "truth": mission.truth, "least": cramer_rao(mission),
+    }  # fmt: skip
+
+
+def method_job(method: str, seed: int) -> Data:
+    """A method's answer to a seed's mission, as JSON; only what the mission holds a truth of."""
+    mission = draw_one(seed)
+    estimate = cast(Estimator, import_module(OWN[method]).estimate) if method in OWN else estimator(method)
+    started = time.perf_counter()
+    stated: dict[str, list[float | bool | None]] = {}
+    outcome = "refused"
+    try:
+        found = estimate(mission.dive, mission.file, mission.configuration, lambda _share, _words: None)
+    except FitError:
+        return {
+            "seed": seed, "method": method, "stated": stated, "refused": list(mission.truth), "outcome": outcome,
+            "seconds": time.perf_counter() - started,
+        }  # fmt: skip
+    seconds = time.perf_counter() - started
+    doubted = {name for doubt in found.doubts for name in doubt.about}
+    for name in mission.truth:
+        p = found[name]
+        if p.identifiable:
+            stated[name] = [_finite(p.value), _finite(p.low95), _finite(p.high95), name in doubted]
+    return {
+        "seed": seed, "method": method, "stated": stated, "refused": [n for n in mission.truth if n not in stated],
+        "outcome": found.outcome.value, "seconds": seconds,
+    }  # fmt: skip
+
+
+def _finite(value: float) -> float | None:
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def _stated(row: list[float | bool | None]) -> Stated:
+    value, low95, high95 = (math.nan if number is None else float(number) for number in row[:3])
+    return Stated(value, low95, high95, bool(row[3]))
+
+
+def _seeds_of(method: str, seeds: Sequence[int]) -> Iterable[int]:
+    return seeds[: SEEDS_AT_MOST.get(method, len(seeds))]
+
+
+def _key(method: str, seed: int) -> str:
+    return f"{seed}:{method}:{stamp(BOUND if method == BOUND else 'own' if method in OWN else 'product')}"
+
+
+def _seed_of(key: str) -> int:
+    return int(key.split(":")[0])
+
+
+@cache
+def stamp(group: str) -> str:
+    """Ten hexadecimal digits of the code that a group of trials hangs on, whatever its layout and its words."""
+    digest = hashlib.sha256()
+    for source in SOURCES[group]:
+        for path in sorted(ROOT.glob(source)):
+            for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+                digest.update(_meaning(file.read_text(encoding="utf-8")).encode())
+    return digest.hexdigest()[:10]
+
+
+def _meaning(source: str) -> str:
+    """A module's syntax without comments, layout and docstrings."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            words = [s for s in body if isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant)]
+            node.body = [s for s in body if s not in words]  # type: ignore[attr-defined]
+    return ast.dump(tree)
+
+
+def pack(bounds: list[Bound], trials: list[Trial], path: Path) -> None:
+    """Write all results to a gzipped file of JSON lines, the same bytes for the same results."""
+    rows = [vars(bound) for bound in bounds]
+    for trial in trials:
+        stated = {name: [one.value, one.low95, one.high95, one.doubted] for name, one in trial.stated.items()}
+        rows.append({**vars(trial), "stated": stated})
+    rows.sort(key=lambda row: (row["seed"], str(row.get("method", ""))))
+    text = "".join(json.dumps(row) + "\n" for row in rows)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(gzip.compress(text.encode(), mtime=0))

@@ -1,0 +1,1 @@
+"""What others would do with a dive, each as `estimate(dive, file, configuration, progress) -> Identification`."""

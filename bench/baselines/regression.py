@@ -1,0 +1,129 @@
+"""Each axis's equation of motion as a regression of its acceleration on true terms alone.
+
+    nu_dot_i = (1 / M_i) (tau_i - g_i) - (D_i / M_i) nu_i + (products of velocities) + a constant
+so that the mass is one over the first coefficient and the damping the second over the first. The two products are
+those of C(nu) nu with a diagonal M; their coefficients, ratios of masses, are left free.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.dynamics import restoring
+from identify.dive import Dive
+from identify.filters import AlignedDive, aligned
+from identify.identification import Estimate, Identification, Outcome
+from identify.identification import estimate as one_estimate
+
+Array = NDArray[np.float64]
+
+PRODUCTS = (
+    ((2, 4), (1, 5)),
+    ((0, 5), (2, 3)),
+    ((1, 3), (0, 4)),
+    ((1, 2), (4, 5)),
+    ((0, 2), (3, 5)),
+    ((0, 1), (3, 4)),
+)
+"""Velocities whose products push each axis (Fossen 2011, eq. 6.44 for a diagonal M)."""
+
+LEAST_DRIVE = 1e-3
+"""Thrust below this share of one thruster's limit (N, or N m) weighs nothing."""
+
+Z95 = 1.959963984540054
+
+
+@dataclass(frozen=True)
+class AxisTerms:
+    """Terms of one axis on a uniform grid, (n,) each: thrust less restoring, velocity, the two products."""
+
+    dof: int
+    rate_hz: float
+    force: Array
+    velocity: Array
+    acceleration: Array
+    products: Array
+
+
+@dataclass(frozen=True)
+class AxisAnswer:
+    """Mass and damping with their standard deviations; NaN where the method states none."""
+
+    mass: float
+    damping: float
+    mass_std: float = float("nan")
+    damping_std: float = float("nan")
+
+
+def axis_terms(dive: Dive, file: VehicleFile, name: str, rate_hz: float, cutoff_hz: float) -> list[AxisTerms]:
+    """The terms of every axis that the dive pushes, where bottom velocity was known.
+
+    Raises FitError where the dive holds too little.
+    """
+    shape = file.vehicle.configurations[name]
+    grid = aligned(dive, file, name, rate_hz, cutoff_hz)
+    g = np.column_stack([np.broadcast_to(x, len(grid)) for x in restoring(shape, list(grid.attitude.T))])
+    found = []
+    for dof in range(6):
+        if grid.has[dof] and np.std(grid.tau[:, dof]) > LEAST_DRIVE * shape.thruster_limit_n:
+            found.append(_terms(grid, g, dof, rate_hz))
+    if not found:
+        raise FitError(f"{dive.name}: the thrusters pushed no axis; dive with changes of speed")
+    return found
+
+
+def _terms(grid: AlignedDive, g: Array, dof: int, rate_hz: float) -> AxisTerms:
+    nu = grid.nu
+    products = np.column_stack([nu[:, a] * nu[:, b] for a, b in PRODUCTS[dof]])
+    return AxisTerms(dof, rate_hz, grid.tau[:, dof] - g[:, dof], nu[:, dof], grid.nu_dot[:, dof], products)
+
+
+def answer_of(slope: float, drag: float, covariance: Array | None = None) -> AxisAnswer:
+    """Mass and damping from the coefficients of force and velocity, (2, 2) covariance by the delta method."""
+    mass, damping = 1.0 / slope, -drag / slope
+    if covariance is None:
+        return AxisAnswer(mass, damping)
+    by_mass, by_damping = np.array([-mass / slope, 0.0]), np.array([-damping / slope, -1.0 / slope])
+    stds = [float(np.sqrt(by @ covariance @ by)) for by in (by_mass, by_damping)]
+    return AxisAnswer(mass, damping, *stds)
+
+
+def identification(
+    method: str,
+    dive: Dive,
+    file: VehicleFile,
+    name: str,
+    found: dict[int, AxisAnswer],
+    samples: int,
+    wall_s: float,
+) -> Identification:
+    """What a regression found, in the product's own form."""
+    parameters = tuple(
+        _parameter(c.name, found.get(c.dof), c.kind == "mass", DOFS[c.dof]) for c in COEFFICIENTS
+    )
+    return Identification(
+        method,
+        Outcome.CONVERGED,
+        parameters,
+        name,
+        dive.name,
+        dive.sha256,
+        file.vehicle.name,
+        file.sha256,
+        dive.duration_s,
+        samples,
+        wall_s=wall_s,
+    )
+
+
+def _parameter(name: str, answer: AxisAnswer | None, is_mass: bool, axis: str) -> Estimate:
+    nan = float("nan")
+    if answer is None:
+        return one_estimate(name, nan, nan, nan, nan, f"the thrusters never pushed in {axis}")
+    value = answer.mass if is_mass else answer.damping
+    std = answer.mass_std if is_mass else answer.damping_std
+    return one_estimate(name, value, std, value - Z95 * std, value + Z95 * std)

@@ -1,0 +1,59 @@
+"""PySINDy (Brunton, Proctor and Kutz 2016) with the library of the true terms of each axis.
+
+Told which terms there are, its sparse regression has nothing left to select: threshold 0, so that no true term is
+dropped. Differentiation is what PySINDy recommends for noisy data, SmoothedFiniteDifference (Savitzky-Golay, cubic,
+over `SMOOTHED_S`). It states no interval. Needs the optional extra `bench`.
+"""
+
+import time
+
+import numpy as np
+import pysindy
+from numpy.typing import NDArray
+
+from bench.baselines.regression import AxisAnswer, AxisTerms, answer_of, axis_terms, identification
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.estimators.table import Progress
+from identify.identification import Identification
+
+Array = NDArray[np.float64]
+
+RATE_HZ = 20.0
+SMOOTHED_S = 1.0
+UNFILTERED_HZ = RATE_HZ / 2
+RIDGE = 1e-8
+
+
+def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+    """Masses and dampings of every axis that the dive pushes. Raises FitError where it holds too little."""
+    started = time.perf_counter()
+    terms = axis_terms(dive, file, configuration, RATE_HZ, UNFILTERED_HZ)
+    found = {axis.dof: fitted(axis, _differentiated()) for axis in terms}
+    progress(1.0, "solved")
+    wall_s = time.perf_counter() - started
+    return identification("PySINDy", dive, file, configuration, found, len(terms[0].force), wall_s)
+
+
+def _differentiated() -> pysindy.SINDy:
+    window = round(SMOOTHED_S * RATE_HZ) // 2 * 2 + 1
+    return pysindy.SINDy(
+        optimizer=optimizer(),
+        feature_library=pysindy.PolynomialLibrary(degree=1),
+        differentiation_method=pysindy.SmoothedFiniteDifference(smoother_kws={"window_length": window}),
+    )
+
+
+def optimizer() -> pysindy.STLSQ:
+    """Sequentially thresholded least squares that drops nothing."""
+    return pysindy.STLSQ(threshold=0.0, alpha=RIDGE, normalize_columns=True)
+
+
+def fitted(axis: AxisTerms, model: pysindy.SINDy) -> AxisAnswer:
+    """The model's coefficients of force and velocity; each term is scaled to 1, which changes no answer."""
+    inputs = np.column_stack([axis.force, axis.products])
+    scale = np.maximum(np.std(inputs, axis=0), 1e-12)
+    model.fit(axis.velocity[:, None], t=1.0 / axis.rate_hz, u=inputs / scale)
+    names = model.get_feature_names()
+    by_name = dict(zip(names, np.asarray(model.coefficients())[0], strict=True))
+    return answer_of(float(by_name["u0"] / scale[0]), float(by_name["x0"]))

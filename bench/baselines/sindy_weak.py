@@ -1,0 +1,52 @@
+"""PySINDy's weak form (Messenger and Bortz 2021): no derivative of the data, each term integrated against bumps.
+
+`WeakPDELibrary` over time alone, with the same true terms as `sindy`. Needs the optional extra `bench`.
+"""
+
+import time
+import warnings
+
+import numpy as np
+import pysindy
+from numpy.typing import NDArray
+
+from bench.baselines.regression import AxisTerms, axis_terms, identification
+from bench.baselines.sindy import RATE_HZ, UNFILTERED_HZ, fitted, optimizer
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive
+from identify.estimators.table import Progress
+from identify.identification import Identification
+
+Array = NDArray[np.float64]
+
+BUMP_S = 2.0
+BUMPS_PER_S = 2.0
+POWER = 4
+SEED = 0
+
+
+def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+    """Masses and dampings of every axis that the dive pushes. Raises FitError where it holds too little."""
+    started = time.perf_counter()
+    terms = axis_terms(dive, file, configuration, RATE_HZ, UNFILTERED_HZ)
+    with warnings.catch_warnings():
+        # PySINDy warns of its own use of its axes' labels.
+        warnings.simplefilter("ignore")
+        found = {axis.dof: fitted(axis, _weak(axis)) for axis in terms}
+    progress(1.0, "solved")
+    wall_s = time.perf_counter() - started
+    return identification("PySINDy weak", dive, file, configuration, found, len(terms[0].force), wall_s)
+
+
+def _weak(axis: AxisTerms) -> pysindy.SINDy:
+    time_s = np.arange(len(axis.force)) / axis.rate_hz
+    np.random.seed(SEED)  # noqa: NPY002  PySINDy places its bumps with numpy's global generator
+    library = pysindy.WeakPDELibrary(
+        function_library=pysindy.PolynomialLibrary(degree=1, include_bias=False),
+        spatiotemporal_grid=time_s,
+        include_bias=True,
+        K=round(BUMPS_PER_S * time_s[-1]),
+        H_xt=[BUMP_S / 2],
+        p=POWER,
+    )
+    return pysindy.SINDy(optimizer=optimizer(), feature_library=library)
