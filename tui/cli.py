@@ -23,6 +23,7 @@ VERBS = {
     "identify": "identify mass and damping from dives, with intervals",
     "batch": "identify many dives, here or on a Dask cluster: one table, and how the vehicle drifts",
     "plan": "propose what to dive next, and how well each parameter would be known after it",
+    "prior": "take what was identified and accepted into the vehicle file, as known before the next dive",
     "params": "show, compare, upload and roll back the parameters of a vehicle",
     "validate": "tracking errors of dives in acceleration, steady state and deceleration",
     "replay": "send a recorded dive to a link, on its own clock",

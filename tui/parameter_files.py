@@ -59,7 +59,7 @@ def targets_of_identification(
     if vehicle is None:
         raise UsageError(f"{path}: an identification needs --vehicle FILE, to know its VEH_CFG; add it")
     file = load_vehicle(vehicle)
-    data = _identification(path)
+    data = read_identification(path)
     warnings = _check_vehicle(path, data, file, leave.any_vehicle)
     outcome = data["outcome"]
     _check_outcome(path, outcome, leave.doubts)
@@ -68,7 +68,9 @@ def targets_of_identification(
         values = parameters_from_identification(data, file.vehicle.veh_cfg(configuration))
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
-    notes = (*warnings, f"outcome: {outcome}", *(f"note: {note}" for note in data.get("notes", ())))
+    doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
+    told = (*doubts, *(f"note: {note}" for note in data.get("notes", ())))
+    notes = (*warnings, f"outcome: {outcome}", *told)
     return _narrowed(path, Targets(values, notes), only)
 
 
@@ -133,7 +135,7 @@ def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_v
     return warnings
 
 
-def _identification(path: Path) -> dict[str, Any]:
+def read_identification(path: Path) -> dict[str, Any]:
     """An identification's JSON with all that is used here. Raises UsageError for another file."""
     data = _read(path)
     vehicle = data.get("vehicle")
@@ -142,6 +144,8 @@ def _identification(path: Path) -> dict[str, Any]:
         and isinstance(data.get("configuration"), str)
         and isinstance(data.get("outcome"), str)
         and isinstance(data.get("notes", []), list)
+        and isinstance(data.get("doubts", []), list)
+        and all(isinstance(doubt, dict) and "sentence" in doubt for doubt in data.get("doubts", []))
         and isinstance(vehicle, dict)
         and {"name", "sha256"} <= set(vehicle)
     )

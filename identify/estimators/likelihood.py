@@ -45,6 +45,7 @@ from identify.identification import estimate as as_estimate
 Array = NDArray[np.float64]
 
 SHORTEST_DIVE_S = 20.0
+SHORTEST_STEP_S = 1e-3
 
 
 def estimate(
@@ -153,13 +154,19 @@ def _information(fits: Mapping[int, AxisFit]) -> Information:
         rest = full[np.ix_(others, others)] + np.diag(prior[others])
         cross = full[np.ix_(kept, others)]
         left = full[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T)
-        scale = np.array([1.0, 1.0, float(np.sqrt(np.mean(fit.problem.axis.force**2)))])
+        scale = np.array([1.0, 1.0, _usual_force(fit)])
         of += [MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim"]
         blocks.append(left * np.outer(scale, scale))
     whole = np.zeros((len(of), len(of)))
     for i, block in enumerate(blocks):
         whole[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = block
     return Information(tuple(of), whole)
+
+
+def _usual_force(fit: AxisFit) -> float:
+    """Root mean square of the force that drove an axis, over steps in which a mean force means something."""
+    axis = fit.problem.axis
+    return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
 
 
 def _unsettled(fits: Mapping[int, AxisFit]) -> tuple[Doubt, ...]:

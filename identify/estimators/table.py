@@ -18,6 +18,8 @@ METHODS = {
     "paper": "identify.estimators.paper",
 }
 DEFAULT = "likelihood"
+SIDE_BY_SIDE = (DEFAULT,)
+"""What `identify` runs on every dive where no method is named: the second is compared with the first."""
 
 
 def estimator(method: str) -> Estimator:

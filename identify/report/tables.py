@@ -39,16 +39,40 @@ SIGNAL_WORDS = {
 
 
 def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Table:
-    """Value, interval and unit of each parameter, the truth where known, and why one can't be identified."""
+    """Value, interval and unit of each parameter, the truth where known, and why one can't be identified.
+
+    Beside these its standard error, the parameter that it is most correlated with, and, where the vehicle file has
+    priors, the share of the answer that comes from them.
+    """
     against = () if truth is None else ("Truth", "Truth is")
+    priors = ("From prior",) if any(e.share_from_prior for e in estimates) else ()
     rows = []
     for e in estimates:
         value, interval = with_interval(e.value, e.low95, e.high95) if e.identifiable else (MISSING, MISSING)
         told = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
-        rows.append((e.symbol, value, interval, unit(e.unit), *told, ". ".join(filter(None, words))))
-    columns = ("Parameter", "Value", "95 % interval", "Unit", *against, "Meaning")
-    return Table(columns, tuple(rows), "Identified parameters, with as many digits as their intervals allow.")
+        from_prior = (f"{100 * e.share_from_prior:.0f} %",) if priors else ()
+        sure = (_percent(e.relative_std), _partner(e), *from_prior)
+        rows.append((e.symbol, value, interval, unit(e.unit), *told, *sure, ". ".join(filter(None, words))))
+    columns = (
+        "Parameter", "Value", "95 % interval", "Unit", *against, "Standard error", "Partner", *priors, "Meaning"
+    )  # fmt: skip
+    return Table(
+        columns,
+        tuple(rows),
+        "Identified parameters, digits as their intervals allow. Partner: what each is most correlated with.",
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{significant(100 * share, 2)} %" if np.isfinite(share) else MISSING
+
+
+def _partner(e: Estimate) -> str:
+    """The strongest partner and the correlation with it."""
+    if e.partner is None:
+        return MISSING
+    return f"{e.partner.name} {fixed(e.partner.correlation, 2)}"
 
 
 def meaning(name: str) -> str:

@@ -12,12 +12,13 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.doctor.findings import fail
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
+from identify.comparison import compare
 from identify.dive import Dive, Signal
-from identify.identification import Identification, Outcome, added_mass, estimate
+from identify.identification import Identification, Outcome, Partner, added_mass, estimate
 from identify.validate import PHASES, AxisErrors, Row, TrackingErrors
-from tui import demo, show
+from tui import demo, identified, show
 from tui.commands import demo as demo_command
-from tui.commands import doctor, identify, import_, validate
+from tui.commands import doctor, import_, validate
 
 FILE = load_vehicle("ruvifist")
 REASON = (
@@ -54,6 +55,7 @@ def identification(configuration="hovering"):
         estimate(c.name, 1234.5678, 98.7654, 1000.1234, 1500.9876, REASON if c.dof == 3 else "")
         for c in COEFFICIENTS
     )
+    totals = tuple(replace(t, partner=Partner("M_v", -0.87), share_from_prior=1.0) for t in totals)
     shape = FILE.vehicle.configurations[configuration]
     return Identification(
         "likelihood", Outcome.DISAGREES, (*totals, *(added_mass(t, shape) for t in totals[: len(MASSES)])),
@@ -103,9 +105,17 @@ def test_demo_shows_tracking_errors_beside_the_papers(printed):
 
 
 def test_identify(printed):
-    identify.tell(show.results(), dive(), identification())
+    identified.tell(show.results(), dive(), identification())
     out = printed()
-    assert "D_r 1235 1000 1501 N m/(rad/s) yes" in cells(out)
+    assert "D_r 1235 1000 1501 N m/(rad/s) 8.0 M_v -0.87 100 yes" in cells(out)
+
+
+def test_identify_with_a_second_method(printed):
+    other = replace(identification(), method="pinn", parameters=tuple(
+        replace(p, value=3 * p.value, low95=2 * p.value, high95=4 * p.value) for p in identification().parameters
+    ))  # fmt: skip
+    identified.tell_comparison(show.results(), compare(identification(), other))
+    assert "D_r 1235 3704 N m/(rad/s) 14 disagree" in cells(printed())
 
 
 def test_validate_of_every_mode(printed):

@@ -51,7 +51,8 @@ def drawn_text(section: Section) -> str:
 def test_parameters_stand_with_interval_unit_truth_and_reason():
     section = identification_section(identification(MASS, INERTIA, UNKNOWN), {"M_u": 111.6, "I_r": 16.0})
     table, others = section.tables
-    assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", "Meaning")
+    told = ("Standard error", "Partner", "Meaning")
+    assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", *told)
     assert table.rows == (
         (
             "M_u",
@@ -60,6 +61,8 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
             "kg",
             "111.6",
             "inside",
+            "0.63 %",
+            "—",
             "total mass in surge: rigid body plus added",
         ),
         (
@@ -69,10 +72,12 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
             "kg m²",
             "16.00",
             "OUTSIDE",
+            "1.6 %",
+            "—",
             "total inertia in yaw: rigid body plus added",
         ),
         (
-            *("I_q", "—", "—", "kg m²", "—", "—"),
+            *("I_q", "—", "—", "kg m²", "—", "—", "—", "—"),
             "total inertia in pitch: rigid body plus added. Not identifiable: pitch is hardly excited",
         ),
     )
@@ -165,7 +170,7 @@ def test_nothing_fitted_beside_the_coefficients_makes_no_table():
 
 def test_without_a_truth_there_is_no_talk_of_one():
     section = identification_section(identification(MASS))
-    assert section.tables[0].columns == ("Parameter", "Value", "95 % interval", "Unit", "Meaning")
+    assert "Truth" not in section.tables[0].columns
     assert "truth" not in section.text
     assert "truth" not in section.figures[0].caption
 

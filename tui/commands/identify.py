@@ -9,13 +9,12 @@ from tui import exit_codes, numbers
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rich.console import Console
-
     from bridge.vehicle.config import VehicleFile
+    from identify.comparison import Comparison
     from identify.dive import Dive
     from identify.estimators.paper import TrainingCurves
     from identify.estimators.table import Estimator, Progress
-    from identify.identification import Estimate, Identification
+    from identify.identification import Identification
 
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
@@ -31,7 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
         " configuration where none is named",
     )
-    parser.add_argument("--method", default="likelihood", help="likelihood (default) or paper")
+    parser.add_argument(
+        "--method",
+        metavar="METHOD[+METHOD]",
+        help="likelihood, pinn or paper; two of them, as likelihood+pinn (default), are compared",
+    )
     parser.add_argument(
         "--network",
         type=numbers.size,
@@ -47,18 +50,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
-    from identify.estimators.table import METHODS, estimator
+    from identify.comparison import compare
+    from identify.identification import Outcome
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.identified import tell, tell_comparison
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
-    if arguments.method not in METHODS:
-        raise exit_codes.UsageError(
-            f"--method {arguments.method}: no such method; give one of {', '.join(METHODS)}"
-        )
+    methods = methods_of(arguments.method)
     if arguments.param and len(arguments.dives) > 1:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
-    if arguments.network and arguments.method != "paper":
+    if arguments.network and "paper" not in methods:
         raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
     check_files({"--json": arguments.json, "--param": arguments.param, "--report": arguments.report})
     check_file("--param", arguments.param, PARAMETER_SUFFIXES)
@@ -69,17 +71,23 @@ def run(arguments: argparse.Namespace) -> int:
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
     ]
     curves: dict[str, TrainingCurves] = {}
-    estimate = (
-        paper(arguments.network, curves) if arguments.method == "paper" else estimator(arguments.method)
-    )
-    answers = [
-        identify(dive, file, configuration, arguments.method, estimate)
-        for dive, configuration in zip(dives, chosen, strict=True)
-    ]
+    estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
+    answers, compared = [], []
+    for dive, configuration in zip(dives, chosen, strict=True):
+        first, *others = [
+            identify(dive, file, configuration, name, estimate) for name, estimate in estimates.items()
+        ]
+        answers.append(first)
+        compared.append([compare(first, other) for other in others])
     console = show.results(arguments.json)
-    for dive, answer in zip(dives, answers, strict=True):
+    for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
         tell(console, dive, answer)
-    found = [answer.to_json() for answer in answers]
+        for comparison in comparisons:
+            tell_comparison(console, comparison)
+    found = [
+        answer.to_json() | ({"comparison": comparisons[0].to_json()} if comparisons else {})
+        for answer, comparisons in zip(answers, compared, strict=True)
+    ]
     show.write_json(found[0] if len(found) == 1 else found, arguments.json)
     if arguments.param and answers[0].values():
         from tui.parameter_files import write_identified
@@ -87,8 +95,34 @@ def run(arguments: argparse.Namespace) -> int:
         write_identified(Path(arguments.param), answers[0], file)
         show.say(console, f"parameters: {arguments.param}")
     if arguments.report:
-        show.say(console, f"report: {report(Path(arguments.report), dives, file, answers, curves)}")
-    return exit_codes.DONE if all(answer.values() for answer in answers) else exit_codes.NO
+        path = report(Path(arguments.report), dives, file, answers, compared, curves)
+        show.say(console, f"report: {path}")
+    converged = all(answer.outcome is Outcome.CONVERGED for answer in answers)
+    return exit_codes.DONE if converged else exit_codes.NO
+
+
+def methods_of(argument: str | None) -> tuple[str, ...]:
+    """The one or two methods that `--method` names. Raises UsageError for another."""
+    from identify.estimators.table import METHODS, SIDE_BY_SIDE
+
+    names = SIDE_BY_SIDE if argument is None else tuple(argument.split("+"))
+    for name in names:
+        if name not in METHODS:
+            raise exit_codes.UsageError(
+                f"--method {argument}: no such method as '{name}'; give one of {', '.join(METHODS)}, or two with a +"
+            )
+    if len(set(names)) != len(names) or len(names) > 2:
+        raise exit_codes.UsageError(f"--method {argument}: give one method, or two different ones with a +")
+    return names
+
+
+def estimator_of(
+    method: str, network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]"
+) -> "Estimator":
+    """The estimator of a method; the paper's leaves its training curves in `curves`."""
+    from identify.estimators.table import estimator, judged
+
+    return judged(paper(network, curves)) if method == "paper" else estimator(method)
 
 
 def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") -> "Estimator":
@@ -146,38 +180,16 @@ def nothing(
     )
 
 
-def tell(console: "Console", dive: "Dive", answer: "Identification") -> None:
-    """The result as a table, and what to know about it; where one reason left nothing to show, that reason."""
-    from tui import show
-
-    reasons = list(dict.fromkeys(p.reason for p in answer.parameters if not p.identifiable))
-    title = f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}"
-    if len(reasons) == 1 and not any(p.identifiable for p in answer.parameters):
-        show.say(console, f"{title}\n{reasons[0]}")
-    else:
-        show.put(
-            console,
-            show.table(
-                title,
-                ("name", "value", "low 95 %", "high 95 %", "unit", "identifiable"),
-                [_row(parameter, reasons) for parameter in answer.parameters],
-                numbers=("value", "low 95 %", "high 95 %"),
-            ),
-        )
-        for number, reason in enumerate(reasons, start=1):
-            show.say(console, f"{number}: {reason}")
-    for note in dict.fromkeys((*dive.notes, *answer.sentences)):
-        show.say(console, f"note: {note}")
-
-
 def report(
     path: Path,
     dives: "Sequence[Dive]",
     file: "VehicleFile",
     answers: "Sequence[Identification]",
+    compared: "Sequence[Sequence[Comparison]]",
     curves: "Mapping[str, TrainingCurves]",
 ) -> Path:
     """The page with what was identified from each dive, and the dive itself."""
+    from identify.report.compared import comparison_section
     from identify.report.page import Report, write_report
     from identify.report.sections import (
         dive_section,
@@ -187,14 +199,18 @@ def report(
     )
 
     sections = []
-    for dive, answer in zip(dives, answers, strict=True):
+    for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
         sections.append(identification_section(answer))
+        for one in comparisons:
+            sections += [comparison_section(one), identification_section(one.second)]
         if dive.sha256 in curves:
-            one = curves[dive.sha256]
-            sections.append(training_section({name: one.values[:, i] for i, name in enumerate(one.names)}))
+            trained = curves[dive.sha256]
+            values = {name: trained.values[:, i] for i, name in enumerate(trained.names)}
+            sections.append(training_section(values))
         if answer.innovations:
             sections.append(innovations_section(answer.innovations, dive.name))
         sections.append(dive_section(dive, file.vehicle.water))
+    methods = [answers[0].method, *(one.second.method for one in compared[0])]
     verdict = "; ".join(
         f"{dive.name} ({answer.configuration}): {len(answer.values())} of 12 coefficients identified, "
         f"{answer.outcome.value}"
@@ -204,16 +220,8 @@ def report(
         path,
         Report(
             f"{file.vehicle.name}: {', '.join(dive.name for dive in dives)}",
-            f"vehicle file {file.path.name}, method {answers[0].method}",
+            f"vehicle file {file.path.name}, method {' beside '.join(methods)}",
             f"{verdict}.",
             tuple(sections),
         ),
     )
-
-
-def _row(parameter: "Estimate", reasons: "Sequence[str]") -> tuple[str, ...]:
-    from tui import show
-
-    values = (parameter.value, parameter.low95, parameter.high95)
-    why = "yes" if parameter.identifiable else f"no, see {1 + reasons.index(parameter.reason)}"
-    return parameter.name, *(show.number(value) for value in values), parameter.unit, why

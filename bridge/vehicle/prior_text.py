@@ -1,0 +1,68 @@
+"""Priors written into the text of a vehicle file, with all else in it, comments too, left as it is."""
+
+import json
+from collections.abc import Mapping
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import Prior
+
+
+def with_priors_written(text: str, configuration: str, priors: Mapping[str, Prior], where: str) -> str:
+    """The vehicle file `text` with these `priors`, and no others, in a configuration.
+
+    Raises ConfigError where the file is not written a key a line; `where` names it.
+    """
+    lines = text.splitlines()
+    head = _heading(lines, configuration)
+    if head is None:
+        raise ConfigError(
+            f"{where}: configuration '{configuration}' is not written a key a line; put the priors there yourself"
+        )
+    end = _end_of_block(lines, head)
+    children = [_indent(lines[i]) for i in range(head + 1, end) if _says(lines[i])]
+    inner = children[0] if children else _indent(lines[head]) + 2
+    kept, place = [], head + 1
+    skip = False
+    for i in range(head + 1, end):
+        if _says(lines[i]) and _indent(lines[i]) <= inner:
+            skip = lines[i].strip().startswith("priors:")
+        if not skip:
+            kept.append(lines[i])
+    block = [" " * inner + "priors:", *(" " * (inner + 2) + entry(n, p) for n, p in priors.items())]
+    return "\n".join([*lines[:place], *block, *kept, *lines[end:]]) + "\n"
+
+
+def entry(name: str, prior: Prior) -> str:
+    """One prior as a line of the vehicle file."""
+    return (
+        f"{name}: {{value: {prior.value:.6g}, std: {prior.std:.3g}, rests_on: {prior.rests_on}, "
+        f"source: {json.dumps(prior.source)}}}"
+    )
+
+
+def _heading(lines: list[str], configuration: str) -> int | None:
+    """The line that opens a configuration; None where there is none of its own."""
+    top = next((i for i, line in enumerate(lines) if line.rstrip() == "configurations:"), None)
+    if top is None:
+        return None
+    for i in range(top + 1, _end_of_block(lines, top)):
+        if lines[i].split("#")[0].strip() == f"{configuration}:":
+            return i
+    return None
+
+
+def _end_of_block(lines: list[str], head: int) -> int:
+    """The first line after `head` that belongs to something else."""
+    for i in range(head + 1, len(lines)):
+        if _says(lines[i]) and _indent(lines[i]) <= _indent(lines[head]):
+            return i
+    return len(lines)
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())
+
+
+def _says(line: str) -> bool:
+    """Whether a line is more than a comment or blank."""
+    return bool(line.strip()) and not line.lstrip().startswith("#")

@@ -1,0 +1,85 @@
+"""What an earlier identification becomes as priors: its values, wider by what a vehicle changes between dives."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bridge.errors import ParamError
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.config import Prior
+from gcs_plugin.params.sidecar import read_sidecar
+from identify.identification import Z95
+from tui.exit_codes import UsageError
+from tui.parameter_files import read_identification
+
+AGEING = {"mass": 0.03, "damping": 0.10}
+"""Relative: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over weeks."""
+
+
+def priors_of(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]:
+    """Configuration and priors from the JSON of `identify`, or a `.param` with its sidecar.
+
+    `widen` (relative) is added to every width in quadrature; None takes AGEING. Raises UsageError for another file.
+    """
+    return _of_json(path, widen) if path.suffix == ".json" else _of_sidecar(path, widen)
+
+
+def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[str, Prior]:
+    """Accepted values in place of earlier ones; what was weighed stays, for a dive is no better force standard."""
+    weighed = {name: prior for name, prior in present.items() if prior.rests_on == "weight"}
+    both = {**present, **accepted, **weighed}
+    return {name: both[name] for name in BY_NAME if name in both}
+
+
+def _of_json(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]:
+    data = read_identification(path)
+    scale = data.get("thrust_scale")
+    absolute = isinstance(scale, dict) and scale.get("in_intervals") is True
+    dive = data.get("dive")
+    source = f"{dive.get('name') if isinstance(dive, dict) else 'a dive'}, {data.get('method', 'identified')}"
+    found = {}
+    for one in data["parameters"]:
+        name, value, std = one.get("name"), one.get("value"), one.get("std")
+        if name in BY_NAME and one.get("identifiable") is True and _positive(value) and _positive(std):
+            found[name] = _aged(name, value, std / value, source, absolute, widen)
+    return str(data["configuration"]), _some(path, found)
+
+
+def _of_sidecar(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]:
+    try:
+        sidecar = read_sidecar(path)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
+    if sidecar is None:
+        raise UsageError(
+            f"{path}: has no sidecar that tells its intervals; give the JSON of `seatrial identify`"
+        )
+    found = {}
+    for interval in sidecar.intervals.values():
+        name, low, high = interval.coefficient, interval.low95, interval.high95
+        if name in BY_NAME and 0 < low < high:
+            relative = math.log(high / low) / (2 * Z95)
+            source = f"{sidecar.dive}, {sidecar.method}"
+            found[name] = _aged(name, math.sqrt(low * high), relative, source, False, widen)
+    return sidecar.configuration, _some(path, found)
+
+
+def _aged(
+    name: str, value: float, relative_std: float, source: str, absolute: bool, widen: float | None
+) -> Prior:
+    share = AGEING[BY_NAME[name].kind] if widen is None else widen
+    std = value * math.hypot(relative_std, share)
+    return Prior(value, std, source, "weight" if absolute else "thrust")
+
+
+def _some(path: Path, found: dict[str, Prior]) -> dict[str, Prior]:
+    if not found:
+        raise UsageError(f"{path}: holds no identifiable parameter with an interval; dive again")
+    return found
+
+
+def _positive(value: Any) -> bool:
+    return (
+        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value) and value > 0
+    )

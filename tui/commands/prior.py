@@ -1,0 +1,101 @@
+"""`seatrial prior`: what was identified and accepted becomes what the vehicle file knows before the next dive."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes, numbers
+
+if TYPE_CHECKING:
+    from bridge.vehicle.config import Prior, VehicleFile
+
+EXAMPLE = "seatrial prior hovering.json --vehicle our.yaml"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "file", metavar="FILE", help="the JSON of identify, or a .param with its sidecar, that was accepted"
+    )
+    parser.add_argument(
+        "--vehicle", required=True, metavar="FILE", help="your vehicle file, which takes the priors"
+    )
+    parser.add_argument(
+        "--widen",
+        type=numbers.above_zero,
+        metavar="PERCENT",
+        help="by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the priors as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.vehicle.coefficients import BY_NAME
+    from bridge.vehicle.config import load_vehicle
+    from tui import show
+    from tui.accepted import merged, priors_of
+    from tui.outputs import check_file
+
+    check_file("--json", arguments.json)
+    file = load_vehicle(arguments.vehicle)
+    widen = None if arguments.widen is None else arguments.widen / 100
+    configuration, accepted = priors_of(Path(arguments.file), widen)
+    file.vehicle.configuration_named(configuration)
+    present = file.vehicle.configurations[configuration].priors
+    priors = merged(present, accepted)
+    write(file, configuration, priors)
+    console = show.results(arguments.json)
+    rows = [
+        (
+            name,
+            show.number(prior.value),
+            show.number(prior.std, 2),
+            BY_NAME[name].unit,
+            prior.rests_on,
+            "new" if present.get(name) != prior else "as before",
+        )
+        for name, prior in priors.items()
+    ]
+    title = f"priors of {file.path}, configuration {configuration}"
+    columns = ("name", "value", "std", "unit", "rests on", "is")
+    show.put(console, show.table(title, columns, rows, ("value", "std")))
+    show.write_json({name: vars(prior) for name, prior in priors.items()}, arguments.json)
+    return exit_codes.DONE
+
+
+def write(file: "VehicleFile", configuration: str, priors: "dict[str, Prior]") -> None:
+    """Write the priors into the vehicle file, once its new text is known to say all else as before.
+
+    Raises UsageError for a file that is part of seatrial, ConfigError for one that can't be edited so.
+    """
+    from dataclasses import replace
+
+    import yaml
+
+    from bridge import schema
+    from bridge.errors import ConfigError
+    from bridge.vehicle.config import CONFIGS, Vehicle
+    from bridge.vehicle.prior_text import entry, with_priors_written
+    from gcs_plugin.params.files import replace_text
+
+    if file.path.resolve().is_relative_to(CONFIGS):
+        raise exit_codes.UsageError(f"{file.path}: is part of seatrial; copy it, and give your copy")
+    text = with_priors_written(file.path.read_text(encoding="utf-8"), configuration, priors, str(file.path))
+    shapes = dict(file.vehicle.configurations)
+    rounded = {name: _as_written(entry(name, prior), name) for name, prior in priors.items()}
+    shapes[configuration] = replace(shapes[configuration], priors=rounded)
+    after = schema.build(Vehicle, yaml.safe_load(text), str(file.path))
+    if after != replace(file.vehicle, configurations=shapes):
+        raise ConfigError(
+            f"{file.path}: is laid out so that priors can't be put in; write them there yourself"
+        )
+    replace_text(file.path, text)
+
+
+def _as_written(line: str, name: str) -> "Prior":
+    """A prior with the digits that the vehicle file has of it."""
+    import yaml
+
+    from bridge import schema
+    from bridge.vehicle.config import Prior
+
+    return schema.build(Prior, yaml.safe_load(line)[name], name)

@@ -1,0 +1,78 @@
+"""An identification as the terminal shows it: its table, its reasons, its doubts, and a second method beside it."""
+
+from collections.abc import Sequence
+
+from rich.console import Console
+
+from identify.comparison import Comparison
+from identify.dive import Dive
+from identify.identification import Estimate, Identification
+from tui import show
+
+COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
+PRIOR_COLUMN = "prior, %"
+LAST_COLUMN = "identifiable"
+NEGLIGIBLE = 0.1
+"""Correlations up to this are not worth a reader's while."""
+
+
+def tell(console: Console, dive: Dive, answer: Identification) -> None:
+    """The result as a table, and what to know about it; where one reason left nothing to show, that reason."""
+    reasons = list(dict.fromkeys(p.reason for p in answer.parameters if not p.identifiable))
+    title = f"{dive.name}: {answer.method}, configuration {answer.configuration}, {answer.outcome.value}"
+    if len(reasons) == 1 and not any(p.identifiable for p in answer.parameters):
+        show.say(console, f"{title}\n{reasons[0]}")
+    else:
+        priors = any(p.share_from_prior for p in answer.parameters)
+        columns = (*COLUMNS, *((PRIOR_COLUMN,) if priors else ()), LAST_COLUMN)
+        rows = [_row(parameter, reasons, priors) for parameter in answer.parameters]
+        numbers = ("value", "low 95 %", "high 95 %", "std, %", PRIOR_COLUMN)
+        show.put(console, show.table(title, columns, rows, numbers))
+        for number, reason in enumerate(reasons, start=1):
+            show.say(console, f"{number}: {reason}")
+    doubts = [doubt.sentence for doubt in answer.doubts if doubt.sentence not in reasons]
+    for doubt in dict.fromkeys(doubts):
+        show.say(console, f"warning: {doubt}")
+    told = {*reasons, *doubts}
+    for note in dict.fromkeys((*answer.sentences, *dive.notes)):
+        if note not in told:
+            show.say(console, f"note: {note}")
+
+
+def tell_comparison(console: Console, compared: Comparison) -> None:
+    """Both methods' values side by side, and every disagreement with its why."""
+    methods = (compared.first.method, compared.second.method)
+    rows = [
+        (
+            d.name,
+            *(show.number(one.value) if one.identifiable else "-" for one in (d.first, d.second)),
+            d.first.unit,
+            show.number(d.distance, 2),
+            "disagree" if d.disagrees else "",
+        )
+        for d in compared.differences
+        if d.first.identifiable or d.second.identifiable
+    ]
+    if rows:
+        title = f"{methods[0]} beside {methods[1]} ({compared.second.outcome.value})"
+        columns = ("name", *methods, "unit", "apart, std", "beyond intervals")
+        show.put(console, show.table(title, columns, rows, (*methods, "apart, std")))
+    word = "warning" if compared.disagreements else "note"
+    for sentence in compared.sentences:
+        show.say(console, f"{word}: {sentence}")
+
+
+def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:
+    values = (parameter.value, parameter.low95, parameter.high95)
+    partner = (
+        parameter.partner if parameter.partner and abs(parameter.partner.correlation) > NEGLIGIBLE else None
+    )
+    return (
+        parameter.name,
+        *(show.number(value) for value in values),
+        parameter.unit,
+        show.number(100 * parameter.relative_std, 2),
+        f"{partner.name} {partner.correlation:+.2f}" if partner else "-",
+        *((f"{100 * parameter.share_from_prior:.0f}",) if priors else ()),
+        "yes" if parameter.identifiable else f"no, see {1 + reasons.index(parameter.reason)}",
+    )
