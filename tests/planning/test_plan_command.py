@@ -1,0 +1,100 @@
+"""`seatrial plan`: what it prints, writes and refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from bridge.simulator.missions import load_mission
+from identify.planning.knowledge import NAMES
+from tui.cli import main
+
+QUICK = ["--axes", "yaw", "--minutes", "1"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def identified(path: Path, std: float) -> Path:
+    """The JSON of an identification that knows the yaw inertia to `std`, relative."""
+    parameters = [{"name": name, "value": 16.0 if name == "I_r" else None} for name in NAMES]
+    data = {
+        "configuration": "hovering",
+        "vehicle": {"name": "ruvifist"},
+        "outcome": "converged",
+        "parameters": parameters,
+        "covariance": {"of": ["I_r"], "matrix": [[(16.0 * std) ** 2]]},
+        "nuisance": {},
+    }
+    path.write_text(json.dumps(data), encoding="utf-8")
+    return path
+
+
+def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here, capsys):
+    assert main(["plan", "--vehicle", "ruvifist:hovering", "--json", "plan.json", *QUICK]) == 0
+    shown = capsys.readouterr().out
+    assert "yaw: square wave ±" in shown
+    assert "seatrial simulate --vehicle ruvifist:hovering --mission plan.yaml" in shown
+    told = json.loads((here / "plan.json").read_text())
+    assert load_mission(here / "plan.yaml").duration_s == pytest.approx(told["duration_s"])
+    assert told["duration_s"] <= 60.0
+    by_name = {parameter["name"]: parameter for parameter in told["parameters"]}
+    assert by_name["I_r"]["before"]["relative_std"] is None
+    inertia = by_name["I_r"]
+    assert inertia["after"]["low95"] < inertia["value"] < inertia["after"]["high95"]
+    assert by_name["M_u"]["after"]["relative_std"] is None
+    assert told["manoeuvres"][0]["instruction"] in (here / "plan.yaml").read_text()
+
+
+def test_it_starts_from_an_identification(here, capsys):
+    source = identified(here / "hovering.json", 0.001)
+    assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "-", *QUICK]) == 0
+    found = capsys.readouterr()
+    told = json.loads(found.out)
+    assert told["configuration"] == "hovering"
+    assert told["parameters"][NAMES.index("I_r")]["before"]["relative_std"] == pytest.approx(0.001)
+    assert told["parameters"][NAMES.index("I_r")]["after"]["relative_std"] < 0.001
+    assert "which ended as 'converged'" in found.err
+
+
+def test_an_older_plan_is_replaced_and_any_other_file_stays(here, capsys):
+    assert main(["plan", "--vehicle", "ruvifist:hovering", *QUICK]) == 0
+    assert main(["plan", "--vehicle", "ruvifist:hovering", *QUICK]) == 0
+    (here / "own.yaml").write_text("name: my own\n")
+    assert main(["plan", "--vehicle", "ruvifist:hovering", "--out", "own.yaml", *QUICK]) == 2
+    assert (here / "own.yaml").read_text() == "name: my own\n"
+    assert "exists and is no plan" in capsys.readouterr().err
+
+
+def test_what_does_not_fit_is_answered_with_no(here, capsys):
+    assert main(["plan", "--vehicle", "ruvifist:hovering", "--axes", "yaw", "--minutes", "0.3"]) == 1
+    assert "nothing can be planned" in capsys.readouterr().err
+    assert not (here / "plan.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--vehicle", "ruvifist"], "name one: --vehicle FILE:CONFIGURATION"),
+        (["--vehicle", "ruvifist:hovering", "--minutes", "0"], "not a number above 0"),
+        (["--vehicle", "ruvifist:hovering", "--axes", "roll"], "roll"),
+        (["--vehicle", "ruvifist:hovering", "--out", "plan.txt"], "must end in .yaml or .yml"),
+        (["--vehicle", "ruvifist:hovering", "--after", "nowhere.json"], "nowhere.json"),
+        (["--vehicle", "ruvifist:hovering", "--after", "nowhere"], "nowhere"),
+        (["--vehicle", "ruvifist:hovering", "--after", "list.json"], "holds several dives"),
+        (["--vehicle", "ruvifist:hovering", "--after", "junk.json"], "is no JSON"),
+        (["--vehicle", "ruvifist:hovering", "--after", "empty.json"], "not an identification"),
+        (["--vehicle", "ruvifist", "--after", "empty.json"], "no configuration 'None'"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(here, capsys, arguments, says):
+    (here / "list.json").write_text("[]")
+    (here / "junk.json").write_text("{")
+    (here / "empty.json").write_text("{}")
+    assert main(["plan", *arguments]) == 2
+    told = capsys.readouterr().err
+    assert says in told
+    assert told.count("\n") == 1
