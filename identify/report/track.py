@@ -1,5 +1,7 @@
 """The path of a dive over the ground, by dead reckoning."""
 
+import math
+
 import numpy as np
 
 from identify.dive import Array, Dive, Signal
@@ -24,7 +26,7 @@ def track(dive: Dive) -> Figure | None:
     marks = (Mark(east[0], north[0], "disc", "start"), Mark(east[-1], north[-1], "square", "end"))
     length = float(np.hypot(np.diff(east), np.diff(north)).sum())
     unlocked = int((~np.isfinite(dive.velocity.value[:, 0])).sum())
-    every = max(1, len(east) // TRACK_POINTS)
+    every = math.ceil(len(east) / TRACK_POINTS)
     keep = np.append(np.arange(0, len(east) - 1, every), len(east) - 1)
     panel = Panel(x, y, (Line(east[keep], north[keep]),), marks, aspect=aspect)
     what = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"

@@ -136,7 +136,7 @@ def test_the_json_is_plain_and_holds_every_validation_number(done):
 
 def test_the_verdict_counts_the_points_that_do_not_fit(done):
     misfits = len(results.to_json(done)["does_not_fit"])
-    assert f"{misfits} points of the paper do not fit" in page.verdict(done)
+    assert f"On {misfits} points the paper's text and numbers do not fit" in page.verdict(done)
 
 
 def test_the_network_is_small_unless_another_is_asked_for():

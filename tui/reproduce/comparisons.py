@@ -63,7 +63,13 @@ def validation(done: Reproduction) -> tuple[Comparison, ...]:
         _row("Fig. 13", "error steady", p.SURVEY_STEADY, alone.steady_state),
         _row("Fig. 14", "heading behind the ramp", p.HEADING_LAG, heading.lag_s),
         Comparison("Fig. 14", "heading past its end", "°", math.nan, heading.overshoot_deg),
-        _row("Fig. 15", "error speeding up", p.HOVERING_ACCELERATION, surge.acceleration, our_surge.acceleration),
+        _row(
+            "Fig. 15",
+            "error speeding up",
+            p.HOVERING_ACCELERATION,
+            surge.acceleration,
+            our_surge.acceleration,
+        ),
         _row("Fig. 15", "settled speed for 0.4 m/s", p.HOVERING_SETTLED, settled, our_settled),
         _row("Fig. 15", "error steady", p.HOVERING_STEADY, surge.steady_state, our_surge.steady_state),
         _row("Fig. 16", "error speeding up", p.SWAY_ACCELERATION, sway.acceleration, our_sway.acceleration),
@@ -73,7 +79,7 @@ def validation(done: Reproduction) -> tuple[Comparison, ...]:
             for name, number in (("surge", p.SURGE_PID), ("sway", p.SWAY_PID))
             for efforts in [[axis(f"hovering both{w}", name).pid_effort for w in ("", " ours")]]
         ),
-    )  # fmt: skip
+    )
 
 
 def _row(figure: str, what: str, number: Published, by_paper: float, by_ours: float = math.nan) -> Comparison:
@@ -89,11 +95,11 @@ def lever(file: VehicleFile) -> Vector3:
 def table_5(done: Reproduction) -> dict[str, Dive]:
     """The dives in hovering by what steers them, in the order of the table."""
     return {
-        "Both, its values": done.dives["hovering both"],
-        "Both, our values": done.dives["hovering both ours"],
-        "PID alone": done.dives["hovering PID"],
-        "Feed-forward alone, its values": done.dives["hovering alone"],
-        "Feed-forward alone, our values": done.dives["hovering alone ours"],
+        "Both, its": done.dives["hovering both"],
+        "Both, ours": done.dives["hovering both ours"],
+        "PID": done.dives["hovering PID"],
+        "FF, its": done.dives["hovering alone"],
+        "FF, ours": done.dives["hovering alone ours"],
     }
 
 

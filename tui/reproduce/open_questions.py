@@ -23,9 +23,9 @@ def heave_section(done: Reproduction) -> Section:
             found = one.ours[coefficient]
             value, interval = with_interval(found.value, found.low95, found.high95)
             shown = (value, interval) if found.identifiable else (MISSING, found.reason)
-            rows.append((
-                f"{coefficient}, {unit(found.unit)}", name, *shown, significant(one.truth[coefficient], 4)
-            ))  # fmt: skip
+            rows.append(
+                (f"{coefficient}, {unit(found.unit)}", name, *shown, significant(one.truth[coefficient], 4))
+            )
     return Section(
         "Left open: heave",
         "Both campaigns go down to 0.6 m and come up again, 0.4 m each way. That is enough for heave, if with wider "

@@ -128,7 +128,7 @@ def units_of_the_abstract() -> Point:
         f"heading rotations; velocity errors are about {paper.ABSTRACT_SPEED.value:g} m/s in surge and sway.",
         f"A yaw bound is a moment: Fig. 11 has {paper.SHADOW_YAW.value:g} N m. Of the speeds, surge has "
         f"{surge:.4f} m/s "
-        f"and sway {sway:.4f} m/s, {ratio:.0f} times less: here the abstract says less than was reached.",
+        f"and sway {sway:.4f} m/s, {ratio:.0f} times smaller: here the abstract says less than was reached.",
         "N is read as N m, and 0.03 m/s as surge's alone.",
         {"abstract_over_sway": ratio},
     )

@@ -14,6 +14,7 @@ from tui.reproduce.published import PARAMETERS, POWER_RISE, POWER_SPEED, TABLE_5
 from tui.reproduce.run import Reproduction
 
 TRAINED = 0.05
+DECIMALS = {"N": 2, "N m": 2, "m/s": 4, "s": 2, "°": 1}
 PLACES = {"survey": ("Table 3", "Fig. 6", "Fig. 7"), "hovering": ("Table 4", "Fig. 8", "Fig. 9")}
 ROWS = {"X_udot": "M_u", "Y_vdot": "M_v", "I_r": "I_r", "D_u": "D_u", "D_v": "D_v", "D_r": "D_r"}
 """What the tables show, and the coefficient that each row is of: the paper's X is that less the dry mass."""
@@ -23,11 +24,14 @@ def campaign_section(one: Campaign, shape: Configuration) -> Section:
     """Table 3 or 4, the path, and the training curves."""
     table, path, curves = PLACES[one.configuration]
     epochs = len(one.curves.values) - 1
-    drawn = [figures.training(
-        one,
-        f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg of them dry; "
-        "they start there, as the paper's do. The training ends where the loss is least in closed form.",
-    )]  # fmt: skip
+    drawn = [
+        figures.training(
+            one,
+            f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg of "
+            f"them dry; "
+            "they start there, as the paper's do. The training ends where the loss is least in closed form.",
+        )
+    ]
     if walked := track(one.dive):
         drawn.insert(0, Figure(f"As {path}. {walked.caption}", walked.svg))
     words = (
@@ -66,12 +70,14 @@ def parameter_table(one: Campaign, shape: Configuration, table: str) -> Table:
         ours = one.ours[of]
         interval = f"{significant(ours.low95 - less, 4)} to {significant(ours.high95 - less, 4)}"
         values = (one.truth[of] - less, by_paper[of] - less, one.closed[of] - less, ours.value - less)
-        rows.append((
-            f"{name}, {unit(ours.unit)}",
-            significant(published[name].value, 4) if name in published else "not printed",
-            *(significant(value, 4) for value in values),
-            interval if ours.identifiable else MISSING,
-        ))  # fmt: skip
+        rows.append(
+            (
+                f"{name}, {unit(ours.unit)}",
+                significant(published[name].value, 4) if name in published else "not printed",
+                *(significant(value, 4) for value in values),
+                interval if ours.identifiable else MISSING,
+            )
+        )
     columns = (
         "Parameter",
         "Paper",
@@ -112,9 +118,11 @@ def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Sectio
             figures.phases_apart(surge, TRANSIENT.value, "As Fig. 13: the same, speeding up and steady."),
             figures.turning(done.dives["heading alone"], "As Fig. 14: survey, a linear heading reference."),
             figures.surge_or_sway(hovering, 0, "As Fig. 15: hovering, surge at 0.4 m/s."),
-            figures.surge_or_sway(hovering, 1, "As Fig. 16: hovering, sway at 0.3 m/s (the paper gives no speed)."),
+            figures.surge_or_sway(
+                hovering, 1, "As Fig. 16: hovering, sway at 0.3 m/s (the paper gives no speed)."
+            ),
         ),
-    )  # fmt: skip
+    )
 
 
 def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
@@ -131,7 +139,11 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
         for row in rows
         if (row.axis, row.phase) in TABLE_5
     )
-    caption = "Table 5, mean absolute tracking error in m/s, beside ours with what steers: paper, both."
+    caption = (
+        "Table 5, mean absolute tracking error in m/s. FF: feed-forward alone; its and ours: the values of the "
+        "paper's "
+        "method, and ours."
+    )
     return Section(
         "Both: Fig. 17 and Table 5",
         "",
@@ -147,9 +159,9 @@ def _numbers(numbers: tuple[Comparison, ...], places: tuple[str, ...]) -> Table:
     rows = tuple(
         (
             f"{n.figure}: {n.what}",
-            f"{_four(n.paper)} {n.unit}" if math.isfinite(n.paper) else "in words",
-            f"{_four(n.by_paper)} {n.unit}",
-            f"{_four(n.by_ours)} {n.unit}" if math.isfinite(n.by_ours) else MISSING,
+            _with_unit(n.paper, n.unit) if math.isfinite(n.paper) else "in words",
+            _with_unit(n.by_paper, n.unit),
+            _with_unit(n.by_ours, n.unit) if math.isfinite(n.by_ours) else MISSING,
         )
         for n in numbers
         if n.figure in places
@@ -158,8 +170,8 @@ def _numbers(numbers: tuple[Comparison, ...], places: tuple[str, ...]) -> Table:
     return Table(columns, rows, "Flown with the values of the paper's method, and with ours.")
 
 
-def _four(value: float) -> str:
-    return fixed(value, 4) if abs(value) < 1 else fixed(value, 2)
+def _with_unit(value: float, unit_text: str) -> str:
+    return f"{fixed(value, DECIMALS[unit_text])} {unit_text}"
 
 
 def configuration_section(done: Reproduction) -> Section:
@@ -175,11 +187,19 @@ def configuration_section(done: Reproduction) -> Section:
     thrust, ideal = after.thrust_n / before.thrust_n, after.ideal_power / before.ideal_power
     speed = POWER_SPEED.value
     measured = (
-        (f"sum of |thrust| at {speed:g} m/s", f"{fixed(before.thrust_n, 2)} N", f"{fixed(after.thrust_n, 2)} N",
-         fixed(thrust, 3)),
-        (f"sum of |thrust|^1.5 at {speed:g} m/s", significant(before.ideal_power), significant(after.ideal_power),
-         fixed(ideal, 3)),
-    )  # fmt: skip
+        (
+            f"sum of |thrust| at {speed:g} m/s",
+            f"{fixed(before.thrust_n, 2)} N",
+            f"{fixed(after.thrust_n, 2)} N",
+            fixed(thrust, 3),
+        ),
+        (
+            f"sum of |thrust|^1.5 at {speed:g} m/s",
+            significant(before.ideal_power),
+            significant(after.ideal_power),
+            fixed(ideal, 3),
+        ),
+    )
     return Section(
         "The configurations compared: eq. 17",
         "Eq. 17 takes the thrusters of survey for parallel to x. Those of the simulated vehicle stand at 8° "
