@@ -53,9 +53,9 @@ def verdict(done: Reproduction) -> str:
         abs(e) for one in found for kind in ("mass", "damping") for e in errors(one, one.ours.values(), kind)
     )
     return (
-        f"On a vehicle that is what its tables say, the paper's method finds damping within {fixed(100 * damping, 1)} % "
-        f"and mass {low} to {high} % off; ours is within {fixed(100 * ours, 1)} %. On {misfits} points the paper's text and "
-        "numbers do not fit together as printed."
+        "On a vehicle that is what its tables say, the paper's method finds damping within "
+        f"{fixed(100 * damping, 1)} % and mass {low} to {high} % off; ours is within {fixed(100 * ours, 1)} %. "
+        f"On {misfits} points the paper's text and numbers do not fit together as printed."
     )
 
 
