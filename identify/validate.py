@@ -4,6 +4,11 @@
 The phases of an axis follow the reference's own derivative: speeding up, steady, slowing down; an axis
 whose reference rests is in none. Velocity is the DVL's at its time of validity (yaw: the gyro's), the
 reference is interpolated there.
+
+A sensor's noise is no error of tracking: measured less wanted velocity goes through the zero-phase low-pass of
+`identify.filters`, in every mode the same. What white noise leaves of itself below the cut-off is told, and not
+taken out by its power: where a PID follows its sensor, noise becomes true error of the opposite sign, and the two
+do not add like strangers. What the source paper did with its noise is not known.
 """
 
 import math
@@ -16,6 +21,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vector3
 from identify.dive import Array, Dive, Signal
+from identify.filters import ORDER, low_pass
 
 AXES = (0, 1, 5)
 PHASES = ("Acceleration", "Steady state", "Deceleration", "Overall")
@@ -24,6 +30,13 @@ LEAST_SLOPE = 1e-4
 LEAST_SPEED = 1e-3
 LAG_STEP_S = 0.05
 EARLIEST_S, LATEST_S = -1.0, 4.0
+CUTOFF_HZ = 0.5
+METHOD = (
+    f"Measured less wanted velocity, below {CUTOFF_HZ:g} Hz (zero-phase) because a sensor's noise is no error of "
+    "tracking; what the source paper did with its noise is not known."
+)
+SHORTEST_RUN_S = 2.0
+SPEED_STEP = 0.01
 
 Mask = NDArray[np.bool_]
 
@@ -42,13 +55,27 @@ class Phases:
 
 
 @dataclass(frozen=True)
+class SteadyError:
+    """At one `speed` (m/s or rad/s): mean of measured less wanted velocity, positive where it went too fast.
+
+    Over `runs` of holding that speed, each at least 2 s; `standard_error` from their spread, NaN for one.
+    """
+
+    speed: float
+    error: float
+    standard_error: float
+    runs: int
+
+
+@dataclass(frozen=True)
 class AxisErrors:
     """One axis; mean absolute tracking errors in m/s or rad/s, NaN where a phase does not occur.
 
     `delay_s`: by how much the response lags the reference. `acceleration_less_delay`: the error while
     speeding up against the reference that much later. In steady state, N or N m: `pid_effort` the mean of
     TAU_PID, `pid_magnitude` of its absolute value, `pid_minus_ff` of |TAU_PID - TAU_FF|, which the paper
-    uses in shadow mode.
+    uses in shadow mode. `noise`: the standard deviation of the sensor's noise that is left in the filtered error.
+    `speeds`: the error of the mean speed, as the paper judges feed-forward alone, slowest first.
     """
 
     axis: str
@@ -62,6 +89,8 @@ class AxisErrors:
     pid_effort: float
     pid_magnitude: float
     pid_minus_ff: float
+    noise: float = math.nan
+    speeds: tuple[SteadyError, ...] = ()
 
     def phase(self, name: str) -> float:
         """The error of one of PHASES."""
@@ -154,21 +183,65 @@ def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
     if not of.any.any():
         return None
     lag_s = delay(reference, response)
-    error = np.abs(response.value - reference.at(time_s))[:, 0]
-    late = np.abs(response.value - reference.at(time_s - lag_s))[:, 0]
+    error = (response.value - reference.at(time_s))[:, 0]
+    smooth, noise = _low(time_s, error)
+    late, _ = _low(time_s, (response.value - reference.at(time_s - lag_s))[:, 0])
+    now, late = np.abs(smooth), np.abs(late)
     effort, magnitude, against_ff = _wrenches(dive, dof, reference, slope)
     return AxisErrors(
         axis=DOFS[dof],
         unit=_unit(dof),
-        acceleration=_mean(error, of.acceleration),
-        steady_state=_mean(error, of.steady),
-        deceleration=_mean(error, of.deceleration),
-        overall=_mean(error, of.any),
+        acceleration=_mean(now, of.acceleration),
+        steady_state=_mean(now, of.steady),
+        deceleration=_mean(now, of.deceleration),
+        overall=_mean(now, of.any),
         delay_s=lag_s,
         acceleration_less_delay=_mean(late, of.acceleration),
         pid_effort=effort,
         pid_magnitude=magnitude,
         pid_minus_ff=against_ff,
+        noise=noise,
+        speeds=_steady_errors(time_s, reference.at(time_s)[:, 0], error, of.steady),
+    )
+
+
+def _low(time_s: Array, error: Array) -> tuple[Array, float]:
+    """The error (n,) below CUTOFF_HZ, and the standard deviation of the noise that is left in it.
+
+    The filter's gain is G = 1 / (1 + x^(2 ORDER)), x the frequency over the cut-off. Of white noise up to `top`
+    it passes the power mean(G^2) and takes mean((1 - G)^2); the latter is measured, robustly: nothing else in the
+    error is that fast for long.
+    """
+    rate_hz = 1.0 / max(float(np.median(np.diff(time_s))), 1e-9)
+    top = rate_hz / (2 * CUTOFF_HZ)
+    if top <= 1:
+        return error, 0.0
+    grid_s = np.arange(time_s[0], time_s[-1] + 0.5 / rate_hz, 1 / rate_hz)
+    smooth = np.interp(time_s, grid_s, low_pass(np.interp(grid_s, time_s, error), rate_hz, CUTOFF_HZ))
+    x = np.linspace(0.0, top, 2001)
+    gain = 1 / (1 + x ** (2 * ORDER))
+    passed, taken = float(np.mean(gain**2)), float(np.mean((1 - gain) ** 2))
+    sigma = 1.4826 * float(np.median(np.abs(error - smooth)))
+    return smooth, sigma * math.sqrt(passed / taken)
+
+
+def _steady_errors(time_s: Array, wanted: Array, error: Array, steady: Mask) -> tuple[SteadyError, ...]:
+    edges = np.flatnonzero(np.diff(steady.astype(int), prepend=0, append=0))
+    runs: dict[int, list[float]] = {}
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if time_s[end - 1] - time_s[start] >= SHORTEST_RUN_S:
+            speed = float(np.median(wanted[start:end]))
+            ahead = math.copysign(1.0, speed) * float(error[start:end].mean())
+            runs.setdefault(round(abs(speed) / SPEED_STEP), []).append(ahead)
+    return tuple(
+        SteadyError(
+            step * SPEED_STEP,
+            float(np.mean(found)),
+            float(np.std(found, ddof=1) / math.sqrt(len(found))) if len(found) > 1 else math.nan,
+            len(found),
+        )
+        for step, found in sorted(runs.items())
+        if step
     )
 
 

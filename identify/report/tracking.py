@@ -15,7 +15,7 @@ from identify.report.figures import signal_line, time_axis, time_panel
 from identify.report.page import Figure, Table
 from identify.report.plot import Panel
 from identify.report.text import MISSING, fixed
-from identify.validate import AXES, LEAST_SPEED, PHASES, AxisErrors, TrackingErrors
+from identify.validate import AXES, LEAST_SPEED, METHOD, PHASES, AxisErrors, SteadyError, TrackingErrors
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),
@@ -37,12 +37,12 @@ class Reference:
 
 
 def error_tables(errors: Mapping[str, TrackingErrors], paper: Reference | None = None) -> tuple[Table, ...]:
-    """One table for each axis that any run moved along: the phases from top to bottom, the runs side by side."""
-    return tuple(
-        _error_table(DOFS[dof], "N" if dof < 3 else "N m", errors, paper)
-        for dof in AXES
-        if any(run.axis(DOFS[dof]) for run in errors.values())
-    )
+    """For each axis that any run moved along: the phases from top to bottom, then the speeds held, the runs side by
+    side."""
+    moved = [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
+    by_phase = [_error_table(DOFS[dof], "N" if dof < 3 else "N m", errors, paper) for dof in moved]
+    by_speed = [_speed_table(DOFS[dof], errors) for dof in moved]
+    return (*by_phase, *(table for table in by_speed if table.rows))
 
 
 def _error_table(
@@ -63,7 +63,9 @@ def _error_table(
         row(f"Steady |PID − feed-forward|, {wrench_unit}", 2, lambda run: run.pid_minus_ff),
     )
     columns: tuple[str, ...] = (f"{axis.capitalize()} motion", *errors)
-    caption = f"Mean absolute tracking error in {axis}, phase by phase."
+    caption = (
+        f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis, unit)}"
+    )
     if paper and published:
         beside = [fixed(published.get(phase, math.nan), 4) for phase in PHASES]
         beside += [MISSING] * (len(rows) - len(beside))
@@ -71,6 +73,33 @@ def _error_table(
         columns = (*columns, paper.label)
         caption += f" {paper.label}: {paper.source}."
     return Table(columns, rows, caption)
+
+
+def _noise_said(errors: Mapping[str, TrackingErrors], axis: str, unit: str) -> str:
+    noises = {name: found.noise for name, run in errors.items() if (found := run.axis(axis))}
+    said = [f"{name} {fixed(noise, 4)}" for name, noise in noises.items() if math.isfinite(noise)]
+    return f" Noise of the sensor that is left in it, {unit} rms: {', '.join(said)}." if said else ""
+
+
+def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
+    """The error of the mean speed, by the speed held."""
+    runs = [run.axis(axis) for run in errors.values()]
+    unit = next(run.unit for run in runs if run)
+    held = [{s.speed: s for s in run.speeds} if run else {} for run in runs]
+    speeds = sorted({speed for of_run in held for speed in of_run})
+    rows = [(f"{speed:.2f}", *(_with_error(of_run.get(speed)) for of_run in held)) for speed in speeds]
+    caption = (
+        f"How much faster (+) or slower (-) than asked the vehicle went on average in {axis} while it held a speed, "
+        f"{unit}, with the standard error of that mean over the runs at this speed."
+    )
+    return Table((f"{axis.capitalize()} speed, {unit}", *errors), tuple(rows), caption)
+
+
+def _with_error(at: SteadyError | None) -> str:
+    if at is None:
+        return MISSING
+    spread = f" ± {at.standard_error:.4f}" if math.isfinite(at.standard_error) else ""
+    return f"{at.error:+.4f}{spread}".replace("-", "−")
 
 
 def curves(mode: str, dive: Dive) -> tuple[Figure, ...]:

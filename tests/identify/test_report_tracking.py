@@ -10,7 +10,7 @@ import numpy as np
 from identify.dive import Dive, Signal
 from identify.report.sections import tracking_section
 from identify.report.tracking import Reference
-from identify.validate import AxisErrors, TrackingErrors, tracking_errors
+from identify.validate import METHOD, AxisErrors, SteadyError, TrackingErrors, tracking_errors
 
 NAN = math.nan
 SURGE = AxisErrors("surge", "m/s", 0.0091, 0.0036, 0.0048, 0.0051, 0.3, 0.0042, -1.1528, 1.2, 2.4)
@@ -78,14 +78,36 @@ def test_the_effort_of_a_pid_that_pushes_both_ways_is_its_magnitude():
     assert dive.tau_pid
     both_ways = np.where(np.arange(len(dive.tau_pid)) % 2, 22.0, -22.0)[:, None] * np.ones(6)
     dive = replace(dive, tau_pid=Signal(dive.tau_pid.time_s, both_ways))
-    (table,) = tracking_section({"PID alone": tracking_errors(dive)}, {}).tables
-    assert table.rows[6] == ("Steady |PID|, N", "22.00")
+    by_phase, _ = tracking_section({"PID alone": tracking_errors(dive)}, {}).tables
+    assert by_phase.rows[6] == ("Steady |PID|, N", "22.00")
 
 
 def test_yaw_has_its_own_units():
     (table,) = tracking_section({"PID alone": TrackingErrors("a", (YAW,))}, {}).tables
     assert [row[0].rpartition(", ")[2] for row in table.rows] == ["rad/s"] * 5 + ["s", "N m", "N m"]
     assert table.rows[2] == ("Deceleration, rad/s", "—")
+
+
+def test_the_page_says_how_noise_was_kept_out_of_the_errors_and_how_much_is_left():
+    noisy = replace(SURGE, noise=0.00127)
+    (table,) = tracking_section({"PID": TrackingErrors("a", (noisy,))}, {}).tables
+    assert METHOD in table.caption
+    assert table.caption.endswith("Noise of the sensor that is left in it, m/s rms: PID 0.0013.")
+
+
+def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
+    slow, fast = SteadyError(0.2, -0.0012, 0.0004, 4), SteadyError(0.4, 0.0021, NAN, 1)
+    errors = {
+        "FF": TrackingErrors("a", (replace(SURGE, speeds=(slow, fast)),)),
+        "both": TrackingErrors("b", (replace(SURGE, speeds=(fast,)),)),
+        "sway": TrackingErrors("c", (SWAY,)),
+    }
+    *_, by_speed = tracking_section(errors, {}).tables
+    assert by_speed.columns == ("Surge speed, m/s", "FF", "both", "sway")
+    assert by_speed.rows == (
+        ("0.20", "−0.0012 ± 0.0004", "—", "—"),
+        ("0.40", "+0.0021", "+0.0021", "—"),
+    )
 
 
 def test_each_run_has_a_figure_for_each_axis_that_moved():

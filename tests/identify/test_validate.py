@@ -86,6 +86,56 @@ def test_the_delay_of_a_response_that_never_moves_is_unknown() -> None:
     assert math.isnan(delay(Signal(time_s, velocity[:, None]), still))
 
 
+def noisy(sigma_m_s: float, seed: int, **how: float) -> Dive:
+    whole = dive(**how)
+    assert whole.velocity is not None
+    noise = sigma_m_s * np.random.default_rng(seed).standard_normal(whole.velocity.value.shape)
+    return replace(whole, velocity=Signal(whole.velocity.time_s, whole.velocity.value + noise))
+
+
+def test_a_sensor_s_noise_is_no_error_of_tracking() -> None:
+    found = [tracking_errors(noisy(0.004, seed)).axis("surge") for seed in range(40)]
+    # A filter of gain 1/2 at 0.5 Hz lets through 0.0449 of the power of white noise up to 10 Hz.
+    left = 0.004 * math.sqrt(0.0449)
+    assert np.mean([surge.noise for surge in found if surge is not None]) == pytest.approx(left, rel=0.02)
+    overall = [surge.overall for surge in found if surge is not None]
+    assert np.mean(overall) == pytest.approx(math.sqrt(2 / math.pi) * left, rel=0.05)
+
+
+def test_an_error_beside_noise_is_found_as_it_is() -> None:
+    offset_m_s = 0.005
+    found = [tracking_errors(noisy(0.004, seed, offset_m_s=offset_m_s)).axis("surge") for seed in range(20)]
+    for phase in PHASES:
+        mean = np.mean([surge.phase(phase) for surge in found if surge is not None])
+        assert mean == pytest.approx(offset_m_s, rel=0.05)
+
+
+def test_the_error_of_the_mean_speed_is_told_by_speed_and_positive_where_it_goes_too_fast_either_way() -> (
+    None
+):
+    ahead, astern = dive(offset_m_s=0.01), dive(offset_m_s=0.03)
+    assert ahead.nu_ref is not None
+    assert ahead.velocity is not None
+    assert astern.nu_ref is not None
+    assert astern.velocity is not None
+    time_s = np.concatenate([ahead.nu_ref.time_s, 40.0 + astern.nu_ref.time_s])
+    reference = np.concatenate([ahead.nu_ref.value, -astern.nu_ref.value])
+    velocity = np.concatenate([ahead.velocity.value, -astern.velocity.value])
+    both = Dive("d", Path("d"), "0", velocity=Signal(time_s, velocity), nu_ref=Signal(time_s, reference))
+    surge = tracking_errors(both).axis("surge")
+    assert surge is not None
+    (at,) = surge.speeds
+    assert (at.speed, at.runs) == (pytest.approx(0.4), 2)
+    assert (at.error, at.standard_error) == pytest.approx((0.02, 0.01), abs=1e-6)
+
+
+def test_a_speed_held_for_less_than_two_seconds_is_no_speed_held() -> None:
+    short = tracking_errors(dive(offset_m_s=0.01).between(0.0, 11.5)).axis("surge")
+    assert short is not None
+    assert short.steady_state == pytest.approx(0.01)
+    assert short.speeds == ()
+
+
 def test_wrenches_are_taken_in_steady_state() -> None:
     surge = tracking_errors(dive()).axis("surge")
     assert surge is not None
