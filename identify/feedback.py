@@ -5,6 +5,7 @@ section 13.4); with others it takes for mass what the controller did about the d
 """
 
 import numpy as np
+from scipy.signal import lfilter
 
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Water
@@ -20,6 +21,7 @@ LARGEST_FOREIGN = 0.5
 WINDOW_S = 10.0
 READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
 TAPS = 8
+MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
 SAME = 1e-5
 """m/s: two velocities nearer than this are one."""
 
@@ -109,13 +111,21 @@ def foreign_velocity(dive: Dive, dof: int) -> float | None:
     fed, past = dive.nu_fb.value[known, dof], read[latest[known, None] - np.arange(TAPS)]
     if np.mean(np.abs(past - fed[:, None]).min(axis=1) < SAME) > 0.5:
         return 0.0
-    columns = [past, np.ones((len(fed), 1))]
+    columns = [past, _memories(time_s, read)[latest[known]], np.ones((len(fed), 1))]
     if dive.gyro is not None and len(dive.gyro):
         columns.append(np.nan_to_num(dive.gyro.held_at(dive.nu_fb.time_s[known])))
     table = np.column_stack(columns)
     fitted, *_ = np.linalg.lstsq(table, fed, rcond=None)
     noise = _spread(np.diff(read, 2)) / np.sqrt(6.0)
     return float(_spread(fed - table @ fitted) / noise) if noise > 0 else None
+
+
+def _memories(time_s: Array, read: Array) -> Array:
+    """Readings (n,) through low-pass filters of several time constants, (n, k): what filters keep beyond the taps."""
+    step_s = float(np.median(np.diff(time_s)))
+    keep = np.exp(-step_s / np.array(MEMORIES_S))
+    kept = [lfilter([1 - k], [1, -k], read - read[0]) + read[0] for k in keep]
+    return np.asarray(np.column_stack(kept), dtype=np.float64)
 
 
 def _spread(value: Array) -> float:

@@ -6,8 +6,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import yaml
 
+from bridge.schema import build
 from bridge.simulator.missions import load_mission
+from bridge.vehicle.config import Vehicle
 from tui import cli
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,10 +48,24 @@ def test_each_make_line_names_a_target(line):
 
 
 def test_the_mission_that_the_manual_shows_can_be_dived(tmp_path):
-    (block,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/commands.md").read_text(encoding="utf-8"), re.S)
+    (block,) = (block for block in yaml_blocks() if "legs:" in block)
     path = tmp_path / "mission.yaml"
     path.write_text(block, encoding="utf-8")
-    assert load_mission(path).duration_s == 25.0
+    assert load_mission(path).duration_s == 55.0
+
+
+def test_the_priors_that_the_manual_shows_are_what_a_vehicle_file_takes():
+    (block,) = (yaml.safe_load(block) for block in yaml_blocks() if "priors:" in block)
+    whole = yaml.safe_load((ROOT / "configs/vehicles/ruvifist.yaml").read_text(encoding="utf-8"))
+    whole["thrust_curve"] |= block["thrust_curve"]
+    whole["configurations"]["hovering"] |= block["configurations"]["hovering"]
+    shape = build(Vehicle, whole, "manual").configurations["hovering"]
+    assert [prior.rests_on for prior in shape.priors.values()] == ["weight", "thrust"]
+    assert shape.rigid_body(0) == (72.0, 0.3)
+
+
+def yaml_blocks():
+    return re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/commands.md").read_text(encoding="utf-8"), re.S)
 
 
 def test_every_link_of_the_readme_leads_somewhere():

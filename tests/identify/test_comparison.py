@@ -1,0 +1,107 @@
+"""Two methods on one dive: disagreement is measured by the less sure of them, and explained by what each doubts."""
+
+from dataclasses import replace
+
+import fitted
+import numpy as np
+import pytest
+
+from identify.comparison import TOO_FAR, compare
+from identify.identification import Doubt, Outcome
+from identify.report.compared import comparison_section
+
+SURGE = {"M_u": 100.0, "D_u": 50.0}
+
+
+def by(method, mass=100.0, std=0.01, **keys):
+    return fitted.fit(SURGE | {"M_u": mass}, std**2 * np.eye(2), method=method, **keys)
+
+
+def difference(compared, name="M_u"):
+    return next(d for d in compared.differences if d.name == name)
+
+
+def test_the_distance_is_in_standard_errors_of_the_less_sure():
+    found = difference(compare(by("likelihood", 100.0, 0.001), by("pinn", 100.0 * np.exp(0.02), 0.01)))
+    assert found.distance == pytest.approx(2.0)
+    assert not found.disagrees
+
+
+def test_two_that_agree_say_so_in_one_sentence():
+    (sentence,) = compare(by("likelihood"), by("pinn", 101.0)).sentences
+    assert sentence.startswith("Likelihood and pinn agree in all 2 parameters")
+    assert "1.0 standard errors apart, in M_u" in sentence
+
+
+def test_beyond_the_intervals_they_disagree_and_why_is_what_either_doubts():
+    doubt = Doubt(
+        ("M_u",), "In surge a drag is missing from the model: mass holds for this dive.", Outcome.DISAGREES
+    )
+    found = compare(by("likelihood", doubts=(doubt,)), by("pinn", 110.0))
+    (told,) = found.disagreements
+    assert told.name == "M_u"
+    assert "+10.0 % and 9.5 standard errors apart" in told.why
+    assert "likelihood doubts it itself (in surge a drag is missing from the model)" in told.why
+
+
+def test_a_different_sea_explains_a_difference():
+    seas = ({"surge_disturbance_std_n": 1.0}, {"surge_disturbance_std_n": 2.5})
+    found = compare(by("likelihood", nuisance=seas[0]), by("pinn", 110.0, nuisance=seas[1]))
+    assert "they take the disturbance in surge differently (likelihood 1 N, pinn 2.5 N)" in found.sentences[0]
+
+
+def test_without_a_doubt_of_either_nothing_is_made_up():
+    found = compare(by("likelihood"), by("pinn", 110.0))
+    assert "neither doubts it" in found.sentences[0]
+
+
+def test_a_method_that_did_not_converge_is_named():
+    found = compare(by("likelihood"), by("pinn", 110.0, outcome=Outcome.AT_BOUND))
+    assert "pinn ended with 'stopped at a bound'" in found.sentences[0]
+
+
+def test_what_one_of_them_can_not_tell_is_no_disagreement():
+    found = compare(by("likelihood"), by("pinn", 300.0, 0.5))
+    assert np.isnan(difference(found).distance)
+    assert not found.disagreements
+
+
+def test_a_method_without_intervals_disagrees_with_nothing():
+    bare = tuple(replace(p, std=np.nan, low95=np.nan, high95=np.nan) for p in by("paper", 200.0).parameters)
+    found = compare(by("likelihood"), replace(by("paper"), parameters=bare))
+    assert found.sentences == (
+        "No parameter has an interval by both likelihood and paper: there is nothing to compare.",
+    )
+
+
+def test_two_efficient_estimates_of_the_same_noise_hardly_ever_disagree():
+    """The second is the first with noise of its own, so that its variance is the larger: Hausman's case."""
+    rng = np.random.default_rng(100_001)
+    disagreed = 0
+    for _ in range(400):
+        first = 0.01 * rng.normal()
+        second = first + 0.02 * rng.normal()
+        found = compare(by("a", np.exp(first), 0.01), by("b", np.exp(second), np.hypot(0.01, 0.02)))
+        disagreed += difference(found).disagrees
+    assert disagreed / 400 < 0.02
+
+
+def test_the_json_names_the_disagreeing_parameters_with_why():
+    data = compare(by("likelihood"), by("pinn", 110.0)).to_json()
+    assert data["method"] == "pinn"
+    mass, sway, *_ = data["parameters"]
+    assert mass["disagrees"] is True
+    assert mass["value"] == 110.0
+    assert mass["difference_in_std"] > TOO_FAR
+    assert "standard errors apart" in mass["why"]
+    assert sway["difference_in_std"] is None
+    assert "why" not in sway
+
+
+def test_the_report_warns_of_a_disagreement_and_is_calm_without():
+    loud = comparison_section(compare(by("likelihood"), by("pinn", 110.0)))
+    assert loud.warning.startswith("Warning: the methods disagree")
+    assert loud.tables[0].rows[0][-1] == "DISAGREE"
+    calm = comparison_section(compare(by("likelihood"), by("pinn")))
+    assert calm.warning == ""
+    assert "agree in all 2" in calm.text

@@ -1,0 +1,89 @@
+"""The recorded velocity is held against what the controller did, and against what it says that it used."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import closed_loop
+import numpy as np
+import pytest
+
+from bridge.vehicle.config import Water
+from identify.dive import Signal
+from identify.estimators.likelihood import estimate
+from identify.estimators.table import judged
+from identify.feedback import feedback_doubts, foreign_velocity
+from identify.ingest.open import read_dive
+
+SEALED = Path(__file__).resolve().parents[2].parent / "shared" / "sealed"
+
+
+def dive(seed=100_001, **keys):
+    return closed_loop.dive(np.random.default_rng(seed), seconds=120.0, **keys)
+
+
+def with_nu_fb(recorded, surge):
+    six = recorded.nu_fb.value.copy()
+    six[:, 0] = surge
+    return replace(recorded, nu_fb=Signal(recorded.nu_fb.time_s, six))
+
+
+def test_a_controller_that_used_what_was_recorded_raises_no_doubt():
+    assert feedback_doubts(dive(), Water()) == ()
+
+
+def test_a_wrench_that_follows_from_nothing_recorded_is_doubted_with_what_to_do():
+    (doubt,) = feedback_doubts(dive(hidden_noise=0.02), Water())
+    assert doubt.about == ("M_u",)
+    assert "In surge the recorded velocity can't be what the controller used" in doubt.sentence
+    assert "record the very readings" in doubt.sentence
+
+
+def test_a_fed_back_velocity_of_another_sensor_is_told_by_its_own_noise():
+    recorded = dive()
+    truth = np.convolve(recorded.velocity.value[:, 0], np.ones(7) / 7, "same")
+    other = truth + 0.006 * np.random.default_rng(100_002).normal(size=len(truth))
+    assert foreign_velocity(with_nu_fb(recorded, other), 0) > 0.9
+
+
+@pytest.mark.parametrize("weight", [0.2, 0.5, 1.0])
+def test_a_causal_filter_of_the_recorded_velocity_is_the_recorded_velocity(weight):
+    recorded = dive()
+    filtered = recorded.velocity.value[:, 0].copy()
+    for k in range(1, len(filtered)):
+        filtered[k] = filtered[k - 1] + weight * (filtered[k] - filtered[k - 1])
+    assert foreign_velocity(with_nu_fb(recorded, filtered), 0) < 0.3
+
+
+def test_a_velocity_carried_to_the_origin_by_the_gyro_is_the_recorded_one():
+    recorded = dive()
+    turning = 0.2 * np.sin(0.5 * recorded.velocity.time_s)
+    gyro = np.column_stack([0 * turning, 0 * turning, turning])
+    at_transducer = recorded.velocity.value[:, 0]
+    carried = replace(
+        with_nu_fb(recorded, at_transducer + 0.3 * turning), gyro=Signal(recorded.velocity.time_s, gyro)
+    )
+    assert foreign_velocity(carried, 0) < 0.1
+
+
+def test_a_recording_without_the_controllers_own_signals_is_not_judged():
+    bare = replace(dive(hidden_noise=0.02), nu_fb=None)
+    assert feedback_doubts(bare, Water()) == ()
+
+
+def test_every_method_loses_the_mass_that_the_feedback_spoils():
+    recorded = dive(hidden_noise=0.02)
+    other = judged(lambda *asked: replace(estimate(*asked), method="pinn"))
+    found = other(recorded, closed_loop.vehicle_file(), "only", lambda *_: None)
+    assert found.method == "pinn"
+    assert not found["M_u"].identifiable
+    assert not found["X_udot"].identifiable
+    assert found["M_u"].reason == found.doubts[0].sentence
+    assert found["D_u"].identifiable
+    assert "M_u" not in found.covariance_of
+
+
+@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+@pytest.mark.parametrize("name", ["open_1", "b", "g"])
+def test_dives_made_elsewhere_raise_no_doubt_but_in_heave_whose_depth_they_keep_to_themselves(name):
+    doubts = feedback_doubts(read_dive(SEALED / name / "dive.tlog.gz"), Water())
+    assert [doubt.about for doubt in doubts] == [("M_w",)]

@@ -1,0 +1,123 @@
+"""Priors and the thrust's scale: products of Gaussians with answers that can be worked out by hand."""
+
+import fitted
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from identify.answer import answered
+from identify.identification import Outcome
+
+SURGE = {"M_u": 100.0, "D_u": 50.0}
+
+
+def answer(relative, priors=None, scale_std=0.1, values=None):
+    file = fitted.vehicle_file(scale_std, priors=priors or {})
+    return answered(fitted.fit(values or SURGE, np.asarray(relative)), fitted.dive(), file)
+
+
+def test_without_a_prior_values_and_intervals_stay_as_they_were_fitted():
+    fit = fitted.fit(SURGE, np.diag([1e-4, 4e-4]))
+    found = answer(np.diag([1e-4, 4e-4]))
+    assert found["M_u"].value == pytest.approx(100.0)
+    assert found["M_u"].low95 == fit["M_u"].low95
+    assert found["D_u"].std == fit["D_u"].std
+    assert found["M_u"].share_from_prior == 0.0
+
+
+def test_intervals_hold_given_the_thrust_and_what_it_would_add_stands_beside_them():
+    found = answer(np.diag([1e-4, 4e-4]), scale_std=0.05)
+    assert found["M_u"].scale_std == pytest.approx(5.0)
+    assert found["X_udot"].scale_std == pytest.approx(5.0)
+    assert not found.thrust_scale.in_intervals
+    assert "known to 5 %" in found.thrust_scale.sentence
+
+
+def test_a_prior_on_the_thrust_itself_is_a_product_of_two_gaussians():
+    found = answer(np.diag([0.02**2, 4e-4]), {"M_u": fitted.prior(102.0, 0.02, "thrust")})
+    assert found["M_u"].value == pytest.approx(np.sqrt(100.0 * 102.0))
+    assert found["M_u"].relative_std == pytest.approx(0.02 / np.sqrt(2))
+    assert found["M_u"].share_from_prior == pytest.approx(0.5)
+    assert found["D_u"].value == pytest.approx(50.0)
+    assert found["M_u"].scale_std == pytest.approx(0.1 * found["M_u"].value)
+
+
+def test_a_prior_moves_what_the_dive_ties_to_it():
+    relative = np.array([[0.04, 0.036], [0.036, 0.04]])
+    found = answer(relative, {"M_u": fitted.prior(110.0, 1e-6, "thrust")})
+    assert found["M_u"].value == pytest.approx(110.0, rel=1e-6)
+    assert found["D_u"].value == pytest.approx(50.0 * 1.1**0.9, rel=1e-6)
+    assert found["D_u"].relative_std == pytest.approx(np.sqrt(0.04 - 0.036**2 / 0.04), rel=1e-6)
+
+
+def test_a_weighed_mass_tells_the_thrust_and_with_it_every_other_parameter():
+    """The dive knows both to 0.1 % but for the thrust; the weighed mass says that the thrust is 5 % stronger."""
+    found = answer(np.diag([1e-6, 1e-6]), {"M_u": fitted.prior(105.0, 0.001)}, scale_std=0.1)
+    assert found.thrust_scale.in_intervals
+    assert found.thrust_scale.shift == pytest.approx(0.05, abs=1e-4)
+    assert found["D_u"].value == pytest.approx(52.5, rel=1e-3)
+    assert found["D_u"].relative_std == pytest.approx(np.sqrt(1e-6 + 1e-6 + 1e-6), rel=1e-2)
+    assert found["M_u"].scale_std == 0.0
+    assert "thrust_scale" not in {name for d in found.null_directions for name in d.weights}
+
+
+def test_with_a_weighed_mass_the_intervals_include_what_is_left_of_the_thrust():
+    found = answer(np.diag([1e-6, 1e-6]), {"M_u": fitted.prior(100.0, 0.1)}, scale_std=0.1)
+    assert found["D_u"].relative_std == pytest.approx(0.1 / np.sqrt(2), rel=1e-3)
+
+
+@pytest.mark.parametrize(("percent", "taken"), [(5.0, True), (7.0, False)])
+def test_a_prior_further_than_three_standard_errors_is_left_out_and_doubted(percent, taken):
+    priors = {"M_u": fitted.prior(100.0 * np.exp(percent / 100), 0.01, "thrust", "weighed 2026-03-01")}
+    found = answer(np.diag([0.0175**2, 1e-4]), priors)
+    assert (found["M_u"].value > 100.5) is taken
+    assert (found.outcome is Outcome.CONVERGED) is taken
+    assert (
+        any("weighed 2026-03-01" in d.sentence and "left out" in d.sentence for d in found.doubts)
+        is not taken
+    )
+
+
+def test_what_the_dive_says_nothing_of_takes_its_prior_and_stays_not_identifiable():
+    found = answer(np.diag([1e-4, 1e-4]), {"M_w": fitted.prior(130.0, 0.05, source="weighed")})
+    assert found["M_w"].value == 130.0
+    assert found["M_w"].share_from_prior == 1.0
+    assert not found["M_w"].identifiable
+    assert "prior alone (weighed)" in found["M_w"].reason
+    assert "M_w" not in found.values()
+
+
+def test_a_prior_can_make_identifiable_what_the_dive_alone_leaves_open():
+    found = answer(np.diag([1e-4, 0.5]), {"D_u": fitted.prior(55.0, 0.05, "thrust")})
+    assert found["D_u"].identifiable
+    assert found["D_u"].share_from_prior > 0.99
+    assert found["D_u"].value == pytest.approx(55.0, rel=0.01)
+
+
+def test_a_method_without_intervals_says_that_priors_were_not_joined():
+    file = fitted.vehicle_file(priors={"M_u": fitted.prior(100.0, 0.1)})
+    found = answered(fitted.fit({}, np.zeros((0, 0))), fitted.dive(), file)
+    assert any("states no interval" in note for note in found.notes)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.floats(0.005, 0.2), min_size=2, max_size=2),
+    st.floats(-0.95, 0.95),
+    st.floats(0.01, 0.3),
+    st.sampled_from(["weight", "thrust"]),
+    st.floats(-0.5, 0.5),
+)
+def test_a_prior_never_widens_what_the_dive_and_the_thrust_leave_open(
+    stds, correlation, width, rests_on, off
+):
+    tied = correlation * stds[0] * stds[1]
+    relative = np.array([[stds[0] ** 2, tied], [tied, stds[1] ** 2]])
+    prior = fitted.prior(100.0 * float(np.exp(off * width)), width, rests_on)
+    found = answer(relative, {"M_u": prior})
+    thrust = 0.1 if found.thrust_scale.in_intervals else 0.0
+    for name, std in zip(("M_u", "D_u"), stds, strict=True):
+        assert found[name].relative_std <= np.hypot(std, thrust) * (1 + 1e-9)
+    assert found["M_u"].relative_std <= width * (1 + 1e-9)
+    assert np.linalg.eigvalsh(found.covariance).min() > 0
