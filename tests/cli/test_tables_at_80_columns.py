@@ -15,7 +15,7 @@ from gcs_plugin.params.transfer import Outcome as Applied
 from identify.comparison import compare
 from identify.dive import Dive, Signal
 from identify.identification import Identification, Outcome, Partner, added_mass, estimate
-from identify.validate import PHASES, AxisErrors, Row, TrackingErrors
+from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
 from tui import demo, identified, show
 from tui.commands import demo as demo_command
 from tui.commands import doctor, import_, validate
@@ -119,11 +119,17 @@ def test_identify_with_a_second_method(printed):
 
 
 def test_validate_of_every_mode(printed):
-    axes = tuple(AxisErrors(axis, "rad/s", *(0.1234567,) * 9) for axis in ("surge", "sway", "yaw"))
+    speeds = tuple(SteadyError(speed, -0.1234567, 0.1234567, 9) for speed in (0.2, 0.5))
+    axes = tuple(
+        AxisErrors(axis, "rad/s", *(0.1234567,) * 10, speeds=speeds) for axis in ("surge", "sway", "yaw")
+    )
     runs = dict.fromkeys(validate.MODES, TrackingErrors("a", axes))
     show.put(show.results(), validate.error_table(list(runs), rows(len(runs))))
     show.put(show.results(), validate._lags(runs))
-    assert "yaw, rad/s Steady state 0.123 0.123 0.123 0.123" in cells(printed())
+    show.put(show.results(), validate.speed_table(runs))
+    out = cells(printed())
+    assert "yaw, rad/s Steady state 0.123 0.123 0.123 0.123" in out
+    assert "yaw, rad/s 0.20 -0.1235 -0.1235 -0.1235 -0.1235" in out
 
 
 def test_doctor(printed):

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from gcs_plugin.folder import new_folder
-    from identify.validate import compare
+    from identify.validate import METHOD, compare
     from tui import demo, show
     from tui.outputs import check_file, check_folder
 
@@ -60,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     show.say(console, f"{sum(inside)} of {len(inside)} truths lie in their 95 % intervals.\n")
     show.say(console, f"upload: {done.receipt.sentence}\n")
     show.put(console, tracking_table(list(done.runs), rows))
+    show.say(console, f"{METHOD}\n")
     show.say(console, f"report: {page}")
     show.say(console, f"recordings, results and receipt: {folder}")
     show.say(console, f"took {clock.boot_s():.0f} s")

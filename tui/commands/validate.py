@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.ingest.open import read_dive
-    from identify.validate import compare, tracking_errors
+    from identify.validate import METHOD, compare, tracking_errors
     from tui import show
     from tui.outputs import check_file
 
@@ -48,6 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     if rows:
         show.put(console, error_table(list(runs), rows))
+        show.say(console, f"{METHOD}\n")
+        if any(axis.speeds for found in errors.values() for axis in found.axes):
+            show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
     show.write_json([_plain(label, found) for label, found in errors.items()], arguments.json)
     nothing = [label for label, found in errors.items() if not _has_errors(found)]
@@ -66,6 +69,32 @@ def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
         [(f"{r.axis}, {r.unit}", r.phase, *(show.number(v, 3) for v in r.values)) for r in rows],
         numbers=runs,
     )
+
+
+def speed_table(errors: "dict[str, TrackingErrors]") -> "Table":
+    """The error of the mean speed, by axis and speed held, a column a run."""
+    from tui import show
+
+    units = {axis.axis: axis.unit for found in errors.values() for axis in found.axes}
+    held = {
+        (axis.axis, at.speed, label): at.error
+        for label, found in errors.items()
+        for axis in found.axes
+        for at in axis.speeds
+    }
+    rows = [
+        (f"{axis}, {unit}", f"{speed:.2f}", *(_signed(held.get((axis, speed, label))) for label in errors))
+        for axis, unit in units.items()
+        for speed in sorted({speed for of, speed, _ in held if of == axis})
+    ]
+    columns = ("axis", "speed held", *errors)
+    return show.table(
+        "mean speed less the speed asked for, while it is held", columns, rows, numbers=columns[1:]
+    )
+
+
+def _signed(error: float | None) -> str:
+    return "-" if error is None else f"{error:+.4f}"
 
 
 def _has_errors(found: "TrackingErrors") -> bool:
