@@ -139,3 +139,9 @@ def test_nothing_known_is_infinitely_wide() -> None:
     widths = relative_std(precision)
     assert widths[0] == pytest.approx(0.1)
     assert np.all(np.isinf(widths[1:]))
+
+
+def test_time_goes_to_every_axis_of_which_nothing_is_known() -> None:
+    found = propose(FILE, "hovering", KNOWN, Limits(), 120.0, [SURGE, YAW])
+    assert {dof for part in found.parts for dof in part.manoeuvre.dofs} == {SURGE, YAW}
+    assert np.all(np.isfinite(found.after[[NAMES.index(n) for n in ("M_u", "D_u", "I_r", "D_r")]]))
