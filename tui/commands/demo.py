@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes, numbers
+from tui.reproduce.published import TABLE_5
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,18 +15,6 @@ if TYPE_CHECKING:
     from tui.show import Table
 
 EXAMPLE = "seatrial demo --seed 3 --out demo"
-
-PAPER = {
-    ("surge", "Acceleration"): 0.0091,
-    ("surge", "Steady state"): 0.0036,
-    ("surge", "Deceleration"): 0.0048,
-    ("surge", "Overall"): 0.0051,
-    ("sway", "Acceleration"): 0.0069,
-    ("sway", "Steady state"): 0.0030,
-    ("sway", "Deceleration"): 0.0026,
-    ("sway", "Overall"): 0.0035,
-}
-"""Vangi et al., Table 5: feed-forward and PID together, hovering, m/s."""
 
 MOTIONS = {"surge": "Surge motion", "sway": "Sway motion", "yaw": "Yaw motion"}
 
@@ -107,7 +96,7 @@ def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
     columns = ("motion", "phase", *modes, "paper")
     lines = []
     for row in rows:
-        paper = PAPER.get((row.axis, row.phase))
+        paper = TABLE_5.get((row.axis, row.phase))
         lines.append(
             (
                 f"{MOTIONS.get(row.axis, row.axis)}, {row.unit}" if row.phase == "Acceleration" else "",
@@ -139,7 +128,7 @@ def write_page(path: Path, done: "Demo") -> Path:
 
     inside = [held for one in done.campaigns for held in demo.inside(one).values()]
     errors = {mode: tracking_errors(dive) for mode, dive in done.runs.items()}
-    paper = Reference("paper, both", "Vangi et al., Table 5, configuration hovering", PAPER)
+    paper = Reference("paper, both", "Vangi et al., Table 5, configuration hovering", TABLE_5)
     sections = [tracking_section(errors, done.runs, paper)]
     for one in done.campaigns:
         shape = done.file.vehicle.configurations[one.configuration]

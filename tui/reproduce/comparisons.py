@@ -10,6 +10,13 @@ from tui.reproduce import published
 from tui.reproduce.measures import Demand, demand, steady_speed, turned
 from tui.reproduce.published import Published
 from tui.reproduce.run import Reproduction
+from tui.reproduce.trials import SWAY_M_S
+
+APART_STEADY, APART_TURNING = "mean |PID − feed-forward|, steady", "mean |PID − feed-forward|, on the ramp"
+SPEEDING_UP, SPEEDING_UP_LATE = "error speeding up", "error speeding up, delay out"
+STEADY = "error of the mean speed, steady"
+BEHIND, PAST = "heading behind the ramp", "heading past its end"
+PID_SURGE, PID_SWAY = "mean of the PID in surge, steady", "mean of the PID in sway, steady"
 
 
 @dataclass(frozen=True)
@@ -41,49 +48,48 @@ class Ratio:
 
 def validation(done: Reproduction) -> tuple[Comparison, ...]:
     """Figs 10 to 17."""
-    lever_m = lever(done.file)
-
-    def axis(trial: str, name: str) -> AxisErrors:
-        found = tracking_errors(done.dives[trial], lever_m).axis(name)
-        assert found is not None
-        return found
-
     p = published
-    alone = axis("surge alone", "surge")
-    surge, our_surge = (axis(f"hovering alone{whose}", "surge") for whose in ("", " ours"))
-    sway, our_sway = (axis(f"hovering alone{whose}", "sway") for whose in ("", " ours"))
-    settled, our_settled = (steady_speed(done.dives[f"hovering alone{w}"], 0) for w in ("", " ours"))
+    alone = _axis(done, "surge alone", "surge")
     heading = turned(done.dives["heading alone"])
-    apart = "mean |PID − feed-forward|"
-    return (
-        _row("Fig. 10", f"{apart}, steady", p.SHADOW_SURGE, axis("surge shadow", "surge").pid_minus_ff),
-        _row("Fig. 11", f"{apart}, on the ramp", p.SHADOW_YAW, axis("heading shadow", "yaw").pid_minus_ff),
-        _row("Fig. 12", "delay", p.SURGE_DELAY, alone.delay_s),
-        _row("Fig. 13", "error speeding up, delay out", p.SURVEY_ACCELERATION, alone.acceleration_less_delay),
-        _row("Fig. 13", "error steady", p.SURVEY_STEADY, alone.steady_state),
-        _row("Fig. 14", "heading behind the ramp", p.HEADING_LAG, heading.lag_s),
-        Comparison("Fig. 14", "heading past its end", "°", math.nan, heading.overshoot_deg),
-        _row(
-            "Fig. 15",
-            "error speeding up",
-            p.HOVERING_ACCELERATION,
-            surge.acceleration,
-            our_surge.acceleration,
+    surge, sway = (_both_axes(done, "hovering alone", name) for name in ("surge", "sway"))
+    settled = [steady_speed(done.dives[name], 0) for name in ("hovering alone", "hovering alone ours")]
+    swayed = [steady_speed(done.dives[name], 1) for name in ("hovering alone", "hovering alone ours")]
+    top, target = p.TOP_SPEED.value, p.HOVERING_TARGET.value
+    rows = (
+        ("Fig. 10", APART_STEADY, p.SHADOW_SURGE, [_axis(done, "surge shadow", "surge").pid_minus_ff]),
+        ("Fig. 11", APART_TURNING, p.SHADOW_YAW, [_axis(done, "heading shadow", "yaw").pid_minus_ff]),
+        ("Fig. 12", "delay", p.SURGE_DELAY, [alone.delay_s]),
+        ("Fig. 13", SPEEDING_UP_LATE, p.SURVEY_ACCELERATION, [alone.acceleration_less_delay]),
+        ("Fig. 13", STEADY, p.SURVEY_STEADY, [abs(steady_speed(done.dives["surge alone"], 0) - top)]),
+        ("Fig. 14", BEHIND, p.HEADING_LAG, [heading.lag_s]),
+        ("Fig. 14", PAST, Published(math.nan, "°", "Fig. 14, in words"), [heading.overshoot_deg]),
+        ("Fig. 15", SPEEDING_UP, p.HOVERING_ACCELERATION, [axis.acceleration for axis in surge]),
+        ("Fig. 15", f"settled speed for {target:g} m/s", p.HOVERING_SETTLED, settled),
+        ("Fig. 15", STEADY, p.HOVERING_STEADY, [abs(speed - target) for speed in settled]),
+        ("Fig. 16", SPEEDING_UP, p.SWAY_ACCELERATION, [axis.acceleration for axis in sway]),
+        ("Fig. 16", STEADY, p.SWAY_STEADY, [abs(speed - SWAY_M_S) for speed in swayed]),
+        (
+            "Fig. 17",
+            PID_SURGE,
+            p.SURGE_PID,
+            [a.pid_effort for a in _both_axes(done, "hovering both", "surge")],
         ),
-        _row("Fig. 15", "settled speed for 0.4 m/s", p.HOVERING_SETTLED, settled, our_settled),
-        _row("Fig. 15", "error steady", p.HOVERING_STEADY, surge.steady_state, our_surge.steady_state),
-        _row("Fig. 16", "error speeding up", p.SWAY_ACCELERATION, sway.acceleration, our_sway.acceleration),
-        _row("Fig. 16", "error steady", p.SWAY_STEADY, sway.steady_state, our_sway.steady_state),
-        *(
-            _row("Fig. 17", f"mean of the PID in {name}, steady", number, *efforts)
-            for name, number in (("surge", p.SURGE_PID), ("sway", p.SWAY_PID))
-            for efforts in [[axis(f"hovering both{w}", name).pid_effort for w in ("", " ours")]]
-        ),
+        ("Fig. 17", PID_SWAY, p.SWAY_PID, [a.pid_effort for a in _both_axes(done, "hovering both", "sway")]),
+    )
+    return tuple(
+        Comparison(figure, what, number.unit, number.value, *ours) for figure, what, number, ours in rows
     )
 
 
-def _row(figure: str, what: str, number: Published, by_paper: float, by_ours: float = math.nan) -> Comparison:
-    return Comparison(figure, what, number.unit, number.value, by_paper, by_ours)
+def _axis(done: Reproduction, trial: str, name: str) -> AxisErrors:
+    found = tracking_errors(done.dives[trial], lever(done.file)).axis(name)
+    assert found is not None
+    return found
+
+
+def _both_axes(done: Reproduction, trial: str, name: str) -> tuple[AxisErrors, AxisErrors]:
+    """Flown with the values of the paper's method, and with ours."""
+    return _axis(done, trial, name), _axis(done, f"{trial} ours", name)
 
 
 def lever(file: VehicleFile) -> Vector3:

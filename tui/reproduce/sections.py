@@ -6,7 +6,7 @@ from bridge.vehicle.config import Configuration
 from identify.report.page import Figure, Section, Table
 from identify.report.text import MISSING, count, fixed, seconds, significant, unit
 from identify.report.track import track
-from identify.validate import compare
+from identify.validate import METHOD, compare
 from tui.reproduce import figures
 from tui.reproduce.campaigns import Campaign
 from tui.reproduce.comparisons import Comparison, configurations, lever, table_5
@@ -111,7 +111,8 @@ def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Sectio
     return Section(
         "Feed-forward alone: Figs 12 to 16",
         "The simulated vehicle has linear damping and thrusters that are known exactly, as the paper's model has it. "
-        "A real one has neither, so the smaller errors here are no merit of a method.",
+        "A real one has neither, so the smaller errors here are no merit of a method. "
+        f"{METHOD}",
         (_numbers(numbers, tuple(f"Fig. {n}" for n in range(12, 17))),),
         (
             figures.surge_or_sway(surge, 0, "As Fig. 12: survey, surge at 0.5 m/s."),
@@ -142,7 +143,7 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
     caption = (
         "Table 5, mean absolute tracking error in m/s. FF: feed-forward alone; its and ours: the values of the "
         "paper's "
-        "method, and ours."
+        f"method, and ours. {METHOD}"
     )
     return Section(
         "Both: Fig. 17 and Table 5",
