@@ -101,6 +101,55 @@ def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, ca
 
 
 @needs_shared
+def test_data_that_disagrees_with_the_model_is_a_no_whatever_was_identified(minute, tmp_path, capsys):
+    out = tmp_path / "out.json"
+    words = [
+        "identify",
+        str(minute),
+        "--vehicle",
+        "ruvifist:survey",
+        "--method",
+        "likelihood",
+        "--json",
+        str(out),
+    ]
+    assert cli.main(words) == exit_codes.NO
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["outcome"] == "data and model disagree"
+    assert any("VEH_CFG 1" in doubt["sentence"] for doubt in found["doubts"])
+    assert "warning: These values hardly mean this vehicle" in capsys.readouterr().out
+
+
+@needs_shared
+def test_two_methods_stand_side_by_side_in_json_table_and_page(minute, tmp_path, capsys):
+    out, page = tmp_path / "out.json", tmp_path / "report.html"
+    code = identify(
+        minute, "--method", "likelihood+paper", "--network", 4, 1, 3, "--json", out, "--report", page
+    )
+    assert code == exit_codes.DONE
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["method"] == "likelihood"
+    assert found["comparison"]["method"] == "paper"
+    assert {"difference_in_std", "disagrees", "value"} <= set(found["comparison"]["parameters"][0])
+    assert "likelihood beside paper (converged)" in capsys.readouterr().out
+    assert "Likelihood beside paper: minutes" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        ("likelyhood", "no such method as 'likelyhood'"),
+        ("likelihood+", "no such method as ''"),
+        ("likelihood+likelihood", "two different ones"),
+    ],
+)
+def test_a_method_that_there_is_not_is_told_before_anything_is_read(method, words, capsys):
+    code = cli.main(["identify", "no-such-dive", "--vehicle", VEHICLE, "--method", method])
+    assert code == exit_codes.BAD_INPUT
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+@needs_shared
 def test_a_dive_without_velocity_says_what_can_not_be_identified(capsys):
     code = cli.main(["identify", str(ARDUSUB), "--vehicle", "bluerov2_heavy"])
     assert code == exit_codes.NO

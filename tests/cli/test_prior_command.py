@@ -1,0 +1,170 @@
+"""`seatrial prior`: accepted values go into the vehicle file, wider, and nothing else in it changes."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from bridge.errors import ConfigError
+from bridge.schema import build
+from bridge.vehicle.config import Prior, Vehicle, load_vehicle
+from bridge.vehicle.prior_text import with_priors_written
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
+from tui import cli, exit_codes
+
+BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
+
+
+@pytest.fixture
+def vehicle(tmp_path):
+    path = tmp_path / "our.yaml"
+    shutil.copy(BUNDLED, path)
+    return path
+
+
+def identified(path, in_intervals=False, **changed):
+    parameters = [
+        {"name": "M_u", "value": 111.0, "std": 1.11, "identifiable": True},
+        {"name": "D_u", "value": 56.0, "std": 0.56, "identifiable": True},
+        {"name": "M_w", "value": 130.0, "std": 100.0, "identifiable": False, "reason": "too little"},
+        {"name": "X_udot", "value": 39.0, "std": 1.0, "identifiable": True},
+    ]
+    data = {
+        "method": "likelihood", "outcome": "converged", "configuration": "hovering", "parameters": parameters,
+        "dive": {"name": "hovering-7"}, "vehicle": {"name": "ruvifist", "sha256": "0" * 64},
+        "thrust_scale": {"in_intervals": in_intervals},
+    }  # fmt: skip
+    path.write_text(json.dumps(data | changed), encoding="utf-8")
+    return path
+
+
+def accept(source, vehicle, *more):
+    return cli.main(["prior", str(source), "--vehicle", str(vehicle), *map(str, more)])
+
+
+def priors(vehicle, configuration="hovering"):
+    return load_vehicle(str(vehicle)).vehicle.configurations[configuration].priors
+
+
+def test_what_was_identified_becomes_priors_wider_by_ageing(vehicle, tmp_path):
+    before = vehicle.read_text(encoding="utf-8")
+    assert accept(identified(tmp_path / "a.json"), vehicle) == exit_codes.DONE
+    found = priors(vehicle)
+    assert set(found) == {"M_u", "D_u"}
+    assert found["M_u"] == Prior(111.0, 3.51, "hovering-7, likelihood", "thrust")
+    assert found["D_u"].std == pytest.approx(56.0 * (0.01**2 + 0.1**2) ** 0.5, rel=1e-2)
+    assert priors(vehicle, "survey") == {}
+    after = vehicle.read_text(encoding="utf-8").splitlines()
+    added = [line for line in after if "priors:" in line or "hovering-7" in line]
+    assert len(added) == 3
+    assert [line for line in after if line not in added] == before.splitlines()
+
+
+def test_a_second_time_replaces_the_first_and_the_file_grows_no_more(vehicle, tmp_path):
+    accept(identified(tmp_path / "a.json"), vehicle)
+    lines = len(vehicle.read_text(encoding="utf-8").splitlines())
+    accept(identified(tmp_path / "b.json", dive={"name": "hovering-8"}), vehicle, "--widen", 20)
+    assert priors(vehicle)["M_u"].source == "hovering-8, likelihood"
+    assert priors(vehicle)["M_u"].std == pytest.approx(22.2, rel=0.01)
+    assert len(vehicle.read_text(encoding="utf-8").splitlines()) == lines
+
+
+def test_a_weighed_prior_stays(vehicle, tmp_path):
+    weighed = {"M_u": Prior(110.0, 1.0, "towed", "weight")}
+    text = with_priors_written(vehicle.read_text(encoding="utf-8"), "hovering", weighed, "our.yaml")
+    vehicle.write_text(text, encoding="utf-8")
+    accept(identified(tmp_path / "a.json"), vehicle)
+    assert priors(vehicle)["M_u"] == weighed["M_u"]
+    assert priors(vehicle)["D_u"].rests_on == "thrust"
+
+
+def test_intervals_that_include_the_thrust_rest_on_a_weight(vehicle, tmp_path):
+    accept(identified(tmp_path / "a.json", in_intervals=True), vehicle)
+    assert priors(vehicle)["D_u"].rests_on == "weight"
+
+
+def test_a_parameter_file_is_read_by_its_sidecar(vehicle, tmp_path):
+    param = tmp_path / "a.param"
+    param.write_text("FF1_M_U,111\n", encoding="utf-8")
+    intervals = {"FF1_M_U": Interval("M_u", "kg", 100.0, 121.0)}
+    write_sidecar(
+        param, Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals, "ruvifist", "dive-9")
+    )
+    assert accept(param, vehicle) == exit_codes.DONE
+    assert priors(vehicle)["M_u"].value == pytest.approx(110.0)
+    assert priors(vehicle)["M_u"].source == "dive-9, likelihood"
+
+
+def test_a_vehicle_of_seatrials_own_is_not_written_to(tmp_path, capsys):
+    before = BUNDLED.read_text(encoding="utf-8")
+    assert accept(identified(tmp_path / "a.json"), "ruvifist") == exit_codes.BAD_INPUT
+    assert "copy it" in " ".join(capsys.readouterr().err.split())
+    assert BUNDLED.read_text(encoding="utf-8") == before
+
+
+def test_a_file_written_on_one_line_is_left_as_it_is(tmp_path, capsys):
+    data = yaml.safe_load(BUNDLED.read_text(encoding="utf-8"))
+    path = tmp_path / "flow.yaml"
+    path.write_text(yaml.safe_dump(data, default_flow_style=True), encoding="utf-8")
+    before = path.read_text(encoding="utf-8")
+    assert accept(identified(tmp_path / "a.json"), path) == exit_codes.BAD_INPUT
+    assert "put the priors there yourself" in " ".join(capsys.readouterr().err.split())
+    assert path.read_text(encoding="utf-8") == before
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"parameters": []}, "no identifiable parameter"),
+        ({"configuration": "flying"}, "no configuration 'flying'"),
+        ({"parameters": "none"}, "is not an identification"),
+    ],
+)
+def test_a_file_that_says_nothing_is_refused_and_nothing_written(vehicle, tmp_path, capsys, changed, words):
+    before = vehicle.read_text(encoding="utf-8")
+    assert accept(identified(tmp_path / "a.json", **changed), vehicle) == exit_codes.BAD_INPUT
+    assert words in " ".join(capsys.readouterr().err.split())
+    assert vehicle.read_text(encoding="utf-8") == before
+
+
+def test_the_text_keeps_comments_and_the_other_configurations():
+    text = (
+        "configurations:\n"
+        "  # lean\n"
+        "  a:  # first\n"
+        "    dry_mass_kg: 1.0\n"
+        "    priors:\n"
+        "      M_u: {value: 1, std: 1}\n"
+        "      # gone with it\n"
+        "    veh_cfg: 1  # kept\n"
+        "  b:\n"
+        "    priors: {M_u: {value: 2, std: 1}}\n"
+        "water: {}\n"
+    )
+    out = with_priors_written(text, "a", {"D_u": Prior(5.0, 0.5, 'towed "slow"')}, "x.yaml")
+    data = yaml.safe_load(out)
+    assert data["configurations"]["a"]["priors"] == {
+        "D_u": {"value": 5, "std": 0.5, "rests_on": "weight", "source": 'towed "slow"'}
+    }
+    assert data["configurations"]["b"]["priors"]["M_u"]["value"] == 2
+    assert data["configurations"]["a"]["veh_cfg"] == 1
+    assert "# lean" in out
+    assert "# kept" in out
+
+
+@pytest.mark.parametrize(
+    ("priors", "words"),
+    [
+        ({"M_x": {"value": 1.0, "std": 1.0}}, "priors: unknown coefficient 'M_x'"),
+        ({"M_u": {"value": 1.0, "std": 0.0}}, "std must be above 0"),
+        ({"M_u": {"value": 1.0}}, "'std' is missing"),
+        ({"M_u": {"value": 1.0, "std": 0.1, "rests_on": "hope"}}, "'hope' is not one of weight, thrust"),
+    ],
+)
+def test_a_wrong_prior_in_a_vehicle_file_is_told_with_its_key(priors, words):
+    data = yaml.safe_load(BUNDLED.read_text(encoding="utf-8"))
+    data["configurations"]["hovering"]["priors"] = priors
+    with pytest.raises(ConfigError, match=words):
+        build(Vehicle, data, "our.yaml")
