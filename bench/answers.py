@@ -16,7 +16,7 @@ from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import METHODS as PRODUCT
-from identify.estimators.table import Estimator
+from identify.estimators.table import Estimator, estimator
 
 OWN = {"closed form": "bench.baselines.closed_form", "least squares": "bench.baselines.least_squares"}
 TITLES = {
@@ -51,7 +51,7 @@ def methods() -> tuple[str, ...]:
 
 def method(name: str) -> Estimator:
     """`estimate` of a method of the product or of the benchmark's own."""
-    return cast(Estimator, import_module(OWN.get(name) or PRODUCT[name]).estimate)
+    return cast(Estimator, import_module(OWN[name]).estimate) if name in OWN else estimator(name)
 
 
 def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Data:

@@ -113,7 +113,7 @@ def _lines(found: Mapping[str, Data]) -> list[str]:
         "",
         f"Distance between predicted and true place after {WINDOW_S:g} s, in cm. Each window begins at one DVL",
         "reading, with the rates and the attitude of that moment; from there on the model knows the recorded thruster",
-        "commands alone. Parameters come from the paper's campaign and are tried on the validation dive in other water;",
+        "commands alone. Parameters come from the paper's campaign, tried on the validation dive in other water;",
         "those of the drawn vehicles from one benchmark mission each, tried on another manoeuvre. A coefficient that a",
         "method does not state is given to it from the truth; a steady force that it does not state is none. The last",
         "row runs the truth itself: what remains is the disturbance and the noise of the start, which no method can",

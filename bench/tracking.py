@@ -116,8 +116,8 @@ def _steady(found: Mapping[str, dict[str, list[float]]], seeds: int) -> list[str
     lines = [
         f"Feed-forward alone, parameters by `{DEFAULT}` from the campaign before, {seeds} seeds: true velocity less",
         f"wanted velocity over each leg that holds a speed, from {SETTLE_S:g} s after reaching it, in mm/s (yaw:",
-        "mrad/s), positive where the vehicle is too fast. The mean over the legs is what parameters and thrusters do; a",
-        "single leg also shows the disturbance, which nothing answers in this mode. The paper has one figure an axis.",
+        "mrad/s), positive where the vehicle is too fast. The mean over the legs is what the parameters do;",
+        "a single leg also shows the disturbance, which nothing answers in this mode. The paper has one figure each.",
         "",
         "| configuration | axis | speed | legs | mean | its standard error | typical leg | paper |",
         "|---|---|---|---|---|---|---|---|",

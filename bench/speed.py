@@ -1,0 +1,164 @@
+"""Speed: from the log of the source paper's survey to parameters with intervals, beside the paper's network."""
+
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from bench import card
+from bench.answers import NOT_HERE
+from bench.baselines import closed_form as closed
+from bench.campaigns import Dived, dived
+from bench.paper_small import SETTLED, settled_at
+from bench.remembered import Data, Remembered
+from bridge.errors import FitError
+from bridge.vehicle.config import VehicleFile
+from identify.estimators.paper import PAPER, SMALL, PaperOptions, estimate_with_curves, window_ends
+from identify.estimators.paper_physics import Samples, closed_form, excited, fixed_values, samples
+from identify.estimators.table import METHODS, estimator
+from identify.filters import AlignedDive, aligned
+from identify.ingest.open import read_dive
+
+CONFIGURATION = "survey"
+DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
+REPEATS = 3
+
+
+def page(cache: Path, seed: int) -> str:
+    """The section of docs/benchmarks.md; what was measured before, in one run, is read from `cache`."""
+    kept = Remembered(cache / "speed.jsonl")
+    one = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
+    timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(one))
+    lines = _table(timed)
+    if torch.cuda.is_available():
+        name = torch.cuda.get_device_name()
+        lines += card.lines(kept.get(f"{name} {torch.__version__} {seed}", lambda: on_card(one)))
+    else:
+        lines += [card.NO_CARD, ""]
+    return "\n".join(lines)
+
+
+def on_processor(one: Dived) -> Data:
+    """Seconds of everything, one after the other, with all cores to itself."""
+    read_s, _ = _timed(lambda: read_dive(one.dive.source, None, one.file))
+    first, again = {}, {}
+    for name in ("likelihood", "pinn"):
+        if name in METHODS:
+            fit = estimator(name)
+            first[name], _ = _timed(lambda fit=fit: fit(one.dive, one.file, CONFIGURATION, _silent))
+            again[name], _ = _timed(lambda fit=fit: fit(one.dive, one.file, CONFIGURATION, _silent))
+    command_s, _ = _timed(lambda: _command(one.dive.source))
+    grid, data = _learnt(one.dive, one.file, PAPER)
+    filtered_s, _ = _timed(lambda: closed.estimate(one.dive, one.file, CONFIGURATION, _silent))
+    fixed = fixed_values(one.file.vehicle.configurations[CONFIGURATION])
+    solved_s = min(_timed(lambda: closed_form(data, fixed))[0] for _ in range(REPEATS))
+    small_s, (_, curves) = _timed(
+        lambda: estimate_with_curves(one.dive, one.file, CONFIGURATION, _silent, SMALL)
+    )
+    epoch = replace(PAPER, epochs=1)
+    epoch_s, _ = _timed(lambda: estimate_with_curves(one.dive, one.file, CONFIGURATION, _silent, epoch))
+    return {
+        "samples": len(grid),
+        "windows": len(data.nu),
+        "read": read_s,
+        "first": first,
+        "again": again,
+        "command": command_s,
+        "closed, filtered": filtered_s,
+        "closed": solved_s,
+        "small": small_s,
+        "settled": settled_at(curves),
+        "epochs": SMALL.epochs,
+        "epoch": epoch_s,
+        "threads": torch.get_num_threads(),
+    }
+
+
+def on_card(one: Dived) -> Data:
+    """The paper's full network on the CUDA card, on the survey's own windows."""
+    grid, data = _learnt(one.dive, one.file, PAPER)
+    ends = torch.tensor(window_ends(grid, PAPER.window))
+    step_s = torch.full((len(grid), 1), 1 / PAPER.rate_hz)
+    series = torch.cat([step_s, torch.tensor(grid.nu, dtype=torch.float32)], dim=1)
+    return card.measured(series, ends, data, one.file.vehicle.configurations[CONFIGURATION], PAPER)
+
+
+def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[AlignedDive, Samples]:
+    """What the paper's method learns from."""
+    grid = aligned(dive, file, CONFIGURATION, options.rate_hz, options.cutoff_hz)
+    _, dofs = excited(grid)
+    shape = file.vehicle.configurations[CONFIGURATION]
+    return grid, samples(grid, window_ends(grid, options.window), shape, dofs)
+
+
+def _command(log: Path) -> None:
+    """`seatrial identify` as a crew types it, from a cold start."""
+    command = shutil.which("seatrial", path=str(Path(sys.executable).parent))
+    if command is None:
+        raise FitError("the command 'seatrial' is not beside this Python; install the package first")
+    vehicle = f"ruvifist:{CONFIGURATION}"
+    subprocess.run([command, "identify", str(log), "--vehicle", vehicle], check=True, capture_output=True)
+
+
+def _table(timed: Data) -> list[str]:
+    read_s, epoch_s = timed["read"], timed["epoch"]
+    whole_s = epoch_s * max(timed["settled"], 1)
+    first, again = timed["first"], timed["again"]
+    rows = [(f"`{name}`", read_s + again[name], "yes") for name in again]
+    if len(again) == 2:
+        rows.append(("both, one after the other", read_s + sum(again.values()), "yes"))
+    rows += [
+        ("the command `seatrial identify`, cold start and all", timed["command"], "yes"),
+        ("closed form of the paper's loss, with filter", read_s + timed["closed, filtered"], "no"),
+        ("the closed form alone: the floor", timed["closed"], "no"),
+        ("the paper's network, small (1 x 16), all its epochs", timed["small"], "no"),
+        ("the paper's network, 38.3 M weights: ONE epoch", epoch_s, "no"),
+        (f"the same to convergence, EXTRAPOLATED to {timed['settled']} epochs", whole_s, "no"),
+    ]
+    lines = [
+        "## Speed",
+        "",
+        f"From the log of the paper's survey ({timed['samples']} samples at 10 Hz; surge, yaw and heave) to parameters, on",
+        f"{timed['threads']} cores, one after the other in one run. Reading the log takes {read_s:.1f} s of each where it says",
+        "so; the first run of a method after an installation also compiles its kernels: "
+        + ", ".join(f"`{name}` {seconds:.1f} s" for name, seconds in first.items())
+        + ".",
+        "",
+        "| what | seconds | with intervals | one epoch of the paper's takes | to convergence |",
+        "|---|---|---|---|---|",
+    ]
+    for title, seconds, interval in rows:
+        lines.append(
+            f"| {title} | {seconds:.3g} | {interval} | {epoch_s / seconds:.3g} x | {whole_s / seconds:.3g} x |"
+        )
+    quick = "met" if timed["command"] < DEFAULT_GOAL_S else "missed"
+    ratio = whole_s / timed["command"]
+    lines += [
+        "",
+        "The paper does not say how many epochs it trained. Here convergence is the epoch from which on every parameter",
+        f"of the small network stays within {100 * SETTLED:g} % of where it ends after {timed['epochs']}, on the same data with",
+        f"the same schedule: {timed['settled']}. The parameters have no part of the network in them, so this carries over.",
+        f"The goal of {DEFAULT_GOAL_S:g} s for the default is {quick}; that of {RATIO_GOAL:g} times the paper's to convergence",
+        f"is {'met' if ratio > RATIO_GOAL else 'missed'} ({ratio:.0f}).",
+        "",
+    ]
+    if "pinn" not in METHODS:
+        lines += [NOT_HERE, ""]
+    return lines
+
+
+def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    """Seconds, and what came of it."""
+    begun = time.perf_counter()
+    result = work()
+    return time.perf_counter() - begun, result
+
+
+def _silent(_share: float, _words: str) -> None:
+    """Nobody watches."""
