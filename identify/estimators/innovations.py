@@ -3,7 +3,10 @@
 State (nu, x, d) of   m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
 so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion).
 Events are measurements in time order: of nu, of x (an angle, or depth), or of how far x came since the last such
-event (an INCREMENT: what a gyro that integrates between its messages tells).
+event (an INCREMENT: what a gyro that integrates between its messages tells). A NaN reading is none.
+
+Steps come as indices into a table of the few different ones that a recording has. `transitions` works out each
+once; everything after is arithmetic on scalars, with the covariance's six numbers.
 """
 
 import numpy as np
@@ -11,41 +14,28 @@ from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mean = tuple[float, float, float]
+Covariance = tuple[float, float, float, float, float, float]
+"""The upper triangle, row by row: 00 01 02 11 12 22."""
 
 VELOCITY, POSITION, INCREMENT = 0, 1, 2
 LONGEST_STEP_S = 0.1
-"""Longer gaps are crossed in equal steps no longer than this, which keeps the series of the exponential exact."""
+"""Longer steps are divided by whoever makes the events: the series of the exponential is exact up to here."""
+
+COLUMNS = 17
 
 
-@njit(cache=True, error_model="numpy", fastmath=False)
-def innovations(
-    step_s: Array,
-    force: Array,
-    reading: Array,
-    state_read: NDArray[np.int64],
-    variance: Array,
-    mass: float,
-    damping: float,
-    stiffness: float,
-    sigma_d: float,
-    time_constant_s: float,
-    initial: Array,
-    gate_sigma: float,
-) -> tuple[Array, Array]:
-    """Innovations and their variances, both (n,), NaN where a reading is NaN; a gated one comes back clipped.
+@njit(cache=True, error_model="numpy")
+def transitions(
+    different_s: Array, mass: float, damping: float, stiffness: float, sigma_d: float, time_constant_s: float
+) -> Array:
+    """For each of the steps (k,) one row of COLUMNS numbers.
 
-    step_s (n,) s since the event before; force (n, 2) N, held over the first and the second half of that step;
-    reading (n,) in SI units; state_read (n,) VELOCITY, POSITION or INCREMENT; variance (n,) of each reading;
-    initial (4,): nu, x, their variances. An INCREMENT starts x anew from zero, also where its reading is NaN.
+    Transition (00 01 02 10 11 12 22), response of nu and x to a unit force held over the first and over the second
+    half of the step, process noise (00 01 02 11 12 22).
     """
-    n = step_s.shape[0]
-    error = np.full(n, np.nan)
-    spread = np.full(n, np.nan)
-    x = np.array([initial[0], initial[1], 0.0])
-    p = np.zeros((3, 3))
-    p[0, 0] = initial[2]
-    p[1, 1] = initial[3]
-    p[2, 2] = sigma_d * sigma_d
+    out = np.empty((different_s.shape[0], COLUMNS))
     rate = np.zeros((3, 3))
     rate[0, 0] = -damping / mass
     rate[0, 1] = -stiffness / mass
@@ -53,72 +43,25 @@ def innovations(
     rate[1, 0] = 1.0
     rate[2, 2] = -1.0 / time_constant_s
     white = 2.0 * sigma_d * sigma_d / time_constant_s
-    half = np.eye(3)
-    half_in = np.zeros(3)
-    full = np.eye(3)
-    q = np.zeros((3, 3))
-    known_h = -1.0
-    for i in range(n):
-        if step_s[i] > 0.0:
-            steps = 1 if step_s[i] <= LONGEST_STEP_S else 2 * int(np.ceil(0.5 * step_s[i] / LONGEST_STEP_S))
-            h = step_s[i] / steps
-            if abs(h - known_h) > 1e-9:
-                _discretise(rate, white, 1.0 / mass, h, half, half_in, full, q)
-                known_h = h
-            for k in range(steps):
-                early = force[i, (2 * k) // steps]
-                late = force[i, (2 * k + 1) // steps]
-                x = _apply(half, x)
-                for r in range(3):
-                    x[r] += half_in[r] * early
-                x = _apply(half, x)
-                for r in range(3):
-                    x[r] += half_in[r] * late
-                p = _propagate(full, p, q)
-        if np.isfinite(reading[i]):
-            s = 0 if state_read[i] == VELOCITY else 1
-            e = reading[i] - x[s]
-            total = p[s, s] + variance[i]
-            limit = gate_sigma * np.sqrt(total)
-            spread[i] = total
-            error[i] = min(max(e, -limit), limit)
-            if abs(e) <= limit:
-                gain = p[:, s] / total
-                row = p[s, :].copy()
-                for r in range(3):
-                    x[r] += gain[r] * e
-                    for c in range(3):
-                        p[r, c] -= gain[r] * row[c]
-        if state_read[i] == INCREMENT:
-            x[1] = 0.0
-            p[1, :] = 0.0
-            p[:, 1] = 0.0
-    return error, spread
-
-
-@njit(cache=True)
-def _apply(a: Array, x: Array) -> Array:
-    out = np.zeros(3)
-    for r in range(3):
-        out[r] = a[r, 0] * x[0] + a[r, 1] * x[1] + a[r, 2] * x[2]
-    return out
-
-
-@njit(cache=True)
-def _product(a: Array, b: Array) -> Array:
-    out = np.zeros((3, 3))
-    for r in range(3):
-        for c in range(3):
-            out[r, c] = a[r, 0] * b[0, c] + a[r, 1] * b[1, c] + a[r, 2] * b[2, c]
-    return out
-
-
-@njit(cache=True)
-def _propagate(phi: Array, p: Array, q: Array) -> Array:
-    out: Array = _product(_product(phi, p), phi.T)
-    for r in range(3):
-        for c in range(3):
-            out[r, c] += q[r, c]
+    for i in range(different_s.shape[0]):
+        h = different_s[i]
+        quarter = _series(rate, 0.25 * h)
+        half = quarter @ quarter
+        full = half @ half
+        out[i, :7] = full[0, 0], full[0, 1], full[0, 2], full[1, 0], full[1, 1], full[1, 2], full[2, 2]
+        # Simpson's rule for the response to a force and for the noise.
+        late_nu = h / 12.0 / mass * (1.0 + 4.0 * quarter[0, 0] + half[0, 0])
+        late_x = h / 12.0 / mass * (4.0 * quarter[1, 0] + half[1, 0])
+        out[i, 7] = half[0, 0] * late_nu + half[0, 1] * late_x
+        out[i, 8] = half[1, 0] * late_nu + half[1, 1] * late_x
+        out[i, 9], out[i, 10] = late_nu, late_x
+        place = 11
+        for r in range(3):
+            for c in range(r, 3):
+                start = 1.0 if r == 2 and c == 2 else 0.0
+                total = start + 4.0 * half[r, 2] * half[c, 2] + full[r, 2] * full[c, 2]
+                out[i, place] = h / 6.0 * white * total
+                place += 1
     return out
 
 
@@ -128,30 +71,182 @@ def _series(rate: Array, h: float) -> Array:
     out = np.eye(3)
     term = np.eye(3)
     for k in range(1, 7):
-        term = _product(term, rate)
-        for r in range(3):
-            for c in range(3):
-                term[r, c] *= h / k
-                out[r, c] += term[r, c]
+        term = (term @ rate) * (h / k)
+        out += term
     return out
 
 
-@njit(cache=True)
-def _discretise(
-    rate: Array, white: float, per_mass: float, h: float, half: Array, half_in: Array, full: Array, q: Array
-) -> None:
-    """Transitions over h / 2 and h, the response to a force held over h / 2, and the process noise over h.
+@njit(cache=True, error_model="numpy")
+def innovations(
+    table: Array,
+    step: Indices,
+    force: Array,
+    reading: Array,
+    state_read: Indices,
+    variance: Array,
+    sigma_d: float,
+    initial: Array,
+    gate_sigma: float,
+) -> tuple[Array, Array, Array]:
+    """Innovations and their variances, (n,), NaN where a reading is NaN, and the gains (n, 3).
 
-    The integrals are Simpson's.
+    table (k, COLUMNS) of `transitions`; step (n,) its row for the time since the event before, -1 for none; force
+    (n, 2) N, held over the first and the second half of that step; reading (n,) in SI units; state_read (n,)
+    VELOCITY, POSITION or INCREMENT; variance (n,) of each reading; initial (4,): nu, x, their variances. A reading
+    beyond `gate_sigma` standard deviations is clipped to there and changes nothing. An INCREMENT starts x anew from
+    zero, also where its reading is NaN.
     """
-    quarter = _series(rate, 0.25 * h)
-    half[:] = _product(quarter, quarter)
-    full[:] = _product(half, half)
-    for r in range(3):
-        start_u = per_mass if r == 0 else 0.0
-        half_in[r] = h / 12.0 * (start_u + 4.0 * quarter[r, 0] * per_mass + half[r, 0] * per_mass)
-        for c in range(3):
-            start = white if r == 2 and c == 2 else 0.0
-            middle = half[r, 2] * white * half[c, 2]
-            end = full[r, 2] * white * full[c, 2]
-            q[r, c] = h / 6.0 * (start + 4.0 * middle + end)
+    n = step.shape[0]
+    error, spread, gain = np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 3))
+    mean = (initial[0], initial[1], 0.0)
+    p = (initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d)
+    for i in range(n):
+        if step[i] >= 0:
+            row = table[step[i]]
+            mean = _moved(row, mean, force[i, 0], force[i, 1])
+            p = _spread(row, p)
+        if np.isfinite(reading[i]):
+            velocity = state_read[i] == VELOCITY
+            e = reading[i] - (mean[0] if velocity else mean[1])
+            total, k0, k1, k2 = _gain(p, velocity, variance[i])
+            limit = gate_sigma * np.sqrt(total)
+            spread[i] = total
+            error[i] = min(max(e, -limit), limit)
+            if abs(e) <= limit:
+                gain[i, 0], gain[i, 1], gain[i, 2] = k0, k1, k2
+                mean = (mean[0] + k0 * e, mean[1] + k1 * e, mean[2] + k2 * e)
+                p = _told(p, velocity, k0, k1, k2)
+        if state_read[i] == INCREMENT:
+            mean = (mean[0], 0.0, mean[2])
+            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5])
+    return error, spread, gain
+
+
+@njit(cache=True, error_model="numpy")
+def responses(
+    table: Array, step: Indices, forces: Array, reading: Array, state_read: Indices, gain: Array
+) -> Array:
+    """What each of the forces (n, k), held over each step, adds to the innovations: (k, n), 0 where none is read.
+
+    The filter is linear in force and its gains (n, 3) do not depend on it.
+    """
+    n, count = forces.shape
+    out = np.zeros((count, n))
+    for c in range(count):
+        x0, x1, x2 = 0.0, 0.0, 0.0
+        for i in range(n):
+            if step[i] >= 0:
+                x0, x1, x2 = _moved(table[step[i]], (x0, x1, x2), forces[i, c], forces[i, c])
+            if np.isfinite(reading[i]):
+                e = -x0 if state_read[i] == VELOCITY else -x1
+                out[c, i] = e
+                x0, x1, x2 = x0 + gain[i, 0] * e, x1 + gain[i, 1] * e, x2 + gain[i, 2] * e
+            if state_read[i] == INCREMENT:
+                x1 = 0.0
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def smoothed_velocity(
+    table: Array,
+    step: Indices,
+    force: Array,
+    reading: Array,
+    state_read: Indices,
+    variance: Array,
+    sigma_d: float,
+    initial: Array,
+) -> Array:
+    """The mean of nu (n,) at every event given all readings, before and after it.
+
+    The adjoint form of Bryson and Frazier (1963; Bierman 1977, eqs 10.2.1 to 10.2.4), which inverts nothing and so
+    does not mind that an INCREMENT makes x certain.
+    """
+    n = step.shape[0]
+    means, spreads = np.empty((n, 3)), np.empty((n, 6))
+    surprise, gain = np.zeros(n), np.zeros((n, 3))
+    mean = (initial[0], initial[1], 0.0)
+    p = (initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d)
+    for i in range(n):
+        if step[i] >= 0:
+            row = table[step[i]]
+            mean = _moved(row, mean, force[i, 0], force[i, 1])
+            p = _spread(row, p)
+        means[i, 0], means[i, 1], means[i, 2] = mean
+        spreads[i, 0], spreads[i, 1], spreads[i, 2], spreads[i, 3], spreads[i, 4], spreads[i, 5] = p
+        if np.isfinite(reading[i]):
+            velocity = state_read[i] == VELOCITY
+            e = reading[i] - (mean[0] if velocity else mean[1])
+            total, k0, k1, k2 = _gain(p, velocity, variance[i])
+            gain[i, 0], gain[i, 1], gain[i, 2] = k0, k1, k2
+            surprise[i] = e / total
+            mean = (mean[0] + k0 * e, mean[1] + k1 * e, mean[2] + k2 * e)
+            p = _told(p, velocity, k0, k1, k2)
+        if state_read[i] == INCREMENT:
+            mean = (mean[0], 0.0, mean[2])
+            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5])
+    out = np.empty(n)
+    a0, a1, a2 = 0.0, 0.0, 0.0
+    for i in range(n - 1, -1, -1):
+        if state_read[i] == INCREMENT:
+            a1 = 0.0
+        if np.isfinite(reading[i]):
+            told = gain[i, 0] * a0 + gain[i, 1] * a1 + gain[i, 2] * a2 + surprise[i]
+            if state_read[i] == VELOCITY:
+                a0 -= told
+            else:
+                a1 -= told
+        out[i] = means[i, 0] - (spreads[i, 0] * a0 + spreads[i, 1] * a1 + spreads[i, 2] * a2)
+        if step[i] >= 0:
+            t = table[step[i]]
+            a0, a1, a2 = t[0] * a0 + t[3] * a1, t[1] * a0 + t[4] * a1, t[2] * a0 + t[5] * a1 + t[6] * a2
+    return out
+
+
+@njit(cache=True, inline="always")
+def _moved(t: Array, x: Mean, early: float, late: float) -> Mean:
+    """The mean one step later."""
+    return (
+        t[0] * x[0] + t[1] * x[1] + t[2] * x[2] + t[7] * early + t[9] * late,
+        t[3] * x[0] + t[4] * x[1] + t[5] * x[2] + t[8] * early + t[10] * late,
+        t[6] * x[2],
+    )
+
+
+@njit(cache=True, inline="always")
+def _spread(t: Array, p: Covariance) -> Covariance:
+    """The covariance one step later."""
+    a0 = t[0] * p[0] + t[1] * p[1] + t[2] * p[2]
+    a1 = t[0] * p[1] + t[1] * p[3] + t[2] * p[4]
+    a2 = t[0] * p[2] + t[1] * p[4] + t[2] * p[5]
+    b0 = t[3] * p[0] + t[4] * p[1] + t[5] * p[2]
+    b1 = t[3] * p[1] + t[4] * p[3] + t[5] * p[4]
+    b2 = t[3] * p[2] + t[4] * p[4] + t[5] * p[5]
+    return (
+        a0 * t[0] + a1 * t[1] + a2 * t[2] + t[11],
+        a0 * t[3] + a1 * t[4] + a2 * t[5] + t[12],
+        a2 * t[6] + t[13],
+        b0 * t[3] + b1 * t[4] + b2 * t[5] + t[14],
+        b2 * t[6] + t[15],
+        t[6] * t[6] * p[5] + t[16],
+    )
+
+
+@njit(cache=True, inline="always")
+def _gain(p: Covariance, velocity: bool, variance: float) -> tuple[float, float, float, float]:
+    """The innovation's variance, and the gain of nu, x and d."""
+    if velocity:
+        total = p[0] + variance
+        return total, p[0] / total, p[1] / total, p[2] / total
+    total = p[3] + variance
+    return total, p[1] / total, p[3] / total, p[4] / total
+
+
+@njit(cache=True, inline="always")
+def _told(p: Covariance, velocity: bool, k0: float, k1: float, k2: float) -> Covariance:
+    """The covariance after a reading."""
+    if velocity:
+        r0, r1, r2 = p[0], p[1], p[2]
+    else:
+        r0, r1, r2 = p[1], p[3], p[4]
+    return (p[0] - k0 * r0, p[1] - k0 * r1, p[2] - k0 * r2, p[3] - k1 * r1, p[4] - k1 * r2, p[5] - k2 * r2)

@@ -26,8 +26,8 @@ from identify.estimators.likelihood_axis import (
     MASS,
     TIME_CONSTANT,
     AxisFit,
-    fit_axes,
 )
+from identify.estimators.likelihood_joint import JointFit, fit_axes
 from identify.estimators.scoring import MOST_STEPS
 from identify.identification import (
     LARGEST_RELATIVE_STD,
@@ -63,7 +63,8 @@ def estimate(
         )
     built = build_axes(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
-    fits = fit_axes(built.axes, shape, progress)
+    joint = fit_axes(built, shape, progress)
+    fits = joint.fits
     doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
     progress(1.0, "done")
     totals = tuple(
@@ -71,7 +72,7 @@ def estimate(
         for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS))
         for c in group
     )
-    names, covariance = _covariance(totals, fits, doubts)
+    names, covariance = _covariance(totals, joint, doubts)
     told = (*_strange(built.strange), *_unsettled(fits), *_drag(doubts))
     return Identification(
         "likelihood",
@@ -90,7 +91,7 @@ def estimate(
         (*dive.notes, *built.notes),
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
-        _information(fits),
+        _information(joint),
         told,
     )
 
@@ -129,38 +130,24 @@ def _one(
 
 
 def _covariance(
-    totals: tuple[Estimate, ...], fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]
+    totals: tuple[Estimate, ...], joint: JointFit, doubts: Mapping[int, Doubts]
 ) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the coefficients that were fitted; those of different axes are independent."""
-    kept = [(i % 6, i // 6, total) for i, total in enumerate(totals) if i % 6 in fits]
-    out = np.zeros((len(kept), len(kept)))
-    for row, (dof, place, total) in enumerate(kept):
-        for column, (other_dof, other_place, other) in enumerate(kept):
-            if dof == other_dof:
-                shifts = doubts[dof].shift[place] * doubts[dof].shift[other_place]
-                relative = fits[dof].covariance[place, other_place] + shifts
-                out[row, column] = relative * total.value * other.value
-    return tuple(total.name for _, _, total in kept), out
+    """Names and covariance of the coefficients that were fitted."""
+    kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
+    relative = joint.covariance[np.ix_(kept, kept)].copy()
+    for row, i in enumerate(kept):
+        for column, k in enumerate(kept):
+            if i % 6 == k % 6:
+                relative[row, column] += doubts[i % 6].shift[i // 6] * doubts[i % 6].shift[k // 6]
+    values = np.array([totals[i].value for i in kept])
+    return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 
 
-def _information(fits: Mapping[int, AxisFit]) -> Information:
-    """What the dive tells of mass, damping and trim of each axis, all else of that axis projected out."""
-    of: list[str] = []
-    blocks = []
-    for dof, fit in fits.items():
-        kept = np.array([MASS, DAMPING, FORCES])
-        others = np.setdiff1d(np.arange(len(fit.maximum.theta)), kept)
-        full, prior = fit.maximum.information, fit.problem.prior_precision
-        rest = full[np.ix_(others, others)] + np.diag(prior[others])
-        cross = full[np.ix_(kept, others)]
-        left = full[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T)
-        scale = np.array([1.0, 1.0, _usual_force(fit)])
-        of += [MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim"]
-        blocks.append(left * np.outer(scale, scale))
-    whole = np.zeros((len(of), len(of)))
-    for i, block in enumerate(blocks):
-        whole[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = block
-    return Information(tuple(of), whole)
+def _information(joint: JointFit) -> Information:
+    """What the dive tells of mass, damping and trim of all axes, all else projected out."""
+    of = [name for dof in joint.fits for name in (MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim")]
+    scale = np.array([size for fit in joint.fits.values() for size in (1.0, 1.0, _usual_force(fit))])
+    return Information(tuple(of), joint.information * np.outer(scale, scale))
 
 
 def _usual_force(fit: AxisFit) -> float:

@@ -1,23 +1,18 @@
-"""The likelihood of one axis and its maximum; `likelihood` makes an Identification of six of them."""
+"""The likelihood of one axis; `likelihood_joint` fits all of a vehicle's together."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axis
-from identify.estimators.innovations import innovations
-from identify.estimators.scoring import Maximum, climb
+from identify.estimators.axes import Axis, Motion, coupled
+from identify.estimators.innovations import innovations, responses, smoothed_velocity, transitions
+from identify.estimators.scoring import Maximum, slopes
 
 Array = NDArray[np.float64]
 
-PASSES = 5
-"""Fits at most; each takes the masses of the Coriolis forces from the one before."""
-
-SETTLED = 2e-4
 MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
 PRIOR_STD = (1.5, 2.5, 3.0, 1.0)
 """Of log mass, damping, disturbance and its time constant: they matter only where a dive is mute."""
@@ -44,13 +39,15 @@ class AxisLikelihood:
     """The `scoring.Problem` of one axis.
 
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor of each column of
-    `shapes` (n, k), then the log noise std of each channel. `known` (n, 2) is the force that needs no fitting.
-    The first shape is a constant: the trim force. `reading` (n,) is the axis's, NaN where it is not to be used.
+    `shapes` (n, k), then the log noise std of each channel. `masses` (6,) of all axes make the Coriolis forces.
+    The first shape is a constant: the trim force; the others are the Coriolis forces of the `unmeasured` masses.
+    `reading` (n,) is the axis's, NaN where it is not to be used.
     """
 
     axis: Axis
-    known: Array
+    masses: Array
     shapes: Array
+    unmeasured: tuple[int, ...]
     reading: Array
     prior_mean: Array
     prior_precision: Array
@@ -63,44 +60,86 @@ class AxisLikelihood:
 
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
         """Innovations and variances of all events, (n,); beyond the gate they are clipped and change nothing."""
-        axis, noise = self.axis, FORCES + self.shapes.shape[1]
-        error: Array
-        variance: Array
-        error, variance = innovations(
-            axis.step_s,
-            self.known + (self.shapes @ theta[FORCES:noise])[:, None],
-            self.reading,
-            axis.state_read,
-            np.exp(2 * theta[noise:])[axis.channel] * axis.scale**2,
-            float(np.exp(theta[MASS])),
-            float(np.exp(theta[DAMPING])),
-            axis.stiffness,
-            float(np.exp(theta[DISTURBANCE])),
-            float(np.exp(theta[TIME_CONSTANT])),
-            axis.initial,
-            gate_sigma,
-        )
+        error, variance, _ = self._run(theta, self._transitions(theta), gate_sigma)
         return error, variance
+
+    def sensitivities(self, theta: Array, dofs: Sequence[int]) -> tuple[Array, Array, Array, Array]:
+        """Innovations and variances (n,), and their derivatives by theta and then by the log masses of `dofs`."""
+        axis, noise = self.axis, self.noise_place
+        table = self._transitions(theta)
+        error, variance, gain = self._run(theta, table, np.inf)
+        read = np.isfinite(error)
+        columns = np.column_stack([self.shapes, axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
+        linear = responses(table, axis.step, columns, self.reading, axis.state_read, gain)[:, read]
+        curved = [*range(FORCES), *range(noise, len(theta))]
+        de, ds = (
+            np.zeros((len(theta) + len(dofs), read.sum())),
+            np.zeros((len(theta) + len(dofs), read.sum())),
+        )
+        de[curved], ds[curved] = slopes(self, theta, curved)
+        shapes = self.shapes.shape[1]
+        de[FORCES:noise], de[len(theta) :] = linear[:shapes], linear[shapes:]
+        return error[read], variance[read], de, ds
+
+    def speed(self, theta: Array) -> Array:
+        """The velocity (n,) at every event given all readings and the parameters."""
+        axis = self.axis
+        return np.asarray(
+            smoothed_velocity(
+                self._transitions(theta), axis.step, self._force(theta), self.reading, axis.state_read,
+                self._variance(theta), float(np.exp(theta[DISTURBANCE])), axis.initial,
+            )
+        )  # fmt: skip
+
+    def moving(self, motion: Motion) -> "AxisLikelihood":
+        """The same with the Coriolis forces of another motion."""
+        axis = coupled(self.axis, motion)
+        shapes = np.column_stack([self.shapes[:, :1], axis.coriolis[:, list(self.unmeasured)]])
+        return replace(self, axis=axis, shapes=shapes)
+
+    @property
+    def noise_place(self) -> int:
+        """Where in theta the noise of the first channel stands."""
+        return FORCES + int(self.shapes.shape[1])
+
+    def _transitions(self, theta: Array) -> Array:
+        mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
+        different_s = self.axis.different_s
+        return np.asarray(
+            transitions(different_s, mass, damping, self.axis.stiffness, disturbance, time_constant)
+        )
+
+    def _force(self, theta: Array) -> Array:
+        by_shapes = self.shapes @ theta[FORCES : self.noise_place]
+        return np.asarray(self.axis.force + (self.axis.coriolis @ self.masses + by_shapes)[:, None])
+
+    def _variance(self, theta: Array) -> Array:
+        return np.asarray(np.exp(2 * theta[self.noise_place :])[self.axis.channel] * self.axis.scale**2)
+
+    def _run(self, theta: Array, table: Array, gate_sigma: float) -> tuple[Array, Array, Array]:
+        axis = self.axis
+        error, variance, gain = innovations(
+            table, axis.step, self._force(theta), self.reading, axis.state_read, self._variance(theta),
+            float(np.exp(theta[DISTURBANCE])), axis.initial, gate_sigma,
+        )  # fmt: skip
+        return error, variance, gain
 
     def without_wild(self, theta: Array) -> Array:
         """The readings (n,) that a fit at `theta` can believe."""
         error, variance = self.filtered(theta, GATE_SIGMA)
         wild = np.abs(error) >= GATE_SIGMA * np.sqrt(variance) * (1 - 1e-12)
-        if np.mean(wild) > MOST_WILD:
+        if wild.sum() > MOST_WILD * np.isfinite(error).sum():
             return self.reading
         return np.where(wild, np.nan, self.reading)
 
 
 @dataclass(frozen=True)
 class AxisFit:
-    """The maximum of one axis and what it was found with."""
+    """The maximum of one axis, what it was found with, and the covariance (p, p) of its theta."""
 
     problem: AxisLikelihood
     maximum: Maximum
-
-    @property
-    def covariance(self) -> Array:
-        return np.asarray(np.linalg.inv(self.maximum.precision), dtype=np.float64)
+    covariance: Array
 
 
 def rigid_mass(configuration: Configuration, dof: int) -> float:
@@ -119,9 +158,11 @@ def likelihood_of(
     disturbance = DISTURBANCE_SHARE * rigid
     shapes = [np.ones(len(axis.force))]
     width = [max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)]
+    loose = []
     for dof in unmeasured:
         spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
         if spread * np.std(axis.coriolis[:, dof]) > NOTICEABLE * disturbance:
+            loose.append(dof)
             shapes.append(axis.coriolis[:, dof])
             width.append(spread)
     noises = [channel.noise for channel in axis.channels]
@@ -131,37 +172,11 @@ def likelihood_of(
     prior_std = [*PRIOR_STD, *width, *(channel.noise_spread for channel in axis.channels)]
     return AxisLikelihood(
         axis,
-        axis.force + (axis.coriolis @ masses)[:, None],
+        masses,
         np.column_stack(shapes),
+        tuple(loose),
         axis.reading,
         np.array(start),
         np.array(prior_std) ** -2.0,
         np.array(difference),
     )
-
-
-def fit_axes(
-    axes: tuple[Axis, ...], configuration: Configuration, progress: Callable[[float, str], None]
-) -> dict[int, AxisFit]:
-    """The fit of every axis by degree of freedom, Coriolis forces made with the masses that come out.
-
-    Every pass leaves out what the one before found wild.
-    """
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
-    unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
-    fits: dict[int, AxisFit] = {}
-    for turn in range(PASSES):
-        before, settled = masses.copy(), True
-        for i, axis in enumerate(axes):
-            progress((turn + i / len(axes)) / PASSES, f"fitting {DOFS[axis.dof]}")
-            problem = likelihood_of(axis, configuration, before, unmeasured)
-            start = problem.prior_mean
-            if axis.dof in fits:
-                start = fits[axis.dof].maximum.theta
-                problem = replace(problem, reading=problem.without_wild(start))
-                settled &= np.array_equal(problem.reading, fits[axis.dof].problem.reading, equal_nan=True)
-            fits[axis.dof] = AxisFit(problem, climb(problem, start))
-            masses[axis.dof] = np.exp(fits[axis.dof].maximum.theta[MASS])
-        if turn and settled and np.max(np.abs(masses / before - 1.0)) < SETTLED:
-            break
-    return fits

@@ -14,6 +14,9 @@ HEAVE, ROLL, PITCH, YAW = 2, 3, 4, 5
 FEWEST = 5
 NOISE_SPREAD = 1.0
 LEAST_NOISE = 1e-6
+MOST_HZ = 100.0
+"""Faster readings are averaged down to about this rate: a vehicle does nothing within 10 ms that they would miss."""
+
 FILTERED_M_S, FILTERED_SPREAD, FILTERED_HZ = 0.01, 1e-3, 10.0
 """What an autopilot's own velocity is off by looks like no noise at all, so it is set, not fitted, and the
 velocity is thinned: one reading says little that the one 20 ms before it did not."""
@@ -36,10 +39,11 @@ class Channel:
     noise_spread: float = NOISE_SPREAD
 
 
-def channels(dive: Dive, dof: int, velocity: Signal | None, depth: Signal | None) -> list[Channel]:
+def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None) -> list[Channel]:
     """All that measures an axis, the one that reads its velocity first; none where that is missing.
 
-    `velocity` (n, 3) at the body's origin; `depth` (n, 1) the integral of heave velocity.
+    `velocity` (n, 3) at the body's origin; `place` (n, 1) the integral of the axis's own velocity: depth, roll or
+    pitch.
     """
     if dof < 3:
         found = [
@@ -47,22 +51,12 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, depth: Signal | None
         ]
         if dof == HEAVE:
             # The controller acts on depth, so depth has to be among the readings.
-            found.append(_direct("depth", depth, 0, POSITION))
+            found.append(_direct("depth", place, 0, POSITION))
     else:
         found = [_rate(dive, dof)]
         if dof in (ROLL, PITCH):
-            found.append(_direct("attitude", tilt(dive, dof), 0, POSITION))
+            found.append(_direct("attitude", place, 0, POSITION))
     return [channel for channel in found if channel is not None] if found[0] is not None else []
-
-
-def tilt(dive: Dive, dof: int) -> Signal | None:
-    """Roll or pitch (n, 1) in rad, from the attitude."""
-    if dive.attitude is None:
-        return None
-    w, x, y, z = dive.attitude.value.T
-    down_x, down_y, down_z = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1, 1))
-    return Signal(dive.attitude.time_s, angle[:, None])
 
 
 def noise_std(values: Array) -> float:
@@ -100,7 +94,7 @@ def _rate(dive: Dive, dof: int) -> Channel | None:
     gyro = _direct("gyro", dive.gyro, dof - 3, VELOCITY)
     if dof != YAW or dive.fog is None or len(dive.fog) < FEWEST or np.ptp(dive.fog.value) == 0.0:
         return gyro
-    fog = increments("fog", dive.fog)
+    fog = increments("fog", averaged(dive.fog)[0])
     return fog if gyro is None or _information(fog) > _information(gyro) else gyro
 
 
@@ -121,7 +115,26 @@ def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> C
     value = signal.value[known, column]
     if len(value) < FEWEST or np.ptp(value) == 0.0:
         return None
-    return Channel(name, signal.time_s[known], value, np.ones(len(value)), state_read, noise_std(value))
+    mean, count = averaged(Signal(signal.time_s[known], value[:, None]))
+    scale = np.sqrt(np.median(count) / count)
+    return Channel(name, mean.time_s, mean.value[:, 0], scale, state_read, noise_std(mean.value[:, 0]))
+
+
+def averaged(signal: Signal) -> tuple[Signal, Array]:
+    """Means (m, k) of the samples of equal lengths of time, dated at the mean of theirs, and how many each has (m,).
+
+    The signal itself where it is not much faster than MOST_HZ.
+    """
+    each = round(signal.rate_hz / MOST_HZ)
+    if each < 2:
+        return signal, np.ones(len(signal))
+    # The bins' edges lie between samples.
+    since = (signal.time_s - signal.time_s[0]) * signal.rate_hz + 0.5
+    _, bin_of = np.unique(np.floor(since / each), return_inverse=True)
+    count = np.bincount(bin_of).astype(np.float64)
+    time_s = np.bincount(bin_of, signal.time_s) / count
+    columns = [np.bincount(bin_of, column) / count for column in signal.value.T]
+    return Signal(time_s, np.column_stack(columns)), count
 
 
 def _information(channel: Channel) -> float:

@@ -4,8 +4,9 @@ For innovations e with variance S (Gupta and Mehra 1974, IEEE TAC 19(6), eqs 27 
     log L = -1/2 sum(log S + e^2/S),   J_ij = sum(de_i de_j / S) + 1/2 sum(dS_i dS_j / S^2).
 """
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,9 @@ class Problem(Protocol):
         ...
 
 
+Score = Callable[[Any, Array], tuple[Array, Array]]
+
+
 @dataclass(frozen=True)
 class Maximum:
     """Where the climb ended; `information` (p, p) is the data's alone, `precision` adds the prior's."""
@@ -66,23 +70,33 @@ def log_posterior(problem: Problem, theta: Array) -> float:
 def score(problem: Problem, theta: Array) -> tuple[Array, Array]:
     """Gradient of log L (p,) and information (p, p) at theta, by central differences."""
     e, s = problem.innovations(theta)
-    root = np.sqrt(s)
-    de, ds = np.empty((len(theta), len(e))), np.empty((len(theta), len(e)))
-    for i, h in enumerate(problem.difference):
-        moved = theta.copy()
+    return weigh(e, s, *slopes(problem, theta, range(len(theta))))
+
+
+def slopes(problem: Problem, theta: Array, of: Iterable[int]) -> tuple[Array, Array]:
+    """Derivatives of the innovations and of their variances by some of the parameters, (k, n) each."""
+    de, ds = [], []
+    for i in of:
+        h, moved = problem.difference[i], theta.copy()
         moved[i] = theta[i] + h
         e_up, s_up = problem.innovations(moved)
         moved[i] = theta[i] - h
         e_down, s_down = problem.innovations(moved)
-        de[i] = (e_up - e_down) / (2 * h) / root
-        ds[i] = (s_up - s_down) / (2 * h) / s
-    whitened = e / root
-    gradient = -(de @ whitened) - 0.5 * (ds @ (1.0 - whitened**2))
-    return gradient, de @ de.T + 0.5 * ds @ ds.T
+        de.append((e_up - e_down) / (2 * h))
+        ds.append((s_up - s_down) / (2 * h))
+    return np.array(de), np.array(ds)
 
 
-def climb(problem: Problem, start: Array) -> Maximum:
-    """The maximum of the posterior from `start`; converged where a step gains less than ENOUGH nats."""
+def weigh(e: Array, s: Array, de: Array, ds: Array) -> tuple[Array, Array]:
+    """Gradient (p,) and information (p, p) from innovations and variances (n,) and their derivatives (p, n)."""
+    root = np.sqrt(s)
+    slope, widening, whitened = de / root, ds / s, e / root
+    gradient = -(slope @ whitened) - 0.5 * (widening @ (1.0 - whitened**2))
+    return gradient, slope @ slope.T + 0.5 * widening @ widening.T
+
+
+def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score = score) -> Maximum:
+    """The maximum of the posterior from `start`; converged where a step gains less than `enough` nats."""
     theta = start.copy()
     value = log_posterior(problem, theta)
     damping = 1e-3
@@ -102,7 +116,7 @@ def climb(problem: Problem, start: Array) -> Maximum:
                 theta, value, damping = theta + move, trial, max(damping / 10, 1e-9)
                 break
             damping *= 10
-        if gain < ENOUGH:
+        if gain < enough:
             converged = damping < 1e8
             return Maximum(theta, value, information, precision, step, converged)
     return Maximum(theta, value, information, precision, MOST_STEPS, False)

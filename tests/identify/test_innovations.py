@@ -4,74 +4,135 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY, innovations
+from identify.estimators.innovations import (
+    INCREMENT,
+    POSITION,
+    VELOCITY,
+    innovations,
+    responses,
+    smoothed_velocity,
+    transitions,
+)
+
+STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
+MODEL = {"mass": 5.2, "damping": 18.0, "stiffness": 35.0, "sigma": 0.06, "time_constant": 1.5}
+INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
-def dense(step_s, force, reading, state, variance, mass, damping, stiffness, sigma, time_constant, initial):
-    """Innovations and variances by Van Loan's exponential, one event after another."""
-    a = np.array([[-damping / mass, -stiffness / mass, 1 / mass], [1, 0, 0], [0, 0, -1 / time_constant]])
-    b = np.array([1 / mass, 0.0, 0.0])
+class Events:
+    """Readings drawn at random: it matters not what a filter is fed to compare two of them."""
+
+    def __init__(self, states, n=300, missing=0.1, seed=1):
+        rng = np.random.default_rng(seed)
+        self.step = rng.integers(-1, len(STEPS_S), n)
+        self.force = rng.normal(0, 5, (n, 2))
+        self.state = rng.choice(states, n)
+        self.reading = np.where(rng.random(n) < missing, np.nan, rng.normal(0, 0.1, n))
+        self.variance = np.where(self.state == VELOCITY, 1e-4, 1e-5)
+        self.table = transitions(STEPS_S, *MODEL.values())
+
+    def run(self, force=None, reading=None, gate_sigma=np.inf):
+        return innovations(
+            self.table,
+            self.step,
+            self.force if force is None else force,
+            self.reading if reading is None else reading,
+            self.state,
+            self.variance,
+            MODEL["sigma"],
+            INITIAL,
+            gate_sigma,
+        )
+
+
+def moved(x, p, h, force):
+    """Mean and covariance after half a step and the other, by Van Loan's exponential."""
+    a = np.array(
+        [
+            [-MODEL["damping"] / MODEL["mass"], -MODEL["stiffness"] / MODEL["mass"], 1 / MODEL["mass"]],
+            [1, 0, 0],
+            [0, 0, -1 / MODEL["time_constant"]],
+        ]
+    )
+    b = np.array([1 / MODEL["mass"], 0.0, 0.0])
     q = np.zeros((3, 3))
-    q[2, 2] = 2 * sigma**2 / time_constant
-    x, p = np.array([initial[0], initial[1], 0.0]), np.diag([initial[2], initial[3], sigma**2])
-    errors, spreads = [], []
-    for i, h in enumerate(step_s):
-        for half in force[i] if h > 0 else ():
-            big = expm(np.block([[-a, q], [np.zeros((3, 3)), a.T]]) * h / 2)
-            phi = big[3:, 3:].T
-            noise = phi @ big[:3, 3:]
-            driven = expm(np.block([[a, b[:, None]], [np.zeros((1, 4))]]) * h / 2)[:3, 3]
-            x, p = phi @ x + driven * half, phi @ p @ phi.T + noise
-        row = np.eye(3)[min(state[i], 1)]
-        s = row @ p @ row + variance[i]
-        e = reading[i] - row @ x
-        gain = p @ row / s
-        x, p = x + gain * e, p - np.outer(gain, row @ p)
-        if state[i] == INCREMENT:
-            x[1], p[1], p[:, 1] = 0.0, 0.0, 0.0
+    q[2, 2] = 2 * MODEL["sigma"] ** 2 / MODEL["time_constant"]
+    whole = np.eye(3)
+    for half in force:
+        big = expm(np.block([[-a, q], [np.zeros((3, 3)), a.T]]) * h / 2)
+        phi = big[3:, 3:].T
+        driven = expm(np.block([[a, b[:, None]], [np.zeros((1, 4))]]) * h / 2)[:3, 3]
+        x, p, whole = phi @ x + driven * half, phi @ p @ phi.T + phi @ big[:3, 3:], phi @ whole
+    return x, p, whole
+
+
+def dense(events):
+    """Innovations, variances, and the Rauch-Tung-Striebel smoother's velocities, one event after another."""
+    x, p = np.array([INITIAL[0], INITIAL[1], 0.0]), np.diag([INITIAL[2], INITIAL[3], MODEL["sigma"] ** 2])
+    errors, spreads, kept = [], [], []
+    for i, step in enumerate(events.step):
+        phi = np.eye(3)
+        if step >= 0:
+            x, p, phi = moved(x, p, STEPS_S[step], events.force[i])
+        before = x, p, phi
+        row = np.eye(3)[min(events.state[i], 1)]
+        s, e = row @ p @ row + events.variance[i], events.reading[i] - row @ x
+        if np.isfinite(e):
+            gain = p @ row / s
+            x, p = x + gain * e, p - np.outer(gain, row @ p)
+        kept.append((*before, x, p))
+        if events.state[i] == INCREMENT:
+            x, p = x * [1, 0, 1], p * np.outer([1, 0, 1], [1, 0, 1])
         errors.append(e)
-        spreads.append(s)
-    return np.array(errors), np.array(spreads)
-
-
-def events(rng, states, n=300):
-    step_s = rng.choice([0.0, 0.01, 0.04, 0.05, 0.1], n)
-    force = rng.normal(0, 5, (n, 2))
-    state = rng.choice(states, n)
-    reading = rng.normal(0, 0.1, n)
-    variance = np.where(state == VELOCITY, 1e-4, 1e-5)
-    return step_s, force, reading, state, variance
+        spreads.append(s if np.isfinite(e) else np.nan)
+    smooth = [kept[-1][3]]
+    for (*_, x, p), (predicted, spread, phi, *_) in zip(kept[-2::-1], kept[:0:-1], strict=True):
+        smooth.append(x + p @ phi.T @ np.linalg.pinv(spread, rcond=1e-12) @ (smooth[-1] - predicted))
+    return np.array(errors), np.array(spreads), np.array(smooth)[::-1, 0]
 
 
 @pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
 def test_the_compiled_filter_equals_a_dense_one(states):
-    data = events(np.random.default_rng(1), states)
-    model = (5.2, 18.0, 35.0, 0.06, 1.5)
-    initial = np.array([0.01, 0.02, 0.01, 0.01])
-    e, s = innovations(*data, *model, initial, np.inf)
-    expected_e, expected_s = dense(*data, *model, initial)
+    events = Events(states)
+    e, s, _ = events.run()
+    expected_e, expected_s, _ = dense(events)
     np.testing.assert_allclose(s, expected_s, rtol=2e-6)
     np.testing.assert_allclose(e, expected_e, atol=2e-6)
 
 
-def test_a_long_gap_is_crossed_as_exactly_as_short_steps():
-    one = np.array([0.0, 2.0]), np.array([[0.0, 0.0], [3.0, -1.0]])
-    reading, state, variance = np.zeros(2), np.zeros(2, dtype=np.int64), np.full(2, 1e-4)
-    model, initial = (20.0, 10.0, 0.0, 0.3, 1.5), np.array([0.1, 0.0, 0.01, 0.01])
-    e, s = innovations(*one, reading, state, variance, *model, initial, np.inf)
-    expected_e, expected_s = dense(*one, reading, state, variance, *model, initial)
-    np.testing.assert_allclose(e, expected_e, rtol=1e-7)
-    np.testing.assert_allclose(s, expected_s, rtol=1e-6)
+def test_the_smoothed_velocity_is_that_of_a_dense_smoother():
+    events = Events((VELOCITY, POSITION))
+    found = smoothed_velocity(
+        events.table,
+        events.step,
+        events.force,
+        events.reading,
+        events.state,
+        events.variance,
+        MODEL["sigma"],
+        INITIAL,
+    )
+    np.testing.assert_allclose(found, dense(events)[2], atol=5e-6)
+
+
+@pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
+def test_the_response_to_a_force_is_what_it_adds_to_the_innovations(states):
+    events = Events(states)
+    added = np.random.default_rng(2).normal(0, 1, (len(events.step), 2))
+    plain, _, gain = events.run()
+    linear = responses(events.table, events.step, added, events.reading, events.state, gain)
+    for column, response in zip(added.T, linear, strict=True):
+        pushed, _, _ = events.run(force=events.force + column[:, None])
+        read = np.isfinite(plain)
+        np.testing.assert_allclose(response[read], (pushed - plain)[read], atol=1e-12)
 
 
 def test_a_reading_beyond_the_gate_comes_back_at_the_gate_and_changes_nothing_after_it():
-    step_s, force = np.full(3, 0.1), np.zeros((3, 2))
-    state, variance = np.zeros(3, dtype=np.int64), np.full(3, 1e-4)
-    model, initial = (20.0, 10.0, 0.0, 0.3, 1.5), np.array([0.0, 0.0, 1e-4, 1e-4])
-    wild = np.array([0.001, 9.0, 0.001])
-    e, s = innovations(step_s, force, wild, state, variance, *model, initial, 6.0)
-    missing = np.array([0.001, np.nan, 0.001])
-    e_missing, _ = innovations(step_s, force, missing, state, variance, *model, initial, 6.0)
+    events = Events((VELOCITY,), n=3, missing=0.0)
+    wild, missing = np.array([0.001, 9.0, 0.001]), np.array([0.001, np.nan, 0.001])
+    e, s, gain = events.run(reading=wild, gate_sigma=6.0)
+    e_missing, _, _ = events.run(reading=missing, gate_sigma=6.0)
     assert e[1] == 6.0 * np.sqrt(s[1])
+    assert not gain[1].any()
     assert np.isnan(e_missing[1])
     assert e[2] == e_missing[2]
