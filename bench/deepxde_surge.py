@@ -23,6 +23,7 @@ from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.prediction import whole_truth
 from bench.remembered import Data, Remembered
+from bench.words import paragraph
 from bridge.vehicle.coefficients import MASSES
 from bridge.vehicle.dynamics import coriolis, restoring
 from identify.estimators.table import estimator
@@ -56,13 +57,15 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
     lines = [
         "## DeepXDE's inverse problem",
         "",
-        f"Surge alone, PyTorch back end: network of time {' x '.join(map(str, LAYERS))}, tanh, behind sines and",
-        f"cosines up to {HIGHEST_HZ:g} Hz (without them it never learns a dive's many starts and stops); Adam at",
-        f"{LEARNING_RATE:g}; point data at {RATE_HZ:g} Hz, collocation at the same times; both residuals scaled by",
-        f"their own rms, data weighted {DATA_WEIGHT:g} to 1; M and D as logarithms, from dry mass and from rms force",
-        f"over rms velocity; stopped by the clock after {60 * MINUTES:.0f} s on one core. It is given the true masses",
-        "of the other axes for the Coriolis force. Error against the truth, beside that of `likelihood`, which is",
-        "given none.",
+        *paragraph(
+            f"Surge alone, PyTorch back end: network of time {' x '.join(map(str, LAYERS))}, tanh, behind sines and",
+            f"cosines up to {HIGHEST_HZ:g} Hz (without them it never learns a dive's many starts and stops); Adam at",
+            f"{LEARNING_RATE:g}; point data at {RATE_HZ:g} Hz, collocation at the same times; both residuals scaled by",
+            f"their own rms, data weighted {DATA_WEIGHT:g} to 1; M and D as logarithms, from dry mass and from rms",
+            f"force over rms velocity; stopped by the clock after {60 * MINUTES:.0f} s on one core. It is given the true",
+            "masses of the other axes for the Coriolis force. Error against the truth, beside that of `likelihood`,",
+            "which is given none.",
+        ),
         "",
         "| mission | M_u | D_u | steps | seconds | likelihood M_u | likelihood D_u | seconds |",
         "|---|---|---|---|---|---|---|---|",

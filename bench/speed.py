@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
 from bench.paper_small import SETTLED, settled_at
 from bench.remembered import Data, Remembered
+from bench.words import paragraph
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.estimators.paper import PAPER, SMALL, PaperOptions, estimate_with_curves, window_ends
@@ -50,9 +52,8 @@ def on_processor(one: Dived) -> Data:
     first, again = {}, {}
     for name in ("likelihood", "pinn"):
         if name in METHODS:
-            fit = estimator(name)
-            first[name], _ = _timed(lambda fit=fit: fit(one.dive, one.file, CONFIGURATION, _silent))
-            again[name], _ = _timed(lambda fit=fit: fit(one.dive, one.file, CONFIGURATION, _silent))
+            run = partial(estimator(name), one.dive, one.file, CONFIGURATION, _silent)
+            first[name], again[name] = _timed(run)[0], _timed(run)[0]
     command_s, _ = _timed(lambda: _command(one.dive.source))
     grid, data = _learnt(one.dive, one.file, PAPER)
     filtered_s, _ = _timed(lambda: closed.estimate(one.dive, one.file, CONFIGURATION, _silent))
@@ -121,14 +122,16 @@ def _table(timed: Data) -> list[str]:
         ("the paper's network, 38.3 M weights: ONE epoch", epoch_s, "no"),
         (f"the same to convergence, EXTRAPOLATED to {timed['settled']} epochs", whole_s, "no"),
     ]
+    compiled = ", ".join(f"`{name}` {seconds:.1f} s" for name, seconds in first.items())
     lines = [
         "## Speed",
         "",
-        f"From the log of the paper's survey ({timed['samples']} samples at 10 Hz; surge, yaw and heave) to parameters, on",
-        f"{timed['threads']} cores, one after the other in one run. Reading the log takes {read_s:.1f} s of each where it says",
-        "so; the first run of a method after an installation also compiles its kernels: "
-        + ", ".join(f"`{name}` {seconds:.1f} s" for name, seconds in first.items())
-        + ".",
+        *paragraph(
+            f"From the log of the paper's survey ({timed['samples']} samples at 10 Hz; surge, yaw and heave) to",
+            f"parameters, on {timed['threads']} cores, one after the other in one run. Reading the log takes",
+            f"{read_s:.1f} s and is in every row with an interval and in the closed form with its filter. Where a method",
+            f"has just been installed, its first run also compiles its kernels: {compiled}.",
+        ),
         "",
         "| what | seconds | with intervals | one epoch of the paper's takes | to convergence |",
         "|---|---|---|---|---|",
@@ -141,11 +144,14 @@ def _table(timed: Data) -> list[str]:
     ratio = whole_s / timed["command"]
     lines += [
         "",
-        "The paper does not say how many epochs it trained. Here convergence is the epoch from which on every parameter",
-        f"of the small network stays within {100 * SETTLED:g} % of where it ends after {timed['epochs']}, on the same data with",
-        f"the same schedule: {timed['settled']}. The parameters have no part of the network in them, so this carries over.",
-        f"The goal of {DEFAULT_GOAL_S:g} s for the default is {quick}; that of {RATIO_GOAL:g} times the paper's to convergence",
-        f"is {'met' if ratio > RATIO_GOAL else 'missed'} ({ratio:.0f}).",
+        *paragraph(
+            "The paper does not say how many epochs it trained. Here convergence is the epoch from which on every",
+            f"parameter of the small network stays within {100 * SETTLED:g} % of where it ends after",
+            f"{timed['epochs']}, on the same data with the same schedule: {timed['settled']}. The parameters have no",
+            f"part of the network in them, so this carries over. The goal of {DEFAULT_GOAL_S:g} s for the default is",
+            f"{quick}; that of {RATIO_GOAL:g} times the paper's to convergence is",
+            f"{'met' if ratio > RATIO_GOAL else 'missed'} ({ratio:.0f}).",
+        ),
         "",
     ]
     if "pinn" not in METHODS:
