@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from direct_dive import dive
@@ -11,7 +12,7 @@ from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from identify.estimators.paper import PaperOptions
-from tui import show
+from tui import cli, exit_codes, show
 from tui.commands.reproduce import options
 from tui.reproduce import page, results
 from tui.reproduce.campaigns import identified
@@ -143,3 +144,32 @@ def test_the_network_is_small_unless_another_is_asked_for():
     small, own = options(None), options([1024, 5, 100])
     assert small.hidden < own.hidden == 1024
     assert (own.depth, own.epochs) == (5, 100)
+
+
+def test_the_command_writes_page_and_results_into_a_folder_of_its_own(done, tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def quickly(_root, seed, _unix_s, network, tell):
+        asked.append((seed, network.hidden))
+        tell(1.0, "done")
+        return replace(done, seed=seed)
+
+    monkeypatch.setattr("tui.reproduce.run.reproduce", quickly)
+    line = ["reproduce", "--seed", "7", "--network", "8", "1", "3", "--out", str(tmp_path), "--json", "-"]
+    assert cli.main(line) == exit_codes.DONE
+    shown = capsys.readouterr()
+    found = json.loads(shown.out)
+    assert asked == [(7, 8)]
+    assert found["seed"] == 7
+    folder = Path(found["folder"])
+    assert folder.parent == tmp_path
+    assert (folder / "reproduction.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert json.loads((folder / "result.json").read_text(encoding="utf-8")) == found
+    assert "Fig. 14" in shown.err
+
+
+def test_a_place_that_can_not_be_written_to_is_told_before_any_dive(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("tui.reproduce.run.reproduce", lambda *_: pytest.fail("dived all the same"))
+    line = ["reproduce", "--out", str(tmp_path), "--json", str(tmp_path / "nowhere" / "r.json")]
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    assert "there is no folder" in capsys.readouterr().err
