@@ -11,6 +11,7 @@ import os
 import time
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,8 @@ class Surge:
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
     """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    if find_spec("deepxde") is None:
+        return "## DeepXDE's inverse problem\n\nDeepXDE is not installed here (`pip install -e .[bench]`).\n"
     kept = Remembered(cache / "deepxde.jsonl")
     found = kept.fill({str(seed): partial(inverse_problem, seed, MINUTES) for seed in seeds}, "DeepXDE")
     lines = [
@@ -60,10 +63,10 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         *paragraph(
             f"Surge alone, PyTorch back end: network of time {' x '.join(map(str, LAYERS))}, tanh, behind sines and",
             f"cosines up to {HIGHEST_HZ:g} Hz (without them it never learns a dive's many starts and stops); Adam at",
-            f"{LEARNING_RATE:g}; point data at {RATE_HZ:g} Hz, collocation at the same times; both residuals scaled by",
-            f"their own rms, data weighted {DATA_WEIGHT:g} to 1; M and D as logarithms, from dry mass and from rms",
-            f"force over rms velocity; stopped by the clock after {60 * MINUTES:.0f} s on one core. It is given the true",
-            "masses of the other axes for the Coriolis force. Error against the truth, beside that of `likelihood`,",
+            f"{LEARNING_RATE:g}; point data at {RATE_HZ:g} Hz, collocation at the same times; both residuals scaled",
+            f"by their own rms, data weighted {DATA_WEIGHT:g} to 1; M and D as logarithms, from dry mass and from",
+            f"rms force over rms velocity; stopped by the clock after {60 * MINUTES:.0f} s on one core. It is given the",
+            "true masses of the other axes for the Coriolis force. Error against the truth, beside that of `likelihood`,",
             "which is given none.",
         ),
         "",

@@ -6,7 +6,20 @@ from pathlib import Path
 
 from rich.progress import track
 
-from bench import accuracy, coverage, paper_noise
+from bench import (
+    accuracy,
+    coverage,
+    deepxde_surge,
+    paper_noise,
+    paper_small,
+    prediction,
+    speed,
+    thrift,
+    tracking,
+)
+
+CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)
+"""Of the paper's own two campaigns, dived by its vehicle."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +47,40 @@ def _paper_noise(run: Run) -> str:
     return paper_noise.page(run.docs / "paper_noise.html")
 
 
+def _speed(run: Run) -> str:
+    return speed.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
+
+
+def _thrift(run: Run) -> str:
+    return thrift.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
+
+
+def _prediction(run: Run) -> str:
+    campaigns, missions = (1, 4) if run.short else (5, 20)
+    seeds = tuple(range(1, missions + 1))
+    return prediction.page(run.cache / "bench", CAMPAIGN_SEEDS[:campaigns], seeds)
+
+
+def _tracking(run: Run) -> str:
+    return tracking.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 3])
+
+
+def _paper_small(run: Run) -> str:
+    return paper_small.page(run.cache / "bench", tuple(range(1, 2 if run.short else 6)))
+
+
+def _deepxde(run: Run) -> str:
+    return deepxde_surge.page(run.cache / "bench", tuple(range(1, 2 if run.short else 4)))
+
+
 SECTIONS: dict[str, Callable[[Run], str]] = {
     "accuracy": _accuracy,
+    "speed": _speed,
+    "thrift": _thrift,
+    "prediction": _prediction,
+    "tracking": _tracking,
+    "paper small": _paper_small,
+    "deepxde": _deepxde,
     "coverage": _coverage,
     "paper noise": _paper_noise,
 }

@@ -129,8 +129,8 @@ def _table(timed: Data) -> list[str]:
         *paragraph(
             f"From the log of the paper's survey ({timed['samples']} samples at 10 Hz; surge, yaw and heave) to",
             f"parameters, on {timed['threads']} cores, one after the other in one run. Reading the log takes",
-            f"{read_s:.1f} s and is in every row with an interval and in the closed form with its filter. Where a method",
-            f"has just been installed, its first run also compiles its kernels: {compiled}.",
+            f"{read_s:.1f} s and is in every row with an interval and in the closed form with its filter. Where a",
+            f"method has just been installed, its first run also compiles its kernels: {compiled}.",
         ),
         "",
         "| what | seconds | with intervals | one epoch of the paper's takes | to convergence |",
