@@ -22,9 +22,8 @@ def date_axis(first_s: float, last_s: float) -> Axis:
     air = max(AIR * (last_s - first_s), SHORTEST_S / 2 if last_s - first_s < SHORTEST_S else 0.0)
     low, high = first_s - air, last_s + air
     for step in _EVEN_STEPS_S:
-        ticks = _even(low, high, step)
-        if len(ticks) <= MOST_TICKS:
-            return Axis(title, low, high, ticks)
+        if int(high) // step - (-(-int(low) // step)) < MOST_TICKS:
+            return Axis(title, low, high, _even(low, high, step))
     return Axis(title, low, high, _months(low, high))
 
 
@@ -37,7 +36,7 @@ def _even(low: float, high: float, step_s: int) -> tuple[tuple[float, str], ...]
 def _months(low: float, high: float) -> tuple[tuple[float, str], ...]:
     first, last = _when(low), _when(high)
     for step in _MONTH_STEPS:
-        months = range(first.year * 12, last.year * 12 + 12, step)
+        months = range(first.year * 12 // step * step, last.year * 12 + 12, step)
         starts = (datetime(month // 12, month % 12 + 1, 1, tzinfo=UTC) for month in months)
         inside = [start for start in starts if low <= start.timestamp() <= high]
         if len(inside) <= MOST_TICKS:

@@ -5,6 +5,7 @@ import os
 import signal
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
@@ -106,6 +107,7 @@ def _serve(pipe: Connection) -> None:
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
     """A process started within never hears Ctrl-C: the one that started it does, and ends it."""
+    resource_tracker.ensure_running()  # its own start, beside the first process, would lift the mask again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.batch.jobs import Job, job_for
+from identify.batch.local import run_here
 from identify.batch.recordings import find_recordings
 
 HERE = Path(__file__).resolve().parent
@@ -111,3 +113,13 @@ def desk(monkeypatch):
 def python_path():
     """What lets another process import this module and the product."""
     return os.pathsep.join([str(HERE), str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+
+def batch_of(folder, function):
+    """A batch as a program of its own; exit code 4 where Ctrl-C ends it."""
+    jobs = [job_on(path, function, FILE) for path in sorted(Path(folder).iterdir())]
+    try:
+        for result in run_here(jobs, 2):
+            sys.stdout.write(f"{result.dive}\n")
+    except KeyboardInterrupt:
+        sys.exit(4)

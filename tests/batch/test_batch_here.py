@@ -1,6 +1,9 @@
 """Jobs on this computer's cores: each has one result, whatever becomes of the others."""
 
 import os
+import signal
+import subprocess
+import sys
 from collections import Counter
 
 import batch_jobs
@@ -87,7 +90,32 @@ def test_closing_ends_the_processes_at_their_work(tmp_path, monkeypatch):
         os.kill(at_work.pid, 0)
 
 
-def test_a_process_keeps_to_one_thread(tmp_path):
+def test_control_c_is_for_the_batch_alone_and_ends_its_processes_without_a_word(tmp_path, monkeypatch):
+    batch_jobs.recordings(tmp_path / "dives", 3)
+    with batch_jobs.desk(monkeypatch) as visitors:
+        program = subprocess.Popen(
+            [sys.executable, "-c", "import sys, batch_jobs; batch_jobs.batch_of(*sys.argv[1:])",
+             str(tmp_path / "dives"), "meet"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            env={**os.environ, "PYTHONPATH": batch_jobs.python_path()},
+        )  # fmt: skip
+        unmoved = next(visitors)
+        os.kill(unmoved.pid, signal.SIGINT)
+        unmoved.go_on()
+        at_work = [next(visitors), next(visitors)]
+        os.killpg(program.pid, signal.SIGINT)
+        out, errors = program.communicate(timeout=batch_jobs.PATIENCE_S)
+        for visitor in at_work:
+            visitor.leaves()
+    assert (out, errors, program.returncode) == (f"{unmoved.dive}\n", "", 4)
+
+
+def test_a_process_keeps_to_one_thread(tmp_path, monkeypatch):
+    for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
     (path,) = batch_jobs.recordings(tmp_path / "dives", 1)
     (result,) = run_here([batch_jobs.job_on(path, "threads", FILE)], 1)
     assert result.answer == {"numba": 1, "torch": 1}

@@ -1,0 +1,126 @@
+"""The page and the tables of a batch: every dive, every trend, dates that fit a telephone."""
+
+import csv
+import io
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+from test_batch_drift import dives
+
+from identify.batch.calendar import MOST_TICKS, date_axis
+from identify.batch.drift import drift_of
+from identify.batch.jobs import Result
+from identify.batch.page import batch_report
+from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv
+from identify.report.page import render_report
+from tui import show
+from tui.batch_tables import dive_table, parameter_tables, trend_table
+
+LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"
+
+
+def page(rows, twins=()):
+    drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
+    return render_report(batch_report("ruvifist", "likelihood", rows, twins, drifts))
+
+
+def unix_s(*when):
+    return datetime(*when, tzinfo=UTC).timestamp()
+
+
+def test_the_page_tells_the_story_shows_each_parameter_and_names_each_dive():
+    rows = dives(damping=0.2)
+    html = page(rows)
+    assert html.index("Damping is up with mass unchanged") < html.index("<main>")
+    assert all(f'aria-label="{name},' in html for name in ("M_u", "M_v", "I_r", "D_u", "D_v", "D_r"))
+    assert html.count('class="line dashed" d="M') >= 3
+    assert all(row.dive in html for row in rows)
+
+
+def test_the_page_groups_by_configuration_and_tells_failures_and_twins():
+    rows = [*dives(), *(replace(row, configuration="survey") for row in dives(damping=0.2, seed=3))]
+    failed = rows_of([Result("k", "cut <b>", "cut.tlog", "0", None, "holds no MAVLink frame")])
+    html = page([*rows, *failed], [("copy.tlog", "dive.tlog")])
+    headings = re.findall(r"<h2>(.*?)</h2>", html)
+    assert headings == [
+        "Configuration only", "Configuration survey", "Dives of configuration only",
+        "Dives of configuration survey", "Dives that gave nothing", "Counted once",
+    ]  # fmt: skip
+    assert "cut &lt;b&gt;" in html
+    assert "holds no MAVLink frame" in html
+    assert "copy.tlog" in html
+
+
+def test_a_page_of_nothing_says_so():
+    html = page(rows_of([Result("k", "cut", "cut.tlog", "0", None, "holds no MAVLink frame")]))
+    assert "No dive gave a parameter." in html
+
+
+def test_dives_without_a_date_are_listed_and_not_drawn():
+    html = page([replace(row, unix_s=None) for row in dives(count=4)])
+    assert "dive 3" in html
+    assert "<figure>" not in html
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "labels"),
+    [
+        ((2026, 11, 20, 9), (2026, 11, 20, 12, 30), ["09:00", "10:00", "11:00", "12:00"]),
+        ((2026, 11, 20, 9), (2026, 11, 21, 21), ["12:00", "21 Nov", "12:00"]),
+        ((2026, 11, 18), (2026, 11, 21), ["18 Nov", "19 Nov", "20 Nov", "21 Nov"]),
+        ((2026, 1, 10), (2026, 6, 10), ["Feb", "Mar", "Apr", "May", "Jun"]),
+        ((2025, 11, 10), (2026, 3, 10), ["Dec 25", "Jan 26", "Feb 26", "Mar 26"]),
+        ((2020, 3, 1), (2026, 3, 1), ["2020", "2022", "2024", "2026"]),
+    ],
+)
+def test_dates_stand_at_whole_hours_days_months_and_years(first, last, labels):
+    axis = date_axis(unix_s(*first), unix_s(*last))
+    assert [label for _, label in axis.ticks] == labels
+
+
+@pytest.mark.parametrize("span_s", [0, 1, 600, 5e4, 9e5, 3e6, 4e7, 6e8, 3e9])
+def test_no_span_has_more_ticks_than_fit_or_a_tick_outside(span_s):
+    axis = date_axis(unix_s(2026, 2, 11), unix_s(2026, 2, 11) + span_s)
+    assert axis.low < axis.high
+    assert len(axis.ticks) <= MOST_TICKS
+    assert all(axis.low <= value <= axis.high for value, _ in axis.ticks)
+
+
+def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():
+    rows = [*dives(count=2), *rows_of([Result("k", "cut", "cut.tlog", "0", None, 'holds "nothing", sadly')])]
+    first, _, last = csv.DictReader(io.StringIO(to_csv(rows)))
+    assert float(first["M_u"]) == rows[0].values["M_u"].value
+    assert (first["M_w"], first["date_utc"]) == ("", "2026-02-02T02:40:00Z")
+    assert (last["error"], last["M_u"]) == ('holds "nothing", sadly', "")
+    assert {f"{name}_low95" for name in NAMES} <= set(first)
+
+
+def test_tables_are_whole_at_80_columns_with_the_longest_words():
+    def long(row):
+        values = {
+            name: replace(v, value=1234.5678, low95=1136.9, high95=1333.3) for name, v in row.values.items()
+        }
+        return replace(row, dive=LONG, values=values)
+
+    rows = [long(row) for row in dives(count=4)]
+    tables = [
+        dive_table(rows),
+        *parameter_tables(rows, rows, "hovering"),
+        trend_table(drift_of(rows), "hovering"),
+    ]
+    lines = [line for table in tables for line in table.lines(80)]
+    assert max(map(len, lines)) <= 80
+    text = " ".join(line.strip() for line in lines)
+    assert "1235 ±98" in text
+    assert show.number(1234.5678) in text
+
+
+def test_dives_stand_by_date_and_those_without_one_come_last():
+    results = [
+        Result("a", "undated", "a.tlog", "0", None, "cut"),
+        Result("b", "2026-11-20", "b.tlog", "0", None, "cut"),
+        Result("c", "2025-11-20", "c.tlog", "0", None, "cut"),
+    ]
+    assert [row.dive for row in rows_of(results)] == ["2025-11-20", "2026-11-20", "undated"]
