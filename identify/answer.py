@@ -26,8 +26,8 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
 
 
 def without_masses(fit: Identification, doubts: tuple[Doubt, ...]) -> Identification:
-    """The fit without the coefficients that the doubts are about; the first doubt of each is the reason."""
-    reasons = {name: doubt.sentence for doubt in reversed(doubts) for name in doubt.about}
+    """The fit without the coefficients that the doubts are about; the first clause of a doubt is the reason."""
+    reasons = {name: doubt.clause for doubt in reversed(doubts) for name in doubt.about}
     return replace(
         fit,
         parameters=tuple(_left_out(one, reasons) for one in fit.parameters),

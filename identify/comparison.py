@@ -118,7 +118,7 @@ def _why(name: str, first: Identification, second: Identification) -> str:
     for method in (first, second):
         about = _doubts_about(name, method.doubts)
         if about:
-            reasons.append(f"{method.method} doubts it itself ({'; '.join(map(_short, about))})")
+            reasons.append(f"{method.method} doubts it itself ({'; '.join(about)})")
         elif method.outcome is not Outcome.CONVERGED:
             reasons.append(f"{method.method} ended with '{method.outcome.value}'")
     reasons += _other_disturbance(DOFS[BY_NAME[name].dof], first, second)
@@ -131,13 +131,7 @@ def _why(name: str, first: Identification, second: Identification) -> str:
 
 
 def _doubts_about(name: str, doubts: Sequence[Doubt]) -> list[str]:
-    return [doubt.sentence for doubt in doubts if name in doubt.about]
-
-
-def _short(sentence: str) -> str:
-    """The first clause of a sentence."""
-    clause = sentence.split(": ")[0].rstrip(".")
-    return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() else clause
+    return [doubt.clause for doubt in doubts if name in doubt.about]
 
 
 def _other_disturbance(axis: str, first: Identification, second: Identification) -> list[str]:

@@ -38,6 +38,12 @@ class Doubt:
     sentence: str
     outcome: Outcome = Outcome.CONVERGED
 
+    @property
+    def clause(self) -> str:
+        """What is wrong, without what to do: up to the first colon, as part of another sentence."""
+        clause = self.sentence.split(": ")[0].rstrip(".")
+        return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
+
     def to_json(self) -> dict[str, Any]:
         return {"about": list(self.about), "sentence": self.sentence, "outcome": self.outcome.value}
 

@@ -150,16 +150,16 @@ def _of_prior_alone(one: Estimate, priors: Mapping[str, Prior]) -> Estimate:
         low95=prior.value * math.exp(-Z95 * std),
         high95=prior.value * math.exp(Z95 * std),
         identifiable=False,
-        reason=f"{one.reason}; its value here is the vehicle file's prior alone{_source(prior)}",
+        reason=f"{one.reason.rstrip('.')}; its value here is the vehicle file's prior alone{_source(prior)}",
         share_from_prior=1.0,
     )
 
 
 def _conflict(one: Estimate, prior: Prior, known: Known) -> Doubt:
     sentence = (
-        f"{one.name}: the vehicle file's prior of {prior.value:.4g} +- {prior.std:.2g} {one.unit}{_source(prior)} and "
-        f"the dive's {one.value:.4g} +- {one.std:.2g} are {abs(known.distance(one.name, prior)):.1f} standard errors "
-        "apart, so the prior was left out: see what changed on the vehicle, or weigh it anew."
+        f"The vehicle file's prior of {one.name}, {prior.value:.4g} ± {prior.std:.2g} {one.unit}{_source(prior)}, and "
+        f"the dive's {one.value:.4g} ± {one.std:.2g} are {abs(known.distance(one.name, prior)):.1f} standard errors "
+        "apart: the prior was left out; see what changed on the vehicle, or weigh it anew."
     )
     return Doubt((one.name,), sentence, Outcome.DISAGREES)
 
@@ -175,9 +175,7 @@ def _words(priors: Mapping[str, Prior], taken: Mapping[str, Prior], fitted: Sequ
         return ("The method states no interval, so the vehicle file's priors were not joined with it.",)
     if not taken:
         return ()
-    names = ", ".join(
-        f"{name} {p.value:.4g} +- {p.std:.2g} {BY_NAME[name].unit}" for name, p in taken.items()
-    )
+    names = ", ".join(f"{name} {p.value:.4g} ± {p.std:.2g} {BY_NAME[name].unit}" for name, p in taken.items())
     return (f"Priors of the vehicle file are part of the values: {names}.",)
 
 

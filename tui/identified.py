@@ -30,12 +30,11 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
         show.put(console, show.table(title, columns, rows, numbers))
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")
-    doubts = [doubt.sentence for doubt in answer.doubts if doubt.sentence not in reasons]
+    doubts = [doubt.sentence for doubt in answer.doubts]
     for doubt in dict.fromkeys(doubts):
         show.say(console, f"warning: {doubt}")
-    told = {*reasons, *doubts}
     for note in dict.fromkeys((*answer.sentences, *dive.notes)):
-        if note not in told:
+        if note not in doubts:
             show.say(console, f"note: {note}")
 
 
@@ -73,6 +72,10 @@ def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str
         parameter.unit,
         show.number(100 * parameter.relative_std, 2),
         f"{partner.name} {partner.correlation:+.2f}" if partner else "-",
-        *((f"{100 * parameter.share_from_prior:.0f}",) if priors else ()),
+        *(
+            (f"{100 * parameter.share_from_prior:.0f}" if parameter.share_from_prior else "-",)
+            if priors
+            else ()
+        ),
         "yes" if parameter.identifiable else f"no, see {1 + reasons.index(parameter.reason)}",
     )

@@ -48,11 +48,13 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
     priors = ("From prior",) if any(e.share_from_prior for e in estimates) else ()
     rows = []
     for e in estimates:
-        value, interval = with_interval(e.value, e.low95, e.high95) if e.identifiable else (MISSING, MISSING)
+        known = e.identifiable or e.share_from_prior > 0
+        value, interval = with_interval(e.value, e.low95, e.high95) if known else (MISSING, MISSING)
         told = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
-        from_prior = (f"{100 * e.share_from_prior:.0f} %",) if priors else ()
-        sure = (_percent(e.relative_std), _partner(e), *from_prior)
+        share = f"{100 * e.share_from_prior:.0f} %" if e.share_from_prior else MISSING
+        error = _percent(e.relative_std) if known else MISSING
+        sure = (error, _partner(e), *((share,) if priors else ()))
         rows.append((e.symbol, value, interval, unit(e.unit), *told, *sure, ". ".join(filter(None, words))))
     columns = (
         "Parameter", "Value", "95 % interval", "Unit", *against, "Standard error", "Partner", *priors, "Meaning"
