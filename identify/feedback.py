@@ -22,6 +22,7 @@ WINDOW_S = 10.0
 READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
 TAPS = 8
 MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
+LATEST_S, LATE_STEP_S = 0.3, 0.01
 SAME = 1e-5
 """m/s: two velocities nearer than this are one."""
 
@@ -97,27 +98,42 @@ def _left_over(table: Array) -> float | None:
 def foreign_velocity(dive: Dive, dof: int) -> float | None:
     """What no causal linear filter of the recorded velocity makes of NU_FB, over that velocity's noise.
 
-    Rates of turn stand beside the velocity: with a lever arm they carry it to the body's origin. None where there is
-    too little to tell; both spreads are medians, which dropouts and wild readings leave alone.
+    Rates of turn stand beside the velocity: with a lever arm they carry it to the body's origin. A reading reaches
+    the controller late by a constant of LATEST_S at most: the one that explains most is taken. None where there is too
+    little to tell; both spreads are medians, which dropouts and wild readings leave alone.
     """
     if dive.nu_fb is None or dive.velocity is None or dive.velocity_is_filtered:
         return None
     good = np.isfinite(dive.velocity.value).all(axis=1)
     time_s, read = dive.velocity.time_s[good], dive.velocity.value[good, dof]
-    latest = np.searchsorted(time_s, dive.nu_fb.time_s, side="right") - 1
-    known = (latest >= TAPS) & np.isfinite(dive.nu_fb.value[:, dof])
-    if np.count_nonzero(known) < 10 * TAPS:
-        return None
-    fed, past = dive.nu_fb.value[known, dof], read[latest[known, None] - np.arange(TAPS)]
-    if np.mean(np.abs(past - fed[:, None]).min(axis=1) < SAME) > 0.5:
+    noise = _spread(np.diff(read, 2)) / np.sqrt(6.0) if len(read) > TAPS else 0.0
+    table = np.column_stack([_past(read), _memories(time_s, read)]) if noise > 0 else np.zeros((0, 0))
+    fed = dive.nu_fb.value[:, dof]
+    left = []
+    for late_s in np.arange(0.0, LATEST_S, LATE_STEP_S) if noise > 0 else ():
+        latest = np.searchsorted(time_s, dive.nu_fb.time_s - late_s + 1e-6, side="right") - 1
+        known = (latest >= TAPS) & np.isfinite(fed)
+        if np.count_nonzero(known) < 10 * TAPS:
+            return None
+        columns = table
+        if dive.gyro is not None and len(dive.gyro):
+            columns = np.column_stack([table, np.nan_to_num(dive.gyro.held_at(time_s + late_s + 1e-6))])
+        left.append(_left_by(columns[latest[known]], fed[known]))
+    return float(min(left) / noise) if left else None
+
+
+def _past(read: Array) -> Array:
+    """Each reading (n,) and those before it, (n, TAPS); the first ones' past is the first."""
+    return np.asarray(read[np.maximum(np.arange(len(read))[:, None] - np.arange(TAPS), 0)], dtype=np.float64)
+
+
+def _left_by(table: Array, fed: Array) -> float:
+    """Spread of what no combination of the columns, the first TAPS of them readings, gives of `fed`."""
+    if np.mean(np.abs(table[:, :TAPS] - fed[:, None]).min(axis=1) < SAME) > 0.5:
         return 0.0
-    columns = [past, _memories(time_s, read)[latest[known]], np.ones((len(fed), 1))]
-    if dive.gyro is not None and len(dive.gyro):
-        columns.append(np.nan_to_num(dive.gyro.held_at(dive.nu_fb.time_s[known])))
-    table = np.column_stack(columns)
+    table = np.column_stack([table, np.ones(len(fed))])
     fitted, *_ = np.linalg.lstsq(table, fed, rcond=None)
-    noise = _spread(np.diff(read, 2)) / np.sqrt(6.0)
-    return float(_spread(fed - table @ fitted) / noise) if noise > 0 else None
+    return _spread(fed - table @ fitted)
 
 
 def _memories(time_s: Array, read: Array) -> Array:
