@@ -37,7 +37,7 @@ def page(cache: Path, seed: int) -> str:
     kept = Remembered(cache / "speed.jsonl")
     one = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(one))
-    lines = _table(timed)
+    lines = table(timed)
     if torch.cuda.is_available():
         name = torch.cuda.get_device_name()
         lines += card.lines(kept.get(f"{name} {torch.__version__} {seed}", lambda: on_card(one)))
@@ -107,7 +107,8 @@ def _command(log: Path) -> None:
     subprocess.run([command, "identify", str(log), "--vehicle", vehicle], check=True, capture_output=True)
 
 
-def _table(timed: Data) -> list[str]:
+def table(timed: Data) -> list[str]:
+    """The processor's part of the page."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     whole_s = epoch_s * max(timed["settled"], 1)
     first, again = timed["first"], timed["again"]

@@ -1,0 +1,78 @@
+"""The training step for a CUDA card, as far as a processor can tell."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from bench import card
+from bridge.vehicle.config import load_vehicle
+from identify.estimators.paper import SMALL
+from identify.estimators.paper_network import PaperNetwork
+from identify.estimators.paper_physics import Samples
+
+SHAPE = load_vehicle("ruvifist:survey").vehicle.configurations["survey"]
+OPTIONS = replace(SMALL, window=5, dropout=0.0)
+FOUND = {
+    "card": "NVIDIA H200", "torch": "2.13.0", "weights": 38_300_000, "flops": 4_600_000_000,
+    "samples_s": {"plain": 5_000.0, "ours": 50_000.0}, "apart": 0.004, "matrix_flops": 700e12,
+}  # fmt: skip
+
+
+def _trainer(dtype: torch.dtype) -> card.Trainer:
+    rng = np.random.default_rng(0)
+    nu = 0.1 * rng.standard_normal((60, 6))
+    data = Samples(nu[4:], np.zeros((56, 6)), 40.0 * nu[4:], np.zeros((56, 6)), (0, 5))
+    series = torch.tensor(np.column_stack([np.full(60, 0.1), nu]), dtype=torch.float32)
+    return card.trainer(series, torch.arange(4, 60), data, SHAPE, OPTIONS, dtype)
+
+
+def test_bfloat16_with_master_weights_trains_as_float32_does() -> None:
+    batches = list(torch.split(torch.arange(56), 14)) * 5
+    plain = card.losses(_trainer(torch.float32).step, batches)
+    ours = card.losses(_trainer(torch.bfloat16).step, batches)
+    assert card.furthest_apart(plain, ours) < card.ALIKE
+    assert plain[-1] < 0.9 * plain[0]
+
+
+def test_small_updates_are_kept_in_the_masters() -> None:
+    one = _trainer(torch.bfloat16)
+    before = [master.clone() for master in one.masters]
+    one.step(torch.arange(14))
+    assert all(weight.dtype == torch.bfloat16 for weight in one.network.parameters())
+    for master, was, weight in zip(one.masters, before, one.network.parameters(), strict=True):
+        assert not torch.equal(master, was)
+        assert torch.equal(weight, master.bfloat16())
+
+
+def test_the_masters_of_float32_are_the_weights_themselves() -> None:
+    one = _trainer(torch.float32)
+    assert all(m is w for m, w in zip(one.masters, one.network.parameters(), strict=True))
+
+
+def test_operations_are_two_a_weight_forward_and_four_backward() -> None:
+    network = PaperNetwork(16, 2, 0.0)
+    lstm = sum(p.numel() for p in network.lstm.parameters())
+    head = sum(
+        p.numel() for layer in network.head if isinstance(layer, nn.Linear) for p in layer.parameters()
+    )
+    assert card.flops_a_sample(network, 20) == 6 * (20 * lstm + head)
+
+
+def test_the_page_names_the_card_and_its_shares() -> None:
+    page = "\n".join(card.lines(FOUND))
+    assert "NVIDIA H200" in page
+    assert "10.0 times plain" in page
+    assert "| 50000 | 230.0 | 33 % | 23 % |" in page
+    assert "the same within 2 %" in page
+
+
+def test_losses_that_part_are_said_to() -> None:
+    assert "NOT the same" in "\n".join(card.lines({**FOUND, "apart": 0.1}))
+
+
+@pytest.mark.parametrize("name", ["NVIDIA T4", "Radeon"])
+def test_a_card_without_a_data_sheet_is_told_by_its_matrix_product_alone(name: str) -> None:
+    assert "| 33 % | - |" in "\n".join(card.lines({**FOUND, "card": name}))
