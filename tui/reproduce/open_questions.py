@@ -56,7 +56,8 @@ def yaw_section(done: Reproduction) -> Section:
         f"{significant(truth, 4)}). "
         "Under eq. 16 the heading trails its reference. A smooth reference has the acceleration that the "
         "inertia needs; "
-        "a linear one has none to give, so there inertia changes nothing.",
+        "a linear one has none to give, so there inertia changes nothing. What trails with inertia is the thrusters' dead "
+        "zone. An overshoot takes more than missing inertia: see above.",
         (
             Table(
                 ("Feed-forward alone", "Behind the ramp, s", "Mean |error|, °", "Past its end, °"),

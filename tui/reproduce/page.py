@@ -14,6 +14,10 @@ from tui.reproduce.points import Point, checks, points
 from tui.reproduce.published import SOURCE
 from tui.reproduce.run import Reproduction
 
+LABELS = tuple(
+    label.replace(" ", "\N{NO-BREAK SPACE}") for label in ("The paper", "What follows", "It fits if")
+)
+
 
 def write(path: Path, done: Reproduction) -> Path:
     """Write the page."""
@@ -54,7 +58,7 @@ def verdict(done: Reproduction) -> str:
     )
     return (
         "On a vehicle that is what its tables say, the paper's method finds damping within "
-        f"{fixed(100 * damping, 1)} % and mass {low} to {high} % off; ours is within {fixed(100 * ours, 1)} %. "
+        f"{fixed(100 * damping, 1)} % and mass and inertia {low} to {high} % off; ours is within {fixed(100 * ours, 1)} %. "
         f"On {misfits} points the paper's text and numbers do not fit together as printed."
     )
 
@@ -115,7 +119,7 @@ def misfit_section(found: tuple[Point, ...]) -> Section:
         tuple(
             Table(
                 (f"{number}.", one.title),
-                (("The paper", one.says), ("Its numbers", one.follows), ("It fits if", one.fits_if)),
+                tuple(zip(LABELS, (one.says, one.follows, one.fits_if), strict=True)),
             )
             for number, one in enumerate(found, start=1)
         ),

@@ -160,19 +160,20 @@ def _numbers(numbers: tuple[Comparison, ...], places: tuple[str, ...]) -> Table:
     rows = tuple(
         (
             f"{n.figure}: {n.what}",
-            _with_unit(n.paper, n.unit) if math.isfinite(n.paper) else "in words",
-            _with_unit(n.by_paper, n.unit),
-            _with_unit(n.by_ours, n.unit) if math.isfinite(n.by_ours) else MISSING,
+            n.unit,
+            _fixed(n.paper, n.unit) if math.isfinite(n.paper) else "in words",
+            _fixed(n.by_paper, n.unit),
+            _fixed(n.by_ours, n.unit),
         )
         for n in numbers
         if n.figure in places
     )
-    columns = ("Number", "Paper", "Ours, its values", "Ours, our values")
+    columns = ("Number", "Unit", "Paper", "Ours, its values", "Ours, our values")
     return Table(columns, rows, "Flown with the values of the paper's method, and with ours.")
 
 
-def _with_unit(value: float, unit_text: str) -> str:
-    return f"{fixed(value, DECIMALS[unit_text])} {unit_text}"
+def _fixed(value: float, unit_text: str) -> str:
+    return fixed(value, DECIMALS[unit_text])
 
 
 def configuration_section(done: Reproduction) -> Section:
