@@ -25,6 +25,7 @@ OUTCOME_MEANS = {
         "The recording holds what the model can't explain: use these values only as the notes below allow."
     ),
 }
+PARTLY = "Warning: not all of this may be used"
 FF_MODE_WORDS = ("off", "shadow", "feed-forward only", "feed-forward and PID")
 
 
@@ -36,7 +37,7 @@ def identification_section(
     """One estimator's answer: parameters in a table and drawn, what else was fitted, notes.
 
     `truth` holds total masses and damping by name; with `configuration` the true added masses follow from it.
-    Notes stand in the warning where the outcome is other than converged.
+    Notes stand in the warning where the outcome is other than converged; doubts always do.
     """
     i = identification
     words = [
@@ -51,14 +52,21 @@ def identification_section(
     told = _with_added_masses(truth, configuration) if truth and configuration else truth
     drawn = figures.intervals(i.parameters, told)
     good = i.outcome is Outcome.CONVERGED
+    doubts = tuple(dict.fromkeys(doubt.sentence for doubt in i.doubts))
+    plain = [sentence for sentence in i.sentences if sentence not in doubts]
     table = (tables.parameters(i.parameters, told),) if i.parameters else ()
     return Section(
         f"Identified parameters: {i.dive}, {i.configuration}, {i.method}",
-        "\n\n".join((*words, *i.sentences) if good else words),
+        "\n\n".join((*words, *plain) if good else words),
         (*table, *nuisance_tables(i.nuisance)),
         (drawn,) if drawn else (),
-        "" if good else "\n\n".join(_doubt(i)),
+        "\n\n".join(_warnings(doubts) if good else _doubt(i)),
     )
+
+
+def _warnings(doubts: tuple[str, ...]) -> tuple[str, ...]:
+    """What speaks against a part of an answer that may be used but for it."""
+    return (PARTLY, *doubts) if doubts else ()
 
 
 def _doubt(i: Identification) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import pytest
 
 from bridge.vehicle.config import Configuration, Thruster
 from identify.dive import Dive, Signal
-from identify.identification import Estimate, Identification, Outcome, added_mass, estimate
+from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, added_mass, estimate
 from identify.report.nuisance import nuisance_tables
 from identify.report.page import Report, Section, write_report
 from identify.report.sections import (
@@ -138,6 +138,21 @@ def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explai
     assert why[-1] == "The DVL is late."
     assert ("Pitch is hardly excited." in why) == (outcome is Outcome.NOT_IDENTIFIABLE)
     assert "The DVL is late." not in section.text
+
+
+def test_a_doubt_about_a_part_of_a_converged_answer_is_a_warning_too():
+    doubt = Doubt(("M_u",), "In surge the recorded velocity can't be what the controller used.")
+    section = identification_section(replace(identification(MASS), doubts=(doubt,)))
+    assert section.warning.split("\n\n") == ["Warning: not all of this may be used", doubt.sentence]
+    assert doubt.sentence not in section.text
+    assert "The DVL is late." in section.text
+
+
+def test_a_parameter_tells_its_partner_and_what_came_from_the_prior():
+    mass = replace(MASS, partner=Partner("D_u", -0.5), share_from_prior=0.25)
+    (table, _) = identification_section(identification(mass, INERTIA)).tables
+    assert table.columns[4:7] == ("Standard error", "Partner", "From prior")
+    assert [row[4:7] for row in table.rows] == [("0.63 %", "D_u −0.50", "25 %"), ("1.6 %", "—", "—")]
 
 
 def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
