@@ -28,8 +28,8 @@ def heave_section(done: Reproduction) -> Section:
             )
     return Section(
         "Left open: heave",
-        "Both campaigns go down to 0.6 m and come up again, 0.4 m each way. That is enough for heave, if with wider "
-        "intervals than surge; the feed-forward leaves heave to its PID.",
+        "Both campaigns go down to 0.6 m and come up again, 0.4 m each way. That is enough for heave, if "
+        "with wider intervals than surge; the feed-forward leaves heave to its PID.",
         (
             Table(
                 ("Parameter", "Campaign", "Ours", "95 % interval", "Simulated vehicle"),
@@ -53,11 +53,10 @@ def yaw_section(done: Reproduction) -> Section:
     return Section(
         "Left open: yaw inertia in the feed-forward",
         f"The survey campaign tells I_r = {value} kg m² ({interval}; the simulated vehicle has "
-        f"{significant(truth, 4)}). "
-        "Under eq. 16 the heading trails its reference. A smooth reference has the acceleration that the "
-        "inertia needs; "
-        "a linear one has none to give, so there inertia changes nothing. What trails with inertia is the thrusters' dead "
-        "zone. An overshoot takes more than missing inertia: see above.",
+        f"{significant(truth, 4)}). Under eq. 16 the heading trails its reference. A smooth reference has "
+        "the acceleration that the inertia needs; a linear one has none to give, so there inertia changes "
+        "nothing. What trails with inertia is the thrusters' dead zone. An overshoot takes more than "
+        "missing inertia: see above.",
         (
             Table(
                 ("Feed-forward alone", "Behind the ramp, s", "Mean |error|, °", "Past its end, °"),
@@ -89,12 +88,11 @@ def coupling_section(terms: tuple[Term, ...]) -> Section:
     beyond = sum(abs(term.value) > 1.96 * term.std for term in off)
     return Section(
         "Left open: terms off the diagonal",
-        "Full matrices of mass (symmetric) and damping for surge, sway and yaw, fitted to the hovering campaign "
-        "by least "
-        "squares, each with its Coriolis terms. The simulated vehicle has none off the diagonal, so this shows "
-        "what such "
-        f"a dive can tell: {beyond} of {len(off)} lie beyond 1.96 of their standard errors, and the largest is "
-        f"{fixed(100 * max(abs(term.share) for term in off), 1)} % of its diagonal neighbours.",
+        "Full matrices of mass (symmetric) and damping for surge, sway and yaw, fitted to the hovering "
+        "campaign by least squares, each with its Coriolis terms. The simulated vehicle has none off the "
+        f"diagonal, so this shows what such a dive can tell: {beyond} of {len(off)} lie beyond 1.96 of their "
+        f"standard errors, and the largest is {fixed(100 * max(abs(term.share) for term in off), 1)} % of "
+        "its diagonal neighbours.",
         (
             Table(
                 ("Term, SI", "Value ± standard error", "Share of the diagonal", "|value| / error"),

@@ -58,8 +58,9 @@ def verdict(done: Reproduction) -> str:
     )
     return (
         "On a vehicle that is what its tables say, the paper's method finds damping within "
-        f"{fixed(100 * damping, 1)} % and mass and inertia {low} to {high} % off; ours is within {fixed(100 * ours, 1)} %. "
-        f"On {misfits} points the paper's text and numbers do not fit together as printed."
+        f"{fixed(100 * damping, 1)} % and mass and inertia {low} to {high} % off; ours is within "
+        f"{fixed(100 * ours, 1)} %. On {misfits} points the paper's text and numbers do not fit together as "
+        "printed."
     )
 
 
@@ -86,25 +87,19 @@ def about_section(done: Reproduction) -> Section:
         else f"the paper's, which the option network takes, is {PAPER.depth} x {PAPER.hidden}"
     )
     text = (
-        "The paper's two campaigns and its validation dives, dived by the simulated vehicle through the bytes of its "
-        "sensors, the bridge, MAVLink and the recorder, and identified from the recordings. The paper's own "
-        "dives are not "
-        "public, and its figures are pictures: beside ours stand the numbers that its text, tables and captions "
-        "give.",
-        "The simulated vehicle has the coefficients of Tables 3 and 4, X taken for added mass, on top of a dry "
-        "mass of "
-        f"{shape.dry_mass_kg:g} kg that the paper does not give. Its campaigns run at 0.6 m depth with double-S "
-        f"changes "
-        "of 5 s and linear heading references, under a conservative gain-scheduled PID; its thrusters stand at "
-        "34° in "
-        "hovering and have a dead zone. Sway damping in survey, heave, roll, pitch, inertia, noise and "
-        "disturbance are "
-        "chosen.",
-        f"The paper's method is its Algorithm 1, with an LSTM of {options.depth} x {options.hidden} ({size}) over "
-        f"{options.epochs} epochs. The size changes no parameter. Before it the data pass a zero-phase low-pass at "
-        f"{options.cutoff_hz:g} Hz; how the paper raised its signal-to-noise ratio it does not say. What noise "
-        f"is left "
-        "in the acceleration pulls the masses down.",
+        "The paper's two campaigns and its validation dives, dived by the simulated vehicle through the "
+        "bytes of its sensors, the bridge, MAVLink and the recorder, and identified from the recordings. "
+        "The paper's own dives are not public, and its figures are pictures: beside ours stand the numbers "
+        "that its text, tables and captions give.",
+        "The simulated vehicle has the coefficients of Tables 3 and 4, X taken for added mass, on top of a "
+        f"dry mass of {shape.dry_mass_kg:g} kg that the paper does not give. Its campaigns run at 0.6 m "
+        "depth with double-S changes of 5 s and linear heading references, under a conservative "
+        "gain-scheduled PID; its thrusters stand at 34° in hovering and have a dead zone. Sway damping in "
+        "survey, heave, roll, pitch, inertia, noise and disturbance are chosen.",
+        f"The paper's method is its Algorithm 1, with an LSTM of {options.depth} x {options.hidden} ({size}) "
+        f"over {options.epochs} epochs. The size changes no parameter. Before it the data pass a zero-phase "
+        f"low-pass at {options.cutoff_hz:g} Hz; how the paper raised its signal-to-noise ratio it does not "
+        "say. What noise is left in the acceleration pulls the masses down.",
     )
     return Section("What this is", "\n\n".join(text))
 
@@ -114,8 +109,7 @@ def misfit_section(found: tuple[Point, ...]) -> Section:
     return Section(
         "Where the numbers do not fit",
         "The arithmetic is made by the code from the paper's own figures. A point here is a question to the "
-        "text, not "
-        "a fault of the work that it describes.",
+        "text, not a fault of the work that it describes.",
         tuple(
             Table(
                 (f"{number}.", one.title),

@@ -55,18 +55,16 @@ def added_or_total(dry_mass_kg: float) -> Point:
     without = acceleration_error(dry_mass_kg, x, damping, target, transient_s)
     return Point(
         "X, added or total mass",
-        "Tables 3 and 4 call X the added mass. Section 4 says that the network estimates the sum of dry and added "
-        "mass. Eq. 12 asks for M_A >= 0; Algorithm 1 puts the trained value through softplus, which keeps that sum "
-        "above zero and so allows an added mass down to minus the dry mass. Eq. 14 multiplies X alone by the "
-        "acceleration. The dry mass is not given.",
-        f"With X = {x:.2f} kg in eq. 14 and the campaigns' double-S of {transient_s:g} s to {target:g} m/s, the mean "
-        f"error of {stated:.4f} m/s while speeding up in Fig. 15 leaves room for {left_kg:.1f} kg that eq. 14 "
-        f"lacks; a "
-        f"dry mass of {dry_mass_kg:g} kg left out would make it {without:.3f} m/s. So eq. 14 was flown with "
-        f"nearly the "
-        "whole mass.",
-        f"X is the total, and the vehicle weighs less than {lighter:g} kg; or if X is added, and the dry mass was in "
-        "the feed-forward that was flown. The simulated vehicle takes X for added, on top of "
+        "Tables 3 and 4 call X the added mass. Section 4 says that the network estimates the sum of dry and "
+        "added mass. Eq. 12 asks for M_A >= 0; Algorithm 1 puts the trained value through softplus, which "
+        "keeps that sum above zero and so allows an added mass down to minus the dry mass. Eq. 14 "
+        "multiplies X alone by the acceleration. The dry mass is not given.",
+        f"With X = {x:.2f} kg in eq. 14 and the campaigns' double-S of {transient_s:g} s to {target:g} m/s, "
+        f"the mean error of {stated:.4f} m/s while speeding up in Fig. 15 leaves room for {left_kg:.1f} kg "
+        f"that eq. 14 lacks; a dry mass of {dry_mass_kg:g} kg left out would make it {without:.3f} m/s. So "
+        "eq. 14 was flown with nearly the whole mass.",
+        f"X is the total, and the vehicle weighs less than {lighter:g} kg; or if X is added, and the dry "
+        "mass was in the feed-forward that was flown. The simulated vehicle takes X for added, on top of "
         f"{dry_mass_kg:g} kg, and feeds the total forward.",
         {"left_out_kg": left_kg, "error_without_dry_mass_m_s": without},
     )
@@ -79,10 +77,9 @@ def yaw_inertia() -> Point:
     return Point(
         "Yaw inertia",
         "Algorithm 1 returns I_r; neither Table 3 nor Table 4 has it, and eq. 16 does without it.",
-        f"Under eq. 16, D_r being right, a heading ramp is followed I_r / D_r late. The {lag_s:.1f} s of Fig. 14 and "
-        f"D_r = {damping:g} N m/(rad/s) make I_r = {most:.1f} kg m², or {least:.1f} kg m² where {delay_s:.1f} s "
-        f"of it "
-        "are the thrusters' dead zone, as in surge.",
+        f"Under eq. 16, D_r being right, a heading ramp is followed I_r / D_r late. The {lag_s:.1f} s of "
+        f"Fig. 14 and D_r = {damping:g} N m/(rad/s) make I_r = {most:.1f} kg m², or {least:.1f} kg m² where "
+        f"{delay_s:.1f} s of it are the thrusters' dead zone, as in surge.",
         "the I_r of Algorithm 1, which is not printed, lies in that range.",
         {"inertia_most_kg_m2": most, "inertia_least_kg_m2": least},
     )
@@ -92,13 +89,14 @@ def overshoot() -> Point:
     """Missing inertia makes a lag, not an overshoot."""
     return Point(
         "Overshoot of the heading",
-        "Section 4 explains the overshoot in Fig. 14, like the lag, by the inertia that eq. 16 leaves out, and calls "
-        "the divergence temporary.",
-        "Integrated from rest to rest, I_r r_dot + D_r r = D_r' r_d gives a turn of D_r' / D_r times the one asked "
-        "for, whatever I_r is: the vehicle coasts exactly the angle by which it lagged. With the feed-forward alone "
-        "nothing turns it back either, for eq. 16 asks for no moment once the reference rests.",
-        "D_r is higher than the damping that ends the turn, as it comes out where damping grows with the rate (the "
-        "quadratic term that eq. 10 leaves out); or if the water turned the vehicle.",
+        "Section 4 explains the overshoot in Fig. 14, like the lag, by the inertia that eq. 16 leaves out, "
+        "and calls the divergence temporary.",
+        "Integrated from rest to rest, I_r r_dot + D_r r = D_r' r_d gives a turn of D_r' / D_r times the "
+        "one asked for, whatever I_r is: the vehicle coasts exactly the angle by which it lagged. With the "
+        "feed-forward alone nothing turns it back either, for eq. 16 asks for no moment once the reference "
+        "rests.",
+        "D_r is higher than the damping that ends the turn, as it comes out where damping grows with the "
+        "rate (the quadratic term that eq. 10 leaves out); or if the water turned the vehicle.",
         {},
     )
 
@@ -107,11 +105,11 @@ def measured_velocity() -> Point:
     """Section 3.3 against eqs 14 to 16."""
     return Point(
         "Measured or desired velocity",
-        "Section 3.3 says that v_d of eqs 14 and 15 comes from the DVL, and its derivative and the yaw rate of "
-        "eq. 16 from the IMU.",
-        "Then a vehicle at rest measures zero, gets no force and stays at rest: (M - X) v_dot + (D - D') v = 0 has "
-        "no reference in it. Figs 12 and 14 to 16, in which the feed-forward alone drives the vehicle to its "
-        "target, can't have come about so.",
+        "Section 3.3 says that v_d of eqs 14 and 15 comes from the DVL, and its derivative and the yaw rate "
+        "of eq. 16 from the IMU.",
+        "Then a vehicle at rest measures zero, gets no force and stays at rest: (M - X) v_dot + (D - D') v "
+        "= 0 has no reference in it. Figs 12 and 14 to 16, in which the feed-forward alone drives the "
+        "vehicle to its target, can't have come about so.",
         "the references were used, as the names and section 3.3's own first paragraph have it.",
         {},
     )
@@ -124,11 +122,11 @@ def units_of_the_abstract() -> Point:
     return Point(
         "Units and bounds of the abstract",
         f"Discrepancies are below {paper.ABSTRACT_SURGE.value:g} N in surge and below "
-        f"{paper.ABSTRACT_YAW.value:g} N in "
-        f"heading rotations; velocity errors are about {paper.ABSTRACT_SPEED.value:g} m/s in surge and sway.",
+        f"{paper.ABSTRACT_YAW.value:g} N in heading rotations; velocity errors are about "
+        f"{paper.ABSTRACT_SPEED.value:g} m/s in surge and sway.",
         f"A yaw bound is a moment: Fig. 11 has {paper.SHADOW_YAW.value:g} N m. Of the speeds, surge has "
-        f"{surge:.4f} m/s "
-        f"and sway {sway:.4f} m/s, {ratio:.0f} times smaller: here the abstract says less than was reached.",
+        f"{surge:.4f} m/s and sway {sway:.4f} m/s, {ratio:.0f} times smaller: here the abstract says less "
+        "than was reached.",
         "N is read as N m, and 0.03 m/s as surge's alone.",
         {"abstract_over_sway": ratio},
     )
@@ -141,12 +139,11 @@ def shadow_in_surge() -> Point:
     return Point(
         f"{apart_n:.2f} N in surge",
         f"At {speed:g} m/s PID and feed-forward are nearly identical, {apart_n:.2f} N apart on average (Fig. 10).",
-        f"D_u times {speed:g} m/s is {force:.1f} N, so that is {100 * apart_n / force:.0f} % of it. As a steady "
-        f"offset it "
-        f"would put the feed-forward alone {1000 * off:.0f} mm/s off; Fig. 12 has {1000 * alone:.1f} mm/s, which is "
-        f"{alone * damping:.2f} N.",
-        f"part of the {apart_n:.2f} N is the PID's own noise, which a mean of magnitudes counts; or if Fig. 12 was "
-        "slower.",
+        f"D_u times {speed:g} m/s is {force:.1f} N, so that is {100 * apart_n / force:.0f} % of it. As a "
+        f"steady offset it would put the feed-forward alone {1000 * off:.0f} mm/s off; Fig. 12 has "
+        f"{1000 * alone:.1f} mm/s, which is {alone * damping:.2f} N.",
+        f"part of the {apart_n:.2f} N is the PID's own noise, which a mean of magnitudes counts; or if Fig. "
+        "12 was slower.",
         {"force_n": force, "share": apart_n / force, "speed_m_s": off, "alone_n": alone * damping},
     )
 
@@ -162,11 +159,11 @@ def shadow_in_yaw() -> Point:
     tenth_deg = math.degrees(10 * apart_nm / damping) * lasts_s
     return Point(
         f"{apart_nm:.1f} N m in yaw",
-        f"In the {lasts_s:g} s of the ramp PID and feed-forward are nearly equal, {apart_nm:g} N m apart on average "
-        "(Fig. 11). The text does not give the angle.",
+        f"In the {lasts_s:g} s of the ramp PID and feed-forward are nearly equal, {apart_nm:g} N m apart on "
+        "average (Fig. 11). The text does not give the angle.",
         f"Over {lasts_s:g} s that is {told}.",
-        "much of it is the PID's own noise, as above. As an error it would be a tenth of the moment only in a turn "
-        f"of {tenth_deg:.0f}°.",
+        "much of it is the PID's own noise, as above. As an error it would be a tenth of the moment only in "
+        f"a turn of {tenth_deg:.0f}°.",
         {f"moment_{angle}_deg_nm": moment for angle, moment in moments.items()},
     )
 
@@ -182,11 +179,11 @@ def distance() -> Point:
     laps = " + ".join(f"1/{speed:g}" for speed in speeds)
     return Point(
         "Distance of the survey",
-        f"The same path at {', '.join(f'{speed:g}' for speed in speeds)} m/s, just under {stated_m:g} m in all, gave "
-        f"about {count(round(samples))} samples at {rate_hz:g} Hz.",
-        f"Those are {count(round(seconds))} s. Laps of length L take L ({laps}), so at most {most_m:.0f} m fit, "
-        f"without "
-        f"a moment for changes of speed and turns; {stated_m:g} m take {count(round(needed_s))} s at least.",
+        f"The same path at {', '.join(f'{speed:g}' for speed in speeds)} m/s, just under {stated_m:g} m in "
+        f"all, gave about {count(round(samples))} samples at {rate_hz:g} Hz.",
+        f"Those are {count(round(seconds))} s. Laps of length L take L ({laps}), so at most {most_m:.0f} m "
+        f"fit, without a moment for changes of speed and turns; {stated_m:g} m take {count(round(needed_s))} "
+        "s at least.",
         "samples were dropped before training, for example turns or moments without bottom lock.",
         {"most_m": most_m, "needed_s": needed_s},
     )
@@ -204,18 +201,15 @@ def power() -> Point:
     low, high = (hotel_over_thrusters(1 + rise, ratio) for ratio in (moving, at_rest))
     return Point(
         "Power and thrust",
-        f"Eq. 17 finds {100 * (thrust - 1):.0f} % more thrust in hovering, supported by {100 * rise:.0f} % more "
-        f"power, "
-        f"measured in a transient at {speed:g} m/s.",
-        f"The power of an ideal propeller in still water goes with thrust to the power 1.5: {thrust:.3f}^1.5 = "
-        f"{at_rest:.2f}, {100 * (at_rest - 1):.0f} % more. With the water streaming in at that speed it is "
+        f"Eq. 17 finds {100 * (thrust - 1):.0f} % more thrust in hovering, supported by {100 * rise:.0f} % "
+        f"more power, measured in a transient at {speed:g} m/s.",
+        f"The power of an ideal propeller in still water goes with thrust to the power 1.5: {thrust:.3f}^1.5 "
+        f"= {at_rest:.2f}, {100 * (at_rest - 1):.0f} % more. With the water streaming in at that speed it is "
         f"{100 * (moving - 1):.0f} % for {PROPELLERS} propellers of {1000 * DIAMETER_M:.0f} mm, as the "
-        f"simulated vehicle "
-        f"has. {100 * rise:.0f} % more in all then takes a hotel load of {100 * low:.0f} to {100 * high:.0f} % "
-        f"of what the "
-        "thrusters drew in survey.",
-        "the hotel load (computer, DVL, lights) is that large, which at so low a speed it may well be. It is not "
-        "given, and without it the one number does not support the other.",
+        f"simulated vehicle has. {100 * rise:.0f} % more in all then takes a hotel load of {100 * low:.0f} "
+        f"to {100 * high:.0f} % of what the thrusters drew in survey.",
+        "the hotel load (computer, DVL, lights) is that large, which at so low a speed it may well be. It "
+        "is not given, and without it the one number does not support the other.",
         {"ratio_at_rest": at_rest, "ratio_moving": moving, "hotel_low": low, "hotel_high": high},
     )
 
@@ -230,16 +224,17 @@ def pid_in_both() -> Point:
     surge_n, sway_n, would_off = implied * surge_off, d_v * sway_off, sway_pid / d_v
     return Point(
         "What the PID adds to the feed-forward",
-        f"With both (Fig. 17) the PID gives {fixed(paper.SURGE_PID.value, 2)} N in surge and {sway_pid:.2f} N "
-        f"in sway on "
-        f"average. Alone, the feed-forward is {surge_off:.4f} and {sway_off:.4f} m/s off (Figs 15, 16).",
+        f"With both (Fig. 17) the PID gives {fixed(paper.SURGE_PID.value, 2)} N in surge and {sway_pid:.2f} "
+        f"N in sway on average. Alone, the feed-forward is {surge_off:.4f} and {sway_off:.4f} m/s off (Figs "
+        "15, 16).",
         f"In surge the force for {target:g} m/s held {settled:g} m/s, so {implied:.1f} N/(m/s) held it back, "
-        f"{100 * (target / settled - 1):.0f} % more than Table 4 has, and a PID would have to add {surge_n:.2f} "
-        f"N. In sway "
-        f"it would have to add {sway_n:.2f} N; the {sway_pid:.2f} N of Fig. 17 would, left out, make "
-        f"{1000 * would_off:.0f} mm/s, {would_off / sway_off:.0f} times the error of Fig. 16.",
-        "the water moved otherwise in that dive (the paper names disturbances), or if the mean is over transients "
-        "too; the minus in surge may be a motion astern. Speeds and directions of Fig. 17 are not given.",
+        f"{100 * (target / settled - 1):.0f} % more than Table 4 has, and a PID would have to add "
+        f"{surge_n:.2f} N. In sway it would have to add {sway_n:.2f} N; the {sway_pid:.2f} N of Fig. 17 "
+        f"would, left out, make {1000 * would_off:.0f} mm/s, {would_off / sway_off:.0f} times the error of "
+        "Fig. 16.",
+        "the water moved otherwise in that dive (the paper names disturbances), or if the mean is over "
+        "transients too; the minus in surge may be a motion astern. Speeds and directions of Fig. 17 are "
+        "not given.",
         {"drag": implied, "surge_n": surge_n, "sway_n": sway_n, "sway_off_m_s": would_off},
     )
 
@@ -251,12 +246,12 @@ def loss_without_network() -> Point:
     )
     return Point(
         "The network's part",
-        "Eq. 13 adds the physics' residual and the network's error. Algorithm 1 weighs the latter by alpha, which "
-        "eq. 13 lacks and the text does not give.",
-        "The residual (line 9) holds the measured v and v_dot and the parameters, and neither the network's output "
-        f"nor its weights; the network's error holds no parameter. So the {weights / 1e6:.1f} million weights of "
-        "Table 1 have no part in the parameters, which are those of a constrained least-squares fit, whatever alpha "
-        "is. The tables above show that fit beside the end of the training.",
+        "Eq. 13 adds the physics' residual and the network's error. Algorithm 1 weighs the latter by alpha, "
+        "which eq. 13 lacks and the text does not give.",
+        "The residual (line 9) holds the measured v and v_dot and the parameters, and neither the network's "
+        f"output nor its weights; the network's error holds no parameter. So the {weights / 1e6:.1f} million "
+        "weights of Table 1 have no part in the parameters, which are those of a constrained least-squares "
+        "fit, whatever alpha is. The tables above show that fit beside the end of the training.",
         "the network is seen as a second, separate result: a predictor of velocity.",
         {"weights": float(weights)},
     )
@@ -266,8 +261,8 @@ def slips() -> Point:
     """What a reader of the numbers may stumble over."""
     return Point(
         "Slips that touch the numbers",
-        "Section 4 calls the 24.40 kg and 39.60 kg D_u, the caption of Fig. 9 speaks of the survey configuration, "
-        "the captions of Figs 15 and 16 of heading.",
+        "Section 4 calls the 24.40 kg and 39.60 kg D_u, the caption of Fig. 9 speaks of the survey "
+        "configuration, the captions of Figs 15 and 16 of heading.",
         "The text around them discusses masses, the hovering configuration, and speeds in surge and sway.",
         "they are read as X_u, hovering and speed, as they are here.",
         {},

@@ -27,16 +27,16 @@ def campaign_section(one: Campaign, shape: Configuration) -> Section:
     drawn = [
         figures.training(
             one,
-            f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg of "
-            f"them dry; "
-            "they start there, as the paper's do. The training ends where the loss is least in closed form.",
+            f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg "
+            "of them dry; they start there, as the paper's do. The training ends where the loss is least in "
+            "closed form.",
         )
     ]
     if walked := track(one.dive):
         drawn.insert(0, Figure(f"As {path}. {walked.caption}", walked.svg))
     words = (
-        f"{count(one.paper.samples)} windows of samples from {seconds(one.dive.duration_s)}. Our values are those of "
-        f"the method {one.ours.method}: {one.ours.outcome.value}."
+        f"{count(one.paper.samples)} windows of samples from {seconds(one.dive.duration_s)}. Our values are "
+        f"those of the method {one.ours.method}: {one.ours.outcome.value}."
     )
     tables = (parameter_table(one, shape, table),)
     return Section(f"{table}: {one.configuration}", words, tables, tuple(drawn), _unended(one))
@@ -53,8 +53,8 @@ def _unended(one: Campaign) -> str:
         return ""
     return (
         "Warning: the training had not ended\n\n"
-        f"It is off the least of its loss in {', '.join(far)}. The validation dives fly these values: give --network "
-        "more epochs."
+        f"It is off the least of its loss in {', '.join(far)}. The validation dives fly these values: give "
+        "--network more epochs."
     )
 
 
@@ -94,9 +94,8 @@ def shadow_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Secti
     """Figs 10 and 11."""
     return Section(
         "Feed-forward computed, PID steers: Figs 10 and 11",
-        "The turn is half a circle in the 15 s of Fig. 11 (the paper does not give its angle), with the linear "
-        "heading "
-        "reference of the paper and, as in its eq. 16, without inertia.",
+        "The turn is half a circle in the 15 s of Fig. 11 (the paper does not give its angle), with the "
+        "linear heading reference of the paper and, as in its eq. 16, without inertia.",
         (_numbers(numbers, ("Fig. 10", "Fig. 11")),),
         (
             figures.surge_or_sway(done.dives["surge shadow"], 0, "As Fig. 10: survey, surge at 0.5 m/s."),
@@ -110,9 +109,8 @@ def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Sectio
     surge, hovering = done.dives["surge alone"], done.dives["hovering alone"]
     return Section(
         "Feed-forward alone: Figs 12 to 16",
-        "The simulated vehicle has linear damping and thrusters that are known exactly, as the paper's model has it. "
-        "A real one has neither, so the smaller errors here are no merit of a method. "
-        f"{METHOD}",
+        "The simulated vehicle has linear damping and thrusters that are known exactly, as the paper's "
+        f"model has it. A real one has neither, so the smaller errors here are no merit of a method. {METHOD}",
         (_numbers(numbers, tuple(f"Fig. {n}" for n in range(12, 17))),),
         (
             figures.surge_or_sway(surge, 0, "As Fig. 12: survey, surge at 0.5 m/s."),
@@ -141,9 +139,8 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
         if (row.axis, row.phase) in TABLE_5
     )
     caption = (
-        "Table 5, mean absolute tracking error in m/s. FF: feed-forward alone; its and ours: the values of the "
-        "paper's "
-        f"method, and ours. {METHOD}"
+        "Table 5, mean absolute tracking error in m/s. FF: feed-forward alone; its and ours: the values of "
+        f"the paper's method, and ours. {METHOD}"
     )
     return Section(
         "Both: Fig. 17 and Table 5",
@@ -205,10 +202,9 @@ def configuration_section(done: Reproduction) -> Section:
     return Section(
         "The configurations compared: eq. 17",
         "Eq. 17 takes the thrusters of survey for parallel to x. Those of the simulated vehicle stand at 8° "
-        "there and "
-        f"at the paper's 34° in hovering. The paper measured {100 * POWER_RISE.value:.0f} % more power; the "
-        f"simulator "
-        "has no batteries to ask, so the second table has thrust alone, from the pulse widths of the campaigns.",
+        f"there and at the paper's 34° in hovering. The paper measured {100 * POWER_RISE.value:.0f} % more "
+        "power; the simulator has no batteries to ask, so the second table has thrust alone, from the pulse "
+        "widths of the campaigns.",
         (
             Table(
                 ("Ratio", "Paper", "Its method", "Ours", "Simulated vehicle"),
