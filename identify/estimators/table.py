@@ -15,6 +15,7 @@ Estimator = Callable[[Dive, VehicleFile, str, Progress], Identification]
 
 METHODS = {
     "likelihood": "identify.estimators.likelihood",
+    "pinn": "identify.estimators.pinn.answer",
     "paper": "identify.estimators.paper",
 }
 DEFAULT = "likelihood"

@@ -1,0 +1,50 @@
+"""Is a drag missing that grows as the speed squared? Asked of the trained network, without training another.
+
+The Lagrange-multiplier test (Engle 1984, eq. 13): the slope of the loss in the missing coefficient at zero, over the
+root of its information once weights and coefficients are projected out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from identify.estimators.pinn.equations import eliminated, entangled
+from identify.estimators.pinn.network import Data, Raw, first_precision, pull
+from identify.estimators.pinn.training import Trained
+
+
+@dataclass(frozen=True)
+class Missing:
+    """score (n,): by how many standard errors each axis's quadratic drag differs from none. shift (n, p): what the
+    raw parameters would change by with that one in."""
+
+    score: NDArray[np.float64]
+    shift: NDArray[np.float64]
+
+
+def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
+    """Of every fitted axis."""
+    raw, noise, n = trained.point.raw, trained.point.noise, data.axes
+    state = trained.point.equations.state
+    pulled = pull(data, map_, raw, state, noise)
+    own, weight = pulled.balance, 1 / pulled.physics_std**2
+    speed = own.mean[:, list(data.interval.dofs)]
+    h = data.interval.step_s[:, None]
+    rows = torch.zeros(*pulled.residual.shape, n, dtype=state.dtype, device=state.device)
+    each = torch.arange(n, device=state.device)
+    rows[:, each, each] = h * speed * speed.abs() / pulled.physics_std
+    columns = torch.cat([pulled.residual[:, :, None], pulled.raw, rows], dim=2)
+    found = eliminated(pulled, columns, first_precision(noise, len(data.interval.placed)), state)
+    before, after = entangled(own, found.on, found.beside, n)
+    inverse = torch.linalg.inv(own.after[:, :, :n])
+    trace = (weight * h * speed.abs() * (before + after)[:, each, each]).sum(dim=0)
+    trace = trace - (h * speed.abs() * inverse[:, each, each]).sum(dim=0)
+    size = 1 + len(raw)
+    slope = found.square[0, size:] + trace
+    cross, own_information = found.square[1:size, size:], found.square[size:, size:].diagonal()
+    _, tilt = map_.prior(raw)
+    lean = torch.linalg.solve(found.square[1:size, 1:size] + torch.diag(tilt**2), cross)
+    left = (own_information - (cross * lean).sum(dim=0)).clamp_min(1e-12)
+    return Missing((-slope / left.sqrt()).cpu().numpy(), (lean * (slope / left)).mT.cpu().numpy())

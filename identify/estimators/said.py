@@ -1,0 +1,56 @@
+"""What the estimators say of a fit in the same words, and how short a dive may be."""
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from identify.dive import Dive
+from identify.identification import Doubt, Outcome
+
+SHORTEST_DIVE_S = 20.0
+
+
+def long_enough(dive: Dive) -> None:
+    """Raises FitError where a dive is too short to identify anything from it."""
+    if dive.duration_s < SHORTEST_DIVE_S:
+        raise FitError(
+            f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, identification needs at least "
+            f"{SHORTEST_DIVE_S:.0f} s; record a longer one"
+        )
+
+
+def drag_doubt(dof: int, score: float) -> Doubt:
+    """A quadratic drag is missing in an axis, by so many standard errors."""
+    return Doubt(
+        (MASSES[dof].name, DAMPINGS[dof].name),
+        f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
+        f"({score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
+        "alone; their intervals are widened by what such a force would change.",
+        Outcome.DISAGREES,
+    )
+
+
+def unsettled_doubt(names: tuple[str, ...], where: str, bound: str) -> Doubt:
+    """The search for these coefficients ended at its bound of steps."""
+    return Doubt(
+        names,
+        f"In {where} the search stopped at its bound of {bound} before it settled: don't rely on what it says of "
+        f"{where}; dive longer, with more changes of thrust.",
+        Outcome.AT_BOUND,
+    )
+
+
+def strange_doubts(strange: str) -> tuple[Doubt, ...]:
+    """The recording can hardly be of this vehicle, as `strange` says; none where that is empty."""
+    if not strange:
+        return ()
+    sentence = f"These values hardly mean this vehicle: {strange}. Give the vehicle file and configuration of the dive."
+    return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
+
+
+def too_little(name: str, axis: str, std: float, shift: float, value: float) -> str:
+    """Why a coefficient of relative standard error `std`, `shift` of it from a missing drag, is not identifiable."""
+    if abs(shift) > 0.5 * std:
+        return (
+            f"{axis} has a drag that grows as the speed squared, which the model lacks: with it {name} would be "
+            f"{value:.3g}"
+        )
+    return f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
