@@ -27,7 +27,7 @@ from identify.estimators.table import Estimator, estimator
 ROOT = Path(__file__).resolve().parents[1]
 BOUND = "bound"
 OWN = {
-    "closed form": "bench.closed_form",
+    "closed form": "bench.baselines.closed_form",
     "least squares": "bench.baselines.least_squares",
     "PySINDy": "bench.baselines.sindy",
     "PySINDy weak": "bench.baselines.sindy_weak",

@@ -153,7 +153,7 @@ def dive(
     arm (3,) m from the origin to the DVL; reference (n, 16) as `manoeuvres.sampled` makes it; keep (6,) what stays of
     the disturbance in a step, kicks (steps + 1, 6) what is added, row 0 its start; start (STATES,).
     The controller is a PID on the readings that have come in: velocity in surge and sway, depth,
-    heading; roll and pitch are pushed by what is wanted of them, and their rates damped.
+    heading, rates of roll and pitch. A roll or pitch that is wanted is pushed to open loop, beside it.
     """
     h = clock.step_s
     state, trial = start.copy(), np.empty(STATES)
@@ -161,8 +161,8 @@ def dive(
     disturbance = kicks[0].copy()
     wrench, asked, integral = np.zeros(6), np.zeros(6), np.zeros(6)
     half, full = np.exp(-0.5 * h / body.lag_s), np.exp(-h / body.lag_s)
-    velocity, angles, nu = np.zeros(3), np.zeros(3), np.zeros(6)
-    depth, turned = start[2], 0.0
+    velocity, nu = np.zeros(3), np.zeros(6)
+    heading, depth, turned = 0.0, start[2], 0.0
     seen, said = 0, 0
     saturated = False
     count = len(kicks) - 1
@@ -191,7 +191,7 @@ def dive(
             row[0] += np.arctan2(2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
             row[1] += np.arcsin(2 * (qw * qy - qx * qz))
             row[2] += np.arctan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
-            angles[:] = row
+            heading = row[2]
         if step % clock.depth == 0:
             row = readings.depth[step // clock.depth]
             row[0] += state[2]
@@ -216,15 +216,18 @@ def dive(
                 elif i == 2:
                     error = want[13] - depth
                 elif i == 5:
-                    error = _turn(want[12] - angles[2])
+                    error = _turn(want[12] - heading)
                 else:
-                    error = want[11 + i]
+                    error, slope = 0.0, -nu[i]
                 grown = integral[i] + gains.ki[i] * error * clock.tick * h
                 grown = min(max(grown, -gains.bound[i]), gains.bound[i])
                 if not saturated or abs(grown) < abs(integral[i]):
                     integral[i] = grown
                 ticks.tau_pid[tick, i] = gains.kp[i] * error + integral[i] + gains.kd[i] * slope
-            thrust = body.inverse @ ticks.tau_pid[tick]
+            tau = ticks.tau_pid[tick].copy()
+            tau[3] += body.righting_nm * want[14]
+            tau[4] += body.righting_nm * want[15]
+            thrust = body.inverse @ tau
             worst = max(1.0, thrust.max() / body.high_n, thrust.min() / body.low_n)
             saturated = worst > 1.0
             thrust /= worst

@@ -107,9 +107,8 @@ def _gains(rng: np.random.Generator, vehicle: DrawnVehicle) -> kernel.Gains:
         kd[dof] = 1.4 * mass[dof] * pace[dof]
         kp[dof] = 0.7 * pace[dof] * (damping[dof] + kd[dof])
         ki[dof] = 0.15 * pace[dof] * kp[dof]
-    for dof in (3, 4):
-        # Thrusters that lag would set a stiffer loop rocking.
-        kp[dof], ki[dof], kd[dof] = vehicle.righting_nm, 0.0, 0.3 * damping[dof]
+    # Through thrusters that lag, a stiffer loop would set roll and pitch rocking.
+    kp[3:5], ki[3:5], kd[3:5] = 0.0, 0.0, 0.3 * damping[3:5]
     able = np.isin(np.arange(6), vehicle.driven)
     return kernel.Gains(kp * able, ki * able, kd * able, 0.5 * vehicle.reach)
 
