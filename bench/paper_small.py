@@ -12,7 +12,7 @@ from bench.remembered import Data, Remembered
 from bridge.errors import FitError
 from identify.estimators.paper import SMALL, TrainingCurves, estimate_with_curves
 
-SETTLED = 0.01
+SETTLED, LOSS_SETTLED = 0.01, 0.05
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
@@ -58,6 +58,12 @@ def settled_at(curves: TrainingCurves, within: float = SETTLED) -> int:
     """The first epoch from which on every parameter stays within a share of where it ends."""
     far = np.abs(curves.values / curves.values[-1] - 1.0).max(axis=1) > within
     return int(np.flatnonzero(far)[-1]) + 1 if far.any() else 0
+
+
+def loss_settled_at(curves: TrainingCurves, within: float = LOSS_SETTLED) -> int:
+    """The first epoch from which on the network's own loss stays within a share of where it ends."""
+    far = np.abs(curves.data_loss[1:] / curves.data_loss[-1] - 1.0) > within
+    return int(np.flatnonzero(far)[-1]) + 2 if far.any() else 1
 
 
 def relative_errors(values: Mapping[str, float], truth: Mapping[str, float]) -> dict[str, float]:

@@ -12,7 +12,7 @@ from bench.answers import answer, answered, methods
 from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.missions.mission import draw_one
-from bench.paper_small import relative_errors, settled_at
+from bench.paper_small import loss_settled_at, relative_errors, settled_at
 from bench.tracking import SETTLE_S, steady_errors, truly
 from bridge.simulator.dive import WARM_UP_S
 from bridge.simulator.missions import Leg
@@ -24,7 +24,7 @@ NAN = math.nan
 FILE = load_vehicle("ruvifist:survey")
 TIMED = {
     "samples": 10_500, "windows": 10_400, "read": 1.0, "first": {"likelihood": 9.0}, "again": {"likelihood": 3.0},
-    "command": 8.0, "closed, filtered": 0.5, "closed": 0.0004, "small": 20.0, "settled": 60, "epochs": 100,
+    "command": 8.0, "closed, filtered": 0.5, "closed": 0.0004, "small": 20.0, "settled": 36, "loss settled": 60, "epochs": 100,
     "epoch": 150.0, "threads": 2,
 }  # fmt: skip
 
@@ -52,6 +52,13 @@ def test_a_parameter_settles_where_it_last_left_its_end() -> None:
     empty = np.zeros(5)
     assert settled_at(TrainingCurves(("M_u", "D_u"), values, empty, empty, empty)) == 3
     assert settled_at(TrainingCurves(("M_u", "D_u"), values[-1:], empty, empty, empty)) == 0
+
+
+def test_the_networks_loss_settles_where_it_last_left_its_end() -> None:
+    loss = np.array([NAN, 9.0, 1.2, 1.02, 1.0])
+    values = np.ones((5, 1))
+    assert loss_settled_at(TrainingCurves(("M_u",), values, loss, loss, loss)) == 3
+    assert loss_settled_at(TrainingCurves(("M_u",), values[:2], loss[3:], loss[3:], loss[3:])) == 1
 
 
 def test_relative_errors_are_in_per_cent_of_the_truth() -> None:
