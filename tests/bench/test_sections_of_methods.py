@@ -24,7 +24,8 @@ NAN = math.nan
 FILE = load_vehicle("ruvifist:survey")
 TIMED = {
     "samples": 10_500, "windows": 10_400, "read": 1.0, "first": {"likelihood": 9.0}, "again": {"likelihood": 3.0},
-    "command": 8.0, "closed, filtered": 0.5, "closed": 0.0004, "small": 20.0, "settled": 36, "loss settled": 60, "epochs": 100,
+    "command": 8.0,
+    "closed, filtered": 0.5, "closed": 0.0004, "small": 20.0, "settled": 36, "loss settled": 60, "epochs": 100,
     "epoch": 150.0, "threads": 2,
 }  # fmt: skip
 
