@@ -62,7 +62,7 @@ class Comparison:
         furthest = max(both, key=lambda d: abs(d.distance))
         return (
             f"{names[0].upper()}{names[1:]} agree in all {len(both)} parameters that both identify: at most "
-            f"{abs(furthest.distance):.1f} standard errors apart, in {furthest.name}.",
+            f"{abs(furthest.distance):.2g} standard errors apart, in {furthest.name}.",
         )
 
     def to_json(self) -> dict[str, Any]:

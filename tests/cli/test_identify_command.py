@@ -20,7 +20,8 @@ needs_shared = pytest.mark.skipif(not DIVE.exists(), reason="needs ../shared/sea
 
 
 def identify(*words):
-    return cli.main(["identify", *map(str, words), "--vehicle", VEHICLE])
+    method = [] if "--method" in words else ["--method", "likelihood"]
+    return cli.main(["identify", *map(str, words), *method, "--vehicle", VEHICLE])
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ def test_the_distance_is_in_standard_errors_of_the_less_sure():
 def test_two_that_agree_say_so_in_one_sentence():
     (sentence,) = compare(by("likelihood"), by("pinn", 101.0)).sentences
     assert sentence.startswith("Likelihood and pinn agree in all 2 parameters")
-    assert "1.0 standard errors apart, in M_u" in sentence
+    assert "1 standard errors apart, in M_u" in sentence
 
 
 def test_beyond_the_intervals_they_disagree_and_why_is_what_either_doubts():

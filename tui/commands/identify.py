@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="METHOD[+METHOD]",
-        help="likelihood, pinn or paper; two of them, as likelihood+pinn (default), are compared",
+        help="likelihood, pinn or paper; two of them, as likelihood+pinn, are compared",
     )
     parser.add_argument(
         "--network",
