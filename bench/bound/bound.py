@@ -1,18 +1,16 @@
 """The Cramer-Rao bound of a mission, jointly over all six degrees of freedom.
 
 What it is. The readings of a dive have the likelihood of the innovations of a Kalman filter, closed loop or not
-(Ljung 1999, section 13.4). The information on the parameters is the sum of de' S^-1 de over all readings, with de the
-sensitivity of an innovation and S its variance (Gupta and Mehra 1974, eq. 35); its inverse is the least covariance
-that an unbiased method can have. Filter and sensitivities run over the dive's own readings at the TRUE parameters,
-over one joint state, so that what one axis says of another through the Coriolis forces is counted as well.
+(Ljung 1999, section 13.4). The Fisher information is the sum of de' S^-1 de + dS' dS / (2 S^2) over all readings, with
+de and dS the sensitivities of an innovation and of its variance (Gupta and Mehra 1974, eq. 35); its inverse is the
+least covariance that an unbiased method can have. Filter and sensitivities run over the dive's own readings at the
+TRUE parameters and over one joint state, so that what one axis says of another through the Coriolis forces is counted.
 
-What it takes as known: noise levels, the disturbance's spread (as an acceleration) and time constants, the thruster
-curve, restoring and buoyancy. What is unknown beside the twelve coefficients: a trim force on every axis. That the
-filter's gain, too, depends on the parameters is left out: with the disturbance's spread unknown that says next to
-nothing of the masses, and the cross terms with the noise levels vanish to first order. A method that has to find the
-noise levels itself can reach this bound only as the dive grows long.
+What is unknown, and so widens the bound: the twelve coefficients, a trim force on every axis, the spread and the time
+constant of each axis's disturbance, the noise level of each sensor on each axis. What it takes as known, as every
+method does: the thruster curve and its lag, restoring and buoyancy, the sensors' places.
 
-A wide Gaussian prior (a factor of e^3 either way, a tenth of the thrust for the trims) keeps the inverse finite where
+A wide Gaussian prior (a factor of e^3 either way; for the trims a tenth of full thrust) keeps the inverse finite where
 a dive says nothing at all of a coefficient; below a relative error of 30 % it does not show.
 """
 
@@ -37,11 +35,13 @@ START_STD = np.array([0.1] * 6 + [0.0] * 6 + [0.05] * 3 + [1.0, 0.0])
 
 @dataclass(frozen=True)
 class Information:
-    """Fisher information (18, 18) of a mission and the gradient (18,) of its log likelihood, both at the truth.
+    """Fisher information (p, p) of a mission, its log likelihood and the gradient (p,) of that, all at the truth.
 
-    In the order log M_u .. log I_r, log D_u .. log D_r, trims (N, N m). `prior` (18,) is the wide prior's precision.
+    In the order of `kernel`: log masses, log dampings, trims (N, N m), logs of spreads, time constants and noises.
+    `prior` (p,) is the wide prior's precision.
     """
 
+    log_likelihood: float
     information: Array
     gradient: Array
     prior: Array
@@ -99,9 +99,13 @@ def information(mission: Mission) -> Information:
     start[kernel.DEPTH] = mission.position[0, 2]
     for i, std in enumerate(vehicle.disturbance_std / vehicle.mass):
         covariance[kernel.PUSH + i, kernel.PUSH + i] = std**2
-    gradient, found = kernel.scored(model, recorded, start, covariance)
-    trim = TRIM_PRIOR_SHARE * np.array([vehicle.reach[0]] * 3 + [vehicle.reach[5]] * 3)
-    return Information(found, gradient, np.concatenate([np.full(12, LOG_PRIOR_STD), trim]) ** -2.0)
+    score = kernel.new_score()
+    kernel.scored(
+        model, recorded, start, covariance, kernel.new_shadow(model, covariance, recorded.step_s), score
+    )
+    spread = np.full(kernel.PARAMETERS, LOG_PRIOR_STD)
+    spread[kernel.TRIM : kernel.LOG_SPREAD] = TRIM_PRIOR_SHARE * vehicle.reach[[0, 0, 0, 5, 5, 5]]
+    return Information(float(score.likelihood[0]), score.information, score.gradient, spread**-2.0)
 
 
 def _values(signal: Signal | None, columns: int) -> Array:

@@ -1,8 +1,11 @@
 """The joint Kalman filter of all six degrees of freedom at the true parameters, with its sensitivities, compiled.
 
 State (17): nu (6), disturbance as an acceleration (6), roll, pitch, yaw, depth, turned (the integral of yaw rate
-since the last mean of the fibre-optic gyro). Parameters (18): log total masses (6), log dampings (6), trim forces (6).
-The equations are Fossen's (2011, eqs 2.28, 6.1 to 6.3), linearised about the filter's own estimate.
+since the last mean of the fibre-optic gyro). Parameters (48): log total masses (6), log dampings (6), trim forces (6),
+log spread of the disturbance as an acceleration (6), log of its time constant (6), log noise by axis and channel
+(6 x 3: velocity or rate; depth or angle; fibre-optic gyro).
+The equations are Fossen's (2011, eqs 2.28, 6.1 to 6.3), linearised about the filter's own estimate. How the gains
+depend on the parameters is taken from a small Riccati recursion of each axis beside the joint one (`shadow`).
 """
 
 from typing import NamedTuple
@@ -14,7 +17,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NU, PUSH, ROLL, PITCH, YAW, DEPTH, TURNED, STATES = 0, 6, 12, 13, 14, 15, 16, 17
-LOG_MASS, LOG_DAMPING, TRIM, PARAMETERS = 0, 6, 12, 18
+LOG_MASS, LOG_DAMPING, TRIM, LOG_SPREAD, LOG_TIME, LOG_NOISE, PARAMETERS = 0, 6, 12, 18, 24, 30, 48
+SIZE, LOCALS, NOISES = 4, 6, 3
+"""Of an axis's shadow: states, parameters, and where among these its noises begin."""
+
+SMALL = 1e-4
+BLOCK = 256
+"""Readings whose sensitivities are gathered before they are added to the information."""
 
 
 class Model(NamedTuple):
@@ -50,6 +59,81 @@ class Recorded(NamedTuple):
     variance: Array
 
 
+class Shadow(NamedTuple):
+    """How the gains depend on the parameters.
+
+    by_mass (6, STATES, STATES): the derivative of the joint covariance by each log mass, exact. All else from a small
+    filter of each axis: p (6, SIZE, SIZE) the covariance of speed, push, place (angle or depth), turned; dp (6, LOCALS,
+    SIZE, SIZE) its derivatives by log damping, spread, time constant and the three noises; phi, q (6, SIZE, SIZE) and
+    dphi, dq (6, LOCALS, SIZE, SIZE) what a step makes of them; state (6, SIZE) places in the joint state, -1 for none;
+    column (6, LOCALS) places among the parameters.
+    """
+
+    by_mass: Array
+    p: Array
+    dp: Array
+    phi: Array
+    dphi: Array
+    q: Array
+    dq: Array
+    state: NDArray[np.int64]
+    column: NDArray[np.int64]
+
+
+class Score(NamedTuple):
+    """What the readings add up to: log likelihood (1,), gradient (PARAMETERS,), information (PARAMETERS, PARAMETERS).
+
+    `rows` (BLOCK, PARAMETERS) gathers sensitivities over their spread, `used` (1,) of them so far.
+    """
+
+    likelihood: Array
+    gradient: Array
+    information: Array
+    rows: Array
+    used: NDArray[np.int64]
+
+
+def new_score() -> Score:
+    """A score without readings."""
+    information = np.zeros((PARAMETERS, PARAMETERS))
+    rows = np.zeros((BLOCK, PARAMETERS))
+    return Score(np.zeros(1), np.zeros(PARAMETERS), information, rows, np.zeros(1, np.int64))
+
+
+def new_shadow(model: Model, covariance: Array, h: float) -> Shadow:
+    """The shadow of a joint covariance (STATES, STATES) that hangs on the spread of the disturbance alone."""
+    state = np.full((6, SIZE), -1, np.int64)
+    state[:, 0], state[:, 1] = np.arange(6), PUSH + np.arange(6)
+    state[2, 2], state[3:, 2], state[5, 3] = DEPTH, [ROLL, PITCH, YAW], TURNED
+    column = np.empty((6, LOCALS), np.int64)
+    p, q, phi = (np.zeros((6, SIZE, SIZE)) for _ in range(3))
+    dp, dq, dphi = (np.zeros((6, LOCALS, SIZE, SIZE)) for _ in range(3))
+    half = 0.5 * h * h
+    for axis in range(6):
+        noises = [LOG_NOISE + 3 * axis + channel for channel in range(3)]
+        column[axis] = [LOG_DAMPING + axis, LOG_SPREAD + axis, LOG_TIME + axis, *noises]
+        known = np.flatnonzero(state[axis] >= 0)
+        p[axis][np.ix_(known, known)] = covariance[np.ix_(state[axis][known], state[axis][known])]
+        drag, time_s = model.damping[axis] / model.mass[axis], model.disturbance_time_s[axis]
+        stiff = model.righting_nm / model.mass[axis] if axis in (3, 4) else 0.0
+        keep = np.exp(-h / time_s)
+        phi[axis] = np.eye(SIZE)
+        phi[axis, 0, :3] = 1.0 - h * drag + half * (drag * drag - stiff), h - half * drag, -h * stiff
+        phi[axis, 1, 1] = keep
+        if axis > 1:
+            phi[axis, 2, :3] = h - half * drag, half, 1.0 - half * stiff
+        if axis == 5:
+            phi[axis, 3, :2] = h - half * drag, half
+        white = (model.disturbance_std[axis] / model.mass[axis]) ** 2 * (1.0 - keep**2)
+        q[axis, :2, :2] = white * np.array([[h * h / 3.0, 0.5 * h], [0.5 * h, 1.0]])
+        dphi[axis, 0, 0, :2] = -h * drag, -half * drag
+        dphi[axis, 2, 1, 1] = keep * h / time_s
+        dq[axis, 1] = 2.0 * q[axis]
+        dq[axis, 2] = -2.0 * h / time_s * keep**2 / (1.0 - keep**2) * q[axis]
+        dp[axis, 1, 1, 1] = 2.0 * p[axis, 1, 1]
+    return Shadow(np.zeros((6, STATES, STATES)), p, dp, phi, dphi, q, dq, state, column)
+
+
 @njit(cache=True, error_model="numpy")
 def _motion(x: Array, tau: Array, model: Model, out: Array) -> None:
     """The time derivative of the state; the disturbance's own decay is left to the exact answer."""
@@ -72,9 +156,9 @@ def _motion(x: Array, tau: Array, model: Model, out: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _jacobian(x: Array, model: Model, a: Array) -> None:
-    """The derivative of `_motion` by the state, and the disturbance's decay."""
-    m, d = model.mass, model.damping
+def _jacobian(x: Array, m: Array, model: Model, a: Array) -> None:
+    """The derivative of `_motion` by the state at total masses m (6,), and the disturbance's decay."""
+    d = model.damping
     u, v, w, p, q, r = x[0], x[1], x[2], x[3], x[4], x[5]
     sr, cr, sp, cp = np.sin(x[ROLL]), np.cos(x[ROLL]), np.sin(x[PITCH]), np.cos(x[PITCH])
     up, arm = model.net_up_n, model.righting_nm
@@ -108,7 +192,7 @@ def _jacobian(x: Array, model: Model, a: Array) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _by_parameter(x: Array, motion: Array, model: Model, out: Array) -> None:
-    """The derivative of nu_dot (6) by the parameters (6, PARAMETERS).
+    """The derivative of nu_dot (6) by masses, dampings and trims, into (STATES, PARAMETERS).
 
     A mass divides what pushes its own axis (the disturbance is held as an acceleration, which its mass leaves
     alone) and makes Coriolis forces in the others.
@@ -134,48 +218,165 @@ def _by_parameter(x: Array, motion: Array, model: Model, out: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
+def _shadow_read(shadow: Shadow, axis: int, place: int, channel: int, variance: float, gain: Array) -> Array:
+    """Update an axis's covariance and its derivatives by a reading of the state at `place`.
+
+    Fills `gain` (LOCALS, SIZE), the derivatives of the gain, and returns those of the log of the innovation's
+    variance (LOCALS,). With L = 1 - K H and P+ = L P L' + K R K', dP+ = L dP L' + K dR K' at the optimal gain.
+    """
+    p, dp = shadow.p[axis], shadow.dp[axis]
+    total = p[place, place] + variance
+    k = p[:, place] / total
+    relative = np.empty(LOCALS)
+    for j in range(LOCALS):
+        change = dp[j, place, place]
+        if j == NOISES + channel:
+            change += 2.0 * variance
+        relative[j] = change / total
+        column = dp[j, :, place].copy()
+        for a in range(SIZE):
+            gain[j, a] = (column[a] - k[a] * change) / total
+            for b in range(SIZE):
+                dp[j, a, b] += k[a] * k[b] * change - k[a] * column[b] - column[a] * k[b]
+    row = p[place].copy()
+    for a in range(SIZE):
+        for b in range(SIZE):
+            p[a, b] -= k[a] * row[b]
+    return relative
+
+
+@njit(cache=True, error_model="numpy")
+def _sandwich(left: Array, middle: Array, right: Array, out: Array) -> None:
+    """Add left middle right' to `out`, (SIZE, SIZE) each."""
+    for a in range(SIZE):
+        for c in range(SIZE):
+            if left[a, c] != 0.0:
+                for b in range(SIZE):
+                    total = 0.0
+                    for d in range(SIZE):
+                        total += middle[c, d] * right[b, d]
+                    out[a, b] += left[a, c] * total
+
+
+@njit(cache=True, error_model="numpy")
+def _shadow_predict(shadow: Shadow) -> None:
+    """Carry every axis's covariance and its derivatives over a step."""
+    for axis in range(6):
+        phi, dphi, p = shadow.phi[axis], shadow.dphi[axis], shadow.p[axis]
+        for j in range(LOCALS):
+            moved = shadow.dq[axis, j].copy()
+            _sandwich(phi, shadow.dp[axis, j], phi, moved)
+            if j == 0 or j == 2:
+                cross = np.zeros((SIZE, SIZE))
+                _sandwich(dphi[j], p, phi, cross)
+                moved += cross + cross.T
+            shadow.dp[axis, j] = moved
+        carried = shadow.q[axis].copy()
+        _sandwich(phi, p, phi, carried)
+        shadow.p[axis] = carried
+
+
+@njit(cache=True, error_model="numpy")
+def _times_row(p: Array, row: Array, out: Array) -> None:
+    """out = p row, for a row of a few entries and a symmetric p."""
+    out[:] = 0.0
+    for i in range(STATES):
+        if row[i] != 0.0:
+            for k in range(STATES):
+                out[k] += p[i, k] * row[i]
+
+
+@njit(cache=True, error_model="numpy")
 def _read(
-    row: Array, reading: float, variance: float, x: Array, p: Array, s: Array, gradient: Array, total: Array
+    row: Array,
+    reading: float,
+    variance: float,
+    axis: int,
+    place: int,
+    channel: int,
+    shadow: Shadow,
+    x: Array,
+    p: Array,
+    s: Array,
+    score: Score,
 ) -> None:
-    """One scalar reading: its share of gradient and information, then the update of estimate and sensitivities."""
+    """One scalar reading, `row` (STATES,) of the state and at `place` of an axis's shadow: score, then update."""
     if np.isnan(reading):
         return
-    error = reading - row @ x
-    ph = p @ row
-    spread = row @ ph + variance
-    slope = row @ s
-    for i in range(PARAMETERS):
-        gradient[i] += slope[i] * error / spread
-        for k in range(PARAMETERS):
-            total[i, k] += slope[i] * slope[k] / spread
+    ph, column, slope = np.empty(STATES), np.empty(STATES), np.zeros(PARAMETERS)
+    error = reading
     for i in range(STATES):
-        gain = ph[i] / spread
-        x[i] += gain * error
+        if row[i] != 0.0:
+            error -= row[i] * x[i]
+            slope += row[i] * s[i]
+    _times_row(p, row, ph)
+    spread = row @ ph + variance
+    gain = ph / spread
+    by_gain = np.empty((LOCALS, SIZE))
+    relative = _shadow_read(shadow, axis, place, channel, variance, by_gain)
+    used = score.used[0]
+    if used + 2 > BLOCK:
+        score.information[:] += score.rows[:used].T @ score.rows[:used]
+        used = 0
+    score.rows[used] = slope / np.sqrt(spread)
+    score.rows[used + 1] = 0.0
+    score.gradient[:] += slope * (error / spread)
+    score.likelihood[0] -= 0.5 * (np.log(spread) + error * error / spread)
+    surprise = 0.5 * (error * error / spread - 1.0)
+    for j in range(LOCALS):
+        score.rows[used + 1, shadow.column[axis, j]] = relative[j] * np.sqrt(0.5)
+        score.gradient[shadow.column[axis, j]] += surprise * relative[j]
+    for i in range(STATES):
+        x[i] += gain[i] * error
         for k in range(STATES):
-            p[i, k] -= gain * ph[k]
+            p[i, k] -= gain[i] * ph[k]
         for k in range(PARAMETERS):
-            s[i, k] -= gain * slope[k]
+            s[i, k] -= gain[i] * slope[k]
+    for j in range(6):
+        dp = shadow.by_mass[j]
+        _times_row(dp, row, column)
+        change = row @ column
+        score.rows[used + 1, LOG_MASS + j] = change / spread * np.sqrt(0.5)
+        score.gradient[LOG_MASS + j] += surprise * change / spread
+        for i in range(STATES):
+            s[i, LOG_MASS + j] += (column[i] - gain[i] * change) * (error / spread)
+            mine, its = gain[i] * change - column[i], gain[i]
+            for k in range(STATES):
+                dp[i, k] += mine * gain[k] - its * column[k]
+    for j in range(LOCALS):
+        for a in range(SIZE):
+            if shadow.state[axis, a] >= 0:
+                s[shadow.state[axis, a], shadow.column[axis, j]] += by_gain[j, a] * error
+    score.used[0] = used + 2
+
+
+@njit(cache=True, error_model="numpy")
+def _forget(place: int, x: Array, p: Array, s: Array) -> None:
+    """Start a state anew from zero, known."""
+    x[place] = 0.0
+    p[place, :] = 0.0
+    p[:, place] = 0.0
+    s[place, :] = 0.0
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def scored(model: Model, recorded: Recorded, x: Array, p: Array) -> tuple[Array, Array]:
-    """Gradient (PARAMETERS,) of the log likelihood at the truth, and the Fisher information.
+def scored(model: Model, recorded: Recorded, x: Array, p: Array, shadow: Shadow, score: Score) -> None:
+    """Fill `score` with the log likelihood at the truth, its gradient and its Fisher information.
 
     x (STATES,) and p (STATES, STATES) are the estimate and covariance at the start; both are moved on in place.
     """
     h = recorded.step_s
-    gradient, total = np.zeros(PARAMETERS), np.zeros((PARAMETERS, PARAMETERS))
     s = np.zeros((STATES, PARAMETERS))
-    a, phi, drive = np.zeros((STATES, STATES)), np.empty((STATES, STATES)), np.zeros((STATES, PARAMETERS))
-    first, second, pushed = np.empty(STATES), np.empty(STATES), np.zeros((6, PARAMETERS))
+    a, drive = np.zeros((STATES, STATES)), np.zeros((STATES, PARAMETERS))
+    heavier, lighter = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+    phi, first, second = np.empty((STATES, STATES)), np.empty(STATES), np.empty(STATES)
     eye = np.eye(STATES)
     keep = np.exp(-h / model.disturbance_time_s)
-    stationary = (model.disturbance_std / model.mass) ** 2
-    white = stationary * (1.0 - keep**2)
-    row = np.zeros(STATES)
+    white = (model.disturbance_std / model.mass) ** 2 * (1.0 - keep**2)
+    row, unused = np.zeros(STATES), np.zeros(STATES)
     dvl_every, gyro_every, fog_every = recorded.every[0], recorded.every[1], recorded.every[2]
     angle_every, depth_every = recorded.every[3], recorded.every[4]
-    arm = recorded.arm
+    arm, variance = recorded.arm, recorded.variance
     for step in range(len(recorded.wrench)):
         if step >= recorded.dvl_first and (step - recorded.dvl_first) % dvl_every == 0:
             said = recorded.dvl[(step - recorded.dvl_first) // dvl_every]
@@ -183,56 +384,75 @@ def scored(model: Model, recorded: Recorded, x: Array, p: Array) -> tuple[Array,
                 row[:] = 0.0
                 row[i] = 1.0
                 row[3 + (i + 1) % 3], row[3 + (i + 2) % 3] = arm[(i + 2) % 3], -arm[(i + 1) % 3]
-                _read(row, said[i], recorded.variance[0], x, p, s, gradient, total)
+                _read(row, said[i], variance[0], i, 0, 0, shadow, x, p, s, score)
         if step % gyro_every == 0:
             for i in range(3):
                 row[:] = 0.0
                 row[3 + i] = 1.0
-                _read(
-                    row, recorded.gyro[step // gyro_every, i], recorded.variance[1], x, p, s, gradient, total
-                )
+                said_rad_s = recorded.gyro[step // gyro_every, i]
+                _read(row, said_rad_s, variance[1], 3 + i, 0, 0, shadow, x, p, s, score)
         if fog_every > 0 and step > 0 and step % fog_every == 0:
             span = fog_every * h
             row[:] = 0.0
             row[TURNED] = 1.0
             turned = recorded.fog[step // fog_every - 1, 0] * span
-            _read(row, turned, recorded.variance[2] * span**2, x, p, s, gradient, total)
-            x[TURNED] = 0.0
-            p[TURNED, :] = 0.0
-            p[:, TURNED] = 0.0
-            s[TURNED, :] = 0.0
+            _read(row, turned, variance[2] * span**2, 5, 3, 2, shadow, x, p, s, score)
+            _forget(TURNED, x, p, s)
+            for j in range(6):
+                _forget(TURNED, unused, shadow.by_mass[j], s)
+            shadow.p[5, 3, :] = 0.0
+            shadow.p[5, :, 3] = 0.0
+            shadow.dp[5, :, 3, :] = 0.0
+            shadow.dp[5, :, :, 3] = 0.0
         if step % angle_every == 0:
             for i in range(3):
                 row[:] = 0.0
                 row[ROLL + i] = 1.0
                 said_rad = recorded.angles[step // angle_every, i]
                 said_rad -= 2 * np.pi * np.round((said_rad - x[ROLL + i]) / (2 * np.pi))
-                spread = recorded.variance[3] if i < 2 else recorded.variance[4]
-                _read(row, said_rad, spread, x, p, s, gradient, total)
+                spread = variance[3] if i < 2 else variance[4]
+                _read(row, said_rad, spread, 3 + i, 2, 1, shadow, x, p, s, score)
         if step % depth_every == 0:
             row[:] = 0.0
             row[DEPTH] = 1.0
-            _read(row, recorded.depth[step // depth_every, 0], recorded.variance[5], x, p, s, gradient, total)
+            _read(row, recorded.depth[step // depth_every, 0], variance[5], 2, 2, 1, shadow, x, p, s, score)
         tau = recorded.wrench[step] + model.trim
         _motion(x, tau, model, first)
         middle = x + 0.5 * h * first
         middle[6:12] *= np.sqrt(keep)
-        _jacobian(middle, model, a)
+        _jacobian(middle, model.mass, model, a)
         _motion(middle, tau, model, second)
-        _by_parameter(middle, second, model, pushed)
-        drive[:6] = pushed
+        _by_parameter(middle, second, model, drive)
+        ah = h * a
+        change = h * (drive + 0.5 * (ah @ drive))
+        for i in range(6):
+            change[PUSH + i, LOG_TIME + i] = keep[i] * h / model.disturbance_time_s[i] * x[PUSH + i]
         x += h * second
         x[6:12] *= keep
-        ah = h * a
         phi[:] = eye + ah + 0.5 * (ah @ ah)
         for i in range(6):
             phi[6 + i, 6 + i] = keep[i]
-        s = phi @ s + h * (drive + 0.5 * (ah @ drive))
-        moved = phi @ p @ phi.T
+        s = phi @ s + change
+        turned_p = p @ phi.T
+        for j in range(6):
+            mass = model.mass.copy()
+            mass[j] = model.mass[j] * (1.0 + SMALL)
+            _jacobian(middle, mass, model, heavier)
+            mass[j] = model.mass[j] * (1.0 - SMALL)
+            _jacobian(middle, mass, model, lighter)
+            cross = ((heavier[:6] - lighter[:6]) * (0.5 * h / SMALL)) @ turned_p
+            moved = phi @ shadow.by_mass[j] @ phi.T
+            moved[:6] += cross
+            moved[:, :6] += cross.T
+            shadow.by_mass[j] = moved
+        moved = phi @ turned_p
         for i in range(6):
             moved[6 + i, 6 + i] += white[i]
             moved[i, 6 + i] += 0.5 * h * white[i]
             moved[6 + i, i] += 0.5 * h * white[i]
             moved[i, i] += h * h / 3.0 * white[i]
+        _shadow_predict(shadow)
         p[:] = 0.5 * (moved + moved.T)
-    return gradient, total
+    used = score.used[0]
+    score.information[:] += score.rows[:used].T @ score.rows[:used]
+    score.used[0] = 0

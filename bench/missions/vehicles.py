@@ -33,6 +33,9 @@ LIGHTEST_KG, HEAVIEST_KG = 11.0, 120.0
 STEADY_SPEED_M_S = 0.6
 """At least up to this speed the righting moment outweighs the Munk moment."""
 
+SHORTEST_COAST_S = 0.3
+"""Mass over damping is no shorter than this: the time in which an unpushed vehicle loses most of its speed."""
+
 LEAST_REACH = 0.1
 """An axis is driven if the thrusters reach it without the others, with this share of the thrust of surge."""
 
@@ -157,11 +160,12 @@ def _curve(rng: np.random.Generator, dry_kg: float) -> ThrustCurve:
 
 
 def _damping(rng: np.random.Generator, mass: Array, reach: Array) -> Array:
-    """Linear damping: in surge and yaw from a plausible top speed, elsewhere in proportion."""
+    """Linear damping: in surge and yaw from a plausible top speed, elsewhere in proportion; none stops in no time."""
     surge = reach[0] / log_uniform(rng, 1.2, 4.0)
     yaw = reach[5] / log_uniform(rng, 1.0, 3.0)
     tilt = mass[3:5] / rng.uniform(0.25, 1.0, 2)
-    return np.array([surge, surge * rng.uniform(1.0, 2.2), surge * rng.uniform(1.0, 2.5), *tilt, yaw])
+    damping = np.array([surge, surge * rng.uniform(1.0, 2.2), surge * rng.uniform(1.0, 2.5), *tilt, yaw])
+    return np.minimum(damping, mass / SHORTEST_COAST_S)
 
 
 def _driven(allocator: Allocator, reach: Array) -> tuple[int, ...]:
