@@ -8,6 +8,7 @@ The equations are Fossen's (2011, eqs 2.28, 6.1 to 6.3), linearised about the fi
 depend on the parameters is taken from a small Riccati recursion of each axis beside the joint one (`shadow`).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,9 @@ NU, PUSH, ROLL, PITCH, YAW, DEPTH, TURNED, STATES = 0, 6, 12, 13, 14, 15, 16, 17
 LOG_MASS, LOG_DAMPING, TRIM, LOG_SPREAD, LOG_TIME, LOG_NOISE, PARAMETERS = 0, 6, 12, 18, 24, 30, 48
 SIZE, LOCALS, NOISES = 4, 6, 3
 """Of an axis's shadow: states, parameters, and where among these its noises begin."""
+
+ORDER = (1, 0, 2, 2)
+"""How often each state of a shadow integrates the push."""
 
 SMALL = 1e-4
 BLOCK = 256
@@ -100,6 +104,11 @@ def new_score() -> Score:
     return Score(np.zeros(1), np.zeros(PARAMETERS), information, rows, np.zeros(1, np.int64))
 
 
+def shared_noise(m: int, n: int, h: float) -> float:
+    """What white noise gives over h to the covariance of its m-fold and n-fold further integrals, over its own."""
+    return h ** (m + n) / ((m + n + 1) * math.factorial(m) * math.factorial(n))
+
+
 def new_shadow(model: Model, covariance: Array, h: float) -> Shadow:
     """The shadow of a joint covariance (STATES, STATES) that hangs on the spread of the disturbance alone."""
     state = np.full((6, SIZE), -1, np.int64)
@@ -125,7 +134,10 @@ def new_shadow(model: Model, covariance: Array, h: float) -> Shadow:
         if axis == 5:
             phi[axis, 3, :2] = h - half * drag, half
         white = (model.disturbance_std[axis] / model.mass[axis]) ** 2 * (1.0 - keep**2)
-        q[axis, :2, :2] = white * np.array([[h * h / 3.0, 0.5 * h], [0.5 * h, 1.0]])
+        for a in range(SIZE):
+            for b in range(SIZE):
+                if state[axis, a] >= 0 and state[axis, b] >= 0:
+                    q[axis, a, b] = white * shared_noise(ORDER[a], ORDER[b], h)
         dphi[axis, 0, 0, :2] = -h * drag, -half * drag
         dphi[axis, 2, 1, 1] = keep * h / time_s
         dq[axis, 1] = 2.0 * q[axis]
@@ -372,7 +384,6 @@ def scored(model: Model, recorded: Recorded, x: Array, p: Array, shadow: Shadow,
     phi, first, second = np.empty((STATES, STATES)), np.empty(STATES), np.empty(STATES)
     eye = np.eye(STATES)
     keep = np.exp(-h / model.disturbance_time_s)
-    white = (model.disturbance_std / model.mass) ** 2 * (1.0 - keep**2)
     row, unused = np.zeros(STATES), np.zeros(STATES)
     dvl_every, gyro_every, fog_every = recorded.every[0], recorded.every[1], recorded.every[2]
     angle_every, depth_every = recorded.every[3], recorded.every[4]
@@ -447,10 +458,10 @@ def scored(model: Model, recorded: Recorded, x: Array, p: Array, shadow: Shadow,
             shadow.by_mass[j] = moved
         moved = phi @ turned_p
         for i in range(6):
-            moved[6 + i, 6 + i] += white[i]
-            moved[i, 6 + i] += 0.5 * h * white[i]
-            moved[6 + i, i] += 0.5 * h * white[i]
-            moved[i, i] += h * h / 3.0 * white[i]
+            for b in range(SIZE):
+                for c in range(SIZE):
+                    if shadow.state[i, b] >= 0 and shadow.state[i, c] >= 0:
+                        moved[shadow.state[i, b], shadow.state[i, c]] += shadow.q[i, b, c]
         _shadow_predict(shadow)
         p[:] = 0.5 * (moved + moved.T)
     used = score.used[0]

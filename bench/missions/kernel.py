@@ -1,8 +1,8 @@
 """One mission dived under feedback, compiled: the body, its thrusters, its sensors and its controller.
 
 M nu_dot + C(nu) nu + D nu + g(eta) = tau + trim + d with diagonal M and D (Fossen 2011, eqs 6.1 to 6.3), by
-fourth-order Runge-Kutta. The disturbance d is an exact first-order Gauss-Markov sequence, straight between
-steps; the thrusters' wrench follows what was asked with the exact answer of one first-order lag. It shares no line
+fourth-order Runge-Kutta. Of the disturbance d, a first-order Gauss-Markov process, each step has the
+exact mean; the thrusters' wrench follows what was asked with the exact answer of one first-order lag. It shares no line
 with the estimators, nor with the simulator that is flown over bytes.
 """
 
@@ -143,6 +143,7 @@ def dive(
     arm: Array,
     reference: Array,
     keep: Array,
+    share: Array,
     kicks: Array,
     start: Array,
     readings: Readings,
@@ -150,15 +151,16 @@ def dive(
 ) -> None:
     """Dive a mission, filling `readings` and `ticks`.
 
-    arm (3,) m from the origin to the DVL; reference (n, 16) as `manoeuvres.sampled` makes it; keep (6,) what stays of
-    the disturbance in a step, kicks (steps + 1, 6) what is added, row 0 its start; start (STATES,).
+    arm (3,) m from the origin to the DVL; reference (n, 16) as `manoeuvres.sampled` makes it; keep, share (6,)
+    what stays of the disturbance at the end of a step and in its mean, kicks (steps + 1, 2, 6) what is added to each,
+    row 0 its start; start (STATES,).
     The controller is a PID on the readings that have come in: velocity in surge and sway, depth,
     heading, rates of roll and pitch. A roll or pitch that is wanted is pushed to open loop, beside it.
     """
     h = clock.step_s
     state, trial = start.copy(), np.empty(STATES)
     k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
-    disturbance = kicks[0].copy()
+    disturbance = kicks[0, 0].copy()
     wrench, asked, integral = np.zeros(6), np.zeros(6), np.zeros(6)
     half, full = np.exp(-0.5 * h / body.lag_s), np.exp(-h / body.lag_s)
     velocity, nu = np.zeros(3), np.zeros(6)
@@ -239,16 +241,15 @@ def dive(
             asked = body.matrix @ thrust
             tick += 1
         middle, end = asked + (wrench - asked) * half, asked + (wrench - asked) * full
-        after = keep * disturbance + kicks[step + 1]
-        between = 0.5 * (disturbance + after) + body.trim
-        rates(state, wrench + disturbance + body.trim, body, k1)
+        between = share * disturbance + kicks[step + 1, 1] + body.trim
+        rates(state, wrench + between, body, k1)
         trial[:] = state + 0.5 * h * k1
         rates(trial, middle + between, body, k2)
         trial[:] = state + 0.5 * h * k2
         rates(trial, middle + between, body, k3)
         trial[:] = state + h * k3
-        rates(trial, end + after + body.trim, body, k4)
+        rates(trial, end + between, body, k4)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         state[3:7] /= np.sqrt(np.sum(state[3:7] ** 2))
         wrench[:] = end
-        disturbance[:] = after
+        disturbance[:] = keep * disturbance + kicks[step + 1, 0]

@@ -123,9 +123,7 @@ def _dive(
     """Noise drawn, dived through, readings and ticks filled."""
     shape, ticks = vehicle.configuration, len(wanted)
     steps = ticks * sensors.tick_steps
-    keep = np.exp(-STEP_S / vehicle.disturbance_time_s)
-    kicks = vehicle.disturbance_std * rng.standard_normal((steps + 1, 6))
-    kicks[1:] *= np.sqrt(1 - keep**2)
+    keep, share, kicks = _disturbance(vehicle, steps, rng)
     start = np.zeros(kernel.STATES)
     start[2], start[3] = wanted[0, 13], 1.0
     thrusters = len(shape.thrusters)
@@ -140,8 +138,27 @@ def _dive(
         STEP_S, sensors.tick_steps, sensors.dvl_steps, sensors.dvl_first, sensors.dvl_latency_steps,
         sensors.gyro_steps, sensors.fog_steps, sensors.attitude_steps, sensors.depth_steps,
     )  # fmt: skip
-    kernel.dive(_body(vehicle), gains, clock, arm, wanted, keep, kicks, start, readings, filled)
+    kernel.dive(_body(vehicle), gains, clock, arm, wanted, keep, share, kicks, start, readings, filled)
     return readings, filled
+
+
+def _disturbance(vehicle: DrawnVehicle, steps: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """What a step keeps of a Gauss-Markov force at its end and in its mean, (6,) each, and the noise, (n, 2, 6).
+
+    End and mean of a step are jointly normal given its start (Gillespie 1996, Phys. Rev. E 54, 2084).
+    """
+    step = STEP_S / vehicle.disturbance_time_s
+    keep = np.exp(-step)
+    share = (1 - keep) / step
+    of_end = 1 - keep**2
+    of_both = (1 - keep) ** 2 / step
+    of_mean = (2 * step - 3 + 4 * keep - keep**2) / step**2
+    draw = rng.standard_normal((steps + 1, 2, 6))
+    kicks = np.empty_like(draw)
+    kicks[:, 0] = np.sqrt(of_end) * draw[:, 0]
+    kicks[:, 1] = of_both / np.sqrt(of_end) * draw[:, 0] + np.sqrt(of_mean - of_both**2 / of_end) * draw[:, 1]
+    kicks[0, 0] = draw[0, 0]
+    return keep, share, vehicle.disturbance_std * kicks
 
 
 def _body(vehicle: DrawnVehicle) -> kernel.Body:

@@ -165,7 +165,7 @@ def _damping(rng: np.random.Generator, mass: Array, reach: Array) -> Array:
     yaw = reach[5] / log_uniform(rng, 1.0, 3.0)
     tilt = mass[3:5] / rng.uniform(0.25, 1.0, 2)
     damping = np.array([surge, surge * rng.uniform(1.0, 2.2), surge * rng.uniform(1.0, 2.5), *tilt, yaw])
-    return np.minimum(damping, mass / SHORTEST_COAST_S)
+    return np.asarray(np.minimum(damping, mass / SHORTEST_COAST_S), dtype=np.float64)
 
 
 def _driven(allocator: Allocator, reach: Array) -> tuple[int, ...]:
