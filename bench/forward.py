@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 STEP_S = 0.02
 WINDOW_S = 10.0
 REST_M_S = 0.02
+RUNAWAY = 20.0
+"""m/s or rad/s: a model that gets there has run away, as one with negative damping does."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ def run_forward(
 ) -> Array:
     """(n, 3) NED displacement after `window_s`, by the commands that the dive recorded and nothing else.
 
-    `model` names all twelve coefficients, `trim` (6,) is a constant wrench in N and N m. Runge-Kutta of order 4.
+    `model` names all twelve coefficients, `trim` (6,) is a constant wrench in N and N m. NaN in the windows in which
+    the model runs away. Runge-Kutta of order 4.
     """
     shape = file.vehicle.configurations[configuration]
     mass, damping = ([model[c.name] for c in group] for group in (MASSES, DAMPINGS))
@@ -93,6 +96,7 @@ def run_forward(
         k3 = rate(state + 0.5 * STEP_S * k2, middle)
         k4 = rate(state + STEP_S * k3, after)
         state = state + STEP_S / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        state[np.abs(state[:, 7:]).max(axis=1) > RUNAWAY] = np.nan
         state[:, 3:7] /= np.linalg.norm(state[:, 3:7], axis=1)[:, None]
     return state[:, :3]
 

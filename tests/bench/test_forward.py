@@ -51,6 +51,13 @@ def test_a_steady_force_alone_moves_it_at_force_over_damping_after_the_transient
     assert gone[0, 0] == pytest.approx(whole, abs=1e-6)
 
 
+def test_a_model_that_runs_away_is_lost_and_the_others_are_not() -> None:
+    begin = Starts(np.array([1.0, 1.0]), np.tile(LEVEL, (2, 1)), np.array([[0.5, 0, 0, 0, 0, 0], [0.0] * 6]))
+    gone = run_forward(begin, _idle(), FILE, "survey", {**MODEL, "D_u": -500.0}, np.zeros(6))
+    assert np.isnan(gone[0]).all()
+    assert gone[1] == pytest.approx([0.0] * 3, abs=1e-9)
+
+
 def test_true_parameters_follow_a_calm_dive_closer_than_wrong_ones() -> None:
     mission = draw_one(100_003)
     begin = starts(mission.dive, mission.file)
