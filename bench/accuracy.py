@@ -113,7 +113,7 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
     methods = list(dict.fromkeys(trial.method for trial in trials))
     tallies = [tally(method, bounds, trials) for method in methods]
     lines = ["## Accuracy against the Cramer-Rao bound", "", *_introduction(bounds), ""]
-    lines += [f"`{method}` is not among the methods of this build and is left out." for method in absent]
+    lines += [f"`{method}` is not installed here and is left out." for method in absent]
     lines += ["", *_overall(tallies), "", *_by_group(tallies), ""]
     for one in tallies:
         if any(math.isfinite(case.z) for case in one.cases) and one.method != "least squares":
@@ -229,8 +229,8 @@ def _reading() -> list[str]:
         "`pinn` have to find: it can be reached only nearly.",
         "",
         "Settings. Closed form: the paper's loss at its optimum (surge, sway and yaw alone), 10 Hz, 1 Hz low-pass.",
-        "Least squares: 20 Hz, zero-phase 1 Hz low-pass, central differences, each axis's acceleration regressed on",
-        "its true terms; the intervals are the textbook's, for white residuals. PySINDy: the library of the true terms",
-        "of each axis, no threshold, Savitzky-Golay differentiation over 1 s; its weak form with bumps of 2 s, two a",
-        f"second, takes some 3 s a mission and is run on the first {weak} missions alone.",
+        "Least squares: 20 Hz, zero-phase 0.5 Hz low-pass, central differences, each axis's force regressed on its",
+        "true terms, the best cut-off and form on other missions; intervals are the textbook's, for white residuals.",
+        "PySINDy: 20 Hz, the library of the true terms of each axis, no threshold, SmoothedFiniteDifference as it is;",
+        f"its weak form, bumps of 2 s, two a second, takes some 3 s a mission and is run on the first {weak} alone.",
     ]

@@ -4,22 +4,22 @@ A trial is one method on one seed, or the bound of one seed. Its key holds a sta
 a figure of older code is never shown for the present one.
 """
 
-import ast
 import gzip
-import hashlib
 import json
 import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import cast
 
 from bench.bound import cramer_rao
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Job, Remembered
+from bench.stamp import stamp
 from bridge.errors import FitError
 from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
@@ -43,7 +43,6 @@ SOURCES = {
         "bench/missions",
         "bridge/vehicle",
         "bench/baselines",
-        "bench/closed_form.py",
         "identify/filters.py",
     ),
 }
@@ -90,8 +89,9 @@ class Trial:
 
 
 def available() -> tuple[str, ...]:
-    """The methods there are, in the page's order."""
-    return tuple(method for method in ORDER if method in PRODUCT or method in OWN)
+    """The methods there are, in the page's order; PySINDy comes with the extra `bench`."""
+    own = [method for method in OWN if "PySINDy" not in method or find_spec("pysindy") is not None]
+    return tuple(method for method in ORDER if method in PRODUCT or method in own)
 
 
 def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[Trial]]:
@@ -167,33 +167,12 @@ def _seeds_of(method: str, seeds: Sequence[int]) -> Iterable[int]:
 
 
 def _key(method: str, seed: int) -> str:
-    return f"{seed}:{method}:{stamp(BOUND if method == BOUND else 'own' if method in OWN else 'product')}"
+    group = BOUND if method == BOUND else "own" if method in OWN else "product"
+    return f"{seed}:{method}:{stamp(*SOURCES[group])}"
 
 
 def _seed_of(key: str) -> int:
     return int(key.split(":")[0])
-
-
-@cache
-def stamp(group: str) -> str:
-    """Ten hexadecimal digits of the code that a group of trials hangs on, whatever its layout and its words."""
-    digest = hashlib.sha256()
-    for source in SOURCES[group]:
-        for path in sorted(ROOT.glob(source)):
-            for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-                digest.update(_meaning(file.read_text(encoding="utf-8")).encode())
-    return digest.hexdigest()[:10]
-
-
-def _meaning(source: str) -> str:
-    """A module's syntax without comments, layout and docstrings."""
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            words = [s for s in body if isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant)]
-            node.body = [s for s in body if s not in words]  # type: ignore[attr-defined]
-    return ast.dump(tree)
 
 
 def pack(bounds: list[Bound], trials: list[Trial], path: Path) -> None:

@@ -1,8 +1,7 @@
-"""Each axis's equation of motion as a regression of its acceleration on true terms alone.
+"""Each axis's equation of motion as a regression on its true terms alone.
 
-    nu_dot_i = (1 / M_i) (tau_i - g_i) - (D_i / M_i) nu_i + (products of velocities) + a constant
-so that the mass is one over the first coefficient and the damping the second over the first. The two products are
-those of C(nu) nu with a diagonal M; their coefficients, ratios of masses, are left free.
+    tau_i - g_i = M_i nu_dot_i + D_i nu_i + (two products of velocities) + a constant
+The products are those of C(nu) nu with a diagonal M; their coefficients are left free.
 """
 
 from dataclasses import dataclass
@@ -80,16 +79,6 @@ def _terms(grid: AlignedDive, g: Array, dof: int, rate_hz: float) -> AxisTerms:
     nu = grid.nu
     products = np.column_stack([nu[:, a] * nu[:, b] for a, b in PRODUCTS[dof]])
     return AxisTerms(dof, rate_hz, grid.tau[:, dof] - g[:, dof], nu[:, dof], grid.nu_dot[:, dof], products)
-
-
-def answer_of(slope: float, drag: float, covariance: Array | None = None) -> AxisAnswer:
-    """Mass and damping from the coefficients of force and velocity, (2, 2) covariance by the delta method."""
-    mass, damping = 1.0 / slope, -drag / slope
-    if covariance is None:
-        return AxisAnswer(mass, damping)
-    by_mass, by_damping = np.array([-mass / slope, 0.0]), np.array([-damping / slope, -1.0 / slope])
-    stds = [float(np.sqrt(by @ covariance @ by)) for by in (by_mass, by_damping)]
-    return AxisAnswer(mass, damping, *stds)
 
 
 def identification(

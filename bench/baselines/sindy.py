@@ -1,8 +1,9 @@
 """PySINDy (Brunton, Proctor and Kutz 2016) with the library of the true terms of each axis.
 
 Told which terms there are, its sparse regression has nothing left to select: threshold 0, so that no true term is
-dropped. Differentiation is what PySINDy recommends for noisy data, SmoothedFiniteDifference (Savitzky-Golay, cubic,
-over `SMOOTHED_S`). It states no interval. Needs the optional extra `bench`.
+dropped. It regresses acceleration on force: the mass is one over the coefficient of the force, the damping that of the
+velocity over it. Differentiation is what PySINDy recommends for noisy data, SmoothedFiniteDifference as it comes
+(Savitzky-Golay, cubic, 11 samples). It states no interval. Needs the optional extra `bench`.
 """
 
 import time
@@ -11,7 +12,7 @@ import numpy as np
 import pysindy
 from numpy.typing import NDArray
 
-from bench.baselines.regression import AxisAnswer, AxisTerms, answer_of, axis_terms, identification
+from bench.baselines.regression import AxisAnswer, AxisTerms, axis_terms, identification
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import Progress
@@ -20,7 +21,6 @@ from identify.identification import Identification
 Array = NDArray[np.float64]
 
 RATE_HZ = 20.0
-SMOOTHED_S = 1.0
 UNFILTERED_HZ = RATE_HZ / 2
 RIDGE = 1e-8
 
@@ -36,11 +36,10 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
 
 
 def _differentiated() -> pysindy.SINDy:
-    window = round(SMOOTHED_S * RATE_HZ) // 2 * 2 + 1
     return pysindy.SINDy(
         optimizer=optimizer(),
         feature_library=pysindy.PolynomialLibrary(degree=1),
-        differentiation_method=pysindy.SmoothedFiniteDifference(smoother_kws={"window_length": window}),
+        differentiation_method=pysindy.SmoothedFiniteDifference(),
     )
 
 
@@ -56,4 +55,5 @@ def fitted(axis: AxisTerms, model: pysindy.SINDy) -> AxisAnswer:
     model.fit(axis.velocity[:, None], t=1.0 / axis.rate_hz, u=inputs / scale)
     names = model.get_feature_names()
     by_name = dict(zip(names, np.asarray(model.coefficients())[0], strict=True))
-    return answer_of(float(by_name["u0"] / scale[0]), float(by_name["x0"]))
+    by_force = float(by_name["u0"] / scale[0])
+    return AxisAnswer(1.0 / by_force, -float(by_name["x0"]) / by_force)

@@ -1,0 +1,134 @@
+"""The accuracy section: what counts as an error, a refusal, a warning; and the cache that survives a kill."""
+
+import gzip
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench import accuracy, accuracy_trials
+from bench.accuracy_trials import Bound, Stated, Trial
+from bench.document import HEAD, read, written
+from bench.remembered import Remembered
+from bench.sections import SECTIONS
+
+Z95 = 1.959963984540054
+
+
+def stated(value: float, std: float, doubted: bool = False) -> Stated:
+    return Stated(value, value * math.exp(-Z95 * std), value * math.exp(Z95 * std), doubted)
+
+
+def efficient(count: int, spread: float = 1.0, claimed: float = 1.0) -> tuple[list[Bound], list[Trial]]:
+    """A method that errs by `spread` times the bound and claims `claimed` times it."""
+    rng = np.random.default_rng(3)
+    bounds, trials = [], []
+    for seed in range(1, count + 1):
+        least = {"M_u": 0.02, "D_u": 0.05, "M_w": 0.5}
+        bounds.append(Bound(seed, "square", 100.0, dict.fromkeys(least, 10.0), least))
+        found = {
+            name: stated(10.0 * math.exp(spread * least[name] * rng.standard_normal()), claimed * least[name])
+            for name in ("M_u", "D_u")
+        }
+        trials.append(Trial(seed, "likelihood", found, ("M_w",), "converged", 0.5))
+    return bounds, trials
+
+
+def test_a_method_at_the_bound_has_ratio_one_and_right_intervals() -> None:
+    found = accuracy.tally("likelihood", *efficient(2000))
+    assert accuracy.root_mean_square(found.cases) == pytest.approx(1.0, abs=0.05)
+    assert accuracy.median_ratio(found.cases) == pytest.approx(1.0, abs=0.05)
+    assert np.mean([case.inside for case in found.cases]) == pytest.approx(0.95, abs=0.015)
+    assert np.std([case.z for case in found.cases]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_method_twice_as_far_off_that_says_so_is_inefficient_but_honest() -> None:
+    found = accuracy.tally("likelihood", *efficient(2000, spread=2.0, claimed=2.0))
+    assert accuracy.root_mean_square(found.cases) == pytest.approx(2.0, abs=0.1)
+    assert np.mean([case.inside for case in found.cases]) == pytest.approx(0.95, abs=0.015)
+
+
+def test_what_is_refused_counts_apart_by_what_the_bound_allows() -> None:
+    bounds, trials = efficient(10)
+    trials[0] = Trial(1, "likelihood", {"M_w": stated(10.0, 0.4)}, ("M_u", "D_u"), "converged", 0.5)
+    found = accuracy.tally("likelihood", bounds, trials)
+    assert (len(found.cases), found.refused, found.refused_rightly, found.stated_rashly) == (18, 2, 9, 1)
+
+
+def test_a_doubt_or_an_outcome_is_a_warning() -> None:
+    bounds, trials = efficient(3)
+    wild = {"M_u": stated(20.0, 0.02), "D_u": stated(10.0, 0.05)}
+    trials[0] = Trial(1, "likelihood", wild, (), "converged", 0.5)
+    trials[1] = Trial(
+        2, "likelihood", {**wild, "M_u": stated(20.0, 0.02, doubted=True)}, (), "converged", 0.5
+    )
+    trials[2] = Trial(3, "likelihood", wild, (), "data and model disagree", 0.5)
+    cases = accuracy.tally("likelihood", bounds, trials).cases
+    assert [case.warned for case in cases if case.name == "M_u"] == [False, True, True]
+    row = next(line for line in accuracy.page(bounds, trials).splitlines() if line.startswith("| likelihood"))
+    assert [cell.strip() for cell in row.split("|")][-4:-2] == ["3", "1"]
+
+
+def test_a_mass_below_zero_is_an_error_like_any_other() -> None:
+    bounds, _ = efficient(1)
+    below = Trial(1, "PySINDy", {"M_u": Stated(-10.0, math.nan, math.nan, False)}, (), "converged", 0.1)
+    (case,) = accuracy.tally("PySINDy", bounds, [below]).cases
+    assert case.error == pytest.approx(-2.0 / 0.02)
+    assert math.isnan(case.z)
+
+
+def test_the_page_names_methods_that_this_build_lacks() -> None:
+    page = accuracy.page(*efficient(20), absent=("pinn",))
+    assert "`pinn` is not installed here" in page
+    assert "20 simulated missions (seeds 1 to 20" in page
+
+
+def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
+    kept = Remembered(tmp_path / "accuracy.jsonl")
+    data = {
+        "b": accuracy_trials.bound_job(100_010),
+        "t": accuracy_trials.method_job("least squares", 100_010),
+    }
+    for key, value in data.items():
+        kept.put(key, value)
+    with (tmp_path / "accuracy.jsonl").open("a") as cut:
+        cut.write('{"key": "x", "da')
+    again = Remembered(tmp_path / "accuracy.jsonl")
+    assert "x" not in again
+    bounds, trials = accuracy_trials.known({key: again.get(key, dict) for key in data})
+    assert set(bounds[0].truth) == set(trials[0].stated) | set(trials[0].refused)
+    accuracy_trials.pack(bounds, trials, tmp_path / "all.jsonl.gz")
+    rows = [
+        json.loads(line) for line in gzip.decompress((tmp_path / "all.jsonl.gz").read_bytes()).splitlines()
+    ]
+    assert accuracy_trials.known(dict(enumerate(rows)))[1] == trials
+
+
+def test_what_was_measured_is_not_measured_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(accuracy_trials, "available", lambda: ("closed form",))
+    first = accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl"))
+    size = (tmp_path / "a.jsonl").stat().st_size
+    assert accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl")) == first
+    assert (tmp_path / "a.jsonl").stat().st_size == size
+
+
+def test_the_stamp_heeds_code_and_no_words() -> None:
+    plain = accuracy_trials._meaning("def f(x):\n    return x\n")
+    assert accuracy_trials._meaning('def f(x):\n    """Say."""\n    # why\n    return x\n') == plain
+    assert accuracy_trials._meaning("def f(x):\n    return -x\n") != plain
+
+
+def test_one_section_is_replaced_and_the_others_stay() -> None:
+    order = ("a", "b", "c")
+    page = written({"c": "## C\nold", "a": "## A"}, order)
+    assert page.startswith(HEAD)
+    assert read(page) == {"a": "## A", "c": "## C\nold"}
+    assert read(written({**read(page), "c": "## C\nnew"}, order)) == {"a": "## A", "c": "## C\nnew"}
+
+
+def test_the_published_page_holds_known_sections_alone() -> None:
+    text = (Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    assert set(read(text)) <= set(SECTIONS)
+    assert written(read(text), tuple(SECTIONS)) == text

@@ -1,0 +1,126 @@
+"""Drawn missions: the same by seed, sane, and a recording of what the vehicle did."""
+
+import numpy as np
+import pytest
+
+from bench.missions import Mission, draw
+from bench.missions.manoeuvres import MANOEUVRES, Leg, sampled
+from bench.missions.mission import draw_one
+from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.dynamics import acceleration, restoring
+from identify.feedback import feedback_doubts
+from identify.forces import wrench
+
+SEEDS = range(100_000, 100_024)
+
+
+@pytest.fixture(scope="module")
+def missions() -> list[Mission]:
+    return draw(SEEDS)
+
+
+def test_a_seed_gives_the_same_mission_alone_and_among_others(missions: list[Mission]) -> None:
+    alone = draw_one(SEEDS[3])
+    assert alone.dive.sha256 == missions[3].dive.sha256
+    assert alone.file.sha256 == missions[3].file.sha256
+    assert alone.truth == missions[3].truth
+
+
+def test_another_repeat_changes_the_water_and_nothing_else() -> None:
+    first, second = draw_one(SEEDS[0]), draw_one(SEEDS[0], repeat=1)
+    assert first.file == second.file
+    assert np.array_equal(first.dive.nu_ref.value, second.dive.nu_ref.value)
+    assert not np.array_equal(first.nu, second.nu)
+
+
+def test_vehicles_and_sensors_lie_within_what_the_page_says(missions: list[Mission]) -> None:
+    for mission in missions:
+        shape = mission.drawn.configuration
+        assert 11.0 <= shape.dry_mass_kg <= 120.0
+        assert 0.05 <= mission.file.vehicle.thrust_curve.lag_s <= 0.25
+        assert 4.0 - 1e-6 <= mission.dive.velocity.rate_hz <= 10.0 + 1e-6
+        assert 0.002 <= mission.sensors.dvl_m_s <= 0.006
+        assert 59.0 <= mission.dive.duration_s <= 300.0
+        assert set(mission.truth) <= set(BY_NAME)
+        assert (mission.dive.fog is not None) == (mission.file.vehicle.sensors.fog is not None)
+
+
+def test_vehicles_stay_upright_under_water_and_follow_what_is_asked(missions: list[Mission]) -> None:
+    for mission in missions:
+        w, x, y, z = mission.attitude.T
+        assert np.min(1 - 2 * (x * x + y * y)) > np.cos(np.radians(60.0))
+        assert np.min(mission.position[:, 2]) > 1.0
+        assert np.max(np.abs(mission.position[:, 2] - mission.dive.nu_ref.value[:, 13])) < 1.5
+        assert np.max(np.abs(mission.nu[:, :3])) < 2.0
+
+
+def test_the_true_motion_obeys_the_models_equations() -> None:
+    mission = draw_one(100_002)
+    drawn, dive = mission.drawn, mission.dive
+    forces = wrench(dive, mission.file, mission.configuration)
+    inner = slice(20, -20)
+    nu = 0.5 * (mission.nu[1:] + mission.nu[:-1])
+    attitude = 0.5 * (mission.attitude[1:] + mission.attitude[:-1])
+    push = 0.5 * (mission.disturbance[1:] + mission.disturbance[:-1]) + drawn.trim
+    tau = forces.mean_between(mission.time_s[:-1], mission.time_s[1:]) + push
+    said = np.column_stack(
+        acceleration(drawn.mass, drawn.damping, nu.T, tau.T, restoring(drawn.configuration, attitude.T))
+    )
+    found = np.diff(mission.nu, axis=0) / np.diff(mission.time_s)[:, None]
+    for dof in range(6):
+        left = np.std((found - said)[inner, dof])
+        assert left < 0.15 * np.std(found[inner, dof]), f"axis {dof}"
+
+
+def test_readings_are_the_truth_and_their_own_noise(missions: list[Mission]) -> None:
+    for mission in missions[:8]:
+        dive, sensors = mission.dive, mission.sensors
+        arm = np.array(mission.file.vehicle.sensors.dvl.mounting.position_m)
+        nu = np.column_stack(
+            [np.interp(dive.velocity.time_s, mission.time_s, mission.nu[:, i]) for i in range(6)]
+        )
+        error = np.diff(dive.velocity.value - nu[:, :3] - np.cross(nu[:, 3:], arm), axis=0) / np.sqrt(2)
+        assert np.nanstd(error) == pytest.approx(sensors.dvl_m_s, rel=0.25)
+        ticks = np.searchsorted(dive.gyro.time_s, mission.time_s - 1e-6)
+        assert np.std(dive.gyro.value[ticks] - mission.nu[:, 3:]) == pytest.approx(
+            sensors.gyro_rad_s, rel=0.1
+        )
+
+
+def test_a_fog_reading_is_the_mean_over_the_interval_around_its_date(missions: list[Mission]) -> None:
+    mission = next(m for m in missions if m.dive.fog is not None)
+    fog = mission.dive.fog
+    expected = np.interp(fog.time_s, mission.time_s, mission.nu[:, 5])
+    late = np.interp(fog.time_s - 0.05, mission.time_s, mission.nu[:, 5])
+    error = np.std(fog.value[:, 0] - expected)
+    assert error < 0.05 * np.std(expected)
+    assert error < np.std(fog.value[:, 0] - late)
+
+
+def test_the_controller_used_what_is_recorded(missions: list[Mission]) -> None:
+    for mission in missions:
+        assert feedback_doubts(mission.dive, mission.file.vehicle.water) == ()
+
+
+def test_the_disturbance_is_as_large_and_as_slow_as_it_says() -> None:
+    mission = draw_one(100_001, seconds=2000.0)
+    push = mission.disturbance / mission.drawn.disturbance_std
+    step = round(1.0 / mission.dive.pwm.rate_hz / (mission.time_s[1] - mission.time_s[0]))
+    keep = np.exp(-step * (mission.time_s[1] - mission.time_s[0]) / mission.drawn.disturbance_time_s)
+    found = [np.corrcoef(push[step:, i], push[:-step, i])[0, 1] for i in range(6)]
+    assert np.std(push) == pytest.approx(1.0, abs=0.1)
+    assert found == pytest.approx(keep, abs=0.03)
+
+
+def test_every_manoeuvre_is_drawn() -> None:
+    assert {mission.kind for mission in draw(range(100_100, 100_160))} == set(MANOEUVRES)
+
+
+def test_a_ramp_goes_from_speed_to_speed_with_an_acceleration_that_is_its_slope() -> None:
+    time_s = 0.01 * np.arange(1000)
+    wanted = sampled([Leg(6.0, (0.5, 0.0, 0.0, 0.2), ramp_s=2.0)], time_s, depth_m=3.0)
+    slope = np.gradient(wanted[:, 0], time_s)
+    assert wanted[150, 0] == 0.0
+    assert wanted[450, 0] == pytest.approx(0.5)
+    assert np.max(np.abs(slope[5:700] - wanted[5:700, 6])) < 0.02
+    assert wanted[700, 12] == pytest.approx(0.2 * (5.0 - 1.0), abs=0.01)
