@@ -24,7 +24,6 @@ from bridge.errors import FitError
 from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
 
-ROOT = Path(__file__).resolve().parents[1]
 BOUND = "bound"
 OWN = {
     "closed form": "bench.baselines.closed_form",

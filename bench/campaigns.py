@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.stamp import SIMULATED, stamp
 from bridge.framing import Framer
 from bridge.link.memory import memory_pair
 from bridge.parameters import MODE
@@ -61,7 +62,10 @@ def dived(
     """The dive of a mission by a seed, with what is fed forward as given; from `cache` where it was dived before."""
     file = load_vehicle(f"{VEHICLE}:{configuration}")
     given = dict(sorted((feed_forward or {}).items()))
-    digest = hashlib.sha256(json.dumps([given, file.sha256]).encode()).hexdigest()[:8]
+    made_by = stamp(
+        *SIMULATED, "configs/gains.yaml", "configs/vehicles/ruvifist*.yaml", "configs/thrusters/*.csv"
+    )
+    digest = hashlib.sha256(json.dumps([given, made_by]).encode()).hexdigest()[:8]
     folder = cache / f"{configuration}-{mission}-{mode.name.lower()}-{seed}-{digest}"
     log, truth = folder / "telemetry.tlog", folder / "truth.npz"
     if not truth.exists():

@@ -24,6 +24,7 @@ from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.prediction import whole_truth
 from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, stamp
 from bench.words import paragraph
 from bridge.vehicle.coefficients import MASSES
 from bridge.vehicle.dynamics import coriolis, restoring
@@ -32,6 +33,7 @@ from identify.filters import aligned
 
 Array = NDArray[np.float64]
 
+SOURCES = ("bridge/vehicle", *LEARNT, "bench/missions")
 RATE_HZ = 10.0
 LAYERS = (64, 64, 64)
 HIGHEST_HZ = 0.3
@@ -55,7 +57,7 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
     """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
     if find_spec("deepxde") is None:
         return "## DeepXDE's inverse problem\n\nDeepXDE is not installed here (`pip install -e .[bench]`).\n"
-    kept = Remembered(cache / "deepxde.jsonl")
+    kept = Remembered(cache / f"deepxde-{stamp(*SOURCES)}.jsonl")
     found = kept.fill({str(seed): partial(inverse_problem, seed, MINUTES) for seed in seeds}, "DeepXDE")
     lines = [
         "## DeepXDE's inverse problem",

@@ -9,15 +9,23 @@ import numpy as np
 from bench.baselines import closed_form
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
+from bench.stamp import stamp
 from bridge.errors import FitError
 from identify.estimators.paper import SMALL, TrainingCurves, estimate_with_curves
 
+SOURCES = (
+    "bridge/vehicle",
+    "identify/*.py",
+    "identify/estimators/paper*.py",
+    "bench/missions",
+    "bench/baselines",
+)
 SETTLED, LOSS_SETTLED = 0.01, 0.05
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
     """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
-    kept = Remembered(cache / "paper_small.jsonl")
+    kept = Remembered(cache / f"paper_small-{stamp(*SOURCES)}.jsonl")
     found = kept.fill({str(seed): partial(trained, seed) for seed in seeds}, "the paper's network, small")
     lines = [
         "## The paper's network, small",

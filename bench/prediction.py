@@ -13,6 +13,7 @@ from bench.forward import WINDOW_S, moved, run_forward, starts
 from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
@@ -21,6 +22,15 @@ from identify.estimators.table import METHODS as PRODUCT
 
 Array = NDArray[np.float64]
 
+SOURCES = (
+    *SIMULATED,
+    *LEARNT,
+    "bench/missions",
+    "bench/forward.py",
+    "bench/answers.py",
+    "bench/baselines",
+    "bench/campaigns.py",
+)
 HELD_OUT_SEA = 500
 """Added to a campaign's seed: the dive that is predicted has other water and other noise."""
 
@@ -37,7 +47,7 @@ ANCHOR = (
 
 def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> str:
     """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
-    kept = Remembered(cache / "prediction.jsonl")
+    kept = Remembered(cache / f"prediction-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(on_campaign, configuration, seed, cache / "dives", methods())
         for configuration in CONFIGURATIONS

@@ -18,6 +18,7 @@ from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
 from bench.paper_small import LOSS_SETTLED, SETTLED, loss_settled_at, settled_at
 from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
@@ -27,6 +28,7 @@ from identify.estimators.table import METHODS, estimator
 from identify.filters import AlignedDive, aligned
 from identify.ingest.open import read_dive
 
+SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/card.py", "bench/campaigns.py")
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3
@@ -34,7 +36,7 @@ REPEATS = 3
 
 def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; what was measured before, in one run, is read from `cache`."""
-    kept = Remembered(cache / "speed.jsonl")
+    kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     one = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     timed = kept.get(f"processor {' '.join(METHODS)} {seed}", lambda: on_processor(one))
     lines = table(timed)

@@ -10,8 +10,10 @@ import numpy as np
 from bench.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, SIMULATED, stamp
 from identify.estimators.table import METHODS as PRODUCT
 
+SOURCES = (*SIMULATED, *LEARNT, "bench/answers.py", "bench/baselines", "bench/campaigns.py")
 LENGTHS_S = (60, 120, 300, 1000)
 NAMES = {
     "survey": ("M_u", "M_w", "I_r", "D_u", "D_w", "D_r"),
@@ -32,7 +34,7 @@ class Cell:
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
     """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
-    kept = Remembered(cache / "thrift.jsonl")
+    kept = Remembered(cache / f"thrift-{stamp(*SOURCES)}.jsonl")
     dives = cache / "dives"
     prepared = {f"dive {c} {s}": partial(_dive, c, s, dives) for c in CONFIGURATIONS for s in seeds}
     kept.fill(prepared, "campaigns")

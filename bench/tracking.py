@@ -14,6 +14,7 @@ import numpy as np
 from bench.answers import answer, answered
 from bench.campaigns import CONFIGURATIONS, Dived, dived
 from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, SIMULATED, stamp
 from bridge.simulator.dive import WARM_UP_S
 from bridge.simulator.missions import Leg, mission_named
 from bridge.vehicle.feedforward import Mode
@@ -21,6 +22,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
 from identify.validate import PHASES, tracking_errors
 
+SOURCES = (*SIMULATED, *LEARNT, "bench/answers.py", "bench/campaigns.py", "configs/gains.yaml")
 OTHER_SEA = 700
 """Added to a campaign's seed for the flights after it."""
 
@@ -39,7 +41,7 @@ GOAL_MM_S = 2.0
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
     """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
-    kept = Remembered(cache / "tracking.jsonl")
+    kept = Remembered(cache / f"tracking-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(flights, configuration, seed, cache / "dives")
         for configuration in CONFIGURATIONS
