@@ -114,12 +114,6 @@ def test_what_was_measured_is_not_measured_again(tmp_path: Path, monkeypatch: py
     assert (tmp_path / "a.jsonl").stat().st_size == size
 
 
-def test_the_stamp_heeds_code_and_no_words() -> None:
-    plain = accuracy_trials._meaning("def f(x):\n    return x\n")
-    assert accuracy_trials._meaning('def f(x):\n    """Say."""\n    # why\n    return x\n') == plain
-    assert accuracy_trials._meaning("def f(x):\n    return -x\n") != plain
-
-
 def test_one_section_is_replaced_and_the_others_stay() -> None:
     order = ("a", "b", "c")
     page = written({"c": "## C\nold", "a": "## A"}, order)

@@ -47,7 +47,7 @@ def test_vehicles_and_sensors_lie_within_what_the_page_says(missions: list[Missi
 
 def test_vehicles_stay_upright_under_water_and_follow_what_is_asked(missions: list[Mission]) -> None:
     for mission in missions:
-        w, x, y, z = mission.attitude.T
+        _, x, y, _ = mission.attitude.T
         assert np.min(1 - 2 * (x * x + y * y)) > np.cos(np.radians(60.0))
         assert np.min(mission.position[:, 2]) > 1.0
         assert np.max(np.abs(mission.position[:, 2] - mission.dive.nu_ref.value[:, 13])) < 1.5
