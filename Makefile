@@ -2,6 +2,7 @@
 # make demo      one dive end to end with the simulated vehicle
 # make test      every test
 # make check     format, lint, types, import rules, then every test
+# make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
 
 PYTHON ?= python3
 PIP_FLAGS ?=
@@ -48,6 +49,7 @@ format: $(STAMP)
 	$(BIN)/ruff check --fix .
 
 bench: $(STAMP)
+	@$(PIP) --editable '.[dev,bench]'
 	$(BIN)/python -m bench
 
 clean:

@@ -1,6 +1,6 @@
 """The baselines: exact on data without noise, and as far off as they are on noisy ones."""
 
-import importlib.util
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ from bench.baselines.regression import AxisTerms, axis_terms
 from bench.missions.mission import draw_one
 from bridge.errors import FitError
 
-NO_SINDY = importlib.util.find_spec("pysindy") is None
 MASS, DAMPING = 20.0, 30.0
 
 
@@ -57,12 +56,13 @@ def test_too_short_a_dive_is_refused() -> None:
         )
 
 
-@pytest.mark.skipif(NO_SINDY, reason="PySINDy is not installed (the optional extra `bench`)")
-@pytest.mark.filterwarnings("ignore")
-def test_sindy_finds_the_true_coefficients_without_noise() -> None:
-    from bench.baselines import sindy, sindy_weak
+if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
 
-    smooth = sindy.fitted(clean_axis(), sindy._differentiated())
-    weak = sindy.fitted(clean_axis(), sindy_weak._weak(clean_axis()))
-    for found in (smooth, weak):
-        assert (found.mass, found.damping) == pytest.approx((MASS, DAMPING), rel=0.02)
+    @pytest.mark.filterwarnings("ignore")
+    def test_sindy_finds_the_true_coefficients_without_noise() -> None:
+        from bench.baselines import sindy, sindy_weak
+
+        smooth = sindy.fitted(clean_axis(), sindy._differentiated())
+        weak = sindy.fitted(clean_axis(), sindy_weak._weak(clean_axis()))
+        for found in (smooth, weak):
+            assert (found.mass, found.damping) == pytest.approx((MASS, DAMPING), rel=0.02)
