@@ -227,7 +227,7 @@ def _reading() -> list[str]:
         "identifiable; a warning is an outcome other than `converged`, or a doubt about that coefficient.",
         "The bound is the inverse of the Fisher information that the dive's own readings hold at the true parameters,",
         "by one Kalman filter over all six degrees of freedom and its sensitivities, so that what one axis tells of",
-        "another counts. Unknown beside the coefficients, and so in the bound: trim forces, the spread and time constant",
+        "another counts. Unknown beside the coefficients, and so in the bound: trim forces, spread and time constant",
         "of each disturbance, the noise of each sensor. Known: thruster curve and lag, restoring, buoyancy, geometry.",
         "Over 40 repeats of one mission, one scoring step from the truth errs as much as the bound says (a test).",
         "",
