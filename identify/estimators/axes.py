@@ -4,19 +4,19 @@ Coriolis forces couple the axes through products of velocities; they are formed 
 leaves six filters of one axis each instead of one of twelve states. `coupled` makes them anew from better ones.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import GRAVITY_M_S2, Configuration, Vehicle, VehicleFile
+from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
-from bridge.vehicle.dynamics import restoring
-from identify.dive import Dive, Signal
+from identify.dive import Dive
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.readings import FEWEST, HEAVE, PITCH, ROLL, Channel, channels
-from identify.estimators.smoothing import smoothed_velocity
+from identify.estimators.motion import NO_MOTION, Motion
+from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
+from identify.estimators.readings import FEWEST, Channel, channels
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 
@@ -66,34 +66,13 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Velocities `nu` (m, 6) at the uniform times `time_s` (m,), as smooth as they are believed to be."""
-
-    time_s: Array
-    nu: Array
-
-    def integral(self, values: Array) -> Array:
-        """Of what is given at the times, (m,), by the trapezium rule."""
-        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(self.time_s)
-        return np.concatenate([[0.0], np.cumsum(steps)])
-
-    def mean_between(self, values: Array, start_s: Array, end_s: Array) -> Array:
-        """(n,) of what is given at the times, (m,), over each interval; 0 where that is empty."""
-        total = self.integral(values)
-        span_s = end_s - start_s
-        area = np.interp(end_s, self.time_s, total) - np.interp(start_s, self.time_s, total)
-        return np.asarray(np.where(span_s > 0, area / np.where(span_s > 0, span_s, 1.0), 0.0))
-
-
-NO_MOTION = Motion(np.zeros(0), np.zeros((0, 6)))
-
-
-@dataclass(frozen=True)
 class Axes:
     """The axes that a dive says something of, why it says nothing of the others, and notes on the forces.
 
-    motion: the velocities that the Coriolis forces were made of. strange: why the recording can hardly be one of
-    this vehicle in this configuration, empty where it can.
+    motion: the velocities that the Coriolis forces were made of. restoring: by degree of freedom, (m,) at the times
+    of the motion, but for what the stiffness makes of an axis's own integral. strange: why the recording can hardly
+    be one of this vehicle in this configuration, empty where it can. unpushed: the axes that no thruster pushed, in a
+    sentence: what moved them is what the others did to them, and what rights them.
     """
 
     axes: tuple[Axis, ...]
@@ -101,6 +80,8 @@ class Axes:
     notes: tuple[str, ...]
     strange: str = ""
     motion: Motion = NO_MOTION
+    restoring: dict[int, Array] = field(default_factory=dict)
+    unpushed: dict[int, str] = field(default_factory=dict)
 
 
 def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
@@ -118,25 +99,25 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     # What the thrusters did before the first command is unknown; ten lags later it no longer matters.
     start, end = float(forces.time_s[0]) + max(10 * forces.lag_s, LEAST_START_S), float(forces.time_s[-1])
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
-    motion = Motion(grid, smoothed_velocity(dive, grid))
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
-    velocity = _at_origin(dive.velocity, motion, np.asarray(lever))
-    places = _places(dive, file, motion, attitude)
-    axes, missing = [], {}
+    velocity, motion = at_origin(dive, grid, np.asarray(lever))
+    places = places_of(dive, file, motion, attitude)
+    axes, missing, unpushed, held = [], {}, {}, {}
     for dof in range(6):
         place = places.get(dof)
         found = channels(dive, dof, velocity, None if place is None else place.reading)
         if not found:
             missing[dof] = f"no {'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]} was recorded"
-        elif np.std(forces.asked[:, dof]) <= LEAST_DRIVE * configuration.thruster_limit_n:
-            missing[dof] = f"the thrusters never pushed in {DOFS[dof]}: there is no force to weigh it by"
         elif (events := _events(dof, found, (start, end))) is None:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
-            restoring_n = _restoring(configuration, dof, motion, attitude, place)
-            axes.append(coupled(_pushed(events, configuration, forces, motion, restoring_n), motion))
-    return Axes(tuple(axes), missing, forces.notes, _strange(dive, forces, vehicle, name), motion)
+            if np.std(forces.asked[:, dof]) <= LEAST_DRIVE * configuration.thruster_limit_n:
+                unpushed[dof] = f"the thrusters never pushed in {DOFS[dof]}: there is no force to weigh it by"
+            held[dof] = restoring_force(configuration, dof, motion, attitude, place)
+            axes.append(coupled(_pushed(events, configuration, forces, motion, held[dof]), motion))
+    strange = _strange(dive, forces, vehicle, name)
+    return Axes(tuple(axes), missing, forces.notes, strange, motion, held, unpushed)
 
 
 def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> str:
@@ -163,79 +144,6 @@ def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> 
                 f"recorded TAU_CMD of {commanded[worst]:.2g}: the vehicle file's thrusters are not this vehicle's"
             )
     return ""
-
-
-def _at_origin(velocity: Signal | None, motion: Motion, lever: Array) -> Signal | None:
-    """Velocity (n, 3) at the body's origin, from that at the DVL's transducer `lever` away."""
-    if velocity is None or not lever.any():
-        return velocity
-    by_turning = np.cross(motion.nu[:, 3:], lever)
-    carried = np.column_stack([np.interp(velocity.time_s, motion.time_s, column) for column in by_turning.T])
-    return Signal(velocity.time_s, velocity.value - carried)
-
-
-@dataclass(frozen=True)
-class Place:
-    """The integral of one axis's own velocity: what was read, (n, 1), less what the other axes added to it.
-
-    `carried` (m,) is that addition at the times of the motion.
-    """
-
-    reading: Signal
-    carried: Array
-
-
-def _places(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
-    """Depth, roll and pitch by degree of freedom, as far as they are recorded (Fossen 2011, eqs 2.18 and 2.26)."""
-    depth = dive.depth_by(file.vehicle.water)
-    found: dict[int, tuple[Signal, Array]] = {}
-    still = np.zeros(len(motion.time_s))
-    if attitude is None or dive.attitude is None:
-        if depth is not None:
-            found[HEAVE] = depth, still
-    else:
-        u, v, w, _, q, r = motion.nu.T
-        down_x, down_y, down_z = down_axis(attitude)
-        if depth is not None:
-            found[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
-        roll, pitch = np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0))
-        x, y, z = down_axis(dive.attitude.value)
-        turned = q * np.sin(roll) + r * np.cos(roll)
-        found[ROLL] = Signal(dive.attitude.time_s, np.arctan2(y, z)[:, None]), turned * np.tan(pitch)
-        level = q * (np.cos(roll) - 1.0) - r * np.sin(roll)
-        found[PITCH] = Signal(dive.attitude.time_s, np.arcsin(np.clip(-x, -1.0, 1.0))[:, None]), level
-    out = {}
-    for dof, (read, rate) in found.items():
-        carried = motion.integral(rate)
-        at = np.interp(read.time_s, motion.time_s, carried)
-        out[dof] = Place(Signal(read.time_s, read.value - at[:, None]), carried)
-    return out
-
-
-def down_axis(attitude: Array) -> tuple[Array, Array, Array]:
-    """The earth's down axis in body axes, from attitudes (n, 4)."""
-    w, x, y, z = attitude.T
-    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-
-
-def _restoring(
-    configuration: Configuration, dof: int, motion: Motion, attitude: Array | None, place: Place | None
-) -> Array:
-    """The restoring force (m,) at the times of the motion; of roll and pitch what the stiffness does not make."""
-    if attitude is None:
-        return np.full(len(motion.time_s), configuration.net_buoyancy_n if dof == HEAVE else 0.0)
-    g = np.asarray(restoring(configuration, tuple(attitude.T))[dof])
-    if dof not in (ROLL, PITCH) or place is None:
-        return g
-    down_x, down_y, down_z = down_axis(attitude)
-    angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1.0, 1.0))
-    return g - _stiffness(configuration, dof) * (angle - place.carried)
-
-
-def _stiffness(configuration: Configuration, dof: int) -> float:
-    if dof not in (ROLL, PITCH):
-        return 0.0
-    return configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2
 
 
 def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis | None:
@@ -295,8 +203,7 @@ def _pushed(
     before = np.concatenate([events.time_s[:1], events.time_s[:-1]])
     force = forces.halves_between(before, events.time_s)[:, :, events.dof]
     held = motion.mean_between(restoring_n, before, events.time_s)
-    stiffness = _stiffness(configuration, events.dof)
-    return replace(events, force=force - held[:, None], stiffness=stiffness)
+    return replace(events, force=force - held[:, None], stiffness=stiffness(configuration, events.dof))
 
 
 def coupled(axis: Axis, motion: Motion) -> Axis:

@@ -12,11 +12,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import build_axes
+from identify.estimators.axes import Axes, build_axes
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
@@ -27,7 +26,9 @@ from identify.estimators.likelihood_axis import (
     TIME_CONSTANT,
     AxisFit,
 )
-from identify.estimators.likelihood_joint import JointFit, fit_axes
+from identify.estimators.likelihood_fit import JointFit, fit_axes
+from identify.estimators.readings import PITCH, ROLL
+from identify.estimators.said import drag_doubt, long_enough, strange_doubts, too_little, unsettled_doubt
 from identify.estimators.scoring import MOST_STEPS
 from identify.identification import (
     LARGEST_RELATIVE_STD,
@@ -36,7 +37,6 @@ from identify.identification import (
     Estimate,
     Identification,
     Information,
-    Outcome,
     added_mass,
     outcome_of,
 )
@@ -44,7 +44,6 @@ from identify.identification import estimate as as_estimate
 
 Array = NDArray[np.float64]
 
-SHORTEST_DIVE_S = 20.0
 SHORTEST_STEP_S = 1e-3
 
 
@@ -56,11 +55,7 @@ def estimate(
     Raises FitError where the recording is too short, or holds no thruster command at all.
     """
     began = time.perf_counter()
-    if dive.duration_s < SHORTEST_DIVE_S:
-        raise FitError(
-            f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, identification needs at least "
-            f"{SHORTEST_DIVE_S:.0f} s; record a longer one"
-        )
+    long_enough(dive)
     built = build_axes(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
     joint = fit_axes(built, shape, progress)
@@ -68,12 +63,12 @@ def estimate(
     doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
     progress(1.0, "done")
     totals = tuple(
-        _one(c.name, c.dof, place, fits, doubts, built.missing)
+        _one(c.name, c.dof, place, joint, doubts, built)
         for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS))
         for c in group
     )
     names, covariance = _covariance(totals, joint, doubts)
-    told = (*_strange(built.strange), *_unsettled(fits), *_drag(doubts))
+    told = (*strange_doubts(built.strange), *_doubts(fits, doubts))
     return Identification(
         "likelihood",
         outcome_of(totals, told),
@@ -88,7 +83,7 @@ def estimate(
         covariance,
         names,
         _nuisance(fits),
-        (*dive.notes, *built.notes),
+        (*dive.notes, *built.notes, *_rests_on_gravity(totals, built, shape)),
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
         _information(joint),
@@ -104,29 +99,33 @@ def _innovations(fit: AxisFit) -> Signal:
 
 
 def _one(
-    name: str,
-    dof: int,
-    place: int,
-    fits: Mapping[int, AxisFit],
-    doubts: Mapping[int, Doubts],
-    missing: Mapping[int, str],
+    name: str, dof: int, place: int, joint: JointFit, doubts: Mapping[int, Doubts], built: Axes
 ) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
-    axis, nan = DOFS[dof], float("nan")
-    if dof not in fits:
-        return as_estimate(name, nan, nan, nan, nan, missing[dof])
-    value = float(np.exp(fits[dof].maximum.theta[place]))
-    std = float(np.hypot(np.sqrt(fits[dof].covariance[place, place]), doubts[dof].shift[place]))
+    nan = float("nan")
+    if dof not in joint.fits:
+        return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
+    row = dof + 6 * place
+    value, shift = float(np.exp(joint.log_value[row])), float(doubts[dof].shift[place])
+    std = float(np.hypot(np.sqrt(joint.covariance[row, row]), shift))
     reason = ""
-    if std > LARGEST_RELATIVE_STD and abs(doubts[dof].shift[place]) > LARGEST_RELATIVE_STD:
-        reason = (
-            f"{axis} has a drag that grows as the speed squared, which the model lacks: with it {name} would be "
-            f"{value * np.exp(doubts[dof].shift[place]):.3g}"
-        )
-    elif std > LARGEST_RELATIVE_STD:
-        reason = f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
+    if std > LARGEST_RELATIVE_STD:
+        told = too_little(name, DOFS[dof], std, shift, value * float(np.exp(shift)))
+        reason = built.unpushed.get(dof, told)
     low, high = value * np.exp(-Z95 * std), value * np.exp(Z95 * std)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
+
+
+def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
+    """What the vehicle file's centre of gravity had to weigh, where no thruster did."""
+    named = [t.name for t in totals if t.identifiable and BY_NAME[t.name].dof in (ROLL, PITCH)]
+    named = [name for name in named if BY_NAME[name].dof in built.unpushed]
+    if not named:
+        return ()
+    return (
+        f"{', '.join(named)} rest on the vehicle file's centre of gravity, "
+        f"{1000 * shape.centre_of_gravity_below_buoyancy_m:.0f} mm below buoyancy: no thruster pushed there.",
+    )
 
 
 def _covariance(
@@ -156,38 +155,12 @@ def _usual_force(fit: AxisFit) -> float:
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
 
 
-def _unsettled(fits: Mapping[int, AxisFit]) -> tuple[Doubt, ...]:
-    return tuple(
-        Doubt(
-            (MASSES[dof].name, DAMPINGS[dof].name),
-            f"In {DOFS[dof]} the search stopped at its bound of {MOST_STEPS} steps before it settled: don't rely on "
-            f"what it says of {DOFS[dof]}; dive longer, with more changes of thrust.",
-            Outcome.AT_BOUND,
-        )
-        for dof, fit in fits.items()
-        if not fit.maximum.converged
-    )
-
-
-def _drag(doubts: Mapping[int, Doubts]) -> tuple[Doubt, ...]:
-    return tuple(
-        Doubt(
-            (MASSES[dof].name, DAMPINGS[dof].name),
-            f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
-            f"({doubt.drag_score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
-            "alone; their intervals are widened by what such a force would change.",
-            Outcome.DISAGREES,
-        )
-        for dof, doubt in doubts.items()
-        if doubt.lacks_drag
-    )
-
-
-def _strange(strange: str) -> tuple[Doubt, ...]:
-    if not strange:
-        return ()
-    sentence = f"These values hardly mean this vehicle: {strange}. Give the vehicle file and configuration of the dive."
-    return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
+def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]) -> tuple[Doubt, ...]:
+    told = [drag_doubt(dof, one.drag_score) for dof, one in doubts.items() if one.lacks_drag]
+    if not all(fit.maximum.converged for fit in fits.values()):
+        names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
+        told.append(unsettled_doubt(names, "all axes", f"{MOST_STEPS} steps"))
+    return tuple(told)
 
 
 def _nuisance(fits: Mapping[int, AxisFit]) -> dict[str, float]:

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axis, Motion, coupled
+from identify.estimators.axes import Axis, coupled
 from identify.estimators.innovations import innovations, responses, smoothed_velocity, transitions
+from identify.estimators.motion import Motion
 from identify.estimators.scoring import Maximum, slopes
 
 Array = NDArray[np.float64]
@@ -60,25 +61,27 @@ class AxisLikelihood:
 
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
         """Innovations and variances of all events, (n,); beyond the gate they are clipped and change nothing."""
-        error, variance, _ = self._run(theta, self._transitions(theta), gate_sigma)
+        error, variance, _ = self._run(theta, self._transitions(theta), self._force(theta), gate_sigma)
         return error, variance
 
     def sensitivities(self, theta: Array, dofs: Sequence[int]) -> tuple[Array, Array, Array, Array]:
         """Innovations and variances (n,), and their derivatives by theta and then by the log masses of `dofs`."""
-        axis, noise = self.axis, self.noise_place
+        axis, noise, force = self.axis, self.noise_place, self._force(theta)
         table = self._transitions(theta)
-        error, variance, gain = self._run(theta, table, np.inf)
+        error, variance, gain = self._run(theta, table, force, np.inf)
         read = np.isfinite(error)
+
+        def under_that_force(moved: Array) -> tuple[Array, Array]:
+            e, s, _ = self._run(moved, self._transitions(moved), force, np.inf)
+            return e[read], s[read]
+
         columns = np.column_stack([self.shapes, axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
         linear = responses(table, axis.step, columns, self.reading, axis.state_read, gain)[:, read]
         curved = [*range(FORCES), *range(noise, len(theta))]
-        de, ds = (
-            np.zeros((len(theta) + len(dofs), read.sum())),
-            np.zeros((len(theta) + len(dofs), read.sum())),
-        )
-        de[curved], ds[curved] = slopes(self, theta, curved)
-        shapes = self.shapes.shape[1]
-        de[FORCES:noise], de[len(theta) :] = linear[:shapes], linear[shapes:]
+        size = len(theta) + len(dofs), int(np.count_nonzero(read))
+        de, ds = np.zeros(size), np.zeros(size)
+        de[curved], ds[curved] = slopes(under_that_force, theta, self.difference, curved)
+        de[FORCES:noise], de[len(theta) :] = np.split(linear, [noise - FORCES])
         return error[read], variance[read], de, ds
 
     def speed(self, theta: Array) -> Array:
@@ -116,10 +119,10 @@ class AxisLikelihood:
     def _variance(self, theta: Array) -> Array:
         return np.asarray(np.exp(2 * theta[self.noise_place :])[self.axis.channel] * self.axis.scale**2)
 
-    def _run(self, theta: Array, table: Array, gate_sigma: float) -> tuple[Array, Array, Array]:
+    def _run(self, theta: Array, table: Array, force: Array, gate_sigma: float) -> tuple[Array, Array, Array]:
         axis = self.axis
         error, variance, gain = innovations(
-            table, axis.step, self._force(theta), self.reading, axis.state_read, self._variance(theta),
+            table, axis.step, force, self.reading, axis.state_read, self._variance(theta),
             float(np.exp(theta[DISTURBANCE])), axis.initial, gate_sigma,
         )  # fmt: skip
         return error, variance, gain

@@ -1,4 +1,4 @@
-"""All axes of a vehicle together: a mass weighs in its own axis and in the Coriolis forces of the others.
+"""The likelihood of all axes together: a mass weighs in its own axis and in the Coriolis forces of the others.
 
 The axes' readings are independent given the Coriolis forces, so that the likelihood is the product of theirs. The
 velocities that those forces are made of are the posterior means of each axis's own model: what is unknown of them
@@ -6,36 +6,19 @@ does not depend on what is known (Berkson 1950), so it widens the disturbance an
 measured velocities would.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axes, Motion
-from identify.estimators.likelihood_axis import (
-    DAMPING,
-    FORCES,
-    MASS,
-    MASS_RATIO,
-    AxisFit,
-    AxisLikelihood,
-    likelihood_of,
-    rigid_mass,
-)
-from identify.estimators.scoring import Maximum, climb, weigh
+from identify.estimators.likelihood_axis import MASS, AxisLikelihood
+from identify.estimators.motion import Motion
+from identify.estimators.scoring import weigh
 
 Array = NDArray[np.float64]
 
-PASSES = 6
-"""Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
-
-SETTLED = 0.02
-"""Passes end where no coefficient moves by more than this share of its standard error."""
-
 ROUGHLY = 0.1
+"""Nats: as far as an axis alone is climbed, for the climb of all to start from."""
 
 
 @dataclass(frozen=True)
@@ -70,15 +53,20 @@ class JointLikelihood:
     def score(self, theta: Array) -> tuple[Array, Array]:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
-        dofs = [problem.axis.dof for problem in self.problems]
-        first = [place.start + MASS for place in self.places]
-        for problem, place in zip(self.at(theta), self.places, strict=True):
-            others = [i for i, dof in enumerate(dofs) if problem.axis.coriolis[:, dof].any()]
-            own = weigh(*problem.sensitivities(theta[place], [dofs[i] for i in others]))
-            where = np.array([*range(place.start, place.stop), *(first[i] for i in others)])
-            gradient[where] += own[0]
-            information[np.ix_(where, where)] += own[1]
+        for i in range(len(self.problems)):
+            where, own_gradient, own_information = self.score_of(i, theta)
+            gradient[where] += own_gradient
+            information[np.ix_(where, where)] += own_information
         return gradient, information
+
+    def score_of(self, i: int, theta: Array) -> tuple[NDArray[np.intp], Array, Array]:
+        """What axis i alone gives: the places (k,) in theta that it depends on, gradient (k,) and information."""
+        problem, place = self.at(theta)[i], self.places[i]
+        dofs = [other.axis.dof for other in self.problems]
+        others = [k for k, dof in enumerate(dofs) if problem.axis.coriolis[:, dof].any()]
+        gradient, information = weigh(*problem.sensitivities(theta[place], [dofs[k] for k in others]))
+        masses = [self.places[k].start + MASS for k in others]
+        return np.array([*range(place.start, place.stop), *masses]), gradient, information
 
     def at(self, theta: Array) -> tuple[AxisLikelihood, ...]:
         """The axes' own likelihoods with the masses of theta in their Coriolis forces."""
@@ -87,105 +75,25 @@ class JointLikelihood:
             masses[problem.axis.dof] = np.exp(theta[place.start + MASS])
         return tuple(replace(problem, masses=masses) for problem in self.problems)
 
+    def with_better_forces(self, motion: Motion, theta: Array) -> "JointLikelihood":
+        """The same with Coriolis forces of the velocities at theta, and without the readings that are wild there.
 
-@dataclass(frozen=True)
-class JointFit:
-    """The fits of the axes by degree of freedom, and what is known of all their coefficients together.
-
-    covariance (12, 12) of the log masses and then the log dampings of the six degrees of freedom, NaN for those that
-    are not fitted. information (3 k, 3 k): what the dive alone says of log mass, log damping and trim force of the
-    k axes, in the order of `fits`, all else projected out.
-    """
-
-    fits: dict[int, AxisFit]
-    covariance: Array
-    information: Array
-
-
-def fit_axes(built: Axes, configuration: Configuration, progress: Callable[[float, str], None]) -> JointFit:
-    """The joint fit of all axes. Every pass leaves out what the one before found wild."""
-    axes = built.axes
-    if not axes:
-        return JointFit({}, np.full((12, 12), np.nan), np.zeros((0, 0)))
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
-    unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
-    problems = []
-    theta = np.zeros(0)
-    for i, axis in enumerate(axes):
-        progress(0.3 * i / len(axes), f"fitting {DOFS[axis.dof]}")
-        problem = likelihood_of(axis, configuration, masses, unmeasured)
-        found = climb(problem, problem.prior_mean, ROUGHLY, alone)
-        problems.append(problem)
-        theta = np.concatenate([theta, found.theta])
-    joint = JointLikelihood(tuple(problems))
-    maximum = climb(joint, theta, ROUGHLY, JointLikelihood.score)
-    for turn in range(PASSES):
-        progress(0.3 + 0.7 * turn / PASSES, "fitting all axes together")
-        before = maximum.theta
-        joint = _with_better_forces(joint, built.motion, before)
-        maximum = climb(joint, before, score=JointLikelihood.score)
-        std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
-        moved = np.abs(maximum.theta - before) / std
-        kept = [place.start + at for place in joint.places for at in (MASS, DAMPING)]
-        if turn and np.max(moved[kept]) < SETTLED:
-            break
-    return _taken_apart(joint, maximum)
+        `motion` is where the velocities come from of axes that are not fitted.
+        """
+        nu = motion.nu.copy()
+        problems = self.at(theta)
+        for problem, place in zip(problems, self.places, strict=True):
+            times_s = problem.axis.time_s
+            nu[:, problem.axis.dof] = np.interp(motion.time_s, times_s, problem.speed(theta[place]))
+        better = Motion(motion.time_s, nu)
+        return JointLikelihood(
+            tuple(
+                replace(problem.moving(better), reading=problem.without_wild(theta[place]))
+                for problem, place in zip(problems, self.places, strict=True)
+            )
+        )
 
 
 def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:
     """The score of one axis."""
     return weigh(*problem.sensitivities(theta, ()))
-
-
-def _with_better_forces(joint: JointLikelihood, motion: Motion, theta: Array) -> JointLikelihood:
-    """The likelihood with Coriolis forces of the velocities at theta, and without the readings that are wild there."""
-    nu = motion.nu.copy()
-    problems = joint.at(theta)
-    for problem, place in zip(problems, joint.places, strict=True):
-        times_s = problem.axis.time_s
-        nu[:, problem.axis.dof] = np.interp(motion.time_s, times_s, problem.speed(theta[place]))
-    better = Motion(motion.time_s, nu)
-    believed = [
-        problem.without_wild(theta[place]) for problem, place in zip(problems, joint.places, strict=True)
-    ]
-    return JointLikelihood(
-        tuple(
-            replace(problem.moving(better), reading=reading)
-            for problem, reading in zip(problems, believed, strict=True)
-        )
-    )
-
-
-def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
-    whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
-    fits = {}
-    covariance = np.full((12, 12), np.nan)
-    for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
-        own = replace(
-            maximum,
-            theta=maximum.theta[place],
-            information=maximum.information[place, place],
-            precision=maximum.precision[place, place],
-        )
-        fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
-    rows = [dof + 6 * kind for kind in range(2) for dof in fits]
-    where = [place.start + at for at in (MASS, DAMPING) for place in joint.places]
-    covariance[np.ix_(rows, rows)] = whole[np.ix_(where, where)]
-    return JointFit(fits, covariance, _projected(joint, maximum.information))
-
-
-def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
-    """The axis's likelihood with what the others say of its mass as a prior: its maximum, too, lies at `own`."""
-    gradient, information = alone(problem, own.theta)
-    precision, mean = problem.prior_precision.copy(), problem.prior_mean.copy()
-    precision[MASS] += max(float(own.information[MASS, MASS] - information[MASS, MASS]), 0.0)
-    mean[MASS] = own.theta[MASS] - gradient[MASS] / precision[MASS]
-    return replace(problem, prior_mean=mean, prior_precision=precision)
-
-
-def _projected(joint: JointLikelihood, information: Array) -> Array:
-    kept = np.array([place.start + at for place in joint.places for at in (MASS, DAMPING, FORCES)])
-    others = np.setdiff1d(np.arange(len(information)), kept)
-    rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
-    cross = information[np.ix_(kept, others)]
-    return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))

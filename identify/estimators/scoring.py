@@ -70,18 +70,20 @@ def log_posterior(problem: Problem, theta: Array) -> float:
 def score(problem: Problem, theta: Array) -> tuple[Array, Array]:
     """Gradient of log L (p,) and information (p, p) at theta, by central differences."""
     e, s = problem.innovations(theta)
-    return weigh(e, s, *slopes(problem, theta, range(len(theta))))
+    return weigh(e, s, *slopes(problem.innovations, theta, problem.difference, range(len(theta))))
 
 
-def slopes(problem: Problem, theta: Array, of: Iterable[int]) -> tuple[Array, Array]:
+def slopes(
+    innovations: Callable[[Array], tuple[Array, Array]], theta: Array, difference: Array, of: Iterable[int]
+) -> tuple[Array, Array]:
     """Derivatives of the innovations and of their variances by some of the parameters, (k, n) each."""
     de, ds = [], []
     for i in of:
-        h, moved = problem.difference[i], theta.copy()
+        h, moved = difference[i], theta.copy()
         moved[i] = theta[i] + h
-        e_up, s_up = problem.innovations(moved)
+        e_up, s_up = innovations(moved)
         moved[i] = theta[i] - h
-        e_down, s_down = problem.innovations(moved)
+        e_down, s_down = innovations(moved)
         de.append((e_up - e_down) / (2 * h))
         ds.append((s_up - s_down) / (2 * h))
     return np.array(de), np.array(ds)

@@ -1,0 +1,114 @@
+"""The fit of all axes: roughly each alone, then all together, with ever better velocities in the Coriolis forces."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import Configuration
+from identify.estimators.axes import Axes
+from identify.estimators.likelihood_axis import (
+    DAMPING,
+    FORCES,
+    MASS,
+    MASS_RATIO,
+    AxisFit,
+    AxisLikelihood,
+    likelihood_of,
+    rigid_mass,
+)
+from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
+from identify.estimators.marginal import integrated
+from identify.estimators.scoring import Maximum, climb
+
+Array = NDArray[np.float64]
+
+PASSES = 6
+"""Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
+
+SETTLED = 0.02
+"""Passes end where no coefficient moves by more than this share of its standard error."""
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """The fits of the axes by degree of freedom, and what is known of all their coefficients together.
+
+    log_value (12,) and covariance (12, 12): the log masses and then the log dampings of the six degrees of freedom,
+    the noise levels integrated out, NaN for those that are not fitted. information (3 k, 3 k): what the dive alone
+    says of log mass, log damping and trim force of the k axes, in the order of `fits`, all else projected out.
+    """
+
+    fits: dict[int, AxisFit]
+    log_value: Array
+    covariance: Array
+    information: Array
+
+
+def fit_axes(built: Axes, configuration: Configuration, progress: Callable[[float, str], None]) -> JointFit:
+    """The joint fit of all axes. Every pass leaves out what the one before found wild."""
+    axes = built.axes
+    if not axes:
+        return JointFit({}, np.full(12, np.nan), np.full((12, 12), np.nan), np.zeros((0, 0)))
+    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
+    problems = []
+    theta = np.zeros(0)
+    for i, axis in enumerate(axes):
+        progress(0.3 * i / len(axes), f"fitting {DOFS[axis.dof]}")
+        problem = likelihood_of(axis, configuration, masses, unmeasured)
+        found = climb(problem, problem.prior_mean, ROUGHLY, alone)
+        problems.append(problem)
+        theta = np.concatenate([theta, found.theta])
+    joint = JointLikelihood(tuple(problems))
+    maximum = climb(joint, theta, ROUGHLY, JointLikelihood.score)
+    for turn in range(PASSES):
+        progress(0.3 + 0.7 * turn / PASSES, "fitting all axes together")
+        before = maximum.theta
+        joint = joint.with_better_forces(built.motion, before)
+        maximum = climb(joint, before, score=JointLikelihood.score)
+        std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
+        moved = np.abs(maximum.theta - before) / std
+        kept = [place.start + at for place in joint.places for at in (MASS, DAMPING)]
+        if turn and np.max(moved[kept]) < SETTLED:
+            break
+    return _taken_apart(joint, maximum)
+
+
+def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
+    whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
+    fits = {}
+    for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
+        own = replace(
+            maximum,
+            theta=maximum.theta[place],
+            information=maximum.information[place, place],
+            precision=maximum.precision[place, place],
+        )
+        fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
+    rows = [dof + 6 * kind for kind in range(2) for dof in fits]
+    where = [place.start + at for at in (MASS, DAMPING) for place in joint.places]
+    shift, widening = integrated(joint, maximum)
+    log_value, covariance = np.full(12, np.nan), np.full((12, 12), np.nan)
+    log_value[rows] = (maximum.theta + shift)[where]
+    covariance[np.ix_(rows, rows)] = (whole * np.outer(widening, widening))[np.ix_(where, where)]
+    return JointFit(fits, log_value, covariance, _projected(joint, maximum.information))
+
+
+def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
+    """The axis's likelihood with what the others say of its mass as a prior: its maximum, too, lies at `own`."""
+    gradient, information = alone(problem, own.theta)
+    precision, mean = problem.prior_precision.copy(), problem.prior_mean.copy()
+    precision[MASS] += max(float(own.information[MASS, MASS] - information[MASS, MASS]), 0.0)
+    mean[MASS] = own.theta[MASS] - gradient[MASS] / precision[MASS]
+    return replace(problem, prior_mean=mean, prior_precision=precision)
+
+
+def _projected(joint: JointLikelihood, information: Array) -> Array:
+    kept = np.array([place.start + at for place in joint.places for at in (MASS, DAMPING, FORCES)])
+    others = np.setdiff1d(np.arange(len(information)), kept)
+    rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
+    cross = information[np.ix_(kept, others)]
+    return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))

@@ -1,0 +1,31 @@
+"""Velocities on a uniform grid, and what is made of them over any interval."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Velocities `nu` (m, 6) at the uniform times `time_s` (m,), as smooth as they are believed to be."""
+
+    time_s: Array
+    nu: Array
+
+    def integral(self, values: Array) -> Array:
+        """Of what is given at the times, (m,), by the trapezium rule."""
+        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(self.time_s)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def mean_between(self, values: Array, start_s: Array, end_s: Array) -> Array:
+        """(n,) of what is given at the times, (m,), over each interval; 0 where that is empty."""
+        total = self.integral(values)
+        span_s = end_s - start_s
+        area = np.interp(end_s, self.time_s, total) - np.interp(start_s, self.time_s, total)
+        return np.asarray(np.where(span_s > 0, area / np.where(span_s > 0, span_s, 1.0), 0.0))
+
+
+NO_MOTION = Motion(np.zeros(0), np.zeros((0, 6)))

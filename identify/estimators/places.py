@@ -1,0 +1,92 @@
+"""What the other axes add to a reading of one: at the DVL's lever, to depth, roll and pitch, to the restoring force."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
+from bridge.vehicle.dynamics import restoring
+from identify.dive import Dive, Signal
+from identify.estimators.motion import Motion
+from identify.estimators.readings import HEAVE, PITCH, ROLL
+from identify.estimators.smoothing import FEWEST, smoothed, smoothed_velocity
+
+Array = NDArray[np.float64]
+
+
+def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, Motion]:
+    """The recorded velocity (n, 3) at the body's origin, `lever` (3,) off the DVL, and the motion at times (m,)."""
+    nu = smoothed_velocity(dive, time_s)
+    velocity = dive.velocity
+    if velocity is None or len(velocity) < FEWEST or not lever.any():
+        return velocity, Motion(time_s, nu)
+    by_turning = np.cross(nu[:, 3:], lever)
+    carried = np.column_stack([np.interp(velocity.time_s, time_s, column) for column in by_turning.T])
+    velocity = Signal(velocity.time_s, velocity.value - carried)
+    nu[:, :3] = np.column_stack([smoothed(velocity, column, time_s) for column in range(3)])
+    return velocity, Motion(time_s, nu)
+
+
+@dataclass(frozen=True)
+class Place:
+    """The integral of one axis's own velocity: what was read, (n, 1), less what the other axes added to it.
+
+    `carried` (m,) is that addition at the times of the motion.
+    """
+
+    reading: Signal
+    carried: Array
+
+
+def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
+    """Depth, roll and pitch by degree of freedom, as far as they are recorded (Fossen 2011, eqs 2.18 and 2.26)."""
+    depth = dive.depth_by(file.vehicle.water)
+    found: dict[int, tuple[Signal, Array]] = {}
+    still = np.zeros(len(motion.time_s))
+    if attitude is None or dive.attitude is None:
+        if depth is not None:
+            found[HEAVE] = depth, still
+    else:
+        u, v, w, _, q, r = motion.nu.T
+        down_x, down_y, down_z = down_axis(attitude)
+        if depth is not None:
+            found[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
+        roll, pitch = np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0))
+        x, y, z = down_axis(dive.attitude.value)
+        turned = q * np.sin(roll) + r * np.cos(roll)
+        found[ROLL] = Signal(dive.attitude.time_s, np.arctan2(y, z)[:, None]), turned * np.tan(pitch)
+        level = q * (np.cos(roll) - 1.0) - r * np.sin(roll)
+        found[PITCH] = Signal(dive.attitude.time_s, np.arcsin(np.clip(-x, -1.0, 1.0))[:, None]), level
+    out = {}
+    for dof, (read, rate) in found.items():
+        carried = motion.integral(rate)
+        at = np.interp(read.time_s, motion.time_s, carried)
+        out[dof] = Place(Signal(read.time_s, read.value - at[:, None]), carried)
+    return out
+
+
+def down_axis(attitude: Array) -> tuple[Array, Array, Array]:
+    """The earth's down axis in body axes, from attitudes (n, 4)."""
+    w, x, y, z = attitude.T
+    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+
+
+def restoring_force(
+    configuration: Configuration, dof: int, motion: Motion, attitude: Array | None, place: Place | None
+) -> Array:
+    """The restoring force (m,) at the times of the motion; of roll and pitch what the stiffness does not make."""
+    if attitude is None:
+        return np.full(len(motion.time_s), configuration.net_buoyancy_n if dof == HEAVE else 0.0)
+    g = np.asarray(restoring(configuration, tuple(attitude.T))[dof])
+    if dof not in (ROLL, PITCH) or place is None:
+        return g
+    down_x, down_y, down_z = down_axis(attitude)
+    angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1.0, 1.0))
+    return g - stiffness(configuration, dof) * (angle - place.carried)
+
+
+def stiffness(configuration: Configuration, dof: int) -> float:
+    if dof not in (ROLL, PITCH):
+        return 0.0
+    return configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2
