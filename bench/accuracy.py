@@ -84,9 +84,7 @@ def _case(name: str, kind: str, stated: Stated, truth: float, least: float, warn
     # A mass below zero has no logarithm: it counts as wrong by as much as it is.
     error = math.log(ratio) if ratio > 0 else ratio - 1.0
     inside = stated.low95 <= truth <= stated.high95
-    return Case(
-        name, kind, error / least, least, inside, error / stated.std if stated.std else math.nan, warned
-    )
+    return Case(name, kind, error / least, least, inside, error / stated.std, warned)
 
 
 def root_mean_square(cases: Iterable[Case]) -> float:

@@ -23,6 +23,7 @@ from bench.stamp import stamp
 from bridge.errors import FitError
 from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
+from identify.identification import Z95
 
 BOUND = "bound"
 OWN = {
@@ -59,9 +60,11 @@ class Stated:
     @property
     def std(self) -> float:
         """Relative standard error: of the logarithm, as the interval is, where that is positive."""
+        if not math.isfinite(self.high95 - self.low95) or self.value == 0.0:
+            return math.nan
         if self.low95 > 0:
-            return math.log(self.high95 / self.low95) / (2 * 1.959963984540054)
-        return (self.high95 - self.low95) / (2 * 1.959963984540054 * abs(self.value))
+            return math.log(self.high95 / self.low95) / (2 * Z95)
+        return (self.high95 - self.low95) / (2 * Z95 * abs(self.value))
 
 
 @dataclass(frozen=True)

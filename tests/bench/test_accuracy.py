@@ -79,6 +79,16 @@ def test_a_mass_below_zero_is_an_error_like_any_other() -> None:
     assert math.isnan(case.z)
 
 
+def test_a_value_at_its_bound_of_zero_has_an_error_and_no_z() -> None:
+    bounds, _ = efficient(1)
+    nothing = Trial(
+        1, "closed form", {"M_u": Stated(0.0, math.nan, math.nan, False)}, (), "stopped at a bound", 0.1
+    )
+    (case,) = accuracy.tally("closed form", bounds, [nothing]).cases
+    assert case.error == pytest.approx(-1.0 / 0.02)
+    assert math.isnan(case.z)
+
+
 def test_the_page_names_methods_that_this_build_lacks() -> None:
     page = accuracy.page(*efficient(20), absent=("pinn",))
     assert "`pinn` is not installed here" in page
