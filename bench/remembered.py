@@ -4,6 +4,7 @@ import json
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -79,6 +80,17 @@ class Remembered:
 
 
 def _take_one_core() -> None:
-    """Before torch or numba is imported in a worker: its neighbour has the other core. Ctrl-C ends it job done."""
+    """Before torch or numba is imported in a worker: its neighbour has the other core.
+
+    Ctrl-C is for the one that waits for it; if that one is killed, nobody wants the work any more.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
