@@ -29,17 +29,17 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     raw, noise, n = trained.point.raw, trained.point.noise, data.axes
     state = trained.point.equations.state
     pulled = pull(data, map_, raw, state, noise)
-    own, weight = pulled.balance, 1 / pulled.physics_std**2
+    own, std = pulled.balance, pulled.std[:, :n]
     speed = own.mean[:, list(data.interval.dofs)]
     h = data.interval.step_s[:, None]
     rows = torch.zeros(*pulled.residual.shape, n, dtype=state.dtype, device=state.device)
     each = torch.arange(n, device=state.device)
-    rows[:, each, each] = h * speed * speed.abs() / pulled.physics_std
+    rows[:, each, each] = h * speed * speed.abs() / std
     columns = torch.cat([pulled.residual[:, :, None], pulled.raw, rows], dim=2)
     found = eliminated(pulled, columns, first_precision(noise, len(data.interval.placed)), state)
     before, after = entangled(own, found.on, found.beside, n)
     inverse = torch.linalg.inv(own.after[:, :, :n])
-    trace = (weight * h * speed.abs() * (before + after)[:, each, each]).sum(dim=0)
+    trace = (h * speed.abs() / std**2 * (before + after)[:, each, each]).sum(dim=0)
     trace = trace - (h * speed.abs() * inverse[:, each, each]).sum(dim=0)
     size = 1 + len(raw)
     slope = found.square[0, size:] + trace

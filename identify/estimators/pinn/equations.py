@@ -80,6 +80,9 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
     trace, log_slope, log_value = _integrated(data, map_, raw, pulled, found.on, found.beside)
     best = state - step[:, :, 0]
     left = pulled.residual - (pulled.before @ step[:-1] + pulled.after @ step[1:])[:, :, 0]
+    expected = moments(data, best, replace(pulled, residual=left), found.on, found.beside)
+    dofs = list(data.interval.dofs)
+    trace[dofs] += expected.mass * (map_.slope(raw) / map_.values(raw))[dofs]
     loss = found.square[0, 0] + (residual**2).sum() + found.log_det - 2 * log_value
     return Equations(
         found.square[0, 1:] + tilt * residual + trace - log_slope,
@@ -89,8 +92,8 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
         found.towards[:, :, 1:],
         found.on,
         found.beside,
-        moments(data, best, replace(pulled, residual=left), noise, found.on, found.beside),
-        float(loss) + spent(data, noise),
+        expected,
+        float(loss) + spent(data, pulled, noise),
     )
 
 
@@ -100,7 +103,7 @@ def _integrated(
     """What integrating the weights out adds: slopes of half the log determinant, and of the Jacobian's logarithm."""
     known, n = data.interval, data.axes
     axes = list(known.dofs)
-    own, std = pulled.balance, pulled.physics_std
+    own, std = pulled.balance, pulled.std[:, :n]
     h = known.step_s[:, None]
     weight = 1 / std**2
     at_before, at_after = entangled(own, on, beside, n)
@@ -120,6 +123,16 @@ def _integrated(
     log_slopes[axes] += inverse[:, index, index].sum(dim=0)
     bent = torch.einsum("N,Nka,Nl->akl", h[:, 0], inverse, own.mean)
     log_slopes[:6] += torch.einsum("ajkl,akl->j", known.forms[axes][:, :, axes], bent)
+    # The rows that hang on how the disturbance bends the velocity.
+    rows = slice(2 * n, None)
+    owner = pulled.owner[rows]
+    each = torch.arange(len(owner), device=raw.device)
+    with_first = on[:-1] @ pulled.before[:, rows].mT + beside @ pulled.after[:, rows].mT
+    with_second = beside.mT @ pulled.before[:, rows].mT + on[1:] @ pulled.after[:, rows].mT
+    differ = with_first[:, n + owner, each] - with_second[:, n + owner, each]
+    dof = torch.tensor(known.dofs, device=raw.device)[owner]
+    unit = pulled.before[:, rows][:, each, n + owner] / map_.values(raw)[dof]
+    slopes.index_add_(0, dof, -(unit * differ).sum(dim=0))
     value = (value - std.log().sum(dim=1)).sum()
     return slopes * map_.slope(raw), log_slopes * map_.slope(raw), value
 

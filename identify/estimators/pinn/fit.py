@@ -1,7 +1,7 @@
-"""A dive through the network: laid out coarse to come near, then fine to finish; wild readings left out on the way."""
+"""A dive through the network: laid out, started, cleared of wild readings, trained, asked for a missing drag."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -23,10 +23,11 @@ from identify.estimators.likelihood_axis import (
     rigid_mass,
 )
 from identify.estimators.pinn.drag import missing_drag
-from identify.estimators.pinn.layout import COARSE_S, FINE_S, Layout, lay_out
+from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import Data, Raw, data_of, wild, without
-from identify.estimators.pinn.noise import Noise
-from identify.estimators.pinn.training import Pass, Point, Prior, approach, begin, settle
+from identify.estimators.pinn.noise import DISTURBANCE_SPREAD, TIME_SPREAD, Noise
+from identify.estimators.pinn.start import Filters, Levels, filters_of
+from identify.estimators.pinn.training import Pass, Point, Prior, Trainer
 from identify.estimators.smoothing import smoothed_velocity
 
 Array = NDArray[np.float64]
@@ -35,7 +36,10 @@ Progress = Callable[[float, str], None]
 MOST_WILD = 0.02
 """Share of wild readings up to which they are the sensor's fault, and left out; more than that is the model's."""
 
-USUAL_PASSES = 16
+STEP_S = 0.1
+"""Between two instants of the network."""
+
+USUAL_PASSES = 8
 """For the progress bar alone."""
 
 
@@ -74,34 +78,33 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
     """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card."""
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     shape = file.vehicle.configurations[configuration]
-    coarse = lay_out(dive, file, configuration, built.axes, COARSE_S)
-    fine = lay_out(dive, file, configuration, built.axes, FINE_S)
-    map_ = _map(shape, fine.dofs, device)
-    prior = _prior(shape, fine, device)
-    watch = _Watch(map_, fine.dofs, progress)
-    state = np.zeros((len(coarse.time_s), coarse.width))
-    state[:, : len(coarse.dofs)] = smoothed_velocity(dive, coarse.time_s)[:, list(coarse.dofs)]
-    data = data_of(coarse, device)
-    point = begin(data, map_, map_.start(), prior.middle, torch.as_tensor(state, device=device))
-    point = approach(data, map_, point, prior, watch)
-    point, data = _refined(map_, point, coarse, fine, device)
-    point = approach(data, map_, point, prior, watch)
-    strange = wild(data, map_, point.raw, point.noise, point.equations.state)
+    layout = lay_out(dive, file, configuration, built, STEP_S)
+    filters = filters_of(built, shape)
+    map_ = _map(shape, layout.dofs, device)
+    prior = _prior(shape, layout, device)
+    view = _View(layout, map_, filters, prior)
+    data = data_of(layout, device)
+    trainer = Trainer(data, map_, prior, view.curvature, _Watch(map_, layout.dofs, progress))
+    raw, noise = view.start()
+    state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
+    nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
+    state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
+    point = trainer.at(raw, noise, trainer.at(raw, noise, state).equations.state)
+    strange = wild(data, map_, raw, noise, point.equations.state)
     if 0 < float(strange.sum()) <= MOST_WILD * float(data.known.sum()):
-        data = without(data, strange)
-        point = begin(data, map_, point.raw, point.noise, point.equations.state)
-    trained = settle(data, map_, point, prior, watch)
-    missing = missing_drag(data, map_, trained)
+        trainer = replace(trainer, data=without(data, strange))
+        point = trainer.at(raw, noise, point.equations.state)
+    trained = trainer.train(point)
+    missing = missing_drag(trainer.data, map_, trained)
     raw, noise = trained.point.raw, trained.point.noise
     to_log = map_.to_logarithm(raw)
     count = len(raw)
     ends = torch.cat([1 / to_log, torch.ones(len(trained.curvature) - count, dtype=raw.dtype, device=device)])
-    alone = trained.curvature.clone()
-    alone[:count, :count] -= trained.point.equations.prior
+    alone = trained.curvature - view.prior_curvature(trained.point)
     covariance = torch.linalg.inv(trained.curvature)[:count, :count] * torch.outer(to_log, to_log)
     progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
     return Fit(
-        fine,
+        layout,
         _array(map_.values(raw)),
         _array(covariance),
         _array(alone * torch.outer(ends, ends)),
@@ -152,12 +155,61 @@ def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
     return Prior(Noise(sensor, disturbance, time_s), spread)
 
 
-def _refined(map_: Raw, point: Point, coarse: Layout, fine: Layout, device: torch.device) -> tuple[Point, Data]:
-    """The same point on the fine layout."""
-    state = _array(point.equations.state)
-    between = np.column_stack([np.interp(fine.time_s, coarse.time_s, column) for column in state.T])
-    data = data_of(fine, device)
-    return begin(data, map_, point.raw, point.noise, torch.as_tensor(between, device=device)), data
+@dataclass(frozen=True)
+class _View:
+    """The network's raw parameters and noise levels as the filters see them."""
+
+    layout: Layout
+    map_: Raw
+    filters: Filters
+    prior: Prior
+
+    def start(self) -> tuple[Tensor, Noise]:
+        """Raw parameters and noise levels where the filters start the network."""
+        like = self.prior.middle.disturbance
+        values = self.map_.values(self.map_.start()).cpu().numpy()
+        begin = self.filters.start
+        values[list(self.layout.dofs)] = begin.mass
+        values[6:] = np.concatenate([begin.damping, begin.trim])
+        levels = (begin.sensor, begin.disturbance, begin.time_constant_s)
+        noise = Noise(*(torch.as_tensor(level, dtype=like.dtype, device=like.device) for level in levels))
+        return self.map_.raw(torch.as_tensor(values, dtype=like.dtype, device=like.device)), noise
+
+    def curvature(self, point: Point) -> Tensor:
+        """Of half the loss, in raw parameters and logarithms of noise levels: the filters' with the priors, and what
+        the network's own equations say of masses that are not fitted."""
+        n, count = len(self.layout.dofs), len(point.raw)
+        values, noise = _array(self.map_.values(point.raw)), point.noise
+        at = Levels(
+            values[list(self.layout.dofs)],
+            values[6 : 6 + n],
+            values[6 + n :],
+            _array(noise.disturbance),
+            _array(noise.time_constant_s),
+            _array(noise.sensor),
+        )
+        found = torch.as_tensor(self.filters.curvature(at), dtype=point.raw.dtype, device=point.raw.device)
+        sensors = len(at.sensor)
+        # Of the filters' order, where the network has it: sensors come before disturbances there.
+        place = [
+            *self.layout.dofs,
+            *range(6, 6 + 2 * n),
+            *range(count + sensors, count + sensors + 2 * n),
+            *range(count, count + sensors),
+        ]
+        unit = torch.cat([self.map_.to_logarithm(point.raw), torch.ones_like(point.slope[count:])])
+        out = torch.zeros(len(point.slope), len(point.slope), dtype=point.raw.dtype, device=point.raw.device)
+        others = [dof for dof in range(6) if dof not in self.layout.dofs]
+        out[others, others] = point.equations.information[others, others]
+        out[np.ix_(place, place)] = found * torch.outer(unit[place], unit[place])
+        return out + self.prior_curvature(point)
+
+    def prior_curvature(self, point: Point) -> Tensor:
+        """What of it the priors make."""
+        spread = self.prior.sensor_spread
+        level = torch.ones_like(point.noise.disturbance)
+        of_levels = torch.cat([spread**-2, level / DISTURBANCE_SPREAD**2, level / TIME_SPREAD**2])
+        return torch.block_diag(point.equations.prior, torch.diag(of_levels))
 
 
 def _array(values: Tensor) -> Array:

@@ -6,19 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive
-from identify.estimators.axes import Axis
+from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import INCREMENT, POSITION
-from identify.estimators.readings import HEAVE, PITCH, ROLL
-from identify.estimators.smoothing import smoothed_velocity
+from identify.estimators.readings import HEAVE
 from identify.forces import wrench
-from identify.ingest.rotation import attitude_at
 
 Array = NDArray[np.float64]
 
-COARSE_S, FINE_S = 0.25, 0.05
-"""Between two instants: to come near, and to finish."""
+MANY = 3
+"""Readings of one channel in an interval from which on their mean is that over the interval."""
+
 
 
 @dataclass(frozen=True)
@@ -28,14 +26,15 @@ class Layout:
     A node's state is (nu (n), d (n), x (placed)): velocity, disturbance, and where something reads a position the
     integral of velocity; s values in all. In interval k, with the velocity at its ends nu0 and nu1,
 
-        nu(t) = nu0 + (nu1 - nu0) t / h + (1 - |2 t / h - 1|) swing_k / M
+        nu(t) = nu0 + (nu1 - nu0) s + (1 - |2 s - 1|) swing_k / M + s (1 - s) / 2 h (d0 - d1) / M,   s = t / h
 
-    is the velocity under a thrust whose halves differ. time_s (N + 1,), step_s (N,). push (N, n): mean force less
+    is the velocity under a thrust whose halves differ and a disturbance that goes from d0 to d1. time_s (N + 1,), step_s (N,). push (N, n): mean force less
     restoring; swing (N, n): a quarter of step times what its first half exceeds the second by. others (N, 6): mean
     velocity of the axes that are not fitted, 0 in those that are. A reading in interval k of channel c is
-    before . s_k + after . s_k+1 + swung swing / M_axis + noise of standard deviation scale sigma_c, with before
-    and after (N, C, s); value, swung, scale (N, C), value NaN where nothing was read. stiffness (N, n): moment by
-    angle; drift (N, n): rate of the angle over the axis's own rate of turn.
+    before . s_k + after . s_k+1 + (swung swing + bent (d0 - d1)) / M_axis + noise of standard deviation scale
+    sigma_c, and what a disturbance that wanders in between adds, of variance open q / M^2, q its spectral density;
+    before and after (N, C, s); value, swung, bent, open, scale (N, C), value NaN where nothing was read. stiffness (n,): moment by
+    angle.
     """
 
     dofs: tuple[int, ...]
@@ -46,11 +45,12 @@ class Layout:
     swing: Array
     others: Array
     stiffness: Array
-    drift: Array
     value: Array
     before: Array
     after: Array
     swung: Array
+    bent: Array
+    open: Array
     scale: Array
     channel_axis: NDArray[np.int64]
     channel_name: tuple[str, ...]
@@ -68,24 +68,16 @@ class Layout:
         return 2 * len(self.dofs) + self.placed.index(axis)
 
 
-def lay_out(dive: Dive, file: VehicleFile, configuration: str, axes: tuple[Axis, ...], step_s: float) -> Layout:
-    """The layout of what `axes` read. `axes` is not empty."""
-    shape = file.vehicle.configurations[configuration]
+def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step_s: float) -> Layout:
+    """The layout of what the axes of a dive read, of which there is at least one."""
+    axes = built.axes
     time_s = instants(axes, step_s)
-    middle = 0.5 * (time_s[1:] + time_s[:-1])
+    start_s, end_s = time_s[:-1], time_s[1:]
     dofs = tuple(axis.dof for axis in axes)
-    halves = wrench(dive, file, configuration).halves_between(time_s[:-1], time_s[1:])[:, :, list(dofs)]
-    push = halves.mean(axis=1)
-    held = np.tile([axis.stiffness for axis in axes], (len(middle), 1))
-    if dive.attitude is None:
-        push = push - shape.net_buoyancy_n * np.array([dof == HEAVE for dof in dofs])
-        drift = np.zeros_like(push)
-    else:
-        attitude = attitude_at(dive.attitude, middle)
-        g = np.column_stack([np.broadcast_to(f, middle.shape) for f in restoring(shape, tuple(attitude.T))])
-        held, drift = _tilted(dofs, held, attitude, smoothed_velocity(dive, middle))
-        push = push - np.where(held > 0, 0.0, g[:, list(dofs)])
-    others = smoothed_velocity(dive, middle)
+    halves = wrench(dive, file, configuration).halves_between(start_s, end_s)[:, :, list(dofs)]
+    held = [built.motion.mean_between(built.restoring[dof], start_s, end_s) for dof in dofs]
+    push = halves.mean(axis=1) - np.column_stack(held)
+    others = np.column_stack([built.motion.mean_between(nu, start_s, end_s) for nu in built.motion.nu.T])
     others[:, list(dofs)] = 0.0
     placed = tuple(i for i, axis in enumerate(axes) if axis.dof == HEAVE or axis.stiffness > 0)
     width = 2 * len(axes) + len(placed)
@@ -105,33 +97,14 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, axes: tuple[Axis,
         push,
         0.25 * np.diff(time_s)[:, None] * (halves[:, 0] - halves[:, 1]),
         others,
-        held,
-        drift,
-        *(np.stack([column[part] for column in columns], axis=1) for part in range(5)),
+        np.array([axis.stiffness for axis in axes]),
+        *(np.stack([column[part] for column in columns], axis=1) for part in range(7)),
         np.array([i for i, _ in names]),
         tuple(channel.name for _, channel in names),
         np.array([channel.state_read for _, channel in names]),
         np.array([channel.noise for _, channel in names]),
         np.array([channel.noise_spread for _, channel in names]),
     )
-
-
-def _tilted(dofs: tuple[int, ...], stiffness: Array, attitude: Array, nu: Array) -> tuple[Array, Array]:
-    """Stiffness as it is at these angles, and what turning adds to their rates (Fossen 2011, eqs 2.26 and 6.3)."""
-    w, x, y, z = attitude.T
-    down_x, down_y, down_z = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
-    roll, pitch = np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1, 1))
-    stiffness, drift = stiffness.copy(), np.zeros_like(stiffness)
-    turning = nu[:, 4] * np.sin(roll) + nu[:, 5] * np.cos(roll)
-    for dof, share, rate in (
-        (ROLL, np.sinc(roll / np.pi) * np.cos(pitch), np.tan(pitch) * turning),
-        (PITCH, np.sinc(pitch / np.pi), nu[:, 4] * (np.cos(roll) - 1) - nu[:, 5] * np.sin(roll)),
-    ):
-        if dof in dofs:
-            axis = dofs.index(dof)
-            stiffness[:, axis] *= share
-            drift[:, axis] = rate
-    return stiffness, drift
 
 
 def instants(axes: tuple[Axis, ...], step_s: float) -> Array:
@@ -170,8 +143,8 @@ def _filled(times: Array, start: float, end: float, step_s: float) -> Array:
 
 def _column(
     axis: Axis, channel: int, time_s: Array, width: int, own: int, place: int
-) -> tuple[Array, Array, Array, Array, Array]:
-    """value, before, after, swung and scale of one channel; readings of one interval become their mean."""
+) -> tuple[Array, ...]:
+    """value, before, after, swung, bent, open and scale of one channel; readings of one interval become their mean."""
     count = len(time_s) - 1
     mine = (axis.channel == channel) & np.isfinite(axis.reading)
     reads = axis.channels[channel].state_read
@@ -186,16 +159,16 @@ def _column(
         bow = 0.5 * s * (1 - s) * h
         before[:, place], after[:, place] = 1 - s, s
         before[:, own], after[:, own] = bow, -bow
-        swung = np.zeros(len(at))
+        swung = curved = np.zeros(len(at))
     elif reads == INCREMENT:
         # Summed below to the interval's whole increment, which each of them is a share of.
         before[:, own] = after[:, own] = 0.5 * h
-        swung = 0.5 * h
+        swung, curved = 0.5 * h, h**2 / 12
     else:
         before[:, own], after[:, own] = 1 - s, s
-        swung = 1 - np.abs(2 * s - 1)
+        swung, curved = 1 - np.abs(2 * s - 1), 0.5 * s * (1 - s) * h
     number = np.bincount(k, minlength=count).astype(np.float64)
-    total = np.maximum(number, 1.0)
+    total, step_s = np.maximum(number, 1.0), np.diff(time_s)
 
     def mean(values: Array) -> Array:
         return np.asarray(np.bincount(k, values, minlength=count) / total)
@@ -204,9 +177,13 @@ def _column(
         value = np.bincount(k, reading, minlength=count)
         spread = np.sqrt(np.bincount(k, scale**2, minlength=count))
         covered = np.bincount(k, scale, minlength=count)
-        whole = np.abs(covered - np.diff(time_s)) < 0.02 * np.diff(time_s)
+        whole = np.abs(covered - step_s) < 0.02 * step_s
         value = np.where((number > 0) & whole, value, np.nan)
+        left_open = step_s**5 / 720
     else:
+        # The variance of integrated Brownian motion that is held at both ends: at a point, or of its mean.
+        alone = step_s**3 * mean((s * (1 - s)) ** 3 / 3)
+        left_open = np.where(number >= MANY, step_s**3 / 720, alone / total) * (reads != POSITION)
         value = np.where(number > 0, mean(reading), np.nan)
         spread = np.sqrt(mean(scale**2) / total)
     return (
@@ -214,5 +191,7 @@ def _column(
         np.column_stack([mean(before[:, i]) for i in range(width)]),
         np.column_stack([mean(after[:, i]) for i in range(width)]),
         mean(swung),
+        mean(curved),
+        left_open,
         np.where(number > 0, spread, 1.0),
     )

@@ -55,7 +55,11 @@ class Raw:
 
     def start(self) -> Tensor:
         """The raw parameters of the priors' middle."""
-        ratio = self.middle / self.scale
+        return self.raw(self.middle)
+
+    def raw(self, values: Tensor) -> Tensor:
+        """The inverse of `values`."""
+        ratio = values / self.scale
         return torch.where(self._positive(ratio), torch.log(torch.expm1(ratio.clamp_min(1e-6))), ratio)
 
     def coefficients(self, raw: Tensor) -> Coefficients:
@@ -82,6 +86,8 @@ class Data:
     before: Tensor
     after: Tensor
     swung: Tensor
+    bent: Tensor
+    open: Tensor
     scale: Tensor
     known: Tensor
     channel_axis: Tensor
@@ -96,16 +102,20 @@ class Pull:
     """All residuals over their standard deviations, (N, R), and their slopes.
 
     before, after (N, R, s): in the states at both ends of an interval; raw (N, R, p). The first n rows are the
-    physics, then n of the disturbance, the positions, and C of the readings. balance is the physics unscaled,
-    physics_std (N, n) its scale.
+    physics, then n of the disturbance, x of positions, and C of the readings. std (N, R); wander (N, R): which share
+    of that variance a disturbance makes that wanders within the interval; known (N, R): 1, or 0 where nothing was read.
+    owner (R,): the axis of each row. balance is the physics, unscaled.
     """
 
     residual: Tensor
     before: Tensor
     after: Tensor
     raw: Tensor
+    std: Tensor
+    wander: Tensor
+    known: Tensor
+    owner: Tensor
     balance: Balance
-    physics_std: Tensor
 
 
 def data_of(layout: Layout, device: torch.device) -> Data:
@@ -122,7 +132,6 @@ def data_of(layout: Layout, device: torch.device) -> Data:
         tensor(layout.swing),
         tensor(layout.others),
         tensor(layout.stiffness),
-        tensor(layout.drift),
         tensor(coriolis_forms()),
     )
     known = np.isfinite(layout.value)
@@ -132,6 +141,8 @@ def data_of(layout: Layout, device: torch.device) -> Data:
         tensor(layout.before),
         tensor(layout.after),
         tensor(layout.swung),
+        tensor(layout.bent),
+        tensor(layout.open),
         tensor(layout.scale),
         tensor(known),
         tensor(layout.channel_axis),
@@ -141,52 +152,74 @@ def data_of(layout: Layout, device: torch.device) -> Data:
 def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pull:
     """Residuals and slopes at `raw` (p,) and `state` (N + 1, s)."""
     known, n, count = data.interval, data.axes, len(data.interval.step_s)
+    placed = list(known.placed)
+    x, channels, width = len(placed), len(data.channel_axis), state.shape[1]
     h = known.step_s[:, None]
     given, slope = map_.coefficients(raw), map_.slope(raw)
     own = balance(known, given, state)
-    strength = 2 * noise.disturbance**2 / noise.time_constant_s
+    density = 2 * noise.disturbance**2 / noise.time_constant_s
     mass = given.mass[list(known.dofs)]
-    std = (strength * h**3 / 12 + (ROUGHNESS * mass.detach()) ** 2).sqrt()
-    physics_raw = torch.cat([own.mass, own.damping, own.trim], dim=2) * slope
     first, second = state[:-1], state[1:]
+    owner = torch.tensor([*range(n), *range(n), *placed, *data.channel_axis.tolist()], device=state.device)
+    drift, position, reading = slice(n, 2 * n), slice(2 * n, 2 * n + x), slice(2 * n + x, None)
+    each = torch.arange(n, device=state.device)
 
     kept = torch.exp(-h / noise.time_constant_s)
-    drift_std = noise.disturbance * (1 - kept**2).sqrt()
-    drift = (second[:, n : 2 * n] - kept * first[:, n : 2 * n]) / drift_std
-    zero = torch.zeros(count, n, state.shape[1], dtype=state.dtype, device=state.device)
-    drift_before, drift_after = zero.clone(), zero.clone()
-    index = torch.arange(n, device=state.device)
-    drift_before[:, index, n + index] = -kept / drift_std
-    drift_after[:, index, n + index] = 1 / drift_std
+    sensor = (data.scale * noise.sensor) ** 2
+    wander = torch.zeros(count, len(owner), dtype=state.dtype, device=state.device)
+    wander[:, :n] = density * h**3 / 12
+    wander[:, position] = (density / mass**2)[placed] * h**5 / 720
+    wander[:, reading] = (density / mass**2)[data.channel_axis] * data.open
+    other = torch.cat(
+        [
+            ((ROUGHNESS * mass) ** 2).expand(count, n),
+            noise.disturbance**2 * (1 - kept**2),
+            torch.full((count, x), POSITION_STD**2, dtype=state.dtype, device=state.device),
+            sensor,
+        ],
+        dim=1,
+    )
+    variance = wander + other
+    there = torch.ones_like(variance)
+    there[:, reading] = data.known.to(variance)
 
-    swing = known.swing / mass
-    placed = list(known.placed)
-    place = torch.arange(len(placed), device=state.device)
-    moved = h * (0.5 * (first[:, placed] + second[:, placed] + swing[:, placed]) + known.drift[:, placed])
-    position = (second[:, 2 * n :] - first[:, 2 * n :] - moved) / POSITION_STD
-    position_before, position_after = zero[:, : len(placed)].clone(), zero[:, : len(placed)].clone()
-    position_before[:, place, 2 * n + place] = -1 / POSITION_STD
-    position_after[:, place, 2 * n + place] = 1 / POSITION_STD
-    position_before[:, place, placed] = position_after[:, place, placed] = -0.5 * h / POSITION_STD
+    before = torch.zeros(count, len(owner), width, dtype=state.dtype, device=state.device)
+    after = torch.zeros_like(before)
+    before[:, :n], after[:, :n] = own.before, own.after
+    before[:, n + each, n + each], after[:, n + each, n + each] = -kept, torch.ones_like(kept)
+    place = torch.arange(x, device=state.device)
+    before[:, 2 * n + place, 2 * n + place], after[:, 2 * n + place, 2 * n + place] = -1.0, 1.0
+    before[:, 2 * n + place, placed] = after[:, 2 * n + place, placed] = -0.5 * h
+    before[:, reading], after[:, reading] = data.before, data.after
+    # What hangs on mass: the velocity swings under the thrust and bends under the disturbance.
+    bent = torch.cat([-(h**2) / 12 * torch.ones_like(wander[:, position]), data.bent], dim=1)
+    swung = torch.cat([-0.5 * h * torch.ones_like(wander[:, position]), data.swung], dim=1)
+    rows = torch.arange(2 * n, len(owner), device=state.device)
+    bent, swung = bent / mass[owner[rows]], swung * known.swing[:, owner[rows]] / mass[owner[rows]]
+    before[:, rows, n + owner[rows]] += bent
+    after[:, rows, n + owner[rows]] -= bent
+    by_mass = swung + bent * (first[:, n + owner[rows]] - second[:, n + owner[rows]])
 
-    weight = data.known / (data.scale * noise.sensor)
-    swung = data.swung * swing[:, data.channel_axis]
-    read = torch.einsum("ncs,ns->nc", data.before, first) + torch.einsum("ncs,ns->nc", data.after, second)
-    reading = weight * (read + swung - data.value)
-    reading_raw = torch.zeros(count, len(data.channel_axis), len(raw), dtype=state.dtype, device=state.device)
-    channel = torch.arange(len(data.channel_axis), device=state.device)
-    dof = torch.as_tensor(known.dofs, device=state.device)[data.channel_axis]
-    reading_raw[:, channel, dof] = -weight * swung / given.mass[dof] * slope[dof]
-    nothing = torch.zeros(count, n + len(placed), len(raw), dtype=state.dtype, device=state.device)
+    residual = torch.einsum("nrs,ns->nr", before, first) + torch.einsum("nrs,ns->nr", after, second)
+    residual[:, :n] = own.residual
+    residual[:, rows] += swung
+    residual[:, reading] -= data.value
+    by_raw = torch.zeros(count, len(owner), len(raw), dtype=state.dtype, device=state.device)
+    by_raw[:, :n] = torch.cat([own.mass, own.damping, own.trim], dim=2) * slope
+    dof = torch.tensor(known.dofs, device=state.device)[owner[rows]]
+    by_raw[:, rows, dof] = -by_mass / given.mass[dof] * slope[dof]
+    std = variance.sqrt()
+    weight = there / std
     return Pull(
-        torch.cat([own.residual / std, drift, position, reading], dim=1),
-        torch.cat(
-            [own.before / std[:, :, None], drift_before, position_before, weight[:, :, None] * data.before], dim=1
-        ),
-        torch.cat([own.after / std[:, :, None], drift_after, position_after, weight[:, :, None] * data.after], dim=1),
-        torch.cat([physics_raw / std[:, :, None], nothing, reading_raw], dim=1),
-        own,
+        residual * weight,
+        before * weight[:, :, None],
+        after * weight[:, :, None],
+        by_raw * weight[:, :, None],
         std,
+        wander / variance,
+        there,
+        owner,
+        own,
     )
 
 
@@ -202,29 +235,29 @@ def first_precision(noise: Noise, placed: int) -> Tensor:
     )
 
 
-def moments(data: Data, state: Tensor, pulled: Pull, noise: Noise, on: Tensor, beside: Tensor) -> Moments:
+def moments(data: Data, state: Tensor, pulled: Pull, on: Tensor, beside: Tensor) -> Moments:
     """Expected squares over the network's own uncertainty: blocks of its covariance `on` and `beside` the diagonal."""
     n = data.axes
-    rows = slice(-data.value.shape[1], None)
-    before, after = pulled.before[:, rows], pulled.after[:, rows]
-    spread = (
-        torch.einsum("ncs,nst,nct->nc", before, on[:-1], before)
-        + 2 * torch.einsum("ncs,nst,nct->nc", before, beside, after)
-        + torch.einsum("ncs,nst,nct->nc", after, on[1:], after)
-    )
-    squares = ((pulled.residual[:, rows] ** 2 + spread) * data.known).sum(dim=0) * noise.sensor**2
+    before, after = pulled.before, pulled.after
+    spread = ((before @ on[:-1] + 2 * after @ beside.mT) * before).sum(dim=2) + (after @ on[1:] * after).sum(dim=2)
     d = state[:, n : 2 * n]
     own = on.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d**2
     across = beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
-    return Moments(squares, data.known.sum(dim=0).to(squares), own[:-1], across, own[1:], own[0])
+    short = (pulled.known - pulled.residual**2 - spread) * (pulled.known > 0)
+    wander, rest = short * pulled.wander, short * (1 - pulled.wander)
+    channels = data.value.shape[1]
+    sensor = rest[:, -channels:].sum(dim=0)
+    zero = torch.zeros(n, dtype=state.dtype, device=state.device)
+    total = wander.sum(dim=0)
+    thrown = zero.index_add(0, pulled.owner, total)
+    weighed = rest[:, :n].sum(dim=0).index_add(0, pulled.owner[2 * n :], -total[2 * n :])
+    return Moments(sensor, thrown, weighed, own[:-1], across, own[1:], own[0])
 
 
-def spent(data: Data, noise: Noise) -> float:
-    """Twice the logarithm of what the residuals of readings and disturbances were divided by, and of the first state."""
-    kept = torch.exp(-data.interval.step_s[:, None] / noise.time_constant_s)
-    sensor = (noise.sensor.log() * data.known.sum(dim=0)).sum()
-    drift = (len(kept) + 1) * noise.disturbance.log().sum() + 0.5 * (1 - kept**2).log().sum()
-    return 2 * float(sensor + drift)
+def spent(data: Data, pulled: Pull, noise: Noise) -> float:
+    """Twice the logarithm of what the residuals were divided by, and of the first disturbance's."""
+    n = data.axes
+    return 2 * float((pulled.std.log() * pulled.known)[:, n:].sum() + noise.disturbance.log().sum())
 
 
 def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Tensor:

@@ -57,7 +57,6 @@ class Interval:
     swing: Tensor
     others: Tensor
     stiffness: Tensor
-    drift: Tensor
     forms: Tensor
 
 
@@ -91,7 +90,7 @@ def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
     gain = second[:, :n] - first[:, :n]
     held = torch.zeros_like(gain)
     for i, axis in enumerate(known.placed):
-        held[:, axis] = 0.5 * known.stiffness[:, axis] * (first[:, 2 * n + i] + second[:, 2 * n + i])
+        held[:, axis] = 0.5 * known.stiffness[axis] * (first[:, 2 * n + i] + second[:, 2 * n + i])
     d = 0.5 * (first[:, n : 2 * n] + second[:, n : 2 * n])
     force = by_mass @ given.mass + given.damping * mean[:, axes] + held - known.push - given.trim - d
     eye = torch.eye(n, dtype=state.dtype, device=state.device)
@@ -99,7 +98,7 @@ def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
     rest = torch.zeros(len(h), n, state.shape[1] - n, dtype=state.dtype, device=state.device)
     rest[:, :, :n] = -0.5 * h[:, :, None] * eye
     for i, axis in enumerate(known.placed):
-        rest[:, axis, n + i] = 0.5 * h[:, 0] * known.stiffness[:, axis]
+        rest[:, axis, n + i] = 0.5 * h[:, 0] * known.stiffness[axis]
     mass_slope = h[:, :, None] * by_mass
     mass_slope[:, range(n), axes] += gain
     return Balance(

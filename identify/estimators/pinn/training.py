@@ -1,7 +1,8 @@
-"""Weights and coefficients trained together, by Gauss and Newton, until none moves by a share of its own error.
+"""Weights, coefficients and noise levels trained together, until no coefficient moves by a share of its own error.
 
-First an approach: Fisher's scoring for the coefficients, expectation-maximisation for the noise levels. Then, near
-the end, Newton's steps for both at once, with the curvature as measured; its inverse gives the intervals.
+Quasi-Newton (Broyden, Fletcher, Goldfarb and Shanno 1970): the weights are solved for in every pass, so that the loss
+is one of coefficients and noise levels alone, with an exact slope. At the end its curvature is asked for anew; the
+inverse gives the intervals.
 """
 
 from collections.abc import Callable
@@ -10,28 +11,22 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.curvature import curvature_of
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.network import Data, Raw
-from identify.estimators.pinn.noise import Noise, of_logarithm, slope, updated
-
-CLOSE = 1.0
-"""The approach ends once no coefficient moves by more than this many standard errors, or after MOST_APPROACHES."""
+from identify.estimators.pinn.noise import Noise, of_logarithm, slope
 
 SETTLED = 0.05
 """Training ends once no coefficient would move by more than this share of its standard error, """
 
-PATIENCE, FLAT = 3, 0.1
-"""or once the loss fell by less than FLAT (a twentieth of what one standard error costs) in so many passes."""
+PATIENCE, FLAT = 4, 0.02
+"""or once the loss fell by less than FLAT in so many passes: a hundredth of what one standard error costs."""
 
-MOST_APPROACHES, MOST_PASSES = 25, 30
-RENEW = 5
-"""Passes after which the curvature is measured anew."""
+MOST_PASSES, MOST_MEASURED = 40, 3
 
-LARGEST_MOVE, LARGEST_LEAP = 0.7, 0.5
-"""Of a raw parameter, and of the logarithm of a noise level, in one pass."""
+LARGEST_STEP = 1.0
+"""Of a raw parameter or the logarithm of a noise level, in one pass."""
 
-UPHILL, LEAST_SHARE = 0.02, 0.03
+UPHILL, LEAST_SHARE = 5e-3, 0.01
 """What the loss may rise by in a pass, and the smallest share of a step that is tried against more."""
 
 
@@ -45,11 +40,17 @@ class Prior:
 
 @dataclass(frozen=True)
 class Point:
-    """Where training is: raw parameters (p,), noise, and the equations there with their best state."""
+    """Where training is: raw parameters (p,), noise, the equations there with their best state, and the slope of half
+    the loss in raw parameters and logarithms of noise levels."""
 
     raw: Tensor
     noise: Noise
     equations: Equations
+    slope: Tensor
+
+    def where(self) -> Tensor:
+        """Raw parameters, then logarithms of noise levels."""
+        return torch.cat([self.raw, self.noise.logarithm()])
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ class Pass:
 
 @dataclass(frozen=True)
 class Trained:
-    """Where training stopped, and why; curvature (p + C + 2 n,) squared, of raw parameters and noise levels."""
+    """Where training stopped, and why; curvature of half the loss there, of raw parameters and noise levels, with
+    priors."""
 
     point: Point
     curvature: Tensor
@@ -74,70 +76,81 @@ class Trained:
     reason: str
 
 
-Watch = Callable[[Pass], None]
+@dataclass(frozen=True)
+class Trainer:
+    """All that stays the same while a network is trained."""
+
+    data: Data
+    map_: Raw
+    prior: Prior
+    curvature_at: Callable[[Point], Tensor]
+    watch: Callable[[Pass], None]
+
+    def at(self, raw: Tensor, noise: Noise, state: Tensor) -> Point:
+        """The point at these values; `state` (N + 1, s) need only be near."""
+        here = equations(self.data, self.map_, raw, state, noise)
+        levels = slope(here.moments, self.data.interval.step_s, noise, self.prior.middle, self.prior.sensor_spread)
+        return Point(raw, noise, here, torch.cat([here.gradient, levels]))
+
+    def train(self, point: Point) -> Trained:
+        """Train from a point."""
+        losses = [self.loss(point)]
+        curvature = self.curvature_at(point)
+        measured: list[Tensor] = []
+        for number in range(1, MOST_PASSES + 1):
+            inverse = torch.linalg.inv(curvature)
+            step = -inverse @ point.slope
+            covariance = inverse[: len(point.raw), : len(point.raw)]
+            moved = float((step[: len(point.raw)].abs() / covariance.diagonal().sqrt()).max())
+            flat = len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT
+            if moved < SETTLED or flat:
+                if measured and (moved < SETTLED or len(measured) == MOST_MEASURED):
+                    return Trained(point, measured[-1], number, True, _reason(moved))
+                if len(measured) == MOST_MEASURED:
+                    break
+                curvature = self.curvature_at(point)
+                measured.append(curvature)
+                losses = losses[-1:]
+                continue
+            new = self._down(point, step)
+            curvature = _updated(curvature, new.where() - point.where(), new.slope - point.slope)
+            point = new
+            losses.append(self.loss(point))
+            self.watch(Pass(number, point, covariance, moved))
+        return Trained(point, self.curvature_at(point), MOST_PASSES, False, "it had not settled")
+
+    def loss(self, point: Point) -> float:
+        """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
+        return point.equations.loss + self.prior.middle.pull_on(point.noise, self.prior.sensor_spread)
+
+    def _down(self, point: Point, step: Tensor) -> Point:
+        """The step, or as much of it as leads down."""
+        step = step * min(1.0, LARGEST_STEP / max(float(step.abs().max()), 1e-12))
+        count, here = len(point.raw), point.equations
+        share = 1.0
+        while True:
+            move = share * step[:count]
+            noise = of_logarithm(point.noise.logarithm() + share * step[count:], self.data.axes)
+            there = self.at(point.raw + move, noise, here.state - here.leaning @ move)
+            if self.loss(there) < self.loss(point) + UPHILL or share < LEAST_SHARE:
+                return there
+            share /= 3
 
 
-def begin(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Point:
-    """The point at first values; `state` (N + 1, s) need only be near."""
-    return Point(raw, noise, equations(data, map_, raw, state, noise))
+def _updated(curvature: Tensor, step: Tensor, answer: Tensor) -> Tensor:
+    """The curvature that explains what the slope did, damped so that it stays positive definite (Powell 1978)."""
+    along = curvature @ step
+    expected, found = float(step @ along), float(step @ answer)
+    if expected < 1e-14:
+        return curvature
+    if found < 0.2 * expected:
+        share = 0.8 * expected / (expected - found)
+        answer = share * answer + (1 - share) * along
+        found = 0.2 * expected
+    return curvature + torch.outer(answer, answer) / found - torch.outer(along, along) / expected
 
 
-def approach(data: Data, map_: Raw, point: Point, prior: Prior, watch: Watch) -> Point:
-    """Come near: by scoring and expectation-maximisation, until no coefficient moves far."""
-    for number in range(1, MOST_APPROACHES + 1):
-        here = point.equations
-        covariance = torch.linalg.inv(here.information + here.prior)
-        move = -covariance @ here.gradient
-        moved = _moved(move, covariance)
-        newer = updated(here.moments, data.interval.step_s, prior.middle, prior.sensor_spread)
-        step = newer.logarithm() - point.noise.logarithm()
-        point = _stepped(data, map_, point, move, step)
-        watch(Pass(number, point, covariance, moved))
-        if moved < CLOSE:
-            break
-    return point
-
-
-def settle(data: Data, map_: Raw, point: Point, prior: Prior, watch: Watch) -> Trained:
-    """Go on to the end from a near point, by Newton's steps."""
-    losses = [point.equations.loss]
-    curvature = None
-    for number in range(1, MOST_PASSES + 1):
-        if curvature is None or number % RENEW == 0:
-            curvature = curvature_of(
-                data, map_, point.raw, point.equations, point.noise, prior.middle, prior.sensor_spread
-            )
-        here, size = point.equations, len(point.raw)
-        downhill = slope(here.moments, data.interval.step_s, point.noise, prior.middle, prior.sensor_spread)
-        inverse = torch.linalg.inv(curvature)
-        both = -inverse @ torch.cat([here.gradient, downhill])
-        covariance = inverse[:size, :size]
-        moved = _moved(both[:size], covariance)
-        if moved < SETTLED:
-            reason = f"no coefficient would move by {100 * SETTLED:.0f} % of its standard error"
-            return Trained(point, curvature, number, True, reason)
-        point = _stepped(data, map_, point, both[:size], both[size:])
-        watch(Pass(number, point, covariance, moved))
-        losses.append(point.equations.loss)
-        if len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT:
-            reason = f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"
-            return Trained(point, curvature, number, True, reason)
-    return Trained(point, curvature, MOST_PASSES, False, f"it had not settled after {MOST_PASSES} passes")
-
-
-def _moved(move: Tensor, covariance: Tensor) -> float:
-    return float((move.abs() / covariance.diagonal().sqrt()).max())
-
-
-def _stepped(data: Data, map_: Raw, point: Point, move: Tensor, step: Tensor) -> Point:
-    """The step of raw parameters and of the noise levels' logarithms, or as much of it as leads down."""
-    move = move * min(1.0, LARGEST_MOVE / max(float(move.abs().max()), 1e-12))
-    step = step.clamp(-LARGEST_LEAP, LARGEST_LEAP)
-    share, here = 1.0, point.equations
-    while True:
-        raw = point.raw + share * move
-        noise = of_logarithm(point.noise.logarithm() + share * step, data.axes)
-        there = Point(raw, noise, equations(data, map_, raw, here.state - share * here.leaning @ move, noise))
-        if there.equations.loss < here.loss + UPHILL or share < LEAST_SHARE:
-            return there
-        share /= 3
+def _reason(moved: float) -> str:
+    if moved < SETTLED:
+        return f"no coefficient would move by {100 * SETTLED:.0f} % of its standard error"
+    return f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"

@@ -1,0 +1,93 @@
+"""What each axis's own filter knows: where training starts, and what coefficients and noise levels cost the loss.
+
+A start and not an answer: from coefficients well off it the network comes to the same end, in more passes. The
+curvature is the expected one of the innovations (`scoring`, Gupta and Mehra 1974): the network's own equations know
+what coefficients are worth at given noise levels, but where a disturbance drives an axis more than its thrusters do,
+levels and coefficients are found out together.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.config import Configuration
+from identify.estimators.axes import Axes
+from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, TIME_CONSTANT, likelihood_of
+from identify.estimators.likelihood_axis import MASS_RATIO, rigid_mass
+from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
+from identify.estimators.scoring import climb
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Coefficients and noise levels of n axes with C channels, in SI units: mass, damping, trim, disturbance,
+    time_constant_s (n,), sensor (C,)."""
+
+    mass: Array
+    damping: Array
+    trim: Array
+    disturbance: Array
+    time_constant_s: Array
+    sensor: Array
+
+    def row(self) -> Array:
+        """(5 n + C,), one after another in the order of the fields."""
+        return np.concatenate(list(vars(self).values()))
+
+
+@dataclass(frozen=True)
+class Filters:
+    """The filters of all axes, with their channels in the order of the layout, and a start for the network."""
+
+    built: Axes
+    joint: JointLikelihood
+    start: Levels
+
+    def curvature(self, at: Levels) -> Array:
+        """Of half the loss without priors, in logarithms (trims: as they are), (5 n + C,) squared, ordered as
+        `Levels.row`; all else that the filters fit is projected out."""
+        theta = self._theta(at)
+        joint = self.joint.with_better_forces(self.built.motion, theta)
+        _, information = joint.score(theta)
+        kept = self._places()
+        others = np.setdiff1d(np.arange(len(theta)), kept)
+        rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
+        cross = information[np.ix_(kept, others)]
+        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))
+
+    def _theta(self, at: Levels) -> Array:
+        theta = self.joint.prior_mean.copy()
+        n = len(self.joint.problems)
+        row = at.row()
+        logarithm = np.ones(len(row), np.bool_)
+        logarithm[2 * n : 3 * n] = False
+        theta[self._places()] = np.where(logarithm, np.log(np.where(logarithm, row, 1.0)), row)
+        return theta
+
+    def _places(self) -> NDArray[np.intp]:
+        """Where each value of `Levels.row` stands in the filters' theta."""
+        first = [place.start for place in self.joint.places]
+        own = [[start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)]
+        sensors = [
+            range(place.start + problem.noise_place, place.stop)
+            for problem, place in zip(self.joint.problems, self.joint.places, strict=True)
+        ]
+        return np.array([place for group in (*own, *sensors) for place in group])
+
+
+def filters_of(built: Axes, configuration: Configuration) -> Filters:
+    """The filters of a dive's axes, and the start that each comes to alone."""
+    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
+    problems = tuple(likelihood_of(axis, configuration, masses, unmeasured) for axis in built.axes)
+    found = [climb(problem, problem.prior_mean, ROUGHLY, alone).theta for problem in problems]
+    mass, damping, disturbance, time_s = (
+        np.array([np.exp(theta[at]) for theta in found]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
+    )
+    sensor = [np.exp(theta[problem.noise_place :]) for theta, problem in zip(found, problems, strict=True)]
+    trim = np.array([theta[FORCES] for theta in found])
+    start = Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))
+    return Filters(built, JointLikelihood(problems), start)
