@@ -1,7 +1,6 @@
 """`estimate`: what the trained network says of a dive, as an Identification."""
 
 import time
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,9 +37,6 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     began = time.perf_counter()
     long_enough(dive)
     built = build_axes(dive, file, configuration)
-    # An axis that nothing pushed says of itself only what the disturbance does to it: its rates are taken as read.
-    pushed = tuple(axis for axis in built.axes if axis.dof not in built.unpushed)
-    built = replace(built, axes=pushed, missing=built.missing | built.unpushed)
     shape = file.vehicle.configurations[configuration]
     fit = fit_network(dive, file, configuration, built, progress) if built.axes else None
     totals = tuple(_one(c.name, c.dof, fit, built.missing) for c in (*MASSES, *DAMPINGS))

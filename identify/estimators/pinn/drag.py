@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from identify.estimators.pinn.equations import eliminated, entangled
+from identify.estimators.pinn.equations import eliminated, entangled, stepped
 from identify.estimators.pinn.network import Data, Raw, first_precision, pull
 from identify.estimators.pinn.training import Trained
 
@@ -38,7 +38,7 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     columns = torch.cat([pulled.residual[:, :, None], pulled.raw, rows], dim=2)
     found = eliminated(pulled, columns, first_precision(noise, len(data.interval.placed)), state)
     before, after = entangled(own, found.on, found.beside, n)
-    inverse = torch.linalg.inv(own.after[:, :, :n])
+    inverse = torch.linalg.inv(stepped(own, data.interval))
     trace = (h * speed.abs() / std**2 * (before + after)[:, each, each]).sum(dim=0)
     trace = trace - (h * speed.abs() * inverse[:, each, each]).sum(dim=0)
     size = 1 + len(raw)

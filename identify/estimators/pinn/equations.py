@@ -17,7 +17,7 @@ from torch import Tensor
 from identify.estimators.pinn.blocks import factorise, selected_inverse, solve
 from identify.estimators.pinn.network import Data, Pull, Raw, first_precision, moments, pull, spent
 from identify.estimators.pinn.noise import Moments, Noise
-from identify.estimators.pinn.physics import Balance
+from identify.estimators.pinn.physics import Balance, Interval
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _integrated(
     # d/dM_j of the slope of C(nu) nu: 2 forms[a, j, k, l] nu_l.
     bent = torch.einsum("Na,Nka,Nl->akl", weight * h, both, own.mean)
     slopes[:6] += torch.einsum("ajkl,akl->j", known.forms[axes][:, :, axes], bent)
-    square = own.after[:, :, :n]
+    square = stepped(own, known)
     sign, value = torch.linalg.slogdet(square)
     inverse = torch.linalg.inv(square)
     log_slopes = torch.zeros_like(slopes)
@@ -142,3 +142,12 @@ def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor,
     before = on[:-1, :n] @ own.before.mT + beside[:, :n] @ own.after.mT
     after = beside[:, :, :n].mT @ own.before.mT + on[1:, :n] @ own.after.mT
     return before, after
+
+
+def stepped(own: Balance, known: Interval) -> Tensor:
+    """Slope (N, n, n) of the balances in the velocities after an interval, angles and depth turned by them too."""
+    n = len(known.dofs)
+    out = own.after[:, :, :n].clone()
+    for i, axis in enumerate(known.placed):
+        out[:, :, axis] += 0.5 * known.step_s[:, None] * own.after[:, :, 2 * n + i]
+    return out

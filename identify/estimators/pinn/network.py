@@ -16,7 +16,7 @@ from identify.estimators.pinn.layout import Layout
 from identify.estimators.pinn.noise import Moments, Noise
 from identify.estimators.pinn.physics import Balance, Coefficients, Interval, balance, coriolis_forms
 
-POSITION_STD = 3e-5
+POSITION_STD = 3e-6
 ROUGHNESS = 2e-5
 """Standard deviations of what straight lines between instants leave out: m or rad; m/s or rad/s."""
 

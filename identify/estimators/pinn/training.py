@@ -95,29 +95,21 @@ class Trainer:
     def train(self, point: Point) -> Trained:
         """Train from a point."""
         losses = [self.loss(point)]
-        curvature = self.curvature_at(point)
-        measured: list[Tensor] = []
         for number in range(1, MOST_PASSES + 1):
+            # Once more about the state that the last step led to: its slope is worth a second look.
+            point = self.at(point.raw, point.noise, point.equations.state)
+            curvature = self.curvature_at(point)
             inverse = torch.linalg.inv(curvature)
             step = -inverse @ point.slope
             covariance = inverse[: len(point.raw), : len(point.raw)]
             moved = float((step[: len(point.raw)].abs() / covariance.diagonal().sqrt()).max())
             flat = len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT
             if moved < SETTLED or flat:
-                if measured and (moved < SETTLED or len(measured) == MOST_MEASURED):
-                    return Trained(point, measured[-1], number, True, _reason(moved))
-                if len(measured) == MOST_MEASURED:
-                    break
-                curvature = self.curvature_at(point)
-                measured.append(curvature)
-                losses = losses[-1:]
-                continue
-            new = self._down(point, step)
-            curvature = _updated(curvature, new.where() - point.where(), new.slope - point.slope)
-            point = new
+                return Trained(point, curvature, number, True, _reason(moved))
+            point = self._down(point, step)
             losses.append(self.loss(point))
             self.watch(Pass(number, point, covariance, moved))
-        return Trained(point, self.curvature_at(point), MOST_PASSES, False, "it had not settled")
+        return Trained(point, curvature, MOST_PASSES, False, "it had not settled")
 
     def loss(self, point: Point) -> float:
         """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
