@@ -1,2 +1,3 @@
-"""The physics-informed network: `layout` of a dive on the network's instants, `physics` between two of them,
-`blocks` for its normal equations, `training` of weights and coefficients together, `noise` levels, `estimate`."""
+"""The physics-informed network: `layout` and `intervals` (a dive on the network's instants), `physics` between two of
+them, `network` (weights, and what pulls on them), `noise` levels, `blocks` and `equations` (all weights at once),
+`start`, `training`, `drag` (what is missing), `fit`, and `answer` with `estimate`."""

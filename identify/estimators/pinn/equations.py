@@ -116,7 +116,7 @@ def _integrated(
     bent = torch.einsum("Na,Nka,Nl->akl", weight * h, both, own.mean)
     slopes[:6] += torch.einsum("ajkl,akl->j", known.forms[axes][:, :, axes], bent)
     square = stepped(own, known)
-    sign, value = torch.linalg.slogdet(square)
+    value = torch.linalg.slogdet(square).logabsdet
     inverse = torch.linalg.inv(square)
     log_slopes = torch.zeros_like(slopes)
     log_slopes[6 : 6 + n] = (0.5 * h * inverse[:, index, index]).sum(dim=0)

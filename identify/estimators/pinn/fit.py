@@ -24,7 +24,7 @@ from identify.estimators.likelihood_axis import (
 )
 from identify.estimators.pinn.drag import missing_drag
 from identify.estimators.pinn.layout import Layout, lay_out
-from identify.estimators.pinn.network import Data, Raw, data_of, wild, without
+from identify.estimators.pinn.network import Raw, data_of, wild, without
 from identify.estimators.pinn.noise import DISTURBANCE_SPREAD, TIME_SPREAD, Noise
 from identify.estimators.pinn.start import Filters, Levels, filters_of
 from identify.estimators.pinn.training import Pass, Point, Prior, Trainer
@@ -45,7 +45,7 @@ USUAL_PASSES = 8
 
 @dataclass(frozen=True)
 class Fit:
-    """What training came to, on the fine layout.
+    """What training came to.
 
     values (6 + 2 n,): six masses, n dampings, n trims, SI units. covariance: of their logarithms, trims as they are;
     information (p, p): what the dive alone tells of these and of the noise levels. drag_score (n,), drag_shift (n, p):
@@ -138,14 +138,15 @@ class _Watch:
 def _map(shape: Configuration, dofs: tuple[int, ...], device: torch.device) -> Raw:
     rigid = np.array([rigid_mass(shape, dof) for dof in range(6)])
     own = rigid[list(dofs)]
-    trim = np.array([max(TRIM_SHARE * shape.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs])
-    mass_spread = [PRIOR_STD[0] if dof in dofs else UNMEASURED_SHARE / MASS_RATIO for dof in range(6)]
-    parts = (
-        np.concatenate([rigid, DAMPING_RATIO * own, trim]),
-        np.concatenate([MASS_RATIO * rigid, DAMPING_RATIO * own, np.zeros(len(dofs))]),
-        np.concatenate([mass_spread, [PRIOR_STD[1]] * len(dofs), trim]),
+    trim = np.array(
+        [max(TRIM_SHARE * shape.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs]
     )
-    return Raw(*(torch.as_tensor(part, device=device) for part in parts), len(dofs))
+    mass_spread = [PRIOR_STD[0] if dof in dofs else UNMEASURED_SHARE / MASS_RATIO for dof in range(6)]
+    scale = np.concatenate([rigid, DAMPING_RATIO * own, trim])
+    middle = np.concatenate([MASS_RATIO * rigid, DAMPING_RATIO * own, np.zeros(len(dofs))])
+    spread = np.concatenate([mass_spread, [PRIOR_STD[1]] * len(dofs), trim])
+    tensors = [torch.as_tensor(part, device=device) for part in (scale, middle, spread)]
+    return Raw(tensors[0], tensors[1], tensors[2], len(dofs))
 
 
 def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
@@ -209,7 +210,7 @@ class _View:
         spread = self.prior.sensor_spread
         level = torch.ones_like(point.noise.disturbance)
         of_levels = torch.cat([spread**-2, level / DISTURBANCE_SPREAD**2, level / TIME_SPREAD**2])
-        return torch.block_diag(point.equations.prior, torch.diag(of_levels))
+        return torch.diag(torch.cat([point.equations.prior.diagonal(), of_levels]))
 
 
 def _array(values: Tensor) -> Array:

@@ -1,6 +1,7 @@
 """A dive laid out on the network's instants: what pushed between two of them, and what was read there."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +10,11 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.innovations import INCREMENT, POSITION
+from identify.estimators.pinn.intervals import readings_in
 from identify.estimators.readings import HEAVE
 from identify.forces import wrench
 
 Array = NDArray[np.float64]
-
-MANY = 3
-"""Readings of one channel in an interval from which on their mean is that over the interval."""
-
 
 
 @dataclass(frozen=True)
@@ -24,17 +22,20 @@ class Layout:
     """n axes, N intervals between N + 1 instants, C channels of readings.
 
     A node's state is (nu (n), d (n), x (placed)): velocity, disturbance, and where something reads a position the
-    integral of velocity; s values in all. In interval k, with the velocity at its ends nu0 and nu1,
+    integral of velocity; s values in all. In interval k, with nu0, d0 and nu1, d1 at its ends and s = t / h,
 
-        nu(t) = nu0 + (nu1 - nu0) s + (1 - |2 s - 1|) swing_k / M + s (1 - s) / 2 h (d0 - d1) / M,   s = t / h
+        nu(t) = nu0 + (nu1 - nu0) s + (1 - |2 s - 1|) swing_k / M + s (1 - s) / 2 h (d0 - d1) / M
 
-    is the velocity under a thrust whose halves differ and a disturbance that goes from d0 to d1. time_s (N + 1,), step_s (N,). push (N, n): mean force less
-    restoring; swing (N, n): a quarter of step times what its first half exceeds the second by. others (N, 6): mean
-    velocity of the axes that are not fitted, 0 in those that are. A reading in interval k of channel c is
-    before . s_k + after . s_k+1 + (swung swing + bent (d0 - d1)) / M_axis + noise of standard deviation scale
-    sigma_c, and what a disturbance that wanders in between adds, of variance open q / M^2, q its spectral density;
-    before and after (N, C, s); value, swung, bent, open, scale (N, C), value NaN where nothing was read. stiffness (n,): moment by
-    angle.
+    is the velocity under a thrust whose halves differ and a disturbance that goes from d0 to d1.
+
+    time_s (N + 1,), step_s (N,). push (N, n): mean force less restoring; swing (N, n): a quarter of step times what its
+    first half exceeds the second by. others (N, 6): mean velocity of the axes that are not fitted, 0 in those that
+    are. stiffness (n,): moment by angle.
+
+    A reading in interval k of channel c is before . s_k + after . s_k+1 + (swung swing + bent (d0 - d1)) / M_axis, with
+    noise of standard deviation scale sigma_c, and with what a disturbance that wanders in between adds: a variance of
+    open q / M^2, q its spectral density. before, after (N, C, s); value, swung, bent, open, scale (N, C), value NaN
+    where nothing was read.
     """
 
     dofs: tuple[int, ...]
@@ -88,7 +89,11 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
                 continue
             names.append((i, channel))
             place = 2 * len(axes) + placed.index(i) if i in placed else -1
-            columns.append(_column(axis, c, time_s, width, i, place))
+            columns.append(readings_in(axis, c, time_s, width, i, place))
+
+    def stacked(part: str) -> Array:
+        return np.stack([getattr(column, part) for column in columns], axis=1)
+
     return Layout(
         dofs,
         placed,
@@ -98,7 +103,13 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
         0.25 * np.diff(time_s)[:, None] * (halves[:, 0] - halves[:, 1]),
         others,
         np.array([axis.stiffness for axis in axes]),
-        *(np.stack([column[part] for column in columns], axis=1) for part in range(7)),
+        stacked("value"),
+        stacked("before"),
+        stacked("after"),
+        stacked("swung"),
+        stacked("bent"),
+        stacked("open"),
+        stacked("scale"),
         np.array([i for i, _ in names]),
         tuple(channel.name for _, channel in names),
         np.array([channel.state_read for _, channel in names]),
@@ -116,7 +127,8 @@ def instants(axes: tuple[Axis, ...], step_s: float) -> Array:
         if len(ends) > 1:
             known = np.isfinite(axis.reading[axis.state_read == INCREMENT])
             return _filled(_thinned(ends, known, step_s), start, end, step_s)
-    return start + step_s * np.arange(max(int(np.ceil((end - start) / step_s)), 1) + 1)
+    count = max(int(np.ceil((end - start) / step_s)), 1)
+    return start + step_s * np.arange(count + 1, dtype=np.float64)
 
 
 def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
@@ -126,7 +138,7 @@ def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
         beside_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
         if beside_gap or ends[i] - ends[kept[-1]] >= (1 - 1e-3) * step_s:
             kept.append(i)
-    chosen = ends[kept]
+    chosen: Array = ends[kept]
     return np.asarray(chosen[np.concatenate([[True], np.diff(chosen) > 1e-6])])
 
 
@@ -134,64 +146,8 @@ def _filled(times: Array, start: float, end: float, step_s: float) -> Array:
     """`times` with what is missing from start to end, and within long gaps, every `step_s`."""
     bounds = np.concatenate([[start], times[(times > start) & (times < end)], [end]])
     pieces = [bounds[:1]]
-    for left, right in zip(bounds[:-1], bounds[1:], strict=True):
+    for left, right in pairwise(bounds.tolist()):
         if right - left > 1e-6:
             count = max(round((right - left) / step_s), 1) if right - left > 2.5 * step_s else 1
             pieces.append(left + (right - left) * np.arange(1, count + 1) / count)
-    return np.concatenate(pieces)
-
-
-def _column(
-    axis: Axis, channel: int, time_s: Array, width: int, own: int, place: int
-) -> tuple[Array, ...]:
-    """value, before, after, swung, bent, open and scale of one channel; readings of one interval become their mean."""
-    count = len(time_s) - 1
-    mine = (axis.channel == channel) & np.isfinite(axis.reading)
-    reads = axis.channels[channel].state_read
-    at, reading, scale = axis.time_s[mine], axis.reading[mine], axis.scale[mine]
-    # An increment lies before its own end; all else after the node that it follows.
-    side = "left" if reads == INCREMENT else "right"
-    k = np.clip(np.searchsorted(time_s, at, side=side) - 1, 0, count - 1)
-    h = time_s[k + 1] - time_s[k]
-    s = np.clip((at - time_s[k]) / h, 0.0, 1.0)
-    before, after = np.zeros((len(at), width)), np.zeros((len(at), width))
-    if reads == POSITION:
-        bow = 0.5 * s * (1 - s) * h
-        before[:, place], after[:, place] = 1 - s, s
-        before[:, own], after[:, own] = bow, -bow
-        swung = curved = np.zeros(len(at))
-    elif reads == INCREMENT:
-        # Summed below to the interval's whole increment, which each of them is a share of.
-        before[:, own] = after[:, own] = 0.5 * h
-        swung, curved = 0.5 * h, h**2 / 12
-    else:
-        before[:, own], after[:, own] = 1 - s, s
-        swung, curved = 1 - np.abs(2 * s - 1), 0.5 * s * (1 - s) * h
-    number = np.bincount(k, minlength=count).astype(np.float64)
-    total, step_s = np.maximum(number, 1.0), np.diff(time_s)
-
-    def mean(values: Array) -> Array:
-        return np.asarray(np.bincount(k, values, minlength=count) / total)
-
-    if reads == INCREMENT:
-        value = np.bincount(k, reading, minlength=count)
-        spread = np.sqrt(np.bincount(k, scale**2, minlength=count))
-        covered = np.bincount(k, scale, minlength=count)
-        whole = np.abs(covered - step_s) < 0.02 * step_s
-        value = np.where((number > 0) & whole, value, np.nan)
-        left_open = step_s**5 / 720
-    else:
-        # The variance of integrated Brownian motion that is held at both ends: at a point, or of its mean.
-        alone = step_s**3 * mean((s * (1 - s)) ** 3 / 3)
-        left_open = np.where(number >= MANY, step_s**3 / 720, alone / total) * (reads != POSITION)
-        value = np.where(number > 0, mean(reading), np.nan)
-        spread = np.sqrt(mean(scale**2) / total)
-    return (
-        value,
-        np.column_stack([mean(before[:, i]) for i in range(width)]),
-        np.column_stack([mean(after[:, i]) for i in range(width)]),
-        mean(swung),
-        mean(curved),
-        left_open,
-        np.where(number > 0, spread, 1.0),
-    )
+    return np.asarray(np.concatenate(pieces), dtype=np.float64)

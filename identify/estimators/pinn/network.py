@@ -153,7 +153,7 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     """Residuals and slopes at `raw` (p,) and `state` (N + 1, s)."""
     known, n, count = data.interval, data.axes, len(data.interval.step_s)
     placed = list(known.placed)
-    x, channels, width = len(placed), len(data.channel_axis), state.shape[1]
+    x, width = len(placed), state.shape[1]
     h = known.step_s[:, None]
     given, slope = map_.coefficients(raw), map_.slope(raw)
     own = balance(known, given, state)
@@ -161,7 +161,7 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     mass = given.mass[list(known.dofs)]
     first, second = state[:-1], state[1:]
     owner = torch.tensor([*range(n), *range(n), *placed, *data.channel_axis.tolist()], device=state.device)
-    drift, position, reading = slice(n, 2 * n), slice(2 * n, 2 * n + x), slice(2 * n + x, None)
+    position, reading = slice(2 * n, 2 * n + x), slice(2 * n + x, None)
     each = torch.arange(n, device=state.device)
 
     kept = torch.exp(-h / noise.time_constant_s)
@@ -239,7 +239,9 @@ def moments(data: Data, state: Tensor, pulled: Pull, on: Tensor, beside: Tensor)
     """Expected squares over the network's own uncertainty: blocks of its covariance `on` and `beside` the diagonal."""
     n = data.axes
     before, after = pulled.before, pulled.after
-    spread = ((before @ on[:-1] + 2 * after @ beside.mT) * before).sum(dim=2) + (after @ on[1:] * after).sum(dim=2)
+    spread = ((before @ on[:-1] + 2 * after @ beside.mT) * before).sum(dim=2) + (after @ on[1:] * after).sum(
+        dim=2
+    )
     d = state[:, n : 2 * n]
     own = on.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d**2
     across = beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]

@@ -13,8 +13,16 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes
-from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, TIME_CONSTANT, likelihood_of
-from identify.estimators.likelihood_axis import MASS_RATIO, rigid_mass
+from identify.estimators.likelihood_axis import (
+    DAMPING,
+    DISTURBANCE,
+    FORCES,
+    MASS,
+    MASS_RATIO,
+    TIME_CONSTANT,
+    likelihood_of,
+    rigid_mass,
+)
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
 from identify.estimators.scoring import climb
 

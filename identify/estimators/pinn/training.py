@@ -89,7 +89,9 @@ class Trainer:
     def at(self, raw: Tensor, noise: Noise, state: Tensor) -> Point:
         """The point at these values; `state` (N + 1, s) need only be near."""
         here = equations(self.data, self.map_, raw, state, noise)
-        levels = slope(here.moments, self.data.interval.step_s, noise, self.prior.middle, self.prior.sensor_spread)
+        levels = slope(
+            here.moments, self.data.interval.step_s, noise, self.prior.middle, self.prior.sensor_spread
+        )
         return Point(raw, noise, here, torch.cat([here.gradient, levels]))
 
     def train(self, point: Point) -> Trained:
