@@ -19,7 +19,7 @@ METHODS = {
     "paper": "identify.estimators.paper",
 }
 DEFAULT = "likelihood"
-SIDE_BY_SIDE = (DEFAULT,)
+SIDE_BY_SIDE = (DEFAULT, "pinn")
 """What `identify` runs on every dive where no method is named: the second is compared with the first."""
 
 

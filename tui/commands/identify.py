@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="METHOD[+METHOD]",
-        help="likelihood, pinn or paper; two of them, as likelihood+pinn, are compared",
+        help="likelihood, pinn or paper; two of them are compared (where not given: likelihood+pinn)",
     )
     parser.add_argument(
         "--network",
