@@ -101,6 +101,8 @@ def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
         rest[:, axis, n + i] = 0.5 * h[:, 0] * known.stiffness[axis]
     mass_slope = h[:, :, None] * by_mass
     mass_slope[:, range(n), axes] += gain
+    # The lighter the vehicle, the further its velocity swings under the thrust.
+    mass_slope[:, :, axes] -= nu_slope * (known.swing / mass**2)[:, None, :]
     return Balance(
         mass * gain + h * force,
         torch.cat([nu_slope - torch.diag(mass), rest], dim=2),
