@@ -11,7 +11,8 @@ import torch
 from numpy.typing import NDArray
 
 from identify.estimators.pinn.equations import eliminated, entangled, stepped
-from identify.estimators.pinn.network import Data, Raw, first_precision, pull
+from identify.estimators.pinn.network import Data, first_precision, pull
+from identify.estimators.pinn.raw import Raw
 from identify.estimators.pinn.training import Trained
 
 

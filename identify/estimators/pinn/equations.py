@@ -15,9 +15,10 @@ import torch
 from torch import Tensor
 
 from identify.estimators.pinn.blocks import factorise, selected_inverse, solve
-from identify.estimators.pinn.network import Data, Pull, Raw, first_precision, moments, pull, spent
+from identify.estimators.pinn.network import Data, Pull, first_precision, moments, pull, spent
 from identify.estimators.pinn.noise import Moments, Noise
 from identify.estimators.pinn.physics import Balance, Interval
+from identify.estimators.pinn.raw import Raw
 
 
 @dataclass(frozen=True)

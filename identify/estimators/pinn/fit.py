@@ -12,29 +12,20 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes
-from identify.estimators.likelihood_axis import (
-    DAMPING_RATIO,
-    DISTURBANCE_SHARE,
-    MASS_RATIO,
-    PRIOR_STD,
-    TIME_S,
-    TRIM_SHARE,
-    UNMEASURED_SHARE,
-    rigid_mass,
-)
+from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
 from identify.estimators.pinn.drag import missing_drag
+from identify.estimators.pinn.guide import Guide
 from identify.estimators.pinn.layout import Layout, lay_out
-from identify.estimators.pinn.network import Raw, data_of, wild, without
-from identify.estimators.pinn.noise import DISTURBANCE_SPREAD, TIME_SPREAD, Noise
-from identify.estimators.pinn.start import Filters, Levels, filters_of
-from identify.estimators.pinn.training import Pass, Point, Prior, Trainer
+from identify.estimators.pinn.network import data_of, wild, without
+from identify.estimators.pinn.noise import Noise, Prior
+from identify.estimators.pinn.raw import Raw, raw_of
+from identify.estimators.pinn.start import filters_of
+from identify.estimators.pinn.training import Pass, Point, Trained, Trainer
 from identify.estimators.smoothing import smoothed_velocity
+from identify.identification import Z95
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
-
-MOST_WILD = 0.02
-"""Share of wild readings up to which they are the sensor's fault, and left out; more than that is the model's."""
 
 STEP_S = 0.1
 """Between two instants of the network."""
@@ -74,40 +65,59 @@ class Fit:
         )
 
 
-def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
-    """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card."""
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+@dataclass(frozen=True)
+class Task:
+    """A dive ready to be trained on: its layout, the trainer, and the point where training starts."""
+
+    layout: Layout
+    trainer: Trainer
+    start: Point
+
+
+def task_of(
+    dive: Dive, file: VehicleFile, configuration: str, built: Axes, device: torch.device, progress: Progress
+) -> Task:
+    """The task that a dive sets, its wild readings left out; there is at least one axis."""
     shape = file.vehicle.configurations[configuration]
     layout = lay_out(dive, file, configuration, built, STEP_S)
-    filters = filters_of(built, shape)
-    map_ = _map(shape, layout.dofs, device)
+    map_ = raw_of(shape, layout.dofs, device)
+    guide = Guide(layout.dofs, map_, filters_of(built, shape))
     prior = _prior(shape, layout, device)
-    view = _View(layout, map_, filters, prior)
-    data = data_of(layout, device)
-    trainer = Trainer(data, map_, prior, view.curvature, _Watch(map_, layout.dofs, progress))
-    raw, noise = view.start()
+    watch = _telling(map_, layout.dofs, progress)
+    trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
+    raw, noise = guide.start()
     state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
     nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
     state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
     point = trainer.at(raw, noise, trainer.at(raw, noise, state).equations.state)
-    strange = wild(data, map_, raw, noise, point.equations.state)
-    if 0 < float(strange.sum()) <= MOST_WILD * float(data.known.sum()):
-        trainer = replace(trainer, data=without(data, strange))
+    strange = wild(trainer.data, map_, raw, noise, point.equations.state)
+    if 0 < float(strange.sum()) <= MOST_WILD * float(trainer.data.known.sum()):
+        trainer = replace(trainer, data=without(trainer.data, strange))
         point = trainer.at(raw, noise, point.equations.state)
-    trained = trainer.train(point)
-    missing = missing_drag(trainer.data, map_, trained)
-    raw, noise = trained.point.raw, trained.point.noise
+    return Task(layout, trainer, point)
+
+
+def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
+    """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card."""
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    task = task_of(dive, file, configuration, built, device, progress)
+    trained = task.trainer.train(task.start)
+    progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
+    return _fit(task, trained)
+
+
+def _fit(task: Task, trained: Trained) -> Fit:
+    map_, raw, noise = task.trainer.map_, trained.point.raw, trained.point.noise
+    missing = missing_drag(task.trainer.data, map_, trained)
     to_log = map_.to_logarithm(raw)
     count = len(raw)
-    ends = torch.cat([1 / to_log, torch.ones(len(trained.curvature) - count, dtype=raw.dtype, device=device)])
-    alone = trained.curvature - view.prior_curvature(trained.point)
+    per_unit = torch.cat([1 / to_log, torch.ones_like(trained.point.slope[count:])])
     covariance = torch.linalg.inv(trained.curvature)[:count, :count] * torch.outer(to_log, to_log)
-    progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
     return Fit(
-        layout,
+        task.layout,
         _array(map_.values(raw)),
         _array(covariance),
-        _array(alone * torch.outer(ends, ends)),
+        _array(trained.told * torch.outer(per_unit, per_unit)),
         missing.score,
         missing.shift * _array(to_log),
         _array(noise.sensor),
@@ -118,35 +128,18 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
     )
 
 
-class _Watch:
-    """Tells of every pass: the coefficients so far with their 95 % intervals."""
+def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[Pass], None]:
+    """Tells `progress` of every pass: the coefficients so far with their 95 % intervals."""
+    names = {dof: MASSES[dof].name for dof in dofs}
+    names |= {6 + axis: DAMPINGS[dof].name for axis, dof in enumerate(dofs)}
 
-    def __init__(self, map_: Raw, dofs: tuple[int, ...], progress: Progress) -> None:
-        self._map, self._progress, self._passes = map_, progress, 0
-        names = {dof: MASSES[dof].name for dof in dofs}
-        names |= {6 + axis: DAMPINGS[dof].name for axis, dof in enumerate(dofs)}
-        self._names = names
+    def watch(one: Pass) -> None:
+        values = map_.values(one.point.raw).tolist()
+        half = (Z95 * one.covariance.diagonal().sqrt() * map_.slope(one.point.raw)).tolist()
+        told = ", ".join(f"{name} {values[i]:.4g} ± {half[i]:.2g}" for i, name in names.items())
+        progress(one.number / (one.number + USUAL_PASSES), f"pass {one.number}: {told}")
 
-    def __call__(self, one: Pass) -> None:
-        self._passes += 1
-        values = self._map.values(one.point.raw).tolist()
-        half = (1.96 * one.covariance.diagonal().sqrt() * self._map.slope(one.point.raw)).tolist()
-        told = ", ".join(f"{name} {values[i]:.4g} ± {half[i]:.2g}" for i, name in self._names.items())
-        self._progress(self._passes / (self._passes + USUAL_PASSES), f"pass {self._passes}: {told}")
-
-
-def _map(shape: Configuration, dofs: tuple[int, ...], device: torch.device) -> Raw:
-    rigid = np.array([rigid_mass(shape, dof) for dof in range(6)])
-    own = rigid[list(dofs)]
-    trim = np.array(
-        [max(TRIM_SHARE * shape.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs]
-    )
-    mass_spread = [PRIOR_STD[0] if dof in dofs else UNMEASURED_SHARE / MASS_RATIO for dof in range(6)]
-    scale = np.concatenate([rigid, DAMPING_RATIO * own, trim])
-    middle = np.concatenate([MASS_RATIO * rigid, DAMPING_RATIO * own, np.zeros(len(dofs))])
-    spread = np.concatenate([mass_spread, [PRIOR_STD[1]] * len(dofs), trim])
-    tensors = [torch.as_tensor(part, device=device) for part in (scale, middle, spread)]
-    return Raw(tensors[0], tensors[1], tensors[2], len(dofs))
+    return watch
 
 
 def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
@@ -154,63 +147,6 @@ def _prior(shape: Configuration, layout: Layout, device: torch.device) -> Prior:
     parts = (layout.channel_noise, DISTURBANCE_SHARE * own, np.full(len(own), TIME_S), layout.channel_spread)
     sensor, disturbance, time_s, spread = (torch.as_tensor(part, device=device) for part in parts)
     return Prior(Noise(sensor, disturbance, time_s), spread)
-
-
-@dataclass(frozen=True)
-class _View:
-    """The network's raw parameters and noise levels as the filters see them."""
-
-    layout: Layout
-    map_: Raw
-    filters: Filters
-    prior: Prior
-
-    def start(self) -> tuple[Tensor, Noise]:
-        """Raw parameters and noise levels where the filters start the network."""
-        like = self.prior.middle.disturbance
-        values = self.map_.values(self.map_.start()).cpu().numpy()
-        begin = self.filters.start
-        values[list(self.layout.dofs)] = begin.mass
-        values[6:] = np.concatenate([begin.damping, begin.trim])
-        levels = (begin.sensor, begin.disturbance, begin.time_constant_s)
-        noise = Noise(*(torch.as_tensor(level, dtype=like.dtype, device=like.device) for level in levels))
-        return self.map_.raw(torch.as_tensor(values, dtype=like.dtype, device=like.device)), noise
-
-    def curvature(self, point: Point) -> Tensor:
-        """Of half the loss, in raw parameters and logarithms of noise levels: the filters' with the priors, and what
-        the network's own equations say of masses that are not fitted."""
-        n, count = len(self.layout.dofs), len(point.raw)
-        values, noise = _array(self.map_.values(point.raw)), point.noise
-        at = Levels(
-            values[list(self.layout.dofs)],
-            values[6 : 6 + n],
-            values[6 + n :],
-            _array(noise.disturbance),
-            _array(noise.time_constant_s),
-            _array(noise.sensor),
-        )
-        found = torch.as_tensor(self.filters.curvature(at), dtype=point.raw.dtype, device=point.raw.device)
-        sensors = len(at.sensor)
-        # Of the filters' order, where the network has it: sensors come before disturbances there.
-        place = [
-            *self.layout.dofs,
-            *range(6, 6 + 2 * n),
-            *range(count + sensors, count + sensors + 2 * n),
-            *range(count, count + sensors),
-        ]
-        unit = torch.cat([self.map_.to_logarithm(point.raw), torch.ones_like(point.slope[count:])])
-        out = torch.zeros(len(point.slope), len(point.slope), dtype=point.raw.dtype, device=point.raw.device)
-        others = [dof for dof in range(6) if dof not in self.layout.dofs]
-        out[others, others] = point.equations.information[others, others]
-        out[np.ix_(place, place)] = found * torch.outer(unit[place], unit[place])
-        return out + self.prior_curvature(point)
-
-    def prior_curvature(self, point: Point) -> Tensor:
-        """What of it the priors make."""
-        spread = self.prior.sensor_spread
-        level = torch.ones_like(point.noise.disturbance)
-        of_levels = torch.cat([spread**-2, level / DISTURBANCE_SPREAD**2, level / TIME_SPREAD**2])
-        return torch.diag(torch.cat([point.equations.prior.diagonal(), of_levels]))
 
 
 def _array(values: Tensor) -> Array:

@@ -64,10 +64,6 @@ class Layout:
         """Values of one node's state."""
         return 2 * len(self.dofs) + len(self.placed)
 
-    def place_of(self, axis: int) -> int:
-        """Where the integral of an axis's velocity lies in the state."""
-        return 2 * len(self.dofs) + self.placed.index(axis)
-
 
 def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step_s: float) -> Layout:
     """The layout of what the axes of a dive read, of which there is at least one."""

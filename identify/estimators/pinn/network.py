@@ -14,67 +14,17 @@ from torch import Tensor
 
 from identify.estimators.pinn.layout import Layout
 from identify.estimators.pinn.noise import Moments, Noise
-from identify.estimators.pinn.physics import Balance, Coefficients, Interval, balance, coriolis_forms
+from identify.estimators.pinn.physics import Balance, Interval, balance, coriolis_forms
+from identify.estimators.pinn.raw import Raw
 
-POSITION_STD = 3e-6
-ROUGHNESS = 2e-5
+POSITION_STD, ROUGHNESS = 3e-6, 2e-5
 """Standard deviations of what straight lines between instants leave out: m or rad; m/s or rad/s."""
 
 FIRST_VELOCITY_STD, FIRST_POSITION_STD = 1.0, 10.0
 """Of the first state, about zero: next to nothing is known of it."""
 
-
 GATE_SIGMA = 6.0
-
-
-@dataclass(frozen=True)
-class Raw:
-    """How coefficients hang on raw parameters (6 + 2 n,): six masses, n dampings, n trims.
-
-    A mass or a damping is `scale` softplus(raw), a trim `scale` raw. The priors: log-normal of `spread` about
-    `middle`, normal for trims.
-    """
-
-    scale: Tensor
-    middle: Tensor
-    spread: Tensor
-    axes: int
-
-    def values(self, raw: Tensor) -> Tensor:
-        soft = torch.nn.functional.softplus(raw)
-        return self.scale * torch.where(self._positive(raw), soft, raw)
-
-    def slope(self, raw: Tensor) -> Tensor:
-        """Of the values in the raw parameters, (6 + 2 n,)."""
-        return self.scale * torch.where(self._positive(raw), torch.sigmoid(raw), torch.ones_like(raw))
-
-    def to_logarithm(self, raw: Tensor) -> Tensor:
-        """What one unit of each raw parameter is in the logarithm of its value; of a trim, in the trim itself."""
-        slope = self.slope(raw)
-        return torch.where(self._positive(raw), slope / self.values(raw), slope)
-
-    def start(self) -> Tensor:
-        """The raw parameters of the priors' middle."""
-        return self.raw(self.middle)
-
-    def raw(self, values: Tensor) -> Tensor:
-        """The inverse of `values`."""
-        ratio = values / self.scale
-        return torch.where(self._positive(ratio), torch.log(torch.expm1(ratio.clamp_min(1e-6))), ratio)
-
-    def coefficients(self, raw: Tensor) -> Coefficients:
-        values = self.values(raw)
-        return Coefficients(values[:6], values[6 : 6 + self.axes], values[6 + self.axes :])
-
-    def prior(self, raw: Tensor) -> tuple[Tensor, Tensor]:
-        """The priors' pull: residuals over their spreads (6 + 2 n,), and their slopes."""
-        values, slope = self.values(raw), self.slope(raw)
-        positive = self._positive(raw)
-        residual = torch.where(positive, (values / self.middle.clamp_min(1e-12)).log(), values - self.middle)
-        return residual / self.spread, torch.where(positive, slope / values, slope) / self.spread
-
-    def _positive(self, like: Tensor) -> Tensor:
-        return torch.arange(len(like), device=like.device) < 6 + self.axes
+"""A reading further off than this from what the network says there is wild."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ DISTURBANCE_SPREAD, TIME_SPREAD = 3.0, 1.0
 """Standard deviations of the priors on the logarithms: they matter only where a dive is mute."""
 
 NEAR = 1e-4
+"""Half-width of the central difference in the logarithm of a time constant."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +29,22 @@ class Noise:
         """(C + 2 n,)"""
         return torch.cat([self.sensor, self.disturbance, self.time_constant_s]).log()
 
-    def pull_on(self, noise: "Noise", sensor_spread: Tensor) -> float:
-        """Minus twice the logarithm of the prior of these levels, of which `self` is the middle."""
-        pulls = (
-            (noise.sensor / self.sensor).log() / sensor_spread,
-            (noise.disturbance / self.disturbance).log() / DISTURBANCE_SPREAD,
-            (noise.time_constant_s / self.time_constant_s).log() / TIME_SPREAD,
-        )
-        return float(sum((pull**2).sum() for pull in pulls))
+
+@dataclass(frozen=True)
+class Prior:
+    """Of the noise levels: log-normal about `middle`; `sensor_spread` (C,) of the sensors'."""
+
+    middle: Noise
+    sensor_spread: Tensor
+
+    def spread(self) -> Tensor:
+        """Standard deviations of the logarithms, (C + 2 n,)."""
+        level = torch.ones_like(self.middle.disturbance)
+        return torch.cat([self.sensor_spread, DISTURBANCE_SPREAD * level, TIME_SPREAD * level])
+
+    def residual(self, noise: Noise) -> Tensor:
+        """How far the levels are from the middle, in standard deviations, (C + 2 n,)."""
+        return (noise.logarithm() - self.middle.logarithm()) / self.spread()
 
 
 def of_logarithm(logarithm: Tensor, axes: int) -> Noise:
@@ -63,21 +72,18 @@ class Moments:
     first: Tensor
 
 
-def slope(moments: Moments, step_s: Tensor, noise: Noise, start: Noise, sensor_spread: Tensor) -> Tensor:
-    """Of half the loss, in the logarithms of the levels, (C + 2 n,); `start` is the middle of their priors.
+def slope(moments: Moments, step_s: Tensor, noise: Noise) -> Tensor:
+    """Of half the loss without priors, in the logarithms of the levels, (C + 2 n,).
 
     Fisher's identity: the slope of the expected loss at the moments' own levels.
     """
-    sensor = moments.sensor + (noise.sensor / start.sensor).log() / sensor_spread**2
     squares, _ = _drift(moments, step_s, noise.time_constant_s[None, :])
     disturbance = len(step_s) + 1 - squares[0] / noise.disturbance**2 + moments.wander
-    disturbance = disturbance + (noise.disturbance / start.disturbance).log() / DISTURBANCE_SPREAD**2
     near = torch.exp(torch.tensor([[-NEAR], [NEAR]], dtype=step_s.dtype, device=step_s.device))
     squares, lost = _drift(moments, step_s, near * noise.time_constant_s)
     cost = 0.5 * squares / noise.disturbance**2 + lost
     slower = (cost[1] - cost[0]) / (2 * NEAR) - 0.5 * moments.wander
-    slower = slower + (noise.time_constant_s / start.time_constant_s).log() / TIME_SPREAD**2
-    return torch.cat([sensor, disturbance, slower])
+    return torch.cat([moments.sensor, disturbance, slower])
 
 
 def _drift(moments: Moments, step_s: Tensor, time_s: Tensor) -> tuple[Tensor, Tensor]:

@@ -1,8 +1,8 @@
-"""Weights, coefficients and noise levels trained together, until no coefficient moves by a share of its own error.
+"""Coefficients and noise levels trained with the weights, until no coefficient moves by a share of its own error.
 
-Quasi-Newton (Broyden, Fletcher, Goldfarb and Shanno 1970): the weights are solved for in every pass, so that the loss
-is one of coefficients and noise levels alone, with an exact slope. At the end its curvature is asked for anew; the
-inverse gives the intervals.
+Fisher scoring: the weights are solved for in every pass, so that the loss is one of coefficients and noise levels
+alone, with a slope of its own; the step is that slope over the expected curvature (Gupta and Mehra 1974, IEEE TAC
+19(6), eq. 35), shortened where it leads up. The inverse of the last curvature gives the intervals.
 """
 
 from collections.abc import Callable
@@ -12,8 +12,9 @@ import torch
 from torch import Tensor
 
 from identify.estimators.pinn.equations import Equations, equations
-from identify.estimators.pinn.network import Data, Raw
-from identify.estimators.pinn.noise import Noise, of_logarithm, slope
+from identify.estimators.pinn.network import Data
+from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
+from identify.estimators.pinn.raw import Raw
 
 SETTLED = 0.05
 """Training ends once no coefficient would move by more than this share of its standard error, """
@@ -21,21 +22,13 @@ SETTLED = 0.05
 PATIENCE, FLAT = 4, 0.02
 """or once the loss fell by less than FLAT in so many passes: a hundredth of what one standard error costs."""
 
-MOST_PASSES, MOST_MEASURED = 40, 3
+MOST_PASSES = 40
 
 LARGEST_STEP = 1.0
 """Of a raw parameter or the logarithm of a noise level, in one pass."""
 
 UPHILL, LEAST_SHARE = 5e-3, 0.01
 """What the loss may rise by in a pass, and the smallest share of a step that is tried against more."""
-
-
-@dataclass(frozen=True)
-class Prior:
-    """Of the noise levels: log-normal about `middle`; `sensor_spread` (C,) of the sensors'."""
-
-    middle: Noise
-    sensor_spread: Tensor
 
 
 @dataclass(frozen=True)
@@ -66,11 +59,15 @@ class Pass:
 
 @dataclass(frozen=True)
 class Trained:
-    """Where training stopped, and why; curvature of half the loss there, of raw parameters and noise levels, with
-    priors."""
+    """Where training stopped, and why.
+
+    curvature, told (p + C + 2 n,) squared: of half the loss there, in raw parameters and logarithms of noise levels,
+    with the priors and without.
+    """
 
     point: Point
     curvature: Tensor
+    told: Tensor
     passes: int
     settled: bool
     reason: str
@@ -78,7 +75,11 @@ class Trained:
 
 @dataclass(frozen=True)
 class Trainer:
-    """All that stays the same while a network is trained."""
+    """All that stays the same while a network is trained.
+
+    curvature_at: the expected curvature of half the loss without priors, ordered as `Point.where`. watch: told of
+    every pass.
+    """
 
     data: Data
     map_: Raw
@@ -89,9 +90,8 @@ class Trainer:
     def at(self, raw: Tensor, noise: Noise, state: Tensor) -> Point:
         """The point at these values; `state` (N + 1, s) need only be near."""
         here = equations(self.data, self.map_, raw, state, noise)
-        levels = slope(
-            here.moments, self.data.interval.step_s, noise, self.prior.middle, self.prior.sensor_spread
-        )
+        levels = slope(here.moments, self.data.interval.step_s, noise)
+        levels = levels + self.prior.residual(noise) / self.prior.spread()
         return Point(raw, noise, here, torch.cat([here.gradient, levels]))
 
     def train(self, point: Point) -> Trained:
@@ -100,22 +100,27 @@ class Trainer:
         for number in range(1, MOST_PASSES + 1):
             # Once more about the state that the last step led to: its slope is worth a second look.
             point = self.at(point.raw, point.noise, point.equations.state)
-            curvature = self.curvature_at(point)
+            told = self.curvature_at(point)
+            curvature = told + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
             step = -inverse @ point.slope
             covariance = inverse[: len(point.raw), : len(point.raw)]
             moved = float((step[: len(point.raw)].abs() / covariance.diagonal().sqrt()).max())
             flat = len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT
             if moved < SETTLED or flat:
-                return Trained(point, curvature, number, True, _reason(moved))
+                return Trained(point, curvature, told, number, True, _reason(moved))
             point = self._down(point, step)
             losses.append(self.loss(point))
             self.watch(Pass(number, point, covariance, moved))
-        return Trained(point, curvature, MOST_PASSES, False, "it had not settled")
+        return Trained(point, curvature, told, MOST_PASSES, False, "it had not settled")
 
     def loss(self, point: Point) -> float:
         """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
-        return point.equations.loss + self.prior.middle.pull_on(point.noise, self.prior.sensor_spread)
+        return point.equations.loss + float((self.prior.residual(point.noise) ** 2).sum())
+
+    def _precision(self, point: Point) -> Tensor:
+        """What the priors make of the curvature: its diagonal."""
+        return torch.cat([point.equations.prior.diagonal(), self.prior.spread() ** -2])
 
     def _down(self, point: Point, step: Tensor) -> Point:
         """The step, or as much of it as leads down."""
@@ -129,19 +134,6 @@ class Trainer:
             if self.loss(there) < self.loss(point) + UPHILL or share < LEAST_SHARE:
                 return there
             share /= 3
-
-
-def _updated(curvature: Tensor, step: Tensor, answer: Tensor) -> Tensor:
-    """The curvature that explains what the slope did, damped so that it stays positive definite (Powell 1978)."""
-    along = curvature @ step
-    expected, found = float(step @ along), float(step @ answer)
-    if expected < 1e-14:
-        return curvature
-    if found < 0.2 * expected:
-        share = 0.8 * expected / (expected - found)
-        answer = share * answer + (1 - share) * along
-        found = 0.2 * expected
-    return curvature + torch.outer(answer, answer) / found - torch.outer(along, along) / expected
 
 
 def _reason(moved: float) -> str:

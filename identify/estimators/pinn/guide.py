@@ -1,0 +1,57 @@
+"""What each axis's own filter knows, in the network's parameters: where training starts, and how the loss curves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from identify.estimators.pinn.noise import Noise
+from identify.estimators.pinn.raw import Raw
+from identify.estimators.pinn.start import Filters, Levels
+from identify.estimators.pinn.training import Point
+
+
+@dataclass(frozen=True)
+class Guide:
+    """The filters of the fitted axes `dofs`, ascending, as the network sees them."""
+
+    dofs: tuple[int, ...]
+    map_: Raw
+    filters: Filters
+
+    def start(self) -> tuple[Tensor, Noise]:
+        """Raw parameters and noise levels where the filters start the network."""
+        begin, middle = self.filters.start, self.map_.middle
+
+        def tensor(values: object) -> Tensor:
+            return torch.as_tensor(values, dtype=middle.dtype, device=middle.device)
+
+        values = middle.clone()
+        values[list(self.dofs)] = tensor(begin.mass)
+        values[6:] = tensor(np.concatenate([begin.damping, begin.trim]))
+        levels = (begin.sensor, begin.disturbance, begin.time_constant_s)
+        return self.map_.raw(values), Noise(*map(tensor, levels))
+
+    def curvature(self, point: Point) -> Tensor:
+        """Of half the loss without priors, ordered as `Point.where`: the filters', and of masses that are not fitted
+        what the network's own equations say."""
+        like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
+        values = self.map_.values(like)
+        parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
+        levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
+        found = self.filters.curvature(Levels(*(part.cpu().numpy() for part in (*parts, *levels))))
+        # In the network's order the sensors come before the disturbances.
+        sensors = len(noise.sensor)
+        place = [
+            *self.dofs,
+            *range(6, count),
+            *range(count + sensors, count + sensors + 2 * n),
+            *range(count, count + sensors),
+        ]
+        unit = torch.cat([self.map_.to_logarithm(like), torch.ones_like(point.slope[count:])])[place]
+        out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
+        others = [dof for dof in range(6) if dof not in self.dofs]
+        out[others, others] = point.equations.information[others, others]
+        out[np.ix_(place, place)] = torch.as_tensor(found, device=like.device) * torch.outer(unit, unit)
+        return out
