@@ -44,6 +44,9 @@ from identify.identification import estimate as as_estimate
 
 Array = NDArray[np.float64]
 
+VAGUE_TIME_CONSTANT = 0.45
+"""A standard error of the logarithm of the disturbance's time constant from which on intervals are doubted."""
+
 SHORTEST_STEP_S = 1e-3
 
 
@@ -112,7 +115,8 @@ def _one(
     if std > LARGEST_RELATIVE_STD:
         told = too_little(name, DOFS[dof], std, shift, value * float(np.exp(shift)))
         reason = built.unpushed.get(dof, told)
-    low, high = value * np.exp(-Z95 * std), value * np.exp(Z95 * std)
+    below, above = joint.stretch[row]
+    low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
 
@@ -157,6 +161,15 @@ def _usual_force(fit: AxisFit) -> float:
 
 def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]) -> tuple[Doubt, ...]:
     told = [drag_doubt(dof, one.drag_score) for dof, one in doubts.items() if one.lacks_drag]
+    told += [
+        Doubt(
+            (MASSES[dof].name, DAMPINGS[dof].name),
+            f"The dive is too short to tell how slowly what disturbs {DOFS[dof]} changes, within a factor of "
+            f"{np.exp(Z95 * spread):.1f}: the intervals in {DOFS[dof]} may be too narrow; dive longer.",
+        )
+        for dof, fit in fits.items()
+        if (spread := float(np.sqrt(fit.covariance[TIME_CONSTANT, TIME_CONSTANT]))) > VAGUE_TIME_CONSTANT
+    ]
     if not all(fit.maximum.converged for fit in fits.values()):
         names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
         told.append(unsettled_doubt(names, "all axes", f"{MOST_STEPS} steps"))

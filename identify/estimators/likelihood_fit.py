@@ -21,6 +21,7 @@ from identify.estimators.likelihood_axis import (
 )
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
 from identify.estimators.marginal import integrated
+from identify.estimators.profile import stretches
 from identify.estimators.scoring import Maximum, climb
 
 Array = NDArray[np.float64]
@@ -37,13 +38,15 @@ class JointFit:
     """The fits of the axes by degree of freedom, and what is known of all their coefficients together.
 
     log_value (12,) and covariance (12, 12): the log masses and then the log dampings of the six degrees of freedom,
-    the noise levels integrated out, NaN for those that are not fitted. information (3 k, 3 k): what the dive alone
-    says of log mass, log damping and trim force of the k axes, in the order of `fits`, all else projected out.
+    the noise levels integrated out, NaN for those that are not fitted. stretch (12, 2): what to multiply the lower and
+    the upper half of each one's interval by. information (3 k, 3 k): what the dive alone says of log mass, log damping
+    and trim force of the k axes, in the order of `fits`, all else projected out.
     """
 
     fits: dict[int, AxisFit]
     log_value: Array
     covariance: Array
+    stretch: Array
     information: Array
 
 
@@ -51,7 +54,9 @@ def fit_axes(built: Axes, configuration: Configuration, progress: Callable[[floa
     """The joint fit of all axes. Every pass leaves out what the one before found wild."""
     axes = built.axes
     if not axes:
-        return JointFit({}, np.full(12, np.nan), np.full((12, 12), np.nan), np.zeros((0, 0)))
+        return JointFit(
+            {}, np.full(12, np.nan), np.full((12, 12), np.nan), np.ones((12, 2)), np.zeros((0, 0))
+        )
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
     problems = []
@@ -90,11 +95,15 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
         fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
     rows = [dof + 6 * kind for kind in range(2) for dof in fits]
     where = [place.start + at for at in (MASS, DAMPING) for place in joint.places]
-    shift, widening = integrated(joint, maximum)
+    shift, widening = integrated(joint, maximum.theta)
     log_value, covariance = np.full(12, np.nan), np.full((12, 12), np.nan)
     log_value[rows] = (maximum.theta + shift)[where]
     covariance[np.ix_(rows, rows)] = (whole * np.outer(widening, widening))[np.ix_(where, where)]
-    return JointFit(fits, log_value, covariance, _projected(joint, maximum.information))
+    stretch = np.ones((12, 2))
+    for dof, fit in fits.items():
+        for kind, at in enumerate((MASS, DAMPING)):
+            stretch[dof + 6 * kind] = stretches(fit.problem, fit.maximum.theta, at)
+    return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information))
 
 
 def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
