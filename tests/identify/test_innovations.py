@@ -70,19 +70,20 @@ def dense(events):
     """Innovations, variances, and the Rauch-Tung-Striebel smoother's velocities, one event after another."""
     x, p = np.array([INITIAL[0], INITIAL[1], 0.0]), np.diag([INITIAL[2], INITIAL[3], MODEL["sigma"] ** 2])
     errors, spreads, kept = [], [], []
+    reset = np.eye(3)
     for i, step in enumerate(events.step):
         phi = np.eye(3)
         if step >= 0:
             x, p, phi = moved(x, p, STEPS_S[step], events.force[i])
-        before = x, p, phi
+        before = x, p, phi @ reset
         row = np.eye(3)[min(events.state[i], 1)]
         s, e = row @ p @ row + events.variance[i], events.reading[i] - row @ x
         if np.isfinite(e):
             gain = p @ row / s
             x, p = x + gain * e, p - np.outer(gain, row @ p)
         kept.append((*before, x, p))
-        if events.state[i] == INCREMENT:
-            x, p = x * [1, 0, 1], p * np.outer([1, 0, 1], [1, 0, 1])
+        reset = np.diag([1.0, float(events.state[i] != INCREMENT), 1.0])
+        x, p = reset @ x, reset @ p @ reset
         errors.append(e)
         spreads.append(s if np.isfinite(e) else np.nan)
     smooth = [kept[-1][3]]
@@ -100,8 +101,9 @@ def test_the_compiled_filter_equals_a_dense_one(states):
     np.testing.assert_allclose(e, expected_e, atol=2e-6)
 
 
-def test_the_smoothed_velocity_is_that_of_a_dense_smoother():
-    events = Events((VELOCITY, POSITION))
+@pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
+def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
+    events = Events(states)
     found = smoothed_velocity(
         events.table,
         events.step,
