@@ -1,0 +1,49 @@
+"""Dives as the network gets them, and its loss with the weights solved for."""
+
+from dataclasses import replace
+
+import torch
+
+from bench.missions.mission import draw_one
+from bridge.vehicle.config import VehicleFile
+from identify.dive import Dive, Signal
+from identify.estimators.axes import build_axes
+from identify.estimators.pinn.fit import Task, task_of
+from identify.estimators.pinn.noise import Noise, of_logarithm
+from identify.estimators.pinn.training import Point, Trainer
+
+CPU = torch.device("cpu")
+
+
+def quiet(_share: float, _text: str) -> None:
+    pass
+
+
+def task_for(dive: Dive, file: VehicleFile, configuration: str) -> Task:
+    built = build_axes(dive, file, configuration)
+    return task_of(dive, file, configuration, built, CPU, quiet)
+
+
+def drawn(seed: int, kind: str, seconds: float, fog_gap_s: tuple[float, float] | None = None) -> Task:
+    """The task of a drawn mission, its fibre-optic gyro silent in a gap where one is given."""
+    mission = draw_one(seed, seconds=seconds, kind=kind)
+    dive = mission.dive
+    if fog_gap_s is not None:
+        silent = (dive.fog.time_s > fog_gap_s[0]) & (dive.fog.time_s < fog_gap_s[1])
+        dive = replace(dive, fog=Signal(dive.fog.time_s[~silent], dive.fog.value[~silent]))
+    return task_for(dive, mission.file, mission.configuration)
+
+
+def settled(trainer: Trainer, raw: torch.Tensor, noise: Noise, state: torch.Tensor) -> Point:
+    """The point at these values, its weights solved for until they stay."""
+    for _ in range(3):
+        point = trainer.at(raw, noise, state)
+        state = point.equations.state
+    return point
+
+
+def at_row(trainer: Trainer, near: Point, row: torch.Tensor) -> Point:
+    """The settled point at raw parameters and logarithms of noise levels in one row, as `Point.where` has them."""
+    count = len(near.raw)
+    noise = of_logarithm(row[count:], trainer.data.axes)
+    return settled(trainer, row[:count], noise, near.equations.state)
