@@ -111,11 +111,11 @@ def _one(
     row = dof + 6 * place
     value, shift = float(np.exp(joint.log_value[row])), float(doubts[dof].shift[place])
     std = float(np.hypot(np.sqrt(joint.covariance[row, row]), shift))
-    reason = ""
-    if std > LARGEST_RELATIVE_STD:
-        told = too_little(name, DOFS[dof], std, shift, value * float(np.exp(shift)))
-        reason = built.unpushed.get(dof, told)
     below, above = joint.stretch[row]
+    reason, widest = "", std * float(max(below, above))
+    if widest > LARGEST_RELATIVE_STD:
+        told = too_little(name, DOFS[dof], widest, shift, value * float(np.exp(shift)))
+        reason = built.unpushed.get(dof, told)
     low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
