@@ -1,16 +1,18 @@
-"""Dives as the network gets them, and its loss with the weights solved for."""
+"""Dives and readings as the network gets them, and its loss with the weights solved for."""
 
 from dataclasses import replace
 
+import numpy as np
 import torch
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import build_axes
+from identify.estimators.axes import Axis, build_axes
 from identify.estimators.pinn.fit import Task, task_of
 from identify.estimators.pinn.noise import Noise, of_logarithm
 from identify.estimators.pinn.training import Point, Trainer
+from identify.estimators.readings import Channel
 
 CPU = torch.device("cpu")
 
@@ -47,3 +49,26 @@ def at_row(trainer: Trainer, near: Point, row: torch.Tensor) -> Point:
     count = len(near.raw)
     noise = of_logarithm(row[count:], trainer.data.axes)
     return settled(trainer, row[:count], noise, near.equations.state)
+
+
+def read_by(state_read, time_s, value, scale=None, dof=2):
+    """An axis with one channel that was read at these times."""
+    n = len(time_s)
+    scale = np.ones(n) if scale is None else np.asarray(scale)
+    channel = Channel("made up", np.asarray(time_s), np.asarray(value), scale, state_read, 1e-3)
+    return Axis(
+        dof,
+        np.asarray(time_s),
+        np.zeros(n),
+        np.zeros(0),
+        np.zeros(n, dtype=np.int64),
+        np.zeros((n, 2)),
+        np.zeros((n, 6)),
+        np.asarray(value),
+        scale,
+        np.full(n, state_read),
+        np.zeros(n, dtype=np.int64),
+        (channel,),
+        0.0,
+        np.zeros(4),
+    )

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from network_tasks import read_by
 
-from identify.estimators.axes import Axis
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.pinn.intervals import readings_in
 from identify.estimators.pinn.layout import instants
-from identify.estimators.readings import Channel
 
 NODES = np.array([0.0, 0.1, 0.2, 0.35, 0.45])
 NU = np.array([0.2, 0.5, -0.1, 0.0, 0.3])
@@ -16,29 +15,6 @@ NU = np.array([0.2, 0.5, -0.1, 0.0, 0.3])
 STATE = np.column_stack([NU, np.zeros(5), np.zeros(5)])
 STATE[1:, 2] = np.cumsum(0.5 * (NU[1:] + NU[:-1]) * np.diff(NODES))
 """(nu, d, x) at the nodes."""
-
-
-def read_by(state_read, time_s, value, scale=None, dof=2):
-    """An axis with one channel that was read at these times."""
-    n = len(time_s)
-    scale = np.ones(n) if scale is None else np.asarray(scale)
-    channel = Channel("made up", np.asarray(time_s), np.asarray(value), scale, state_read, 1e-3)
-    return Axis(
-        dof,
-        np.asarray(time_s),
-        np.zeros(n),
-        np.zeros(0),
-        np.zeros(n, dtype=np.int64),
-        np.zeros((n, 2)),
-        np.zeros((n, 6)),
-        np.asarray(value),
-        scale,
-        np.full(n, state_read),
-        np.zeros(n, dtype=np.int64),
-        (channel,),
-        0.0,
-        np.zeros(4),
-    )
 
 
 def said(found):
