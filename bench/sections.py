@@ -17,6 +17,7 @@ from bench import (
     thrift,
     tracking,
 )
+from bench.forms import page as forms_page
 
 CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)
 """Of the paper's own two campaigns, dived by its vehicle."""
@@ -73,6 +74,11 @@ def _deepxde(run: Run) -> str:
     return deepxde_surge.page(run.cache / "bench", tuple(range(1, 2 if run.short else 4)))
 
 
+def _forms(run: Run) -> str:
+    seeds = range(1, 2 if run.short else 7)
+    return forms_page.page(run.cache / "bench", run.docs / "network_forms.md", seeds)
+
+
 SECTIONS: dict[str, Callable[[Run], str]] = {
     "accuracy": _accuracy,
     "speed": _speed,
@@ -81,6 +87,7 @@ SECTIONS: dict[str, Callable[[Run], str]] = {
     "tracking": _tracking,
     "paper small": _paper_small,
     "deepxde": _deepxde,
+    "forms": _forms,
     "coverage": _coverage,
     "paper noise": _paper_noise,
 }

@@ -1,0 +1,122 @@
+"""Every form on the same missions, beside the product's methods and the paper's closed form: trials, kept, and tallies.
+
+The forms know the true noise levels and state no interval; the product's methods have to find the levels.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import torch
+
+from bench.accuracy import Case, Tally, tally
+from bench.accuracy_trials import BOUND, OWN, SOURCES, Bound, Trial, bound_job, known, method_job
+from bench.forms.task import Task, task_of
+from bench.forms.training import Fitted
+from bench.missions.mission import draw_one
+from bench.remembered import Data, Job, Remembered
+from bench.stamp import stamp
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
+from identify.estimators.table import METHODS as PRODUCT
+
+FORMS = {
+    "coupled LSTM": "bench.forms.lstm",
+    "neural ODE": "bench.forms.neural_ode",
+    "multiple shooting": "bench.forms.shooting",
+    "strong form": "bench.forms.strong",
+}
+BESIDE = ("pinn", "likelihood", "closed form")
+SHARED = ("disturbance", "integration", "physics", "task", "training", "waves")
+OF_FORMS = (
+    "bench/missions",
+    "bridge/vehicle",
+    *(f"bench/forms/{name}.py" for name in SHARED),
+    *(f"{path.replace('.', '/')}.py" for path in FORMS.values()),
+    "identify/forces.py",
+    "identify/estimators/smoothing.py",
+)
+SECONDS = 60.0
+SEED = 0
+FITTED = (0, 1, 2, 5)
+NAMES = tuple(c.name for c in COEFFICIENTS if c.dof in FITTED)
+MASS_NAMES = tuple(MASSES[dof].name for dof in FITTED)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A method's cases, how many of the coefficients it refused, its median seconds, and where it is a form how many
+    missions it settled on before its time was up (None for the others).
+    """
+
+    method: str
+    tally: Tally
+    settled: int | None
+
+    @property
+    def masses(self) -> list[Case]:
+        return [case for case in self.tally.cases if case.name in MASS_NAMES]
+
+    @property
+    def dampings(self) -> list[Case]:
+        return [case for case in self.tally.cases if case.name not in MASS_NAMES]
+
+
+def judged(seeds: Sequence[int], cache: Path) -> tuple[list[Bound], list[Trial], list[Judged]]:
+    """Bounds, trials and tallies of all seeds, of the coefficients that the forms fit; what `cache` lacks is run."""
+    methods = [method for method in BESIDE if method in PRODUCT or method in OWN]
+    jobs: dict[str, Job] = {}
+    for seed in seeds:
+        jobs[f"{seed}:{BOUND}:{stamp(*SOURCES[BOUND])}"] = partial(bound_job, seed)
+        for method in methods:
+            group = "own" if method in OWN else "product"
+            jobs[f"{seed}:{method}:{stamp(*SOURCES[group])}"] = partial(method_job, method, seed)
+        for form in FORMS:
+            jobs[f"{seed}:{form}:{stamp(*OF_FORMS)}"] = partial(form_job, form, seed, SECONDS)
+    found = Remembered(cache / "forms.jsonl").fill(jobs, "forms")
+    all_bounds, trials = known(found)
+    bounds = [
+        replace(b, truth={name: b.truth[name] for name in NAMES if name in b.truth}) for b in all_bounds
+    ]
+    return bounds, trials, [_judged(method, bounds, trials) for method in (*methods, *FORMS)]
+
+
+def _judged(method: str, bounds: list[Bound], trials: list[Trial]) -> Judged:
+    own = [trial for trial in trials if trial.method == method]
+    settled = sum(trial.outcome == "settled" for trial in own) if method in FORMS else None
+    return Judged(method, tally(method, bounds, trials), settled)
+
+
+def form_job(form: str, seed: int, seconds: float) -> Data:
+    """A form's answer to a seed's mission, as JSON: see `accuracy_trials.Trial`."""
+    torch.set_num_threads(1)
+    torch.manual_seed(SEED)
+    fit = cast(Callable[[Task, float], Fitted], import_module(FORMS[form]).fit)
+    mission = draw_one(seed)
+    found = fit(task_of(mission), seconds)
+    stated = {
+        name: [float(f"{value:.6g}"), None, None, False]
+        for name, value in found.values.items()
+        if name in mission.truth
+    }
+    return {
+        "seed": seed, "method": form, "stated": stated, "refused": [], "outcome": found.reason,
+        "seconds": found.seconds,
+    }  # fmt: skip
+
+
+def relative(cases: Sequence[Case]) -> float:
+    """The median size of the relative error."""
+    return (
+        float(np.median([abs(np.expm1(case.error * case.least)) for case in cases]))
+        if cases
+        else float("nan")
+    )
+
+
+def leaning(cases: Sequence[Case]) -> float:
+    """The mean signed error over the bound: what is left of it where chance averages out."""
+    return float(np.mean([case.error for case in cases])) if cases else float("nan")
