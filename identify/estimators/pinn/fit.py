@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 import torch
@@ -29,6 +30,9 @@ Progress = Callable[[float, str], None]
 
 STEP_S = 0.1
 """Between two instants of the network."""
+
+MOST_TRAININGS = 6
+"""Every one leaves out the readings that are wild where the one before ended, until they are the same."""
 
 USUAL_PASSES = 8
 """For the progress bar alone."""
@@ -77,7 +81,7 @@ class Task:
 def task_of(
     dive: Dive, file: VehicleFile, configuration: str, built: Axes, device: torch.device, progress: Progress
 ) -> Task:
-    """The task that a dive sets, its wild readings left out; there is at least one axis."""
+    """The task that a dive sets; there is at least one axis."""
     shape = file.vehicle.configurations[configuration]
     layout = lay_out(dive, file, configuration, built, STEP_S)
     map_ = raw_of(shape, layout.dofs, device)
@@ -89,32 +93,45 @@ def task_of(
     state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
     nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
     state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
-    point = trainer.at(raw, noise, trainer.at(raw, noise, state).equations.state)
-    strange = wild(trainer.data, map_, raw, noise, point.equations.state)
-    if 0 < float(strange.sum()) <= MOST_WILD * float(trainer.data.known.sum()):
-        trainer = replace(trainer, data=without(trainer.data, strange))
-        point = trainer.at(raw, noise, point.equations.state)
-    return Task(layout, trainer, point)
+    return Task(layout, trainer, trainer.at(raw, noise, trainer.at(raw, noise, state).equations.state))
 
 
 def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
     """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card."""
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     task = task_of(dive, file, configuration, built, device, progress)
-    trained = task.trainer.train(task.start)
+    trainer, trained = _trained(task)
     progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
-    return _fit(task, trained)
+    return _fit(task.layout, trainer, trained)
 
 
-def _fit(task: Task, trained: Trained) -> Fit:
-    map_, raw, noise = task.trainer.map_, trained.point.raw, trained.point.noise
-    missing = missing_drag(task.trainer.data, map_, trained)
+def _trained(task: Task) -> tuple[Trainer, Trained]:
+    """Trained on all readings but those that are wild where it ended."""
+    point, left_out = task.start, _wild(task.trainer, task.start)
+    for _ in range(MOST_TRAININGS):
+        trainer = replace(task.trainer, data=without(task.trainer.data, left_out))
+        trained = trainer.train(trainer.at(point.raw, point.noise, point.equations.state))
+        point, before = trained.point, left_out
+        left_out = _wild(task.trainer, point)
+        if torch.equal(left_out, before):
+            break
+    return trainer, trained
+
+
+def _wild(trainer: Trainer, point: Point) -> Tensor:
+    """The readings (N, C) that a sensor got wrong; none where there are so many that the model must be."""
+    found = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
+    return found & (found.sum() <= MOST_WILD * trainer.data.known.sum())
+
+
+def _fit(layout: Layout, trainer: Trainer, trained: Trained) -> Fit:
+    map_, raw, noise = trainer.map_, trained.point.raw, trained.point.noise
+    missing = missing_drag(trainer.data, map_, trained)
     to_log = map_.to_logarithm(raw)
-    count = len(raw)
-    per_unit = torch.cat([1 / to_log, torch.ones_like(trained.point.slope[count:])])
-    covariance = torch.linalg.inv(trained.curvature)[:count, :count] * torch.outer(to_log, to_log)
+    per_unit = torch.cat([1 / to_log, torch.ones_like(noise.logarithm())])
+    covariance = torch.linalg.inv(trained.curvature)[: len(raw), : len(raw)] * torch.outer(to_log, to_log)
     return Fit(
-        task.layout,
+        layout,
         _array(map_.values(raw)),
         _array(covariance),
         _array(trained.told * torch.outer(per_unit, per_unit)),
@@ -133,11 +150,14 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
     names = {dof: MASSES[dof].name for dof in dofs}
     names |= {6 + axis: DAMPINGS[dof].name for axis, dof in enumerate(dofs)}
 
+    passes = count(1)
+
     def watch(one: Pass) -> None:
+        number = next(passes)
         values = map_.values(one.point.raw).tolist()
         half = (Z95 * one.covariance.diagonal().sqrt() * map_.slope(one.point.raw)).tolist()
         told = ", ".join(f"{name} {values[i]:.4g} ± {half[i]:.2g}" for i, name in names.items())
-        progress(one.number / (one.number + USUAL_PASSES), f"pass {one.number}: {told}")
+        progress(number / (number + USUAL_PASSES), f"pass {number}: {told}")
 
     return watch
 

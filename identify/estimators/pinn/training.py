@@ -16,11 +16,15 @@ from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
 
-SETTLED = 0.05
-"""Training ends once no coefficient would move by more than this share of its standard error, """
+SETTLED, LEVELS_SETTLED = 0.05, 0.5
+"""Training ends once no coefficient would move by more than this share of its standard error, no noise level by more
+than that one of its own, """
 
 PATIENCE, FLAT = 4, 0.02
 """or once the loss fell by less than FLAT in so many passes: a hundredth of what one standard error costs."""
+
+SETTLED_TEXT = f"no coefficient would move by {100 * SETTLED:.0f} % of its standard error"
+FLAT_TEXT = f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"
 
 MOST_PASSES = 40
 
@@ -48,13 +52,10 @@ class Point:
 
 @dataclass(frozen=True)
 class Pass:
-    """One pass: its number, where it led, the covariance (p, p) of the raw parameters, and the largest move of one
-    in standard errors."""
+    """One pass: where it is, and the covariance (p, p) of the raw parameters there."""
 
-    number: int
     point: Point
     covariance: Tensor
-    moved: float
 
 
 @dataclass(frozen=True)
@@ -96,22 +97,21 @@ class Trainer:
 
     def train(self, point: Point) -> Trained:
         """Train from a point."""
-        losses = [self.loss(point)]
+        count, losses = len(point.raw), [self.loss(point)]
         for number in range(1, MOST_PASSES + 1):
             # Once more about the state that the last step led to: its slope is worth a second look.
             point = self.at(point.raw, point.noise, point.equations.state)
             told = self.curvature_at(point)
             curvature = told + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
+            self.watch(Pass(point, inverse[:count, :count]))
             step = -inverse @ point.slope
-            covariance = inverse[: len(point.raw), : len(point.raw)]
-            moved = float((step[: len(point.raw)].abs() / covariance.diagonal().sqrt()).max())
-            flat = len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT
-            if moved < SETTLED or flat:
-                return Trained(point, curvature, told, number, True, _reason(moved))
+            moved = step.abs() / inverse.diagonal().sqrt()
+            settled = float(moved[:count].max()) < SETTLED and float(moved[count:].max()) < LEVELS_SETTLED
+            if settled or (len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT):
+                return Trained(point, curvature, told, number, True, SETTLED_TEXT if settled else FLAT_TEXT)
             point = self._down(point, step)
             losses.append(self.loss(point))
-            self.watch(Pass(number, point, covariance, moved))
         return Trained(point, curvature, told, MOST_PASSES, False, "it had not settled")
 
     def loss(self, point: Point) -> float:
@@ -134,9 +134,3 @@ class Trainer:
             if self.loss(there) < self.loss(point) + UPHILL or share < LEAST_SHARE:
                 return there
             share /= 3
-
-
-def _reason(moved: float) -> str:
-    if moved < SETTLED:
-        return f"no coefficient would move by {100 * SETTLED:.0f} % of its standard error"
-    return f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"

@@ -1,0 +1,91 @@
+"""Training ends with a reason: settled, flat, or at its bound; a step that leads up is shortened."""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from identify.estimators.pinn.noise import Noise, Prior
+from identify.estimators.pinn.training import MOST_PASSES, Point, Trainer
+
+ONE = torch.ones(1, dtype=torch.float64)
+LEVELS = Noise(ONE, ONE, ONE)
+
+
+@dataclass(frozen=True)
+class Bowl(Trainer):
+    """A loss of known shape in one raw parameter in place of a network's, `tried` wherever it was asked."""
+
+    shape: object = None
+    tried: list = field(default_factory=list)
+
+    def at(self, raw, noise, state):
+        value = raw.clone().requires_grad_()
+        half_loss = self.shape(value).sum()
+        (slope,) = torch.autograd.grad(half_loss, value)
+        self.tried.append(float(raw))
+        nothing = torch.zeros(1, 1, 1, dtype=torch.float64)
+        equations = SimpleNamespace(
+            loss=2 * float(half_loss.detach()),
+            state=state,
+            leaning=nothing,
+            prior=0 * torch.eye(1, dtype=torch.float64),
+        )
+        return Point(raw, noise, equations, torch.cat([slope, torch.zeros(3, dtype=torch.float64)]))
+
+
+def train(shape, curvature, start=0.0):
+    """The bowl, what training it comes to, and the passes that were told."""
+    passes = []
+    prior = Prior(LEVELS, ONE)
+    full = torch.eye(4, dtype=torch.float64)
+    full[0, 0] = curvature
+    bowl = Bowl(SimpleNamespace(axes=1), None, prior, lambda _: full, passes.append, shape)
+    state = torch.zeros(1, 1, dtype=torch.float64)
+    point = bowl.at(torch.tensor([start], dtype=torch.float64), LEVELS, state)
+    return bowl, bowl.train(point), passes
+
+
+def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
+    _, found, passes = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
+    assert found.settled
+    assert float(found.point.raw) == pytest.approx(0.4)
+    assert len(passes) == found.passes == 2
+    assert "5 % of its standard error" in found.reason
+
+
+def test_a_step_that_leads_up_is_shortened():
+    """The curvature given is a fifth of the true one: the whole step goes four times too far."""
+    bowl, found, _ = train(lambda x: 50 * (x - 0.1) ** 2, 20.0)
+    assert max(bowl.tried) == pytest.approx(0.5)
+    assert found.settled
+    assert float(found.point.raw) == pytest.approx(0.1, abs=0.02)
+
+
+def test_a_pass_moves_no_raw_parameter_by_more_than_one():
+    bowl, found, _ = train(lambda x: 50 * (x - 7.0) ** 2, 100.0)
+    steps = [b - a for a, b in zip(bowl.tried, bowl.tried[1:], strict=False)]
+    assert max(steps) == pytest.approx(1.0)
+    assert float(found.point.raw) == pytest.approx(7.0, abs=0.01)
+
+
+def test_a_loss_that_falls_no_more_ends_training_with_that_reason():
+    _, found, _ = train(lambda x: 1e-3 * x, 1e-4)
+    assert found.settled
+    assert "fell by less" in found.reason
+
+
+def test_a_loss_without_an_end_is_left_at_the_bound_of_passes_and_not_called_settled():
+    _, found, passes = train(lambda x: -x, 1.0)
+    assert not found.settled
+    assert len(passes) == found.passes == MOST_PASSES
+    assert found.reason
+
+
+def test_the_curvature_comes_with_the_priors_and_without():
+    _, found, _ = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
+    added = found.curvature - found.told
+    torch.testing.assert_close(
+        added.diagonal(), torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
+    )
