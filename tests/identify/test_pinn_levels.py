@@ -87,7 +87,7 @@ def path(disturbance_n, time_s, steps):
         d.append(kept * d[-1] + disturbance_n * np.sqrt(1 - kept**2) * rng.normal())
     d = torch.tensor(d, dtype=torch.float64)[:, None]
     zero = torch.zeros(1, dtype=torch.float64)
-    return Moments(row(0.0, 0.0), zero, zero, d[:-1] ** 2, d[:-1] * d[1:], d[1:] ** 2, d[0] ** 2), d[:, 0]
+    return Moments(row(0.0, 0.0), zero, d[:-1] ** 2, d[:-1] * d[1:], d[1:] ** 2, d[0] ** 2), d[:, 0]
 
 
 def test_the_slope_in_the_levels_of_a_known_disturbance_is_that_of_its_likelihood():

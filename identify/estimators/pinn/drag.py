@@ -39,7 +39,7 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     columns = torch.cat([pulled.residual[:, :, None], pulled.raw, rows], dim=2)
     found = eliminated(pulled, columns, first_precision(noise, len(data.interval.placed)), state)
     before, after = entangled(own, found.on, found.beside, n)
-    inverse = torch.linalg.inv(stepped(own, data.interval))
+    inverse = torch.linalg.inv(stepped(pulled, n)[0])
     trace = (h * speed.abs() / std**2 * (before + after)[:, each, each]).sum(dim=0)
     trace = trace - (h * speed.abs() * inverse[:, each, each]).sum(dim=0)
     size = 1 + len(raw)

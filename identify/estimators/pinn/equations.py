@@ -17,7 +17,7 @@ from torch import Tensor
 from identify.estimators.pinn.blocks import factorise, selected_inverse, solve
 from identify.estimators.pinn.network import Data, Pull, first_precision, moments, pull, spent
 from identify.estimators.pinn.noise import Moments, Noise
-from identify.estimators.pinn.physics import Balance, Interval
+from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
 
 
@@ -78,64 +78,35 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
     found = eliminated(pulled, torch.cat([pulled.residual[:, :, None], pulled.raw], dim=2), first, state)
     step = found.towards[:, :, :1]
     residual, tilt = map_.prior(raw)
-    trace, log_slope, log_value = _integrated(data, map_, raw, pulled, found.on, found.beside)
     best = state - step[:, :, 0]
     left = pulled.residual - (pulled.before @ step[:-1] + pulled.after @ step[1:])[:, :, 0]
-    expected = moments(data, best, replace(pulled, residual=left), found.on, found.beside)
-    dofs = list(data.interval.dofs)
-    trace[dofs] += expected.mass * (map_.slope(raw) / map_.values(raw))[dofs]
-    loss = found.square[0, 0] + (residual**2).sum() + found.log_det - 2 * log_value
+    _, turned = stepped(pulled, data.axes)
+    loss = found.square[0, 0] + (residual**2).sum() + found.log_det - 2 * turned.sum()
     return Equations(
-        found.square[0, 1:] + tilt * residual + trace - log_slope,
+        _slope(data, map_, raw, best, noise, found) + tilt * residual,
         found.square[1:, 1:],
         torch.diag(tilt**2),
         best,
         found.towards[:, :, 1:],
         found.on,
         found.beside,
-        expected,
-        float(loss) + spent(data, pulled, noise),
+        moments(data, best, replace(pulled, residual=left), found.on, found.beside),
+        float(loss) + spent(pulled, noise),
     )
 
 
-def _integrated(
-    data: Data, map_: Raw, raw: Tensor, pulled: Pull, on: Tensor, beside: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """What integrating the weights out adds: slopes of half the log determinant, and of the Jacobian's logarithm."""
-    known, n = data.interval, data.axes
-    axes = list(known.dofs)
-    own, std = pulled.balance, pulled.std[:, :n]
-    h = known.step_s[:, None]
-    weight = 1 / std**2
-    at_before, at_after = entangled(own, on, beside, n)
-    both, gained = at_before + at_after, at_after - at_before
-    slopes = torch.zeros(6 + 2 * n, dtype=raw.dtype, device=raw.device)
-    index = torch.arange(n, device=raw.device)
-    slopes[6 : 6 + n] = (weight * 0.5 * h * both[:, index, index]).sum(dim=0)
-    slopes[axes] += (weight * gained[:, index, index]).sum(dim=0)
-    # d/dM_j of the slope of C(nu) nu: 2 forms[a, j, k, l] nu_l.
-    bent = torch.einsum("Na,Nka,Nl->akl", weight * h, both, own.mean)
-    slopes[:6] += torch.einsum("ajkl,akl->j", known.forms[axes][:, :, axes], bent)
-    square = stepped(own, known)
-    value = torch.linalg.slogdet(square).logabsdet
-    inverse = torch.linalg.inv(square)
-    log_slopes = torch.zeros_like(slopes)
-    log_slopes[6 : 6 + n] = (0.5 * h * inverse[:, index, index]).sum(dim=0)
-    log_slopes[axes] += inverse[:, index, index].sum(dim=0)
-    bent = torch.einsum("N,Nka,Nl->akl", h[:, 0], inverse, own.mean)
-    log_slopes[:6] += torch.einsum("ajkl,akl->j", known.forms[axes][:, :, axes], bent)
-    # The rows that hang on how the disturbance bends the velocity.
-    rows = slice(2 * n, None)
-    owner = pulled.owner[rows]
-    each = torch.arange(len(owner), device=raw.device)
-    with_first = on[:-1] @ pulled.before[:, rows].mT + beside @ pulled.after[:, rows].mT
-    with_second = beside.mT @ pulled.before[:, rows].mT + on[1:] @ pulled.after[:, rows].mT
-    differ = with_first[:, n + owner, each] - with_second[:, n + owner, each]
-    dof = torch.tensor(known.dofs, device=raw.device)[owner]
-    unit = pulled.before[:, rows][:, each, n + owner] / map_.values(raw)[dof]
-    slopes.index_add_(0, dof, -(unit * differ).sum(dim=0))
-    value = (value - std.log().sum(dim=1)).sum()
-    return slopes * map_.slope(raw), log_slopes * map_.slope(raw), value
+def _slope(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, found: Eliminated) -> Tensor:
+    """Of half the loss without priors, in the raw parameters, by automatic differentiation of its expectation."""
+    with torch.enable_grad():
+        asked = raw.detach().clone().requires_grad_()
+        there = pull(data, map_, asked, state, noise)
+        spread = ((there.before @ found.on[:-1] + 2 * there.after @ found.beside.mT) * there.before).sum()
+        spread = spread + ((there.after @ found.on[1:]) * there.after).sum()
+        _, turned = stepped(there, data.axes)
+        scale = (there.std.log() * there.known).sum()
+        expected = 0.5 * ((there.residual**2).sum() + spread) + scale - turned.sum()
+        (slope,) = torch.autograd.grad(expected, asked)
+    return slope
 
 
 def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
@@ -145,10 +116,13 @@ def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor,
     return before, after
 
 
-def stepped(own: Balance, known: Interval) -> Tensor:
-    """Slope (N, n, n) of the balances in the velocities after an interval, angles and depth turned by them too."""
-    n = len(known.dofs)
-    out = own.after[:, :, :n].clone()
-    for i, axis in enumerate(known.placed):
-        out[:, :, axis] += 0.5 * known.step_s[:, None] * own.after[:, :, 2 * n + i]
-    return out
+def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:
+    """Slope (N, n, n) of the balances in the velocities after an interval, with angles and depth taken along; and the
+    logarithm (N,) of the determinant of balances and positions together."""
+    after = pulled.balance.after
+    x = after.shape[2] - 2 * n
+    position = (pulled.after * pulled.std[:, :, None])[:, 2 * n : 2 * n + x]
+    along = torch.linalg.solve(position[:, :, 2 * n :], position[:, :, :n])
+    square = after[:, :, :n] - after[:, :, 2 * n :] @ along
+    value = torch.linalg.slogdet(square).logabsdet + torch.linalg.slogdet(position[:, :, 2 * n :]).logabsdet
+    return square, value

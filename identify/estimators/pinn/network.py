@@ -14,7 +14,7 @@ from torch import Tensor
 
 from identify.estimators.pinn.layout import Layout
 from identify.estimators.pinn.noise import Moments, Noise
-from identify.estimators.pinn.physics import Balance, Interval, balance, coriolis_forms
+from identify.estimators.pinn.physics import Balance, Interval, balance, bending, coriolis_forms
 from identify.estimators.pinn.raw import Raw
 
 POSITION_STD, ROUGHNESS = 3e-6, 2e-5
@@ -54,7 +54,8 @@ class Pull:
     before, after (N, R, s): in the states at both ends of an interval; raw (N, R, p). The first n rows are the
     physics, then n of the disturbance, x of positions, and C of the readings. std (N, R); wander (N, R): which share
     of that variance a disturbance makes that wanders within the interval; known (N, R): 1, or 0 where nothing was read.
-    owner (R,): the axis of each row. balance is the physics, unscaled.
+    owner (R,): the axis of each row. bent (N, x + C): what a force that changes makes of positions and readings, over
+    their standard deviations. balance is the physics, unscaled.
     """
 
     residual: Tensor
@@ -65,6 +66,7 @@ class Pull:
     wander: Tensor
     known: Tensor
     owner: Tensor
+    bent: Tensor
     balance: Balance
 
 
@@ -146,9 +148,10 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     swung = torch.cat([-0.5 * h * torch.ones_like(wander[:, position]), data.swung], dim=1)
     rows = torch.arange(2 * n, len(owner), device=state.device)
     bent, swung = bent / mass[owner[rows]], swung * known.swing[:, owner[rows]] / mass[owner[rows]]
-    before[:, rows, n + owner[rows]] += bent
-    after[:, rows, n + owner[rows]] -= bent
-    by_mass = swung + bent * (first[:, n + owner[rows]] - second[:, n + owner[rows]])
+    bend = bending(known, given.damping, width)[owner[rows]]
+    before[:, rows] += bent[:, :, None] * bend
+    after[:, rows] -= bent[:, :, None] * bend
+    by_mass = swung + bent * ((first - second) @ bend.mT)
 
     residual = torch.einsum("nrs,ns->nr", before, first) + torch.einsum("nrs,ns->nr", after, second)
     residual[:, :n] = own.residual
@@ -158,6 +161,8 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     by_raw[:, :n] = torch.cat([own.mass, own.damping, own.trim], dim=2) * slope
     dof = torch.tensor(known.dofs, device=state.device)[owner[rows]]
     by_raw[:, rows, dof] = -by_mass / given.mass[dof] * slope[dof]
+    gain = second[:, owner[rows]] - first[:, owner[rows]]
+    by_raw[:, rows, 6 + owner[rows]] = bent * gain * slope[6 + owner[rows]]
     std = variance.sqrt()
     weight = there / std
     return Pull(
@@ -169,6 +174,7 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
         wander / variance,
         there,
         owner,
+        bent * weight[:, 2 * n :],
         own,
     )
 
@@ -202,14 +208,12 @@ def moments(data: Data, state: Tensor, pulled: Pull, on: Tensor, beside: Tensor)
     zero = torch.zeros(n, dtype=state.dtype, device=state.device)
     total = wander.sum(dim=0)
     thrown = zero.index_add(0, pulled.owner, total)
-    weighed = rest[:, :n].sum(dim=0).index_add(0, pulled.owner[2 * n :], -total[2 * n :])
-    return Moments(sensor, thrown, weighed, own[:-1], across, own[1:], own[0])
+    return Moments(sensor, thrown, own[:-1], across, own[1:], own[0])
 
 
-def spent(data: Data, pulled: Pull, noise: Noise) -> float:
+def spent(pulled: Pull, noise: Noise) -> float:
     """Twice the logarithm of what the residuals were divided by, and of the first disturbance's."""
-    n = data.axes
-    return 2 * float((pulled.std.log() * pulled.known)[:, n:].sum() + noise.disturbance.log().sum())
+    return 2 * float((pulled.std.log() * pulled.known).sum() + noise.disturbance.log().sum())
 
 
 def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Tensor:

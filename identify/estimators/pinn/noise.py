@@ -58,14 +58,12 @@ class Moments:
     """What the network says of its residuals: expectations over its own uncertainty.
 
     By how much expected squares, in shares of their variances, fall short of one, summed: sensor (C,), of what the
-    sensors' noise makes; wander (n,), of what the disturbance does as it wanders within intervals; mass (n,), by
-    the logarithm of each mass. d00, d01, d11 (N, n): of the disturbance at both ends of every interval; first (n,):
-    squared, at the first node.
+    sensors' noise makes; wander (n,), of what the disturbance does as it wanders within intervals. d00, d01, d11
+    (N, n): of the disturbance at both ends of every interval; first (n,): squared, at the first node.
     """
 
     sensor: Tensor
     wander: Tensor
-    mass: Tensor
     d00: Tensor
     d01: Tensor
     d11: Tensor

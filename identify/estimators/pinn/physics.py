@@ -4,8 +4,9 @@ The weak form with one test function an interval: what momentum gained, less wha
 
     R = M (nu1 - nu0) + h (C(nu_m) nu_m + D nu_m + K x_m - push - trim - (d0 + d1) / 2),
 
-with nu_m the mean of the network's velocity. No velocity is differentiated, so noise does no harm, and each line
-is a polynomial: its slopes are written down and held equal to automatic differentiation by a test.
+with nu_m and x_m the means of the network's velocity and of its integral: a trapezium's, and what Euler and
+Maclaurin add for forces that differ between the ends. No velocity is differentiated, so noise does no harm, and each
+line is a polynomial: its slopes are written down and held equal to automatic differentiation by a test.
 """
 
 from dataclasses import dataclass
@@ -80,36 +81,51 @@ class Balance:
 
 def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
     """The balance of momentum of every interval; `state` (N + 1, s)."""
-    axes, n = list(known.dofs), len(known.dofs)
+    axes, n, width = list(known.dofs), len(known.dofs), state.shape[1]
     first, second, h = state[:-1], state[1:], known.step_s[:, None]
     mass = given.mass[axes]
+    eye = torch.eye(n, width, dtype=state.dtype, device=state.device)
+    force = bending(known, given.damping, width)
+    bent = (first - second) @ force.mT
     mean = known.others.clone()
-    mean[:, axes] = mean[:, axes] + 0.5 * (first[:, :n] + second[:, :n]) + 0.5 * known.swing / mass
+    swung = 0.5 * known.swing + h / 12 * bent
+    mean[:, axes] = mean[:, axes] + 0.5 * (first[:, :n] + second[:, :n]) + swung / mass
     by_mass = torch.einsum("ajkl,Nk,Nl->Naj", known.forms[axes], mean, mean)
     turned = 2 * torch.einsum("akl,Nl->Nak", torch.einsum("ajkl,j->akl", known.forms[axes], given.mass), mean)
     gain = second[:, :n] - first[:, :n]
-    held = torch.zeros_like(gain)
+    angle = torch.zeros(n, width, dtype=state.dtype, device=state.device)
     for i, axis in enumerate(known.placed):
-        held[:, axis] = 0.5 * known.stiffness[axis] * (first[:, 2 * n + i] + second[:, 2 * n + i])
+        angle[axis, 2 * n + i] = 1.0
+    held = known.stiffness * (0.5 * (first + second) @ angle.mT - h / 12 * gain)
     d = 0.5 * (first[:, n : 2 * n] + second[:, n : 2 * n])
-    force = by_mass @ given.mass + given.damping * mean[:, axes] + held - known.push - given.trim - d
-    eye = torch.eye(n, dtype=state.dtype, device=state.device)
-    nu_slope = 0.5 * h[:, :, None] * (turned[:, :, axes] + torch.diag(given.damping))
-    rest = torch.zeros(len(h), n, state.shape[1] - n, dtype=state.dtype, device=state.device)
-    rest[:, :, :n] = -0.5 * h[:, :, None] * eye
-    for i, axis in enumerate(known.placed):
-        rest[:, axis, n + i] = 0.5 * h[:, 0] * known.stiffness[axis]
+    total = by_mass @ given.mass + given.damping * mean[:, axes] + held - known.push - given.trim - d
+    slope = h[:, :, None] * (turned[:, :, axes] + torch.diag(given.damping))
+    bend = h[:, :, None] / 12 * (force / mass[:, None])
+    pull = 0.5 * h[:, :, None] * (known.stiffness[:, None] * angle - eye.roll(n, dims=1))
+    turn = h[:, :, None] ** 2 / 12 * known.stiffness[:, None] * eye
     mass_slope = h[:, :, None] * by_mass
     mass_slope[:, range(n), axes] += gain
-    # The lighter the vehicle, the further its velocity swings under the thrust.
-    mass_slope[:, :, axes] -= nu_slope * (known.swing / mass**2)[:, None, :]
+    # The lighter the vehicle, the further its velocity swings and bends.
+    mass_slope[:, :, axes] -= slope * (swung / mass**2)[:, None, :]
     return Balance(
-        mass * gain + h * force,
-        torch.cat([nu_slope - torch.diag(mass), rest], dim=2),
-        torch.cat([nu_slope + torch.diag(mass), rest], dim=2),
+        mass * gain + h * total,
+        slope @ (0.5 * eye + bend) + pull + turn - mass[:, None] * eye,
+        slope @ (0.5 * eye - bend) + pull - turn + mass[:, None] * eye,
         mass_slope,
-        h[:, :, None] * torch.diag_embed(mean[:, axes]),
-        -h[:, :, None] * eye.expand(len(h), n, n),
+        h[:, :, None] * torch.diag_embed(mean[:, axes]) + slope * (h / 12 * gain / mass)[:, None, :],
+        -h[:, :, None] * eye[:, :n].expand(len(h), n, n),
         mean,
         turned,
     )
+
+
+def bending(known: Interval, damping: Tensor, width: int) -> Tensor:
+    """(n, s): the force at an instant that changes within an interval and bends the velocity, by the state there."""
+    n = len(known.dofs)
+    out = torch.zeros(n, width, dtype=damping.dtype, device=damping.device)
+    each = torch.arange(n, device=damping.device)
+    out[each, each] = -damping
+    out[each, n + each] = 1.0
+    for i, axis in enumerate(known.placed):
+        out[axis, 2 * n + i] = -known.stiffness[axis]
+    return out
