@@ -32,7 +32,7 @@ class Bowl(Trainer):
             leaning=nothing,
             prior=0 * torch.eye(1, dtype=torch.float64),
         )
-        return Point(raw, noise, equations, torch.cat([slope, torch.zeros(3, dtype=torch.float64)]))
+        return Point(raw, noise, equations, torch.cat([slope, torch.zeros(3, dtype=torch.float64)]), 0.0)
 
 
 def train(shape, curvature, start=0.0):

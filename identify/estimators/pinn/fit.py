@@ -107,13 +107,16 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
 
 def _trained(task: Task) -> tuple[Trainer, Trained]:
     """Trained on all readings but those that are wild where it ended."""
-    point, left_out = task.start, _wild(task.trainer, task.start)
+    trainer, point = task.trainer, task.start
+    left_out = torch.zeros_like(trainer.data.known)
     for _ in range(MOST_TRAININGS):
-        trainer = replace(task.trainer, data=without(task.trainer.data, left_out))
-        trained = trainer.train(trainer.at(point.raw, point.noise, point.equations.state))
-        point, before = trained.point, left_out
-        left_out = _wild(task.trainer, point)
-        if torch.equal(left_out, before):
+        before, left_out = left_out, _wild(task.trainer, point)
+        if not torch.equal(left_out, before):
+            trainer = replace(trainer, data=without(task.trainer.data, left_out))
+            point = trainer.at(point.raw, point.noise, point.equations.state)
+        trained = trainer.train(point)
+        point = trained.point
+        if torch.equal(_wild(task.trainer, point), left_out):
             break
     return trainer, trained
 

@@ -31,6 +31,9 @@ MOST_PASSES = 40
 LARGEST_STEP = 1.0
 """Of a raw parameter or the logarithm of a noise level, in one pass."""
 
+NEAR = 0.01
+"""A state that lies further off than this, in standard deviations, is solved for once more before its slope is used."""
+
 UPHILL, LEAST_SHARE = 5e-3, 0.01
 """What the loss may rise by in a pass, and the smallest share of a step that is tried against more."""
 
@@ -38,12 +41,14 @@ UPHILL, LEAST_SHARE = 5e-3, 0.01
 @dataclass(frozen=True)
 class Point:
     """Where training is: raw parameters (p,), noise, the equations there with their best state, and the slope of half
-    the loss in raw parameters and logarithms of noise levels."""
+    the loss in raw parameters and logarithms of noise levels. shift: how far the best state lies from the one that
+    they were made linear about, at most, in its own standard deviations."""
 
     raw: Tensor
     noise: Noise
     equations: Equations
     slope: Tensor
+    shift: float
 
     def where(self) -> Tensor:
         """Raw parameters, then logarithms of noise levels."""
@@ -93,14 +98,15 @@ class Trainer:
         here = equations(self.data, self.map_, raw, state, noise)
         levels = slope(here.moments, self.data.interval.step_s, noise)
         levels = levels + self.prior.residual(noise) / self.prior.spread()
-        return Point(raw, noise, here, torch.cat([here.gradient, levels]))
+        shift = (here.state - state).abs() / here.on.diagonal(dim1=1, dim2=2).sqrt()
+        return Point(raw, noise, here, torch.cat([here.gradient, levels]), float(shift.max()))
 
     def train(self, point: Point) -> Trained:
         """Train from a point."""
         count, losses = len(point.raw), [self.loss(point)]
         for number in range(1, MOST_PASSES + 1):
-            # Once more about the state that the last step led to: its slope is worth a second look.
-            point = self.at(point.raw, point.noise, point.equations.state)
+            if point.shift > NEAR:
+                point = self.at(point.raw, point.noise, point.equations.state)
             told = self.curvature_at(point)
             curvature = told + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
