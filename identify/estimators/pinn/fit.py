@@ -28,8 +28,9 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
-STEP_S = 0.1
-"""Between two instants of the network."""
+FINEST_S, COARSEST_S, MANY_INSTANTS = 0.05, 0.1, 6000
+"""Between two instants of the network: fine, so that it follows what a light vehicle's roll does within a second; in
+a dive of more than so many instants coarser, which then costs little, for time grows with their number."""
 
 MOST_TRAININGS = 6
 """Every one leaves out the readings that are wild where the one before ended, until they are the same."""
@@ -83,7 +84,7 @@ def task_of(
 ) -> Task:
     """The task that a dive sets; there is at least one axis."""
     shape = file.vehicle.configurations[configuration]
-    layout = lay_out(dive, file, configuration, built, STEP_S)
+    layout = lay_out(dive, file, configuration, built, _step_s(dive))
     map_ = raw_of(shape, layout.dofs, device)
     guide = Guide(layout.dofs, map_, filters_of(built, shape))
     prior = _prior(shape, layout, device)
@@ -103,6 +104,10 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
     trainer, trained = _trained(task)
     progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
     return _fit(task.layout, trainer, trained)
+
+
+def _step_s(dive: Dive) -> float:
+    return min(max(dive.duration_s / MANY_INSTANTS, FINEST_S), COARSEST_S)
 
 
 def _trained(task: Task) -> tuple[Trainer, Trained]:

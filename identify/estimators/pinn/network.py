@@ -54,8 +54,7 @@ class Pull:
     before, after (N, R, s): in the states at both ends of an interval; raw (N, R, p). The first n rows are the
     physics, then n of the disturbance, x of positions, and C of the readings. std (N, R); wander (N, R): which share
     of that variance a disturbance makes that wanders within the interval; known (N, R): 1, or 0 where nothing was read.
-    owner (R,): the axis of each row. bent (N, x + C): what a force that changes makes of positions and readings, over
-    their standard deviations. balance is the physics, unscaled.
+    owner (R,): the axis of each row. balance is the physics, unscaled.
     """
 
     residual: Tensor
@@ -66,7 +65,6 @@ class Pull:
     wander: Tensor
     known: Tensor
     owner: Tensor
-    bent: Tensor
     balance: Balance
 
 
@@ -174,7 +172,6 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
         wander / variance,
         there,
         owner,
-        bent * weight[:, 2 * n :],
         own,
     )
 
