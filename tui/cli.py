@@ -102,7 +102,11 @@ def _run(argv: list[str]) -> int:
             near = difflib.get_close_matches(verb, VERBS, n=1)
             hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
             raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
-        return load(verb).run(verb_parser(verb).parse_args(argv[1:]))
+        arguments = verb_parser(verb).parse_args(argv[1:])
+        from tui.outputs import check_inputs_stay
+
+        check_inputs_stay(arguments)
+        return load(verb).run(arguments)
     except SystemExit as stop:
         return int(stop.code or 0)
 

@@ -1,13 +1,25 @@
 """The places that a verb will write to, looked at before it reads anything: no hour's work ends in a misspelt path."""
 
+import argparse
+import glob
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from bridge.vehicle.config import CONFIGS, load_vehicle
+from gcs_plugin.params.sidecar import sidecar_path
 from tui.exit_codes import UsageError
 from tui.show import STANDARD_OUTPUT
 
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
+WRITTEN = ("json", "csv", "param", "report", "out", "parameters")
+"""Options of all verbs that name a file to write; what names a folder is no file and does no harm here."""
+
+READ = ("dives", "dive", "file", "after", "mission")
+"""Words and options of all verbs that name files or folders to read, beside the vehicle file and its column map."""
+
+RECORDING_SUFFIXES = (".tlog", ".tlog.gz", ".bin")
+DIVE_FOLDER_FILES = ("dive.yaml", "columns.yaml")
 
 
 def check_file(option: str, target: str | None, suffixes: tuple[str, ...] = ()) -> None:
@@ -52,3 +64,56 @@ def check_folder(option: str, target: str) -> None:
         raise UsageError(f"{option} {target}: {place} is no folder; name another")
     if not os.access(place, os.W_OK):
         raise UsageError(f"{option} {target}: can't be written there; name another place")
+
+
+def check_inputs_stay(arguments: argparse.Namespace) -> None:
+    """Raise UsageError where an option of any verb would write over a file that the same command reads.
+
+    Files count as one through links of either kind. Raises ConfigError where the vehicle file can't be read.
+    """
+    targets = {f"--{name}": getattr(arguments, name, None) for name in WRITTEN}
+    given = {option: Path(name) for option, name in targets.items() if name not in (None, STANDARD_OUTPUT)}
+    if "--param" in given:
+        given["the sidecar of --param"] = sidecar_path(given["--param"])
+    present = {option: path for option, path in given.items() if path.is_file()}
+    if not present:
+        return
+    for source in _inputs(arguments):
+        for option, path in present.items():
+            if path.samefile(source):
+                raise UsageError(
+                    f"{option} {path}: would write over {source}, which this command reads: nothing was done; "
+                    "name another file"
+                )
+
+
+def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
+    """The files that are there and that a command reads."""
+    for name in READ:
+        words = getattr(arguments, name, None) or ()
+        for word in (words,) if isinstance(words, str) else words:
+            for path in map(Path, [word, *glob.glob(word, recursive=True)]):
+                yield from (place for place in (path, sidecar_path(path)) if path.name and place.is_file())
+                yield from _of_dives(path)
+    columns, vehicle = getattr(arguments, "columns", None), getattr(arguments, "vehicle", None)
+    if columns is not None:
+        yield from _first(Path(columns), CONFIGS / "columns" / f"{columns}.yaml")
+    if vehicle is not None:
+        file = load_vehicle(vehicle)
+        table = file.vehicle.thrust_curve.file
+        yield file.path
+        yield from _first(file.path.with_suffix(".truth.yaml"))
+        yield from _first(file.path.parent / table, CONFIGS / "thrusters" / table)
+
+
+def _first(*places: Path) -> list[Path]:
+    return [place for place in places if place.is_file()][:1]
+
+
+def _of_dives(folder: Path) -> Iterator[Path]:
+    """The recordings in a folder and below it, and what else makes them dives."""
+    for place, _, names in os.walk(folder):
+        for name in names:
+            of_dive = name.startswith("telemetry") or name in DIVE_FOLDER_FILES
+            if (of_dive or name.lower().endswith(RECORDING_SUFFIXES)) and (Path(place) / name).is_file():
+                yield Path(place) / name

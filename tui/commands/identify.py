@@ -50,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.params.sidecar import sidecar_path
     from identify.comparison import compare
     from identify.identification import Outcome
     from identify.ingest.open import read_dive
@@ -62,7 +63,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError("--param takes what one dive tells; give one DIVE")
     if arguments.network and "paper" not in methods:
         raise exit_codes.UsageError("--network sizes the paper's network; give --method paper with it")
-    check_files({"--json": arguments.json, "--param": arguments.param, "--report": arguments.report})
+    targets = {"--json": arguments.json, "--param": arguments.param, "--report": arguments.report}
+    if arguments.param:
+        targets["the sidecar of --param"] = str(sidecar_path(Path(arguments.param)))
+    check_files(targets)
     check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
