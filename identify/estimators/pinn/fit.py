@@ -107,7 +107,10 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
 
 
 def _step_s(dive: Dive) -> float:
-    return min(max(dive.duration_s / MANY_INSTANTS, FINEST_S), COARSEST_S)
+    """Not longer than a command holds: a step of thrust within an interval is known by its area and moment alone."""
+    commands = dive.pwm if dive.pwm is not None else dive.tau_cmd
+    held_s = COARSEST_S if commands is None else 1.0 / max(commands.rate_hz, 1.0 / COARSEST_S)
+    return min(max(dive.duration_s / MANY_INSTANTS, FINEST_S), max(held_s, FINEST_S))
 
 
 def _trained(task: Task) -> tuple[Trainer, Trained]:

@@ -16,6 +16,9 @@ from identify.forces import wrench
 
 Array = NDArray[np.float64]
 
+NEAREST = 0.75
+"""Share of a step from which on the end of a gyro's interval may be the next instant."""
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -132,7 +135,7 @@ def _thinned(ends: Array, known: NDArray[np.bool_], step_s: float) -> Array:
     kept = [0]
     for i in range(1, len(ends)):
         beside_gap = not known[i] or (i + 1 < len(ends) and not known[i + 1])
-        if beside_gap or ends[i] - ends[kept[-1]] >= (1 - 1e-3) * step_s:
+        if beside_gap or ends[i] - ends[kept[-1]] >= NEAREST * step_s:
             kept.append(i)
     chosen: Array = ends[kept]
     return np.asarray(chosen[np.concatenate([[True], np.diff(chosen) > 1e-6])])
