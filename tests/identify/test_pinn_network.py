@@ -1,7 +1,5 @@
 """What pulls on the network: nothing where its state is an exact motion; slopes as differentiation has them."""
 
-from dataclasses import replace
-
 import network_tasks
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from bridge.vehicle.config import Configuration, Thruster
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.pinn.intervals import Readings, readings_in
 from identify.estimators.pinn.layout import Layout
-from identify.estimators.pinn.network import data_of, pull, wild, without
+from identify.estimators.pinn.network import between, data_of, pull, wild, without
 from identify.estimators.pinn.noise import Noise
 from identify.estimators.pinn.raw import raw_of
 
@@ -110,21 +108,10 @@ def test_the_noise_of_an_increment_grows_with_its_length():
     assert float(pulled.std[0, 5]) == pytest.approx(1e-3 * H, rel=1e-2)
 
 
-def part(data, first, count):
-    """A few intervals of the data."""
-    cut = slice(first, first + count)
-    known = replace(
-        data.interval,
-        **{name: getattr(data.interval, name)[cut] for name in ("step_s", "push", "swing", "others")},
-    )
-    names = ("value", "before", "after", "swung", "bent", "open", "scale", "known")
-    return replace(data, interval=known, **{name: getattr(data, name)[cut] for name in names})
-
-
 @pytest.mark.parametrize(("seed", "kind"), [(100_002, "rocking"), (100_033, "depth steps")])
 def test_every_slope_of_the_pull_is_that_of_automatic_differentiation(seed, kind):
     task = network_tasks.drawn(seed, kind, 22.0)
-    data, map_, point = part(task.trainer.data, 80, 3), task.trainer.map_, task.start
+    data, map_, point = between(task.trainer.data, slice(80, 83)), task.trainer.map_, task.start
     state = point.equations.state[80:84]
     found = pull(data, map_, point.raw, state, point.noise)
 

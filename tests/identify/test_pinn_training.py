@@ -15,16 +15,15 @@ LEVELS = Noise(ONE, ONE, ONE)
 
 @dataclass(frozen=True)
 class Bowl(Trainer):
-    """A loss of known shape in one raw parameter in place of a network's, `tried` wherever it was asked."""
+    """A loss of known shape in one raw parameter in place of a network's, `asked` wherever a step was tried."""
 
     shape: object = None
-    tried: list = field(default_factory=list)
+    asked: list = field(default_factory=list)
 
     def at(self, raw, noise, state):
         value = raw.clone().requires_grad_()
         half_loss = self.shape(value).sum()
         (slope,) = torch.autograd.grad(half_loss, value)
-        self.tried.append(float(raw))
         nothing = torch.zeros(1, 1, 1, dtype=torch.float64)
         equations = SimpleNamespace(
             loss=2 * float(half_loss.detach()),
@@ -32,7 +31,11 @@ class Bowl(Trainer):
             leaning=nothing,
             prior=0 * torch.eye(1, dtype=torch.float64),
         )
-        return Point(raw, noise, equations, torch.cat([slope, torch.zeros(3, dtype=torch.float64)]), 0.0)
+        return Point(raw, noise, equations, torch.cat([slope, torch.zeros(3, dtype=torch.float64)]))
+
+    def tried(self, raw, _noise, state):
+        self.asked.append(float(raw))
+        return state, 2 * float(self.shape(raw).sum())
 
 
 def train(shape, curvature, start=0.0):
@@ -58,14 +61,14 @@ def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
 def test_a_step_that_leads_up_is_shortened():
     """The curvature given is a fifth of the true one: the whole step goes four times too far."""
     bowl, found, _ = train(lambda x: 50 * (x - 0.1) ** 2, 20.0)
-    assert max(bowl.tried) == pytest.approx(0.5)
+    assert max(bowl.asked) == pytest.approx(0.5)
     assert found.settled
     assert float(found.point.raw) == pytest.approx(0.1, abs=0.02)
 
 
 def test_a_pass_moves_no_raw_parameter_by_more_than_one():
     bowl, found, _ = train(lambda x: 50 * (x - 7.0) ** 2, 100.0)
-    steps = [b - a for a, b in zip(bowl.tried, bowl.tried[1:], strict=False)]
+    steps = [b - a for a, b in zip(bowl.asked, bowl.asked[1:], strict=False)]
     assert max(steps) == pytest.approx(1.0)
     assert float(found.point.raw) == pytest.approx(7.0, abs=0.01)
 

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from identify.estimators.pinn.blocks import selected_inverse
 from identify.estimators.pinn.equations import eliminated, entangled, stepped
 from identify.estimators.pinn.network import Data, first_precision, pull
 from identify.estimators.pinn.raw import Raw
@@ -38,7 +39,7 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     rows[:, each, each] = h * speed * speed.abs() / std
     columns = torch.cat([pulled.residual[:, :, None], pulled.raw, rows], dim=2)
     found = eliminated(pulled, columns, first_precision(noise, len(data.interval.placed)), state)
-    before, after = entangled(own, found.on, found.beside, n)
+    before, after = entangled(own, *selected_inverse(found.factor), n)
     inverse = torch.linalg.inv(stepped(pulled, n)[0])
     trace = (h * speed.abs() / std**2 * (before + after)[:, each, each]).sum(dim=0)
     trace = trace - (h * speed.abs() * inverse[:, each, each]).sum(dim=0)

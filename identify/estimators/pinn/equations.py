@@ -14,11 +14,14 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.blocks import factorise, selected_inverse, solve
-from identify.estimators.pinn.network import Data, Pull, first_precision, moments, pull, spent
+from identify.estimators.pinn.blocks import Factor, factorise, selected_inverse, solve
+from identify.estimators.pinn.network import Data, Pull, between, first_precision, moments, pull, spent
 from identify.estimators.pinn.noise import Moments, Noise
 from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
+
+AT_A_TIME = 1024
+"""Intervals that the slope is worked out for at once."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +46,11 @@ class Equations:
 @dataclass(frozen=True)
 class Eliminated:
     """The state (N + 1, s) eliminated: towards (N + 1, s, k) is what takes each of k columns up, square (k, k) what is
-    left of their products. on, beside: blocks of the state's covariance."""
+    left of their products. The inverse of what `factor` is of is the state's covariance."""
 
     towards: Tensor
     square: Tensor
-    on: Tensor
-    beside: Tensor
-    log_det: Tensor
+    factor: Factor
 
 
 def eliminated(pulled: Pull, columns: Tensor, first: Tensor, state: Tensor) -> Eliminated:
@@ -68,7 +69,15 @@ def eliminated(pulled: Pull, columns: Tensor, first: Tensor, state: Tensor) -> E
     flat = columns.flatten(0, 1)
     square = flat.mT @ flat - right.flatten(0, 1).mT @ towards.flatten(0, 1)
     square[0, 0] += (first * state[0] ** 2).sum()
-    return Eliminated(towards, square, *selected_inverse(factor), factor.log_det)
+    return Eliminated(towards, square, factor)
+
+
+def solved(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> tuple[Tensor, float]:
+    """The best state (N + 1, s) and the loss alone, linearised about `state`: to try a step by."""
+    pulled = pull(data, map_, raw, state, noise)
+    first = first_precision(noise, len(data.interval.placed))
+    found = eliminated(pulled, pulled.residual[:, :, None], first, state)
+    return state - found.towards[:, :, 0], _loss(map_, raw, noise, pulled, found)
 
 
 def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Equations:
@@ -76,36 +85,52 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
     pulled = pull(data, map_, raw, state, noise)
     first = first_precision(noise, len(data.interval.placed))
     found = eliminated(pulled, torch.cat([pulled.residual[:, :, None], pulled.raw], dim=2), first, state)
+    on, beside = selected_inverse(found.factor)
     step = found.towards[:, :, :1]
     residual, tilt = map_.prior(raw)
     best = state - step[:, :, 0]
     left = pulled.residual - (pulled.before @ step[:-1] + pulled.after @ step[1:])[:, :, 0]
-    _, turned = stepped(pulled, data.axes)
-    loss = found.square[0, 0] + (residual**2).sum() + found.log_det - 2 * turned.sum()
     return Equations(
-        _slope(data, map_, raw, best, noise, found) + tilt * residual,
+        _slope(data, map_, raw, best, noise, on, beside) + tilt * residual,
         found.square[1:, 1:],
         torch.diag(tilt**2),
         best,
         found.towards[:, :, 1:],
-        found.on,
-        found.beside,
-        moments(data, best, replace(pulled, residual=left), found.on, found.beside),
-        float(loss) + spent(pulled, noise),
+        on,
+        beside,
+        moments(data, best, replace(pulled, residual=left), on, beside),
+        _loss(map_, raw, noise, pulled, found),
     )
 
 
-def _slope(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, found: Eliminated) -> Tensor:
-    """Of half the loss without priors, in the raw parameters, by automatic differentiation of its expectation."""
-    with torch.enable_grad():
-        asked = raw.detach().clone().requires_grad_()
-        there = pull(data, map_, asked, state, noise)
-        spread = ((there.before @ found.on[:-1] + 2 * there.after @ found.beside.mT) * there.before).sum()
-        spread = spread + ((there.after @ found.on[1:]) * there.after).sum()
-        _, turned = stepped(there, data.axes)
-        scale = (there.std.log() * there.known).sum()
-        expected = 0.5 * ((there.residual**2).sum() + spread) + scale - turned.sum()
-        (slope,) = torch.autograd.grad(expected, asked)
+def _loss(map_: Raw, raw: Tensor, noise: Noise, pulled: Pull, found: Eliminated) -> float:
+    residual, _ = map_.prior(raw)
+    _, turned = stepped(pulled, map_.axes)
+    loss = found.square[0, 0] + (residual**2).sum() + found.factor.log_det - 2 * turned.sum()
+    return float(loss) + spent(pulled, noise)
+
+
+def _slope(
+    data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, beside: Tensor
+) -> Tensor:
+    """Of half the loss without priors, in the raw parameters, by automatic differentiation of its expectation.
+
+    The expectation is a sum over intervals: so many at a time stay in the processor's cache.
+    """
+    slope = torch.zeros_like(raw)
+    for start in range(0, len(beside), AT_A_TIME):
+        cut = slice(start, min(start + AT_A_TIME, len(beside)))
+        nodes = slice(cut.start, cut.stop + 1)
+        with torch.enable_grad():
+            asked = raw.detach().clone().requires_grad_()
+            there = pull(between(data, cut), map_, asked, state[nodes], noise)
+            across = 2 * there.after @ beside[cut].mT
+            spread = ((there.before @ on[nodes][:-1] + across) * there.before).sum()
+            spread = spread + ((there.after @ on[nodes][1:]) * there.after).sum()
+            _, turned = stepped(there, data.axes)
+            scale = (there.std.log() * there.known).sum()
+            expected = 0.5 * ((there.residual**2).sum() + spread) + scale - turned.sum()
+            slope += torch.autograd.grad(expected, asked)[0]
     return slope
 
 

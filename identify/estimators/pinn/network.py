@@ -222,3 +222,26 @@ def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Ten
 def without(data: Data, wild: Tensor) -> Data:
     """The data less the readings (N, C) that are wild."""
     return replace(data, known=data.known & ~wild)
+
+
+def between(data: Data, cut: slice) -> Data:
+    """The data of some of the intervals."""
+    interval = data.interval
+    return replace(
+        data,
+        interval=replace(
+            interval,
+            step_s=interval.step_s[cut],
+            push=interval.push[cut],
+            swing=interval.swing[cut],
+            others=interval.others[cut],
+        ),
+        value=data.value[cut],
+        before=data.before[cut],
+        after=data.after[cut],
+        swung=data.swung[cut],
+        bent=data.bent[cut],
+        open=data.open[cut],
+        scale=data.scale[cut],
+        known=data.known[cut],
+    )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.equations import Equations, equations
+from identify.estimators.pinn.equations import Equations, equations, solved
 from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
@@ -31,9 +31,6 @@ MOST_PASSES = 40
 LARGEST_STEP = 1.0
 """Of a raw parameter or the logarithm of a noise level, in one pass."""
 
-NEAR = 0.01
-"""A state that lies further off than this, in standard deviations, is solved for once more before its slope is used."""
-
 UPHILL, LEAST_SHARE = 5e-3, 0.01
 """What the loss may rise by in a pass, and the smallest share of a step that is tried against more."""
 
@@ -41,14 +38,12 @@ UPHILL, LEAST_SHARE = 5e-3, 0.01
 @dataclass(frozen=True)
 class Point:
     """Where training is: raw parameters (p,), noise, the equations there with their best state, and the slope of half
-    the loss in raw parameters and logarithms of noise levels. shift: how far the best state lies from the one that
-    they were made linear about, at most, in its own standard deviations."""
+    the loss in raw parameters and logarithms of noise levels."""
 
     raw: Tensor
     noise: Noise
     equations: Equations
     slope: Tensor
-    shift: float
 
     def where(self) -> Tensor:
         """Raw parameters, then logarithms of noise levels."""
@@ -98,15 +93,12 @@ class Trainer:
         here = equations(self.data, self.map_, raw, state, noise)
         levels = slope(here.moments, self.data.interval.step_s, noise)
         levels = levels + self.prior.residual(noise) / self.prior.spread()
-        shift = (here.state - state).abs() / here.on.diagonal(dim1=1, dim2=2).sqrt()
-        return Point(raw, noise, here, torch.cat([here.gradient, levels]), float(shift.max()))
+        return Point(raw, noise, here, torch.cat([here.gradient, levels]))
 
     def train(self, point: Point) -> Trained:
         """Train from a point."""
         count, losses = len(point.raw), [self.loss(point)]
         for number in range(1, MOST_PASSES + 1):
-            if point.shift > NEAR:
-                point = self.at(point.raw, point.noise, point.equations.state)
             told = self.curvature_at(point)
             curvature = told + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
@@ -122,7 +114,15 @@ class Trainer:
 
     def loss(self, point: Point) -> float:
         """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
-        return point.equations.loss + float((self.prior.residual(point.noise) ** 2).sum())
+        return point.equations.loss + self._cost(point.noise)
+
+    def tried(self, raw: Tensor, noise: Noise, state: Tensor) -> tuple[Tensor, float]:
+        """The best state (N + 1, s) and the loss at these values."""
+        near, loss = solved(self.data, self.map_, raw, state, noise)
+        return near, loss + self._cost(noise)
+
+    def _cost(self, noise: Noise) -> float:
+        return float((self.prior.residual(noise) ** 2).sum())
 
     def _precision(self, point: Point) -> Tensor:
         """What the priors make of the curvature: its diagonal."""
@@ -136,7 +136,7 @@ class Trainer:
         while True:
             move = share * step[:count]
             noise = of_logarithm(point.noise.logarithm() + share * step[count:], self.data.axes)
-            there = self.at(point.raw + move, noise, here.state - here.leaning @ move)
-            if self.loss(there) < self.loss(point) + UPHILL or share < LEAST_SHARE:
-                return there
+            near, loss = self.tried(point.raw + move, noise, here.state - here.leaning @ move)
+            if loss < self.loss(point) + UPHILL or share < LEAST_SHARE:
+                return self.at(point.raw + move, noise, near)
             share /= 3
