@@ -1,7 +1,7 @@
 """What is known of a vehicle before a dive: coefficients, how well, and the noise that the dive will have."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import ConfigError
+from bridge.parameters import bounds
 from bridge.simulator.noise import TYPICAL
 from bridge.simulator.truth import DISTURBANCE_N_PER_KG
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DOFS
@@ -26,6 +27,9 @@ LOGGED_HZ = {"gyro": 50.0, "fog": 40.0, "attitude": 20.0}
 
 ROUGH = 0.5
 """A value with a relative standard deviation above this is no better than a guess."""
+
+ROUNDING = 1e-6
+"""How far off symmetry and off zero eigenvalues (of correlations) a covariance may be that went through text."""
 
 DISTURBANCE_TIME_S = 1.5
 ARM_M = 1.0 / 6.0
@@ -51,19 +55,21 @@ class AxisNoise:
 class Knowledge:
     """Coefficients by name, all twelve, the noise of each degree of freedom, and in sentences where it all comes from.
 
-    `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero where nothing is known.
+    `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero where nothing is known. `guessed` are
+    those whose value no prior and no identification gives.
     """
 
     values: dict[str, float]
     precision: Array
     noise: tuple[AxisNoise, ...]
     sentences: tuple[str, ...]
+    guessed: frozenset[str] = frozenset()
 
 
 def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
     """What the vehicle file says; generic ratios to the rigid body's mass for what it leaves open."""
     shape = file.vehicle.configurations[configuration]
-    values, guessed = {}, []
+    values, open_names = {}, []
     precision = np.zeros((len(NAMES), len(NAMES)))
     for place, coefficient in enumerate(COEFFICIENTS):
         name, prior = coefficient.name, shape.priors.get(coefficient.name)
@@ -72,7 +78,7 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
         elif shape.model.get(name, 0.0) > 0:
             values[name] = shape.model[name]
         else:
-            guessed.append(name)
+            open_names.append(name)
             ratio = MASS_RATIO if coefficient.kind == "mass" else DAMPING_RATIO
             values[name] = ratio * shape.rigid_body(coefficient.dof)[0]
     sentences = [
@@ -86,12 +92,13 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
             f"The vehicle file names no {' and no '.join(absent)}: a typical one is taken for granted; without it the "
             "dive tells nothing."
         )
-    if guessed:
+    if open_names:
         sentences.append(
-            f"The vehicle file gives no value above 0 for {', '.join(guessed)}: taken as {MASS_RATIO:g} (mass) and "
+            f"The vehicle file gives no value above 0 for {', '.join(open_names)}: taken as {MASS_RATIO:g} (mass) and "
             f"{DAMPING_RATIO:g} (damping) times the rigid body's own, which may be far off."
         )
-    return Knowledge(values, precision, _typical_noise(file, shape), tuple(sentences))
+    guessed = frozenset(name for name in NAMES if name not in shape.priors)
+    return Knowledge(values, precision, _typical_noise(file, shape), tuple(sentences), guessed)
 
 
 def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, source: str) -> Knowledge:
@@ -100,12 +107,14 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     Raises ConfigError where `identified` is no identification, or one of another configuration.
     """
     first = before_any_dive(file, configuration)
+    shape = file.vehicle.configurations[configuration]
     try:
         said, of_vehicle = str(identified["configuration"]), str(identified["vehicle"]["name"])
         outcome = str(identified["outcome"])
         found = {p["name"]: p for p in identified["parameters"] if p["name"] in BY_NAME}
         of, matrix = identified["covariance"]["of"], identified["covariance"]["matrix"]
         covariance = np.array(matrix, dtype=np.float64).reshape(len(of), len(of))
+        of = [str(name) for name in of]
         nuisance = {str(k): float(v) for k, v in identified["nuisance"].items()}
         values = {name: float(found[name]["value"]) for name in of if (found[name]["value"] or 0.0) > 0}
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -121,13 +130,17 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
             f"{source}: is of configuration '{said}', not '{configuration}'; name it: --vehicle FILE:{said}"
         )
     known = [i for i, name in enumerate(of) if name in values]
+    _check([of[i] for i in known], covariance[np.ix_(known, known)], nuisance, source)
     precision = first.precision.copy()
     if known:
         places = [NAMES.index(of[i]) for i in known]
         scale = np.array([values[of[i]] for i in known])
+        rough = np.sqrt(np.diag(covariance)[known]) / scale > ROUGH
+        _check_possible(
+            [of[i] for i, vague in zip(known, rough, strict=True) if not vague], values, shape, source
+        )
         relative = covariance[np.ix_(known, known)] / np.outer(scale, scale)
         precision[np.ix_(places, places)] = np.linalg.pinv(relative, hermitian=True)
-        rough = np.sqrt(np.diag(relative)) > ROUGH
         values = {of[i]: values[of[i]] for i, vague in zip(known, rough, strict=True) if not vague}
     left = [name for name in NAMES if name not in values]
     sentences = [f"Starts from {source}, which ended as '{outcome}'."]
@@ -137,7 +150,46 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
             f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
         )
     noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
-    return Knowledge({**first.values, **values}, precision, noise, tuple(sentences))
+    return Knowledge(
+        {**first.values, **values}, precision, noise, tuple(sentences), first.guessed - values.keys()
+    )
+
+
+def _check(of: Sequence[str], covariance: Array, nuisance: Mapping[str, float], source: str) -> None:
+    """Raise ConfigError where numbers are no covariance of distinct names, or no noise."""
+    wrong = ""
+    if len(set(of)) < len(of):
+        wrong = "its covariance names a parameter twice"
+    elif not np.isfinite(covariance).all():
+        wrong = "its covariance holds what is no finite number"
+    elif not np.allclose(covariance, covariance.T, rtol=ROUNDING, atol=0.0):
+        wrong = "its covariance is not symmetric"
+    elif (np.diag(covariance) <= 0).any():
+        wrong = "its covariance holds a variance that is not above 0"
+    elif len(of) and np.linalg.eigvalsh(_correlation(covariance))[0] < -ROUNDING:
+        wrong = "its covariance is not positive semi-definite"
+    elif odd := [name for name, value in nuisance.items() if not math.isfinite(value)]:
+        wrong = f"its {odd[0]} is no finite number"
+    if wrong:
+        raise ConfigError(f"{source}: is damaged, for {wrong}; identify the dive again")
+
+
+def _correlation(covariance: Array) -> Array:
+    std = np.sqrt(np.diag(covariance))
+    return covariance / std[:, None] / std[None, :]
+
+
+def _check_possible(
+    names: Sequence[str], values: Mapping[str, float], shape: Configuration, source: str
+) -> None:
+    """Raise ConfigError for a value that no vehicle of this configuration can have."""
+    for name in names:
+        low, high = bounds(BY_NAME[name], shape)
+        if not low <= values[name] <= high:
+            raise ConfigError(
+                f"{source}: {name} is {values[name]:g}, and a vehicle like this has {low:g} to {high:g}; "
+                "identify the dive again, or check the vehicle file's mass and thrust"
+            )
 
 
 def _rate_hz(sensors: Sensors, slot: str, usual_hz: float) -> float:

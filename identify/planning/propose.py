@@ -46,9 +46,18 @@ LEAST_PUSH = 0.02
 WIDEST = 1.0
 """Relative standard deviation of a coefficient of which nothing is known, for the sum to be finite."""
 
+NOTHING = 10.0
+"""Relative standard deviation from which a coefficient counts as unknown."""
+
 FITS = 1.02
 TRIES = 6
 LAP_SHARE = 0.8
+
+ENDLESS = 1_000_000
+"""More cycles than any dive has."""
+
+RESERVE_S, RESERVE_SHARE = 128.0, 0.25
+"""Room is kept for the drift of so long a manoeuvre, but no more than this share unless one block needs it."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +89,21 @@ class Proposal:
 
 @dataclass(frozen=True)
 class _Candidate:
+    """A family at the strength that fits. `information` of one block; `most_cycles` in one go keep the room."""
+
     family: Family
     scale: float
     information: Array
     duration_s: float
+    most_cycles: int
+
+    def goes(self, cycles: int) -> int:
+        """How many parts so many cycles take."""
+        return -(-cycles // self.most_cycles)
+
+    def seconds(self, cycles: int) -> float:
+        """Time for so many cycles, with a rest before each part."""
+        return cycles * self.family.period_s + self.goes(cycles) * REST_S
 
 
 def propose(
@@ -122,9 +142,10 @@ def propose(
             else f"the shortest takes {shortest:.0f} s of {seconds:.0f} s"
         )
         raise FitError(f"{file.path}: nothing can be planned: {why}; allow more")
-    manoeuvres = [candidate.family.at(candidate.scale, cycles) for candidate, cycles in chosen]
-    parts = tuple(Part(m, tank.dive(m.legs()), _drift(m, knowledge)) for m in manoeuvres)
-    whole = tank.dive(mission_legs(manoeuvres))
+    parts = tuple(
+        part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits, knowledge)
+    )
+    whole = tank.dive(mission_legs([part.manoeuvre for part in parts]))
     gained = knowledge.precision + of_motion(TICK_S, whole.nu, knowledge, able)
     progress(1.0, "done")
     return Proposal(
@@ -154,9 +175,9 @@ def drivable(tank: Tank, dofs: Sequence[int]) -> tuple[int, ...]:
 
 
 def relative_std(precision: Array) -> Array:
-    """Standard deviations (12,) of the logarithms; inf where nothing is known."""
+    """Standard deviations (12,) of the logarithms; inf where nothing, or as good as nothing, is known."""
     out = np.full(len(precision), np.inf)
-    known = np.flatnonzero(np.diag(precision) > 0)
+    known = np.flatnonzero(np.diag(precision) > NOTHING**-2)
     out[known] = np.sqrt(np.diag(np.linalg.inv(precision[np.ix_(known, known)])))
     return out
 
@@ -185,50 +206,89 @@ def _within(
     family: Family, tank: Tank, limits: Limits, knowledge: Knowledge, dofs: tuple[int, ...]
 ) -> _Candidate | None:
     """The family at the greatest strength that the limits allow, None where they allow none."""
+    drift_m = _drift(family.drives, family.period_s, knowledge)
+    block_m = _drift(family.drives, family.cycles * family.period_s, knowledge)
+    reserve_m = _drift(family.drives, RESERVE_S, knowledge)
+    room_m = limits.space_m - max(block_m, min(reserve_m, RESERVE_SHARE * limits.space_m))
+    if room_m <= 0:
+        return None
     scale = 1.0
     for _ in range(TRIES):
         manoeuvre = family.at(scale, family.cycles)
         trial = tank.dive(manoeuvre.legs())
-        over = trial.over(limits)
-        if over <= FITS:
-            return _Candidate(
-                family, scale, of_motion(TICK_S, trial.nu, knowledge, dofs), manoeuvre.duration_s
-            )
+        over = max(trial.over(limits) / FITS, trial.across_m / room_m)
+        if over <= 1:
+            spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
+            most = max(family.cycles, int(min(spare**2, ENDLESS)))
+            information = of_motion(TICK_S, trial.nu, knowledge, dofs)
+            return _Candidate(family, scale, information, manoeuvre.duration_s, most)
         scale *= 0.99 / over
     return None
+
+
+def _parts(
+    candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowledge: Knowledge
+) -> list[Part]:
+    """So many cycles in goes of nearly one length, each within the space."""
+    goes = candidate.goes(cycles)
+    sizes = [cycles // goes + (i < cycles % goes) for i in range(goes)]
+    made = {size: _part(candidate, size, tank, limits, knowledge) for size in set(sizes)}
+    return [made[size] for size in sizes]
+
+
+def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowledge: Knowledge) -> Part:
+    """Weaker than its candidate where more cycles swing wider than its block did."""
+    scale = candidate.scale
+    while True:
+        manoeuvre = candidate.family.at(scale, cycles)
+        drift_m = _drift(manoeuvre.drives, manoeuvre.duration_s, knowledge)
+        part = Part(manoeuvre, tank.dive(manoeuvre.legs()), drift_m)
+        if part.needs_m <= limits.space_m:
+            return part
+        scale *= 0.99 * (limits.space_m - drift_m) / part.trial.across_m
 
 
 def _choose(
     candidates: Sequence[_Candidate], knowledge: Knowledge, dofs: tuple[int, ...], seconds: float
 ) -> list[tuple[_Candidate, int]]:
-    """Candidates with their cycles, by axis and period; a block chosen again lengthens the manoeuvre."""
+    """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the rest."""
     precision = knowledge.precision + np.eye(len(NAMES)) / WIDEST**2
     wanted = [NAMES.index(group[dof].name) for dof in dofs for group in (MASSES, DAMPINGS)]
-    blocks = np.zeros(len(candidates), dtype=int)
+    cycles = [0] * len(candidates)
     left_s = seconds - REST_S
-
-    def cost_s(i: int) -> float:
-        return candidates[i].duration_s + (0.0 if blocks[i] else REST_S)
 
     def unknown(total: Array) -> float:
         return float(np.sum(np.diag(np.linalg.inv(total))[wanted]))
 
-    while fitting := [i for i in range(len(candidates)) if cost_s(i) <= left_s]:
-        now = unknown(precision)
-        best = max(fitting, key=lambda i: (now - unknown(precision + candidates[i].information)) / cost_s(i))
-        left_s -= cost_s(best)
-        blocks[best] += 1
-        precision = precision + candidates[best].information
-    chosen = [(c, n * c.family.cycles) for c, n in zip(candidates, blocks.tolist(), strict=True) if n]
+    def fill(sizes: dict[int, int]) -> None:
+        """Add the best of the candidates again and again, each by its size in cycles, while time is left."""
+        nonlocal left_s, precision
+
+        def cost_s(i: int) -> float:
+            return candidates[i].seconds(cycles[i] + sizes[i]) - candidates[i].seconds(cycles[i])
+
+        def gain(i: int) -> Array:
+            return candidates[i].information * (sizes[i] / candidates[i].family.cycles)
+
+        while fitting := [i for i in sizes if cost_s(i) <= left_s]:
+            now = unknown(precision)
+            best = max(fitting, key=lambda i: (now - unknown(precision + gain(i))) / cost_s(i))
+            left_s -= cost_s(best)
+            precision = precision + gain(best)
+            cycles[best] += sizes[best]
+
+    fill({i: candidate.family.cycles for i, candidate in enumerate(candidates)})
+    fill({i: 1 for i, number in enumerate(cycles) if number})
+    chosen = [(c, n) for c, n in zip(candidates, cycles, strict=True) if n]
     return sorted(chosen, key=lambda pair: ([d.dof for d in pair[0].family.drives], pair[0].family.period_s))
 
 
-def _drift(manoeuvre: Manoeuvre, knowledge: Knowledge) -> float:
+def _drift(drives: Sequence[Drive], seconds: float, knowledge: Knowledge) -> float:
     """Two standard deviations of where the disturbance may carry an axis that is pushed and not held, in m."""
     drifts = [
-        2 * noise.disturbance * np.sqrt(2 * noise.time_constant_s * manoeuvre.duration_s) / damping
-        for dof, drive in zip(manoeuvre.dofs, manoeuvre.drives, strict=True)
-        if drive.key == PUSHES.get(dof)
-        for noise, damping in [(knowledge.noise[dof], knowledge.values[DAMPINGS[dof].name])]
+        2 * noise.disturbance * np.sqrt(2 * noise.time_constant_s * seconds) / damping
+        for drive in drives
+        if drive.key == PUSHES.get(drive.dof)
+        for noise, damping in [(knowledge.noise[drive.dof], knowledge.values[DAMPINGS[drive.dof].name])]
     ]
     return float(max(drifts, default=0.0))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bridge.simulator.missions import Step
-from bridge.vehicle.coefficients import COEFFICIENTS
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.planning.knowledge import Knowledge
 from identify.planning.limits import REST_S, START_DEPTH_M, Limits, Tank
@@ -18,11 +18,17 @@ from identify.planning.propose import Part, Proposal
 Z95 = 1.959963984540054
 NOTABLE_M = 0.05
 TITLE = "# Plan for"
+GUESSED = (
+    "What no dive and no prior has told is planned with a guessed value: it has no interval around it, only how "
+    "sharply, in per cent, the dive would find the true one."
+)
 
 ADVICE = (
     "Surge and sway are pushed open loop, as a stick does in ArduSub's ALT_HOLD or a force added to the controller's "
     "output; heave and yaw are asked for as rates, so that the controller keeps depth and heading. A current or an "
-    "uneven trim carries a vehicle off that is pushed: leave more room for that, and end a manoeuvre early if need be.",
+    "uneven trim carries a vehicle off that is pushed: leave more room for that, and end a manoeuvre early if need be. "
+    "The room of each manoeuvre holds a reserve for drift by small disturbances, from where it begins: before each, "
+    "bring the vehicle back to the middle.",
     "The intervals hold given the vehicle file's thrust: where all of it is off by one share, so are all masses and "
     "dampings, and no manoeuvre shows it. They hold for a vehicle as the model has it, with linear damping.",
 )
@@ -58,12 +64,23 @@ def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
     return "; ".join(told)
 
 
-def interval(value: float, relative_std: float) -> dict[str, float]:
-    """Relative standard error and 95 % interval of a coefficient whose logarithm is known so well."""
+def interval(name: str, relative_std: float, knowledge: Knowledge) -> dict[str, float]:
+    """Relative standard error and 95 % interval of a coefficient whose logarithm is known so well.
+
+    NaN for what is unknown; a guessed value has no interval around it, for the truth lies elsewhere.
+    """
     if not math.isfinite(relative_std):
         return dict.fromkeys(("relative_std", "low95", "high95"), math.nan)
+    if name in knowledge.guessed:
+        return {"relative_std": relative_std, "low95": math.nan, "high95": math.nan}
+    value = knowledge.values[name]
     low, high = value * np.exp(-Z95 * relative_std), value * np.exp(Z95 * relative_std)
     return {"relative_std": relative_std, "low95": float(low), "high95": float(high)}
+
+
+def notes(knowledge: Knowledge) -> tuple[str, ...]:
+    """Where the numbers come from and how far they hold, in sentences."""
+    return (*knowledge.sentences, *((GUESSED,) if knowledge.guessed else ()), *ADVICE)
 
 
 def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> str:
@@ -90,7 +107,7 @@ def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[st
             {
                 "kind": part.manoeuvre.kind,
                 "drives": [
-                    {"axis": drive.key, "amplitude": amplitude, "unit": drive.unit}
+                    {"axis": DOFS[drive.dof], "mission_key": drive.key, "amplitude": amplitude, "unit": drive.unit}
                     for drive, amplitude in zip(
                         part.manoeuvre.drives, part.manoeuvre.amplitudes, strict=True
                     )
@@ -110,14 +127,15 @@ def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[st
                 "symbol": coefficient.symbol,
                 "unit": coefficient.unit,
                 "value": knowledge.values[coefficient.name],
-                "before": interval(knowledge.values[coefficient.name], float(before)),
-                "after": interval(knowledge.values[coefficient.name], float(after)),
+                "guessed": coefficient.name in knowledge.guessed,
+                "before": interval(coefficient.name, float(before), knowledge),
+                "after": interval(coefficient.name, float(after), knowledge),
             }
             for coefficient, before, after in zip(
                 COEFFICIENTS, proposal.before, proposal.after, strict=True
             )
         ],
-        "notes": [*knowledge.sentences, *ADVICE],
+        "notes": list(notes(knowledge)),
     }  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from bridge.clock import SystemClock
 from bridge.framing import Framer
 from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
+from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
@@ -132,13 +133,28 @@ def test_an_idle_vehicle_without_a_link_says_what_it_waits_for(capsys):
         (("--vehicle", "ruvifist:survey", "--mission", "hovering"), "moves sideways"),
         (("--vehicle", "ruvifist:survey", "--mission", "nowhere"), "no mission 'nowhere'"),
         (("--vehicle", "ruvifist:survey", "--mission", "survey", "--speed", "0"), "--speed"),
-        (("--vehicle", "bolt", "--mission", "survey"), "truth"),
     ],
 )
 def test_a_dive_that_can_not_be_says_why(tmp_path, words, sentence, capsys):
     assert cli.main(["simulate", *words, "--out", str(tmp_path / "dives")]) == exit_codes.BAD_INPUT
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "dives").exists()
+
+
+def test_a_vehicle_without_a_truth_is_not_dived(tmp_path, mission, capsys):
+    file = tmp_path / "own.yaml"
+    file.write_text((CONFIGS / "vehicles" / "ruvifist.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    words = ["--vehicle", f"{file}:survey", "--mission", str(mission), "--out", str(tmp_path / "dives")]
+    assert cli.main(["simulate", *words]) == exit_codes.BAD_INPUT
+    assert "truth" in capsys.readouterr().err
+    assert not (tmp_path / "dives").exists()
+
+
+def test_a_vehicle_that_names_no_sensors_is_not_dived(tmp_path, mission, capsys):
+    words = ["--vehicle", "bluerov2_heavy", "--mission", str(mission), "--out", str(tmp_path / "dives")]
+    assert cli.main(["simulate", *words]) == exit_codes.BAD_INPUT
+    assert "names no sensors, so a dive would record no reading" in capsys.readouterr().err
+    assert not list((tmp_path / "dives").glob("*"))
 
 
 def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mission, monkeypatch, capsys):

@@ -43,8 +43,9 @@ def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here
     assert told["duration_s"] <= 60.0
     by_name = {parameter["name"]: parameter for parameter in told["parameters"]}
     assert by_name["I_r"]["before"]["relative_std"] is None
-    inertia = by_name["I_r"]
-    assert inertia["after"]["low95"] < inertia["value"] < inertia["after"]["high95"]
+    assert 0 < by_name["I_r"]["after"]["relative_std"] < 0.1
+    assert told["manoeuvres"][0]["drives"][0]["axis"] == "yaw"
+    assert told["manoeuvres"][0]["drives"][0]["mission_key"] == "yaw_rad_s"
     assert by_name["M_u"]["after"]["relative_std"] is None
     assert told["manoeuvres"][0]["instruction"] in (here / "plan.yaml").read_text()
 
@@ -55,8 +56,13 @@ def test_it_starts_from_an_identification(here, capsys):
     found = capsys.readouterr()
     told = json.loads(found.out)
     assert told["configuration"] == "hovering"
-    assert told["parameters"][NAMES.index("I_r")]["before"]["relative_std"] == pytest.approx(0.001)
-    assert told["parameters"][NAMES.index("I_r")]["after"]["relative_std"] < 0.001
+    inertia, damping = (told["parameters"][NAMES.index(name)] for name in ("I_r", "D_r"))
+    assert inertia["before"]["relative_std"] == pytest.approx(0.001)
+    assert inertia["after"]["relative_std"] < 0.001
+    assert inertia["after"]["low95"] < inertia["value"] < inertia["after"]["high95"]
+    assert damping["guessed"]
+    assert damping["after"]["relative_std"] < 0.1
+    assert damping["after"]["low95"] is damping["after"]["high95"] is None
     assert "which ended as 'converged'" in found.err
 
 

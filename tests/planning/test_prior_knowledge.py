@@ -50,6 +50,12 @@ def test_the_files_model_goes_before_a_guess() -> None:
     assert known.values["D_v"] == pytest.approx(72.0 * DAMPING_RATIO)
 
 
+def test_what_neither_a_prior_nor_a_dive_tells_is_a_guess() -> None:
+    known = before_any_dive(with_shape(model={"M_v": 120.0}, priors={"M_u": Prior(111.0, 2.22)}), "hovering")
+    assert known.guessed == set(NAMES) - {"M_u"}
+    assert after(identified(), FILE, "hovering", "a.json").guessed == set(NAMES) - {"M_u", "D_u"}
+
+
 def test_a_prior_counts_as_known() -> None:
     known = before_any_dive(with_shape(model={"M_u": 120.0}, priors={"M_u": Prior(111.0, 2.22)}), "hovering")
     assert known.values["M_u"] == 111.0
@@ -89,6 +95,17 @@ def test_a_value_that_is_hardly_known_is_not_planned_with_but_its_width_counts()
         ({"vehicle": {"name": "other"}}, "vehicle 'other'"),
         ({"covariance": {"of": ["M_u"], "matrix": [[1.0, 2.0]]}}, "not an identification"),
         ({"parameters": 3}, "not an identification"),
+        ({"covariance": {"of": ["M_u"], "matrix": [[None]]}}, "no finite number"),
+        ({"covariance": {"of": ["M_u"], "matrix": [[-1.0]]}}, "not above 0"),
+        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[0.0, 0.0], [0.0, 0.0]]}}, "not above 0"),
+        ({"covariance": {"of": ["M_u", "M_u"], "matrix": [[1.0, 0.5], [0.5, 1.0]]}}, "twice"),
+        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[1.0, 0.5], [0.4, 1.0]]}}, "not symmetric"),
+        ({"covariance": {"of": ["M_u", "D_u"], "matrix": [[1.0, 2.0], [2.0, 1.0]]}}, "semi-definite"),
+        (
+            {"parameters": [{"name": "M_u", "value": 1e300}, {"name": "D_u", "value": 55.0}]},
+            "M_u is 1e\\+300",
+        ),
+        ({"nuisance": {"surge_disturbance_std_n": float("inf")}}, "surge_disturbance_std_n is no finite"),
     ],
 )
 def test_what_is_no_identification_of_this_configuration_is_refused(

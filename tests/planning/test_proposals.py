@@ -66,6 +66,18 @@ def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
     assert found.trial.thrust_share <= 0.52
 
 
+@pytest.mark.parametrize("space_m", [0.6, 1.0, 3.0])
+def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
+    found = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 600.0, [SURGE, SWAY])
+    assert 500.0 < found.duration_s <= 600.0
+    assert all(0 < part.drift_m < part.needs_m <= space_m for part in found.parts)
+
+
+def test_time_that_holds_no_whole_block_is_filled_with_cycles() -> None:
+    found = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
+    assert 55.0 <= found.duration_s <= 60.0
+
+
 def test_what_is_known_least_is_aimed_at() -> None:
     sharp = known_to({"M_u": 1e-4, "D_u": 1e-4, "M_v": 1e-4, "D_v": 1e-4})
     found = propose(FILE, "hovering", sharp, Limits(), 90.0, [SURGE, YAW])
@@ -135,7 +147,7 @@ def test_a_rate_has_no_pulse_widths_and_needs_no_room_across() -> None:
 
 def test_nothing_known_is_infinitely_wide() -> None:
     precision = np.zeros((12, 12))
-    precision[0, 0] = 100.0
+    precision[0, 0], precision[1, 1] = 100.0, 1e-20
     widths = relative_std(precision)
     assert widths[0] == pytest.approx(0.1)
     assert np.all(np.isinf(widths[1:]))

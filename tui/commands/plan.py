@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.planning.limits import Limits, Tank
     from identify.planning.propose import propose
-    from identify.planning.writing import ADVICE, mission_text, to_json
+    from identify.planning.writing import mission_text, notes, to_json
     from tui import show
     from tui.outputs import check_file, check_files
 
@@ -83,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     show.put(console, manoeuvre_table(f"plan for {title}", proposal))
     show.put(console, interval_table(proposal, knowledge))
-    for sentence in (*knowledge.sentences, *ADVICE):
+    for sentence in notes(knowledge):
         show.say(console, f"note: {sentence}")
     show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
     found = to_json(proposal, knowledge, limits)
@@ -179,7 +179,7 @@ def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
     for coefficient, before, after in zip(COEFFICIENTS, proposal.before, proposal.after, strict=True):
         if math.isfinite(after):
             value = knowledge.values[coefficient.name]
-            then = interval(value, float(after))
+            then = interval(coefficient.name, float(after), knowledge)
             rows.append(
                 (coefficient.name, show.number(value), _share(before), _share(after), show.number(then["low95"]),
                  show.number(then["high95"]), coefficient.unit)

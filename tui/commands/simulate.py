@@ -68,6 +68,7 @@ def speed(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.errors import ConfigError
     from bridge.link.open import open_link
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
@@ -82,6 +83,10 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
     configuration = configuration_of(file, arguments.mission)
+    if arguments.mission != IDLE and not vehicle.sensors.present():
+        raise ConfigError(
+            f"{file.path}: names no sensors, so a dive would record no reading; add 'sensors', such as a dvl and an imu"
+        )
     shape = vehicle.configurations[configuration]
     mission = (
         None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
