@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 from bridge.vehicle.config import VehicleFile
+from identify.batch.dates import date_in_name, utc
 from identify.bounds import with_bounds
 from identify.dive import Dive
 from identify.feedback import feedback_doubts
@@ -16,13 +17,19 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    found = without_masses(fit, feedback_doubts(dive, vehicle.water))
+    found = without_masses(replace(fit, dived=_date(dive)), feedback_doubts(dive, vehicle.water))
     found = with_bounds(found, shape)
     found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
     found = with_identifiability(found)
     totals = found.parameters[:12]
     whole = (*totals, *(added_mass(total, shape) for total in totals[:6]))
     return replace(found, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, found.doubts)))
+
+
+def _date(dive: Dive) -> str:
+    """The day on which a dive began by the vehicle's clock or its name, as `2026-11-20`; empty where neither tells."""
+    began_s = date_in_name(dive.name) if dive.unix_at_boot_s is None else dive.unix_at_boot_s + dive.span_s[0]
+    return "" if began_s is None else utc(began_s)[: len("2026-11-20")]
 
 
 def without_masses(fit: Identification, doubts: tuple[Doubt, ...]) -> Identification:

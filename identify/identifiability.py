@@ -48,7 +48,8 @@ def with_identifiability(found: Identification) -> Identification:
     )
     scale = found.thrust_scale
     if scale is not None and not scale.in_intervals and found.covariance_of:
-        directions = (*directions, scale_direction(found.covariance_of))
+        moved = [name for name in found.covariance_of if name not in found.rest_on_righting]
+        directions = (*directions, *((scale_direction(moved),) if moved else ()))
     return replace(
         found,
         parameters=tuple(replace(one, partner=partners.get(one.name)) for one in found.parameters),
@@ -95,8 +96,8 @@ def scale_direction(of: Sequence[str]) -> NullDirection:
     return NullDirection(
         dict.fromkeys((THRUST_SCALE, *of), share),
         math.inf,
-        "Thrust scale and all masses and dampings can't be told apart: weigh the vehicle, or hang 0.5 kg on it, and "
-        "give what you find as a prior in the vehicle file.",
+        "Thrust scale and all masses and dampings that thrust weighs can't be told apart: weigh the vehicle, or hang "
+        "0.5 kg on it, and give what you find as a prior in the vehicle file.",
     )
 
 

@@ -106,8 +106,9 @@ class Estimate:
     """One parameter: `value`, `std` and the 95 % interval in `unit`; NaN value where nothing can be said.
 
     `reason` says why it is not identifiable, empty where it is. `scale_std` is what the thrust scale would add to
-    `std`, in `unit`, 0 where the interval includes it. `share_from_prior` is the variance over that of its prior in
-    the vehicle file: 1 where all of it comes from there, 0 where there is none.
+    `std`, in `unit`, 0 where the interval includes it. `share_from_prior` is the share of the dive's own variance that
+    priors took away, its own or another's: 1 where all that is known comes from there, 0 where nothing does.
+    `given_thrust` and `given_thrust_std` hold with the vehicle file's thrust as it stands there, whatever was weighed.
     """
 
     name: str
@@ -122,6 +123,8 @@ class Estimate:
     scale_std: float = math.nan
     share_from_prior: float = 0.0
     partner: Partner | None = None
+    given_thrust: float = math.nan
+    given_thrust_std: float = math.nan
 
     @property
     def relative_std(self) -> float:
@@ -148,8 +151,10 @@ class Identification:
     `notes` tell what else to know. `nuisance` holds what was fitted beside the coefficients (noise levels, time
     constants), by name with the unit in the name. `innovations` holds, by degree of freedom, each reading's surprise
     over its expected spread, (n, 1): white, of spread 1, where the model fits. It is for the report and no part of
-    the JSON. `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the
-    estimates say of partners and priors: an estimator need not.
+    the JSON. `rest_on_righting` names the coefficients that the vehicle's righting moment weighed, where no thruster
+    pushed: thrust does not move them. `dived` is the date of the dive, empty where nothing tells it.
+    `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
+    partners and priors: an estimator need not.
     """
 
     method: str
@@ -172,6 +177,8 @@ class Identification:
     doubts: tuple[Doubt, ...] = ()
     null_directions: tuple[NullDirection, ...] = ()
     thrust_scale: ThrustScale | None = None
+    rest_on_righting: tuple[str, ...] = ()
+    dived: str = ""
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -197,7 +204,7 @@ class Identification:
             "parameters": [p.to_json() for p in self.parameters],
             "configuration": self.configuration,
             "dive": {"name": self.dive, "sha256": self.dive_sha256, "duration_s": self.duration_s,
-                     "samples": self.samples},
+                     "samples": self.samples, "date": self.dived},
             "vehicle": {"name": self.vehicle, "sha256": self.vehicle_sha256},
             "covariance": {"of": list(self.covariance_of), "matrix": self.covariance.tolist()},
             "null_directions": [direction.to_json() for direction in self.null_directions],

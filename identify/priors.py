@@ -2,13 +2,13 @@
 
 Everything is Gaussian in logarithms, so the joint answer is the product of the two: exact where the likelihood is
 quadratic. The state is the coefficients given the vehicle file's thrust, and beside them the logarithm of the factor
-that this thrust is off by, which moves all masses and dampings alike and which no dive without a force standard tells.
-A prior that was weighed measures their sum, one that was identified with the same thrust the coefficient alone. Each
-prior is a scalar measurement of that state (Kalman 1960, eqs 21 to 25, without motion).
+that this thrust is off by. It moves alike all masses and dampings that thrust weighs, and no dive without a force
+standard tells it. A prior that was weighed measures their sum, one that was identified with the same thrust the
+coefficient alone. Each prior is a scalar measurement of that state (Kalman 1960, eqs 21 to 25, without motion).
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,17 +34,25 @@ CONFLICT_SIGMA = 3.0
 
 @dataclass(frozen=True)
 class Known:
-    """Logarithms of coefficients: `mean` (n + 1,) and `covariance`; the last is the factor of the thrust, shared."""
+    """Logarithms of coefficients: `mean` (n + 1,) and `covariance`; the last is the factor of the thrust.
+
+    `moved` (n,): 1 where that factor moves a coefficient, 0 where the righting moment weighed it.
+    """
 
     of: tuple[str, ...]
     mean: Array
     covariance: Array
+    moved: Array
+
+    def tells_thrust(self, name: str, prior: Prior) -> bool:
+        """Whether a prior is a force standard for the thrust."""
+        return prior.rests_on == "weight" and bool(self.moved[self.of.index(name)])
 
     def row(self, name: str, prior: Prior) -> Array:
         """What a prior measures of the state, (n + 1,)."""
         measured = np.zeros(len(self.mean))
         measured[self.of.index(name)] = 1.0
-        measured[-1] = 1.0 if prior.rests_on == "weight" else 0.0
+        measured[-1] = 1.0 if self.tells_thrust(name, prior) else 0.0
         return measured
 
     def distance(self, name: str, prior: Prior) -> float:
@@ -59,7 +67,14 @@ class Known:
         cross = self.covariance @ row
         gain = cross / (row @ cross + relative_std(prior) ** 2)
         mean = self.mean + gain * (math.log(prior.value) - row @ self.mean)
-        return Known(self.of, mean, self.covariance - np.outer(gain, cross))
+        return Known(self.of, mean, self.covariance - np.outer(gain, cross), self.moved)
+
+    def with_all(self, priors: Mapping[str, Prior]) -> "Known":
+        """With several priors more."""
+        known = self
+        for name, prior in priors.items():
+            known = known.joined(name, prior)
+        return known
 
 
 def relative_std(prior: Prior) -> float:
@@ -70,33 +85,45 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
     """The identification with the priors in it, what is left of the thrust's factor, and the shares of the priors.
 
     Where no prior was weighed, intervals hold given the vehicle file's thrust, and `scale_std` stands beside them.
-    Where one was, they include all that is left of it. A prior in conflict with the dive is left out and doubted. What
-    the dive says nothing of takes its prior's value, and stays not identifiable.
+    Where one was, they include all that is left of it. A prior in conflict with the dive, or with the dive and the
+    other priors together, is left out and doubted; one that came from this very dive is left out and named. What the
+    dive says nothing of takes its prior's value, and stays not identifiable.
     """
-    known = _known(found, scale_std)
-    here = {name: prior for name, prior in priors.items() if name in known.of}
-    taken = {name: p for name, p in here.items() if abs(known.distance(name, p)) <= CONFLICT_SIGMA}
-    conflicts = [_conflict(found[name], p, known) for name, p in here.items() if name not in taken]
-    for name, prior in taken.items():
-        known = known.joined(name, prior)
-    weighed = any(prior.rests_on == "weight" for prior in taken.values())
-    mean, covariance = _reported(known, weighed)
+    own = [name for name, prior in priors.items() if prior.dive_sha256 == found.dive_sha256]
+    priors = {name: prior for name, prior in priors.items() if name not in own}
+    alone = _known(found, scale_std)
+    here = {name: prior for name, prior in priors.items() if name in alone.of}
+    near = {name: p for name, p in here.items() if abs(alone.distance(name, p)) <= CONFLICT_SIGMA}
+    beside = {name: alone.with_all({n: p for n, p in near.items() if n != name}) for name in near}
+    taken = {name: p for name, p in near.items() if abs(beside[name].distance(name, p)) <= CONFLICT_SIGMA}
+    conflicts = [_conflict(found[name], p, alone) for name, p in here.items() if name not in near]
+    if len(taken) < len(near):
+        # Of priors that contradict each other, each alone may fit the dive: none can be told to be the right one.
+        conflicts.append(_contradiction(near, beside))
+        taken = {}
+    known = alone.with_all(taken)
+    weighed = any(known.tells_thrust(name, prior) for name, prior in taken.items())
+    held = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
+    before, (mean, covariance) = _reported(alone, weighed)[1], _reported(known, weighed)
     parameters = [
-        _after(one, known.of, mean, covariance, taken)
-        if taken and one.name in known.of
+        _after(one, known.of.index(one.name), before, mean, covariance)
+        if taken and one.name in known.of and one.name not in held
         else _of_prior_alone(one, priors)
         if one.name not in known.of
         else one
         for one in found.parameters
     ]
-    left = 0.0 if weighed else scale_std
+    left = {name: scale_std * m for name, m in zip(known.of, known.moved, strict=True)} if not weighed else {}
+    given = alone.with_all({n: p for n, p in taken.items() if not known.tells_thrust(n, p)})
     values = np.exp(mean)
     return replace(
         found,
-        parameters=tuple(replace(one, scale_std=left * one.value) for one in parameters),
+        parameters=tuple(
+            replace(_given(one, given), scale_std=left.get(one.name, 0.0) * one.value) for one in parameters
+        ),
         covariance=covariance * np.outer(values, values) if known.of else found.covariance,
         covariance_of=known.of if known.of else found.covariance_of,
-        doubts=(*found.doubts, *conflicts),
+        doubts=(*found.doubts, *conflicts, *_of_this_dive(own)),
         notes=(*found.notes, *_words(priors, taken, known.of)),
         thrust_scale=_scale(found, known, weighed, scale_std),
     )
@@ -111,31 +138,50 @@ def _known(found: Identification, scale_std: float) -> Known:
     covariance = np.zeros((len(of) + 1, len(of) + 1))
     covariance[:-1, :-1] = found.covariance[np.ix_(kept, kept)] / np.outer(values, values)
     covariance[-1, -1] = scale_std**2
-    return Known(of, np.append(np.log(values), 0.0), covariance)
+    moved = np.array([0.0 if name in found.rest_on_righting else 1.0 for name in of])
+    return Known(of, np.append(np.log(values), 0.0), covariance, moved)
+
+
+def _given(one: Estimate, given: Known) -> Estimate:
+    """The estimate with what holds given the vehicle file's thrust."""
+    if one.name not in given.of:
+        return one
+    place = given.of.index(one.name)
+    value = float(np.exp(given.mean[place]))
+    return replace(
+        one, given_thrust=value, given_thrust_std=value * math.sqrt(given.covariance[place, place])
+    )
 
 
 def _reported(known: Known, weighed: bool) -> tuple[Array, Array]:
     """Mean and covariance of the coefficients: their own where a force standard was weighed, else given the thrust."""
-    to = np.hstack([np.eye(len(known.of)), np.full((len(known.of), 1), 1.0 if weighed else 0.0)])
+    to = np.hstack([np.eye(len(known.of)), (known.moved if weighed else 0.0 * known.moved)[:, None]])
     return to @ known.mean, to @ known.covariance @ to.T
 
 
-def _after(
-    one: Estimate, of: Sequence[str], mean: Array, covariance: Array, taken: Mapping[str, Prior]
-) -> Estimate:
-    place = of.index(one.name)
+def _after(one: Estimate, place: int, before: Array, mean: Array, covariance: Array) -> Estimate:
+    """An estimate after the priors, its interval as lopsided as it was; `before` is the covariance without them."""
     value, std = float(np.exp(mean[place])), float(np.sqrt(covariance[place, place]))
-    share = (std / relative_std(taken[one.name])) ** 2 if one.name in taken else 0.0
+    below, above = _stretch(one)
+    identifiable = std * max(below, above) <= LARGEST_RELATIVE_STD
     return replace(
         one,
         value=value,
         std=value * std,
-        low95=value * math.exp(-Z95 * std),
-        high95=value * math.exp(Z95 * std),
-        identifiable=std <= LARGEST_RELATIVE_STD,
-        reason="" if std <= LARGEST_RELATIVE_STD else one.reason,
-        share_from_prior=min(share, 1.0),
+        low95=value * math.exp(-Z95 * std * below),
+        high95=value * math.exp(Z95 * std * above),
+        identifiable=identifiable,
+        reason="" if identifiable else one.reason,
+        share_from_prior=min(max(1.0 - float(covariance[place, place] / before[place, place]), 0.0), 1.0),
     )
+
+
+def _stretch(one: Estimate) -> tuple[float, float]:
+    """How much further the ends of a fit's interval lie from its value than a Gaussian logarithm's would."""
+    if not 0 < one.low95 < one.value < one.high95:
+        return 1.0, 1.0
+    half = Z95 * one.relative_std
+    return math.log(one.value / one.low95) / half, math.log(one.high95 / one.value) / half
 
 
 def _of_prior_alone(one: Estimate, priors: Mapping[str, Prior]) -> Estimate:
@@ -164,6 +210,30 @@ def _conflict(one: Estimate, prior: Prior, known: Known) -> Doubt:
     return Doubt((one.name,), sentence, Outcome.DISAGREES)
 
 
+def _contradiction(near: Mapping[str, Prior], beside: Mapping[str, Known]) -> Doubt:
+    apart = {name: abs(beside[name].distance(name, prior)) for name, prior in near.items()}
+    worst = max(apart, key=lambda name: apart[name])
+    told = ", ".join(
+        f"{n} {p.value:.4g} ± {p.std:.2g} {BY_NAME[n].unit}{_source(p)}" for n, p in near.items()
+    )
+    sentence = (
+        f"The vehicle file's priors contradict each other, {worst} the others by {apart[worst]:.1f} standard errors "
+        f"once the dive ties them together: none of them was taken ({told}); weigh them anew, and take the wrong one "
+        "out."
+    )
+    return Doubt(tuple(near), sentence, Outcome.DISAGREES)
+
+
+def _of_this_dive(own: Collection[str]) -> tuple[Doubt, ...]:
+    if not own:
+        return ()
+    sentence = (
+        f"The vehicle file's priors of {', '.join(own)} were identified from this very dive: they were left out, for "
+        "a dive does not confirm itself."
+    )
+    return (Doubt(tuple(own), sentence),)
+
+
 def _source(prior: Prior) -> str:
     return f" ({prior.source})" if prior.source else ""
 
@@ -186,7 +256,7 @@ def _scale(found: Identification, known: Known, weighed: bool, scale_std: float)
     if not weighed:
         sentence = (
             f"The intervals hold given the vehicle file's thrust, which is known to {100 * scale_std:.2g} % (one "
-            "standard deviation): were it 1 % stronger, every mass and damping would be 1 % larger."
+            "standard deviation): were it 1 % stronger, every mass and damping that thrust weighs would be 1 % larger."
         )
         return ThrustScale(0.0, scale_std, False, sentence)
     shift, std = float(known.mean[-1]), float(np.sqrt(known.covariance[-1, -1]))

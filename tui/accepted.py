@@ -9,20 +9,22 @@ from bridge.errors import ParamError
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.sidecar import read_sidecar
-from identify.identification import Z95
+from identify.identification import Z95, Outcome
 from tui.exit_codes import UsageError
-from tui.parameter_files import read_identification
+from tui.parameter_files import Leave, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10}
 """Relative: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over weeks."""
 
 
-def priors_of(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]:
+def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     """Configuration and priors from the JSON of `identify`, or a `.param` with its sidecar.
 
-    `widen` (relative) is added to every width in quadrature; None takes AGEING. Raises UsageError for another file.
+    They rest on thrust as it stands in the vehicle file: what a weighed prior made of it is taken out, for the weighed
+    one stays and tells it again. `widen` (relative) is added to every width in quadrature; None takes AGEING. Raises
+    UsageError for another file, and for one that did not converge, unless `leave` lets it pass.
     """
-    return _of_json(path, widen) if path.suffix == ".json" else _of_sidecar(path, widen)
+    return _of_json(path, widen, leave) if path.suffix == ".json" else _of_sidecar(path, widen, leave)
 
 
 def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[str, Prior]:
@@ -32,21 +34,21 @@ def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[
     return {name: both[name] for name in BY_NAME if name in both}
 
 
-def _of_json(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]:
+def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     data = read_identification(path)
-    scale = data.get("thrust_scale")
-    absolute = isinstance(scale, dict) and scale.get("in_intervals") is True
-    dive = data.get("dive")
-    source = f"{dive.get('name') if isinstance(dive, dict) else 'a dive'}, {data.get('method', 'identified')}"
+    check_outcome(path, data["outcome"], leave, "written")
+    told = data.get("dive")
+    dive = told if isinstance(told, dict) else {}
+    source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
     found = {}
     for one in data["parameters"]:
-        name, value, std = one.get("name"), one.get("value"), one.get("std")
+        name, value, std = one.get("name"), one.get("given_thrust"), one.get("given_thrust_std")
         if name in BY_NAME and one.get("identifiable") is True and _positive(value) and _positive(std):
-            found[name] = _aged(name, value, std / value, source, absolute, widen)
+            found[name] = _aged(name, value, std / value, widen, source, str(dive.get("sha256", "")))
     return str(data["configuration"]), _some(path, found)
 
 
-def _of_sidecar(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]:
+def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     try:
         sidecar = read_sidecar(path)
     except ParamError as error:
@@ -55,27 +57,36 @@ def _of_sidecar(path: Path, widen: float | None) -> tuple[str, dict[str, Prior]]
         raise UsageError(
             f"{path}: has no sidecar that tells its intervals; give the JSON of `seatrial identify`"
         )
+    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
+    source = _source(sidecar.dive, sidecar.dived, sidecar.method)
     found = {}
     for interval in sidecar.intervals.values():
         name, low, high = interval.coefficient, interval.low95, interval.high95
         if name in BY_NAME and 0 < low < high:
             relative = math.log(high / low) / (2 * Z95)
-            source = f"{sidecar.dive}, {sidecar.method}"
-            found[name] = _aged(name, math.sqrt(low * high), relative, source, False, widen)
+            value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
+            found[name] = _aged(name, value, relative, widen, source, sidecar.dive_sha256)
     return sidecar.configuration, _some(path, found)
 
 
+def _source(dive: str | None, date: str | None, method: str) -> str:
+    """`hovering-7 of 2026-11-20, likelihood`."""
+    return f"{dive or 'a dive'}{f' of {date}' if date else ''}, {method}"
+
+
 def _aged(
-    name: str, value: float, relative_std: float, source: str, absolute: bool, widen: float | None
+    name: str, value: float, relative_std: float, widen: float | None, source: str, dive_sha256: str
 ) -> Prior:
     share = AGEING[BY_NAME[name].kind] if widen is None else widen
     std = value * math.hypot(relative_std, share)
-    return Prior(value, std, source, "weight" if absolute else "thrust")
+    return Prior(value, std, source, "thrust", dive_sha256)
 
 
 def _some(path: Path, found: dict[str, Prior]) -> dict[str, Prior]:
     if not found:
-        raise UsageError(f"{path}: holds no identifiable parameter with an interval; dive again")
+        raise UsageError(
+            f"{path}: holds no identifiable parameter with an interval given the thrust; identify anew, or dive again"
+        )
     return found
 
 

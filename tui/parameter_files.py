@@ -44,7 +44,7 @@ def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) ->
         raise UsageError(str(error)) from None
     notes: tuple[str, ...] = ()
     if sidecar is not None:
-        _check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave.doubts)
+        check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
         notes = (
             f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
             f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
@@ -62,7 +62,7 @@ def targets_of_identification(
     data = read_identification(path)
     warnings = _check_vehicle(path, data, file, leave.any_vehicle)
     outcome = data["outcome"]
-    _check_outcome(path, outcome, leave.doubts)
+    check_outcome(path, outcome, leave, "sent")
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
     try:
         values = parameters_from_identification(data, file.vehicle.veh_cfg(configuration))
@@ -74,10 +74,11 @@ def targets_of_identification(
     return _narrowed(path, Targets(values, notes), only)
 
 
-def _check_outcome(path: Path, outcome: str, doubts: bool) -> None:
-    if outcome != Outcome.CONVERGED.value and not doubts:
+def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
+    """Raise UsageError for an identification that did not converge, unless that may pass; nothing was `done` then."""
+    if outcome != Outcome.CONVERGED.value and not leave.doubts:
         raise UsageError(
-            f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was sent; "
+            f"{path}: the identification ended with '{outcome}', so its values may be wrong: nothing was {done}; "
             "dive again, or give --despite-doubts"
         )
 
@@ -113,6 +114,8 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
             answer.vehicle,
             answer.dive,
             answer.outcome.value,
+            thrust_shift=0.0 if answer.thrust_scale is None else answer.thrust_scale.shift,
+            dived=answer.dived,
         ),
     )
 

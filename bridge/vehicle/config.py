@@ -90,13 +90,15 @@ class Prior:
     """What is known of a coefficient before a dive: `value` and standard deviation `std` in its unit, and whence.
 
     `rests_on`: the force that it was measured by. `weight` (weighed, towed, a hung weight) owes nothing to the
-    thrusters; `thrust` (identified in a dive) is off by whatever this vehicle file's thrust is off by.
+    thrusters; `thrust` (identified in a dive) is off by whatever this vehicle file's thrust is off by. `dive_sha256`:
+    the recording that it was identified from, which it must not be joined with again.
     """
 
     value: float
     std: float
     source: str = ""
     rests_on: Literal["weight", "thrust"] = "weight"
+    dive_sha256: str = ""
 
     def __post_init__(self) -> None:
         _above_zero(value=self.value, std=self.std)

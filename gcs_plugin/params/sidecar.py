@@ -25,7 +25,10 @@ class Interval:
 
 @dataclass(frozen=True)
 class Sidecar:
-    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id, outcome."""
+    """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id, outcome.
+
+    `thrust_shift` (relative) is what a weighed prior made of the thrust, which the values have in them; `dived` a date.
+    """
 
     dive_sha256: str
     vehicle_sha256: str
@@ -37,6 +40,8 @@ class Sidecar:
     dive: str = ""
     outcome: str = ""
     format: int = FORMAT
+    thrust_shift: float = 0.0
+    dived: str = ""
 
 
 def sidecar_path(path: Path) -> Path:

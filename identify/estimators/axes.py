@@ -9,14 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
-from identify.estimators.readings import FEWEST, Channel, channels
+from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 
@@ -82,6 +82,11 @@ class Axes:
     motion: Motion = NO_MOTION
     restoring: dict[int, Array] = field(default_factory=dict)
     unpushed: dict[int, str] = field(default_factory=dict)
+
+    @property
+    def rest_on_righting(self) -> tuple[str, ...]:
+        """The coefficients of roll and pitch where no thruster pushed: the righting moment weighs them."""
+        return tuple(c.name for c in COEFFICIENTS if c.dof in (ROLL, PITCH) and c.dof in self.unpushed)
 
 
 def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axes, build_axes
@@ -27,7 +27,6 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.readings import PITCH, ROLL
 from identify.estimators.said import drag_doubt, long_enough, strange_doubts, too_little, unsettled_doubt
 from identify.estimators.scoring import MOST_STEPS
 from identify.identification import (
@@ -91,6 +90,7 @@ def estimate(
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
         _information(joint),
         told,
+        rest_on_righting=built.rest_on_righting,
     )
 
 
@@ -122,8 +122,7 @@ def _one(
 
 def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
     """What the vehicle file's centre of gravity had to weigh, where no thruster did."""
-    named = [t.name for t in totals if t.identifiable and BY_NAME[t.name].dof in (ROLL, PITCH)]
-    named = [name for name in named if BY_NAME[name].dof in built.unpushed]
+    named = [t.name for t in totals if t.identifiable and t.name in built.rest_on_righting]
     if not named:
         return ()
     return (

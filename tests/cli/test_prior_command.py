@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -25,15 +26,21 @@ def vehicle(tmp_path):
 
 
 def identified(path, in_intervals=False, **changed):
-    parameters = [
+    parameters: list[dict[str, object]] = [
         {"name": "M_u", "value": 111.0, "std": 1.11, "identifiable": True},
         {"name": "D_u", "value": 56.0, "std": 0.56, "identifiable": True},
         {"name": "M_w", "value": 130.0, "std": 100.0, "identifiable": False, "reason": "too little"},
         {"name": "X_udot", "value": 39.0, "std": 1.0, "identifiable": True},
     ]
+    for one in parameters:
+        one |= {
+            "given_thrust": 0.9 * one["value"] if in_intervals else one["value"],
+            "given_thrust_std": one["std"],
+        }
     data = {
         "method": "likelihood", "outcome": "converged", "configuration": "hovering", "parameters": parameters,
-        "dive": {"name": "hovering-7"}, "vehicle": {"name": "ruvifist", "sha256": "0" * 64},
+        "dive": {"name": "hovering-7", "sha256": "7" * 64, "date": "2026-11-20"},
+        "vehicle": {"name": "ruvifist", "sha256": "0" * 64},
         "thrust_scale": {"in_intervals": in_intervals},
     }  # fmt: skip
     path.write_text(json.dumps(data | changed), encoding="utf-8")
@@ -53,7 +60,7 @@ def test_what_was_identified_becomes_priors_wider_by_ageing(vehicle, tmp_path):
     assert accept(identified(tmp_path / "a.json"), vehicle) == exit_codes.DONE
     found = priors(vehicle)
     assert set(found) == {"M_u", "D_u"}
-    assert found["M_u"] == Prior(111.0, 3.51, "hovering-7, likelihood", "thrust")
+    assert found["M_u"] == Prior(111.0, 3.51, "hovering-7 of 2026-11-20, likelihood", "thrust", "7" * 64)
     assert found["D_u"].std == pytest.approx(56.0 * (0.01**2 + 0.1**2) ** 0.5, rel=1e-2)
     assert priors(vehicle, "survey") == {}
     after = vehicle.read_text(encoding="utf-8").splitlines()
@@ -80,9 +87,34 @@ def test_a_weighed_prior_stays(vehicle, tmp_path):
     assert priors(vehicle)["D_u"].rests_on == "thrust"
 
 
-def test_intervals_that_include_the_thrust_rest_on_a_weight(vehicle, tmp_path):
+def test_what_a_weighed_prior_made_of_the_thrust_is_taken_out(vehicle, tmp_path):
     accept(identified(tmp_path / "a.json", in_intervals=True), vehicle)
-    assert priors(vehicle)["D_u"].rests_on == "weight"
+    assert priors(vehicle)["D_u"].rests_on == "thrust"
+    assert priors(vehicle)["D_u"].value == pytest.approx(0.9 * 56.0)
+
+
+def test_what_did_not_converge_is_refused_unless_it_may_pass(vehicle, tmp_path, capsys):
+    before = vehicle.read_text(encoding="utf-8")
+    doubtful = identified(tmp_path / "a.json", outcome="data and model disagree")
+    assert accept(doubtful, vehicle) == exit_codes.BAD_INPUT
+    assert "nothing was written" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.read_text(encoding="utf-8") == before
+    assert accept(doubtful, vehicle, "--despite-doubts") == exit_codes.DONE
+    assert "M_u" in priors(vehicle)
+
+
+def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle, tmp_path):
+    param = tmp_path / "a.param"
+    param.write_text("FF1_M_U,111\n", encoding="utf-8")
+    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
+                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, "ruvifist", "dive-9", "converged",
+                   thrust_shift=0.1)  # fmt: skip
+    write_sidecar(param, told)
+    assert accept(param, vehicle) == exit_codes.DONE
+    assert priors(vehicle)["M_u"].value == pytest.approx(100.0, rel=1e-3)
+    assert priors(vehicle)["M_u"].dive_sha256 == "1" * 64
+    write_sidecar(param, replace(told, outcome="stopped at a bound"))
+    assert accept(param, vehicle) == exit_codes.BAD_INPUT
 
 
 def test_a_parameter_file_is_read_by_its_sidecar(vehicle, tmp_path):

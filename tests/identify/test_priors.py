@@ -106,6 +106,103 @@ def test_a_method_without_intervals_says_that_priors_were_not_joined():
     assert any("states no interval" in note for note in found.notes)
 
 
+TIED = np.array([[1e-4, 0.99e-4], [0.99e-4, 1e-4]])
+"""Two masses that the dive knows to 1 % and their ratio to 0.14 %."""
+
+MASSES = {"M_u": 111.7, "M_v": 112.3}
+
+
+def test_priors_that_each_fit_the_dive_but_not_each_other_are_all_left_out_and_doubted():
+    apart = {"M_u": fitted.prior(123.0, 0.004, source="towed"), "M_v": fitted.prior(101.0, 0.005)}
+    found = answer(TIED, apart, values=MASSES)
+    assert found.outcome is Outcome.DISAGREES
+    (doubt,) = found.doubts
+    assert doubt.about == ("M_u", "M_v")
+    assert "contradict each other" in doubt.sentence
+    assert "123 ± 0.49 kg (towed)" in doubt.sentence
+    assert found["M_u"].value == pytest.approx(111.7)
+    assert not found.thrust_scale.in_intervals
+
+
+def test_priors_that_the_thrust_alone_moves_are_both_taken():
+    together = {"M_u": fitted.prior(123.0, 0.004), "M_v": fitted.prior(123.7, 0.005)}
+    found = answer(TIED, together, values=MASSES)
+    assert found.outcome is Outcome.CONVERGED
+    assert found.thrust_scale.shift == pytest.approx(0.1, abs=0.01)
+
+
+def test_thrust_moves_nothing_that_the_righting_moment_weighed():
+    fit = fitted.fit({"M_u": 100.0, "I_q": 12.0}, 1e-4 * np.eye(2), rest_on_righting=("I_q",))
+    free = answered(fit, fitted.dive(), fitted.vehicle_file(0.1))
+    assert free["M_u"].scale_std == pytest.approx(10.0)
+    assert free["I_q"].scale_std == 0.0
+    assert set(free.null_directions[-1].weights) == {"thrust_scale", "M_u"}
+    assert "that thrust weighs would be 1 % larger" in free.thrust_scale.sentence
+    file = fitted.vehicle_file(0.1, priors={"M_u": fitted.prior(110.0, 0.001)})
+    weighed = answered(fit, fitted.dive(), file)
+    assert weighed["M_u"].value == pytest.approx(110.0, rel=1e-3)
+    assert weighed["I_q"].value == pytest.approx(12.0)
+    assert weighed["I_q"].relative_std == pytest.approx(0.01)
+
+
+def test_a_weighed_moment_of_inertia_that_thrust_did_not_weigh_tells_no_thrust():
+    fit = fitted.fit({"M_u": 100.0, "I_q": 12.0}, 1e-4 * np.eye(2), rest_on_righting=("I_q",))
+    file = fitted.vehicle_file(0.1, priors={"I_q": fitted.prior(12.1, 0.01)})
+    found = answered(fit, fitted.dive(), file)
+    assert not found.thrust_scale.in_intervals
+    assert found["I_q"].value == pytest.approx(np.sqrt(12.0 * 12.1))
+    assert found["M_u"].value == pytest.approx(100.0)
+
+
+def test_what_holds_given_the_thrust_stands_beside_what_was_weighed():
+    weighed = {"M_u": fitted.prior(110.0, 0.001), "D_u": fitted.prior(51.0, 0.02, "thrust")}
+    found = answer(np.diag([1e-4, 4e-4]), weighed)
+    assert found["D_u"].value > 54.0
+    assert found["D_u"].given_thrust == pytest.approx(np.sqrt(50.0 * 51.0))
+    assert found["D_u"].given_thrust_std / found["D_u"].given_thrust == pytest.approx(0.02 / np.sqrt(2))
+    assert found["M_u"].given_thrust == pytest.approx(100.0)
+
+
+def test_a_second_round_of_priors_knows_no_more_of_the_thrust_than_what_was_weighed():
+    weighed = {"M_u": fitted.prior(105.0, 0.04)}
+    first = answer(np.diag([1e-4, 1e-4]), weighed)
+    kept = {"D_u": fitted.prior(first["D_u"].given_thrust, 0.1, "thrust")}
+    second = answer(np.diag([1e-4, 1e-4]), weighed | kept)
+    assert second.thrust_scale.std == pytest.approx(first.thrust_scale.std, rel=1e-6)
+
+
+def test_a_prior_that_came_from_this_very_dive_is_left_out_and_named():
+    own = {"M_u": replace(fitted.prior(102.0, 0.01, "thrust"), dive_sha256="1" * 64)}
+    found = answer(np.diag([1e-4, 4e-4]), own)
+    assert found["M_u"].value == pytest.approx(100.0)
+    assert found.outcome is Outcome.CONVERGED
+    assert any("identified from this very dive" in doubt.sentence for doubt in found.doubts)
+
+
+def test_a_prior_leaves_anothers_lopsided_interval_lopsided():
+    fit = fitted.fit(SURGE, np.diag([1e-4, 1e-2]))
+    totals = tuple(replace(t, high95=80.0) if t.name == "D_u" else t for t in fit.parameters)
+    file = fitted.vehicle_file(priors={"M_u": fitted.prior(101.0, 0.01, "thrust")})
+    found = answered(replace(fit, parameters=totals), fitted.dive(), file)
+    assert found["D_u"].high95 == pytest.approx(80.0)
+    assert found["D_u"].low95 == pytest.approx(fit["D_u"].low95)
+    assert found["D_u"].share_from_prior == 0.0
+
+
+def test_a_prior_leaves_anothers_bound_where_it_was():
+    fit = fitted.fit(SURGE | {"M_v": 3e5}, 1e-4 * np.eye(3))
+    priors = {"M_u": fitted.prior(101.0, 0.01, "thrust")}
+    found = answered(fit, fitted.dive(), fitted.vehicle_file(priors=priors))
+    assert found.outcome is Outcome.AT_BOUND
+    assert "upper bound" in found["M_v"].reason
+    assert not found["M_v"].identifiable
+
+
+def test_what_comes_through_anothers_prior_counts_as_from_the_prior():
+    found = answer(TIED, {"M_u": fitted.prior(111.7, 1e-5, "thrust")}, values=MASSES)
+    assert found["M_v"].share_from_prior == pytest.approx(0.99**2, rel=1e-3)
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     st.lists(st.floats(0.005, 0.2), min_size=2, max_size=2),

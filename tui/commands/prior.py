@@ -25,6 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PERCENT",
         help="by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
     )
+    parser.add_argument(
+        "--despite-doubts", action="store_true", help="take an identification that did not converge"
+    )
     parser.add_argument("--json", metavar="FILE", help="write the priors as JSON; - for standard output")
 
 
@@ -34,11 +37,13 @@ def run(arguments: argparse.Namespace) -> int:
     from tui import show
     from tui.accepted import merged, priors_of
     from tui.outputs import check_file
+    from tui.parameter_files import Leave
 
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
     widen = None if arguments.widen is None else arguments.widen / 100
-    configuration, accepted = priors_of(Path(arguments.file), widen)
+    leave = Leave(doubts=arguments.despite_doubts)
+    configuration, accepted = priors_of(Path(arguments.file), widen, leave)
     file.vehicle.configuration_named(configuration)
     present = file.vehicle.configurations[configuration].priors
     priors = merged(present, accepted)

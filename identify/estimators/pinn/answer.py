@@ -60,6 +60,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         time.perf_counter() - began,
         information=None if fit is None else _information(fit),
         doubts=doubts,
+        rest_on_righting=built.rest_on_righting,
     )
 
 
