@@ -21,22 +21,35 @@ class Story(Enum):
 
     TOO_FEW = "Too few dated dives for a trend: it takes three"
     STEADY = "No trend shows"
-    FOULING = "Damping is up with mass unchanged, so more drag: fouling, or gear that drags; clean the hull"
+    FOULING = (
+        "Damping is up and mass does not change significantly, so more drag: fouling, or gear that drags; clean the "
+        "hull"
+    )
     CLEANER = (
-        "Damping is down with mass unchanged, so less drag: a cleaner hull, or gear that no longer drags"
+        "Damping is down and mass does not change significantly, so less drag: a cleaner hull, or gear that no longer "
+        "drags"
     )
     WEAKER = (
         "All are up together, which is how less thrust looks than the thruster curve says: battery, worn or fouled "
-        "propellers; the hull has not changed"
+        "propellers; damping over mass does not change significantly"
     )
     STRONGER = (
         "All are down together, which is how more thrust looks than the thruster curve says: battery, new propellers; "
-        "the hull has not changed"
+        "damping over mass does not change significantly"
     )
-    HEAVIER = "Mass is up with damping unchanged: payload, ballast or water taken in; weigh the vehicle"
-    LIGHTER = "Mass is down with damping unchanged: payload or ballast gone; weigh the vehicle"
+    HEAVIER = (
+        "Mass is up and damping does not change significantly: payload, ballast or water taken in; weigh it"
+    )
+    LIGHTER = (
+        "Mass is down and damping does not change significantly: payload or ballast gone; weigh the vehicle"
+    )
     SEVERAL = "Mass and damping change by different shares: more than one cause, such as thrust and fouling, or a refit"
     UNCLEAR = "Something changes, but these dives can't tell drag from thrust: weigh the vehicle, and log the battery"
+
+
+_DAMPING_MOVED = (Story.FOULING, Story.CLEANER)
+_MASS_MOVED = (Story.HEAVIER, Story.LIGHTER)
+_ALL_MOVED = (Story.WEAKER, Story.STRONGER)
 
 
 @dataclass(frozen=True)
@@ -66,10 +79,12 @@ def drift_of(rows: Sequence[Row]) -> Drift:
     real = frozenset(name for name, p in chances.items() if p < LEVEL)
     masses = common_series(dated, [c.name for c in MASSES])
     dampings = common_series(dated, [c.name for c in DAMPINGS])
-    mass, damping, over = (_fit(series) for series in (masses, dampings, ratio(dampings, masses)))
+    mass, damping, over = (_fit(series) for series in (masses, dampings, ratio(dampings, masses, dated)))
     voltage = _voltage(dated)
-    story = _story(mass, damping, over)
-    return Drift(story, _sentence(story, mass, damping, voltage), trends, real, mass, damping, over, voltage)
+    story = _story(mass, damping, over, [trends[name] for name in real])
+    return Drift(
+        story, _sentence(story, mass, damping, over, voltage), trends, real, mass, damping, over, voltage
+    )
 
 
 def percent(log_change: float) -> float:
@@ -98,27 +113,34 @@ def _voltage(rows: Sequence[Row]) -> Trend | None:
     return fit_trend(unix_s, volts, np.full(len(told), VOLTAGE_STD_V))
 
 
-def _story(mass: Trend | None, damping: Trend | None, over: Trend | None) -> Story:
-    """Damping over mass is free of thrust, so it decides whether the vehicle itself changed."""
+def _story(mass: Trend | None, damping: Trend | None, over: Trend | None, real: Sequence[Trend]) -> Story:
+    """Damping over mass is free of thrust, so it decides whether the vehicle itself changed.
+
+    The three are judged together, each p raised for their number. `real` are the single trends that are significant.
+    """
     if mass is None or damping is None or over is None:
         one = mass or damping
         if one is None:
             return Story.TOO_FEW
         return Story.UNCLEAR if one.is_real else Story.STEADY
-    if over.is_real:
-        if mass.is_real and damping.is_real:
+    chances = holm({"mass": mass.p, "damping": damping.p, "over": over.p})
+    mass_moves, damping_moves, over_moves = (chances[name] < LEVEL for name in ("mass", "damping", "over"))
+    if mass_moves and damping_moves:
+        up = mass.change > 0
+        together = all((trend.change > 0) == up for trend in (damping, *real))
+        if over_moves or not together:
             return Story.SEVERAL
-        if mass.is_real:
-            return Story.HEAVIER if mass.change > 0 else Story.LIGHTER
-        if damping.is_real:
-            return Story.FOULING if damping.change > 0 else Story.CLEANER
-        return Story.UNCLEAR
-    if mass.is_real and damping.is_real:
-        return Story.WEAKER if mass.change > 0 else Story.STRONGER
-    return Story.UNCLEAR if mass.is_real or damping.is_real else Story.STEADY
+        return Story.WEAKER if up else Story.STRONGER
+    if over_moves and mass_moves:
+        return Story.HEAVIER if mass.change > 0 else Story.LIGHTER
+    if over_moves and damping_moves:
+        return Story.FOULING if damping.change > 0 else Story.CLEANER
+    return Story.UNCLEAR if mass_moves or damping_moves or over_moves else Story.STEADY
 
 
-def _sentence(story: Story, mass: Trend | None, damping: Trend | None, voltage: Trend | None) -> str:
+def _sentence(
+    story: Story, mass: Trend | None, damping: Trend | None, over: Trend | None, voltage: Trend | None
+) -> str:
     longest = max((t for t in (mass, damping) if t is not None), key=lambda t: t.count, default=None)
     if longest is None:
         return f"{story.value}."
@@ -129,10 +151,23 @@ def _sentence(story: Story, mass: Trend | None, damping: Trend | None, voltage: 
         f"{story.value}. Over {longest.count} dives from {utc(longest.first_s)} to {utc(longest.last_s)}: "
     )
     words += f"{', '.join(figures)}."
+    still = {
+        _DAMPING_MOVED: ("mass", mass),
+        _MASS_MOVED: ("damping", damping),
+        _ALL_MOVED: ("damping over mass", over),
+    }
+    for stories, (word, trend) in still.items():
+        if story in stories and trend is not None:
+            words += f" The change of {word} is within {_within(trend):.1f} %."
     if voltage is not None and voltage.is_real:
         way = "fell" if voltage.change < 0 else "rose"
         words += f" The pack voltage {way} by {abs(voltage.change):.1f} V over the same time."
     return words
+
+
+def _within(trend: Trend) -> float:
+    """The farther end of a 95 % interval from zero, in per cent."""
+    return max(abs(percent(trend.low95)), abs(percent(trend.high95)))
 
 
 def _change(trend: Trend) -> str:

@@ -2,9 +2,11 @@
 
 import csv
 import io
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import combinations
 from typing import Any
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
@@ -29,7 +31,8 @@ class Value:
 class Row:
     """One dive. `values` holds what was identified, by name; `error` says why there is nothing at all.
 
-    `unix_s` is when it began, by `dated_by`; None where nothing tells it.
+    `unix_s` is when it began, by `dated_by`; None where nothing tells it. `correlation` is that of two parameters'
+    errors, by the pair of their names, 0 for a pair that it lacks.
     """
 
     dive: str
@@ -42,6 +45,7 @@ class Row:
     duration_s: float | None = None
     voltage_v: float | None = None
     values: Mapping[str, Value] = field(default_factory=dict)
+    correlation: Mapping[frozenset[str], float] = field(default_factory=dict)
     error: str = ""
 
     @property
@@ -88,7 +92,11 @@ def to_csv(rows: Sequence[Row]) -> str:
 def to_json(row: Row) -> dict[str, Any]:
     """One row as plain data."""
     return {
-        **{name: value for name, value in vars(row).items() if name not in ("values", "unix_s")},
+        **{
+            name: value
+            for name, value in vars(row).items()
+            if name not in ("values", "correlation", "unix_s")
+        },
         "date_utc": iso(row.unix_s) or None,
         "parameters": {name: vars(value) for name, value in row.values.items()},
     }
@@ -128,8 +136,26 @@ def _row(result: Result) -> Row:
         found["dive"]["duration_s"],
         result.answer["voltage_v"],
         values,
+        _correlation(list(values), found["covariance"]),
         "" if values else _why_nothing(found),
     )
+
+
+def _correlation(names: Sequence[str], covariance: Mapping[str, Any]) -> dict[frozenset[str], float]:
+    """Of each pair; 1, at which a mean gains nothing from more values, where the covariance does not tell."""
+    place = {name: i for i, name in enumerate(covariance["of"])}
+    matrix = covariance["matrix"]
+    found = {}
+    for a, b in combinations(names, 2):
+        entries = (
+            [matrix[place[p]][place[q]] for p, q in ((a, b), (a, a), (b, b))]
+            if {a, b} <= place.keys()
+            else []
+        )
+        told = bool(entries) and None not in entries and min(entries[1:]) > 0
+        value = entries[0] / math.sqrt(entries[1] * entries[2]) if told else 1.0
+        found[frozenset((a, b))] = max(-1.0, min(1.0, value))
+    return found
 
 
 def _why_nothing(found: Mapping[str, Any]) -> str:

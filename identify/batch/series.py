@@ -5,30 +5,40 @@ every mass and every damping comes out 1/k times its own, so their logarithms sh
 damping over mass stays.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from identify.batch.rows import Row
 from identify.dive import Array
 
+CANCELLED = 1e-4
+"""Errors that cancel leave at least this share of a variance: a correlation is not known better."""
+
 
 @dataclass(frozen=True)
 class Series:
-    """Logarithms (n,) with standard errors (n,) at Unix times (n,); `rows` says of which row each is."""
+    """Logarithms (n,) with standard errors (n,) at Unix times (n,).
+
+    `rows` says of which row each is, `weights` how much each coefficient of that row has in it.
+    """
 
     rows: tuple[int, ...]
     unix_s: Array
     value: Array
     std: Array
+    weights: tuple[Mapping[str, float], ...] = ()
 
 
 def common_series(rows: Sequence[Row], names: Sequence[str]) -> Series:
     """The weighted mean logarithm of the coefficients `names` in each dated row, less each one's own level.
 
     A level is where a coefficient stands beside a line in time that all share, by weighted least squares, so that a
-    dive which shows other coefficients than the next does not look like a change.
+    dive which shows other coefficients than the next does not look like a change. Weights go by each one's own error;
+    the standard error of the mean counts how the coefficients of one dive err together.
     """
     of, which, y, sigma = [], [], [], []
     for i, row in enumerate(rows):
@@ -48,16 +58,36 @@ def common_series(rows: Sequence[Row], names: Sequence[str]) -> Series:
     present = tuple(sorted(set(of)))
     total = np.array([weight[row_of == i].sum() for i in present])
     mean = np.array([(weight * off)[row_of == i].sum() for i in present]) / total
-    return Series(present, times[list(present)], mean, 1 / np.sqrt(total))
+    shares = tuple(
+        {names[which[k]]: float(weight[k] / whole) for k in np.flatnonzero(row_of == i)}
+        for i, whole in zip(present, total, strict=True)
+    )
+    std = np.array([_std(rows[i], of_row) for i, of_row in zip(present, shares, strict=True)])
+    return Series(present, times[list(present)], mean, std, shares)
 
 
-def ratio(over: Series, under: Series) -> Series:
-    """`over` less `under` in the rows that both have."""
+def ratio(over: Series, under: Series, rows: Sequence[Row]) -> Series:
+    """`over` less `under`, two series of `rows` without a coefficient in common, in the rows that both have."""
     both = tuple(i for i in over.rows if i in under.rows)
     a = [over.rows.index(i) for i in both]
     b = [under.rows.index(i) for i in both]
-    std = np.hypot(over.std[a], under.std[b])
-    return Series(both, over.unix_s[a], over.value[a] - under.value[b], std)
+    weights = tuple(
+        {**over.weights[i], **{name: -share for name, share in under.weights[j].items()}}
+        for i, j in zip(a, b, strict=True)
+    )
+    std = np.array([_std(rows[i], of_row) for i, of_row in zip(both, weights, strict=True)])
+    return Series(both, over.unix_s[a], over.value[a] - under.value[b], std, weights)
+
+
+def _std(row: Row, weights: Mapping[str, float]) -> float:
+    """Standard error of the weighted sum of a row's logarithms, which err together."""
+    own = {name: share * row.values[name].std / row.values[name].value for name, share in weights.items()}
+    alone = sum(error**2 for error in own.values())
+    together = sum(
+        2 * row.correlation.get(frozenset(pair), 0.0) * own[pair[0]] * own[pair[1]]
+        for pair in combinations(own, 2)
+    )
+    return math.sqrt(max(alone + together, CANCELLED * alone))
 
 
 def _levels(unix_s: Array, which: Array, logs: Array, weight: Array, count: int) -> Array:

@@ -1,12 +1,14 @@
 """What trends mean: each planted story is told as itself, and nothing planted as nothing."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
 from identify.batch.drift import Story, drift_of, percent
 from identify.batch.rows import Row, Value
+from identify.batch.series import common_series, ratio
 
 DAY_S = 86400.0
 START_S = 1.77e9
@@ -66,6 +68,38 @@ def test_weak_thrust_with_a_falling_battery_names_the_battery():
     assert "The pack voltage fell by 1.1 V" in drift_of(volts).sentence
     steady = [replace(row, voltage_v=16.0) for row in rows]
     assert "voltage" not in drift_of(steady).sentence
+
+
+def test_what_does_not_move_is_told_with_how_far_it_may_have():
+    drift = drift_of(dives(damping=0.2))
+    within = max(abs(percent(drift.mass.low95)), abs(percent(drift.mass.high95)))
+    assert f"The change of mass is within {within:.1f} %." in drift.sentence
+
+
+def test_parameters_that_err_together_tell_no_more_than_one():
+    together = {frozenset(pair): 1.0 for pair in combinations(("M_u", "M_v", "I_r"), 2)}
+    rows = [replace(row, correlation=together) for row in dives()]
+    alone, joint = (common_series(some, ["M_u", "M_v", "I_r"]) for some in (dives(), rows))
+    single = sum(SPREAD[name] ** -2 for name in ("M_u", "M_v", "I_r")) ** -0.5
+    assert alone.std == pytest.approx(np.full(12, single), rel=0.1)
+    assert np.all((joint.std > 0.0105) & (joint.std < 0.0155))
+    assert joint.value == pytest.approx(alone.value)
+
+
+def test_errors_that_mass_and_damping_share_fall_out_of_their_ratio():
+    shared = [replace(row, correlation={frozenset(("M_u", "D_u")): 0.9}) for row in dives()]
+    mass, damping = (common_series(shared, [name]) for name in ("M_u", "D_u"))
+    expected = np.sqrt(0.011**2 + 0.005**2 - 2 * 0.9 * 0.011 * 0.005)
+    assert ratio(damping, mass, shared).std == pytest.approx(np.full(12, expected), rel=0.1)
+
+
+def test_dampings_that_move_against_the_rest_are_not_called_together():
+    rows = []
+    for i, row in enumerate(dives(thrust=-0.3)):
+        one = row.values["D_r"]
+        fallen = replace(one, value=one.value * (1 - 0.035 * i) * (1 - 0.3 * i / 11))
+        rows.append(replace(row, values={**row.values, "D_r": fallen}))
+    assert drift_of(rows).story not in (Story.WEAKER, Story.STRONGER)
 
 
 def test_dampings_alone_can_not_tell_drag_from_thrust():

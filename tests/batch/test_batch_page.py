@@ -33,7 +33,7 @@ def unix_s(*when):
 def test_the_page_tells_the_story_shows_each_parameter_and_names_each_dive():
     rows = dives(damping=0.2)
     html = page(rows)
-    assert html.index("Damping is up with mass unchanged") < html.index("<main>")
+    assert html.index("Damping is up and mass does not change significantly") < html.index("<main>")
     assert all(f'aria-label="{name},' in html for name in ("M_u", "M_v", "I_r", "D_u", "D_v", "D_r"))
     assert html.count('class="line dashed" d="M') >= 3
     assert all(row.dive in html for row in rows)
@@ -115,6 +115,19 @@ def test_tables_are_whole_at_80_columns_with_the_longest_words():
     text = " ".join(line.strip() for line in lines)
     assert "1235 ±98" in text
     assert show.number(1234.5678) in text
+
+
+def test_a_row_takes_how_its_parameters_err_together_and_the_worst_where_that_is_not_told():
+    told = {"std": 1.0, "low95": 1.0, "high95": 3.0, "identifiable": True}
+    parameters = [{"name": name, "value": 2.0, **told} for name in ("M_u", "M_v", "D_u")]
+    found = {
+        "parameters": parameters, "configuration": "only", "outcome": "converged", "dive": {"duration_s": 60.0},
+        "covariance": {"of": ["M_u", "M_v"], "matrix": [[1.0, 1.2], [1.2, 4.0]]},
+    }  # fmt: skip
+    answer = {"identification": found, "unix_s": 1.77e9, "dated_by": "its name", "voltage_v": None}
+    row = rows_of([Result("k", "one", "one.tlog", "0", answer, "")])[0]
+    assert row.correlation[frozenset(("M_u", "M_v"))] == pytest.approx(0.6)
+    assert row.correlation[frozenset(("M_u", "D_u"))] == 1.0
 
 
 def test_dives_stand_by_date_and_those_without_one_come_last():

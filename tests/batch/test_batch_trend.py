@@ -93,7 +93,7 @@ def test_dives_that_show_other_coefficients_do_not_look_like_a_change():
 
 def test_a_ratio_has_the_dives_that_both_have():
     rows = [row(0, D_u=(50, 0.03)), row(1, D_u=(50, 0.03), M_u=(100, 0.04)), row(2, M_u=(100, 0.04))]
-    found = ratio(common_series(rows, ["D_u"]), common_series(rows, ["M_u"]))
+    found = ratio(common_series(rows, ["D_u"]), common_series(rows, ["M_u"]), rows)
     assert found.rows == (1,)
     assert found.std == pytest.approx([0.05])
 
