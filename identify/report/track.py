@@ -12,6 +12,8 @@ from identify.report.plot import Line, Mark, Panel
 from identify.report.text import count, significant
 
 TRACK_POINTS = 2000
+LABEL_SHARE = 0.15
+"""Start and end nearer than this share of the picture have one label, for two would overprint."""
 
 
 def track(dive: Dive) -> Figure | None:
@@ -23,7 +25,9 @@ def track(dive: Dive) -> Figure | None:
         return None
     x, y = true_scale_axes(east, north)
     aspect = (x.high - x.low) / (y.high - y.low)
-    marks = (Mark(east[0], north[0], "disc", "start"), Mark(east[-1], north[-1], "square", "end"))
+    apart = max(abs(east[-1] - east[0]) / (x.high - x.low), abs(north[-1] - north[0]) / (y.high - y.low))
+    words = ("start", "end") if apart > LABEL_SHARE else ("start and end", "")
+    marks = (Mark(east[0], north[0], "disc", words[0]), Mark(east[-1], north[-1], "square", words[1]))
     length = float(np.hypot(np.diff(east), np.diff(north)).sum())
     unlocked = int((~np.isfinite(dive.velocity.value[:, 0])).sum())
     every = math.ceil(len(east) / TRACK_POINTS)

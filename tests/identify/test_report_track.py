@@ -21,6 +21,17 @@ def circling(samples: int) -> Dive:
     )
 
 
+def test_start_and_end_have_one_label_where_two_would_overprint():
+    closed, part = track(circling(2400)), circling(2400).between(0.0, 60.0)
+    assert closed is not None
+    assert ">start and end<" in closed.svg
+    assert ">end<" not in closed.svg
+    apart = track(part)
+    assert apart is not None
+    assert ">start<" in apart.svg
+    assert ">end<" in apart.svg
+
+
 @pytest.mark.parametrize("samples", [500, 2399, 9729, 11999, 40_000])
 def test_a_circle_is_drawn_round(samples):
     drawn = track(circling(samples))

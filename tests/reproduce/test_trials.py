@@ -9,7 +9,8 @@ from bridge.parameters import bounds
 from bridge.simulator.missions import Mission
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
-from tui.reproduce.trials import TURN_RAD, carrying, legs, without_inertia
+from bridge.vehicle.feedforward import Mode
+from tui.reproduce.trials import TURN_RAD, Trial, carrying, legs, without_inertia
 
 FILE = load_vehicle("ruvifist")
 VALUES = {"M_u": 96.4, "I_r": 22.5, "D_u": 42.13, "D_r": 21.8}
@@ -56,3 +57,10 @@ def test_without_inertia_means_the_least_that_the_parameters_take():
     assert found == {**VALUES, "I_r": least}
     assert least < 0.1 * VALUES["I_r"]
     carrying(FILE, "survey", found)
+
+
+def test_a_folder_does_not_name_its_mode_twice():
+    trials = [
+        Trial(name, "hovering", "line", Mode.ALONE, {}) for name in ("surge alone", "hovering alone ours")
+    ]
+    assert [trial.title for trial in trials] == ["surge", "hovering ours"]

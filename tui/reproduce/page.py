@@ -58,7 +58,7 @@ def verdict(done: Reproduction) -> str:
     )
     return (
         "On a vehicle that is what its tables say, the paper's method finds damping within "
-        f"{fixed(100 * damping, 1)} % and mass and inertia {low} to {high} % off; ours is within "
+        f"{fixed(100 * damping, 1)} % and total mass and inertia {low} to {high} % off; ours is within "
         f"{fixed(100 * ours, 1)} %. On {misfits} points the paper's text and numbers do not fit together as "
         "printed."
     )

@@ -36,6 +36,11 @@ class Trial:
     mode: Mode
     coefficients: Mapping[str, float]
 
+    @property
+    def title(self) -> str:
+        """The name without its mode, which the recording's folder names anyway."""
+        return " ".join(word for word in self.name.split() if word != self.mode.name.lower())
+
 
 def legs(shape: Shape) -> list[Leg]:
     """The legs of a trial.
@@ -66,7 +71,7 @@ def _straight(name: str, surge_m_s: float, sway_m_s: float) -> list[Leg]:
 def dive(trial: Trial, root: Path, seed: int, unix_s: float, progress: Callable[[float], None]) -> Dive:
     """Dive a trial and read its recording."""
     file = load_vehicle(VEHICLE)
-    mission = Mission(trial.name, tuple(legs(trial.shape)))
+    mission = Mission(trial.title, tuple(legs(trial.shape)))
     folder = simulated.record_dive(
         file,
         trial.configuration,
