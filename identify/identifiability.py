@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 SHARED = 0.1
 """Entries of the projector below this bind nothing: two parameters share a null direction only above it."""
 
+UNKNOWN = 1.0
+"""A direction known to worse than this, relative, is as good as unknown."""
+
 TRIM = "_trim"
 THRUST_SCALE = "thrust_scale"
 
@@ -42,9 +45,9 @@ def with_identifiability(found: Identification) -> Identification:
     told = found.information or _information(found)
     at_bound = {name for doubt in found.doubts if doubt.outcome is Outcome.AT_BOUND for name in doubt.about}
     directions = tuple(
-        direction
+        _said(direction, found)
         for direction in (() if told is None else null_directions(told))
-        if not set(direction.weights) <= at_bound
+        if not set(direction.weights) <= at_bound and _open(direction, found)
     )
     scale = found.thrust_scale
     if scale is not None and not scale.in_intervals and found.covariance_of:
@@ -55,6 +58,26 @@ def with_identifiability(found: Identification) -> Identification:
         parameters=tuple(replace(one, partner=partners.get(one.name)) for one in found.parameters),
         null_directions=directions,
     )
+
+
+def _open(direction: NullDirection, found: Identification) -> dict[str, float]:
+    """The weights of what is not called identifiable, trims beside it; none where every coefficient is."""
+    known = {one.name for one in found.parameters if one.identifiable}
+    left = {name: weight for name, weight in direction.weights.items() if name not in known}
+    return left if any(not name.endswith(TRIM) for name in left) else {}
+
+
+def _said(direction: NullDirection, found: Identification) -> NullDirection:
+    """The direction with a sentence about what is not identifiable alone, and with advice that can be followed."""
+    left = _open(direction, found)
+    righted = [name for name in left if name in found.rest_on_righting]
+    if righted:
+        axes = " and ".join(dict.fromkeys(_axis(name) for name in righted))
+        told = ", ".join(f"{_words(name)} ({name})" for name in righted)
+        sentence = f"The dive says too little of {told}: no thruster pushed {axes}; swing it by hand, then let it rest."
+    else:
+        sentence = _sentence(left, direction.relative_std)
+    return replace(direction, sentence=sentence)
 
 
 def partners_of(of: Sequence[str], covariance: Array) -> dict[str, Partner]:
@@ -86,7 +109,7 @@ def null_directions(told: Information) -> tuple[NullDirection, ...]:
         worst = directions[:, 0] * (1.0 if directions[np.argmax(np.abs(directions[:, 0])), 0] > 0 else -1.0)
         std = 1.0 / math.sqrt(inner[0]) if inner[0] > 0 else math.inf
         weights = {name: float(w) for name, w in zip(names, worst, strict=True)}
-        out.append(NullDirection(weights, std, _sentence(weights)))
+        out.append(NullDirection(weights, std, _sentence(weights, std)))
     return tuple(out)
 
 
@@ -134,7 +157,7 @@ def _usable(one: Estimate) -> bool:
     return math.isfinite(one.value) and one.value != 0.0
 
 
-def _sentence(weights: dict[str, float]) -> str:
+def _sentence(weights: dict[str, float], std: float) -> str:
     """Which parameters can't be told apart, and what dive would."""
     names = list(weights)
     axes = list(dict.fromkeys(_axis(name) for name in names))
@@ -156,9 +179,8 @@ def _sentence(weights: dict[str, float]) -> str:
     elif not dampings:
         advice = f"push {axis} back and forth, with thrust that changes quickly"
     elif weights[masses[0]] * weights[dampings[0]] > 0:
-        advice = (
-            f"push {axis} harder, with thrust that changes quickly and then holds; only their ratio is known"
-        )
+        advice = f"push {axis} harder, with thrust that changes quickly and then holds"
+        advice += "; only their ratio is known" if std > UNKNOWN else ""
     else:
         advice = f"give {axis} both quick changes of thrust and steady speeds"
     return f"{listed[0].upper()}{listed[1:]} can't be told apart: {advice}."

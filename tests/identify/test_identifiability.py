@@ -92,6 +92,38 @@ def test_without_information_the_covariance_tells_the_null_direction():
     assert direction.relative_std == pytest.approx(np.sqrt(4.0 + 1e-4), rel=1e-3)
 
 
+def told_of(relative, of=("M_u", "D_u"), **keys):
+    values = dict(zip(of, (100.0, 50.0), strict=True))
+    return answered(fitted.fit(values, relative, **keys), fitted.dive(), fitted.vehicle_file(0.0))
+
+
+def test_what_is_identifiable_is_not_said_to_be_untellable():
+    found = told_of(1e-4 * np.eye(2), information=knowing(("M_u", "D_u"), [1, 1]))
+    assert found.null_directions == ()
+
+
+def test_beside_an_identifiable_one_the_other_alone_is_named():
+    found = told_of(np.diag([1e-4, 4.0]), information=knowing(("M_u", "D_u"), [1, 2]))
+    (direction,) = found.null_directions
+    assert direction.sentence.startswith("The dive says too little of surge damping (D_u)")
+
+
+@pytest.mark.parametrize(("std", "unknown"), [(0.34, False), (2.0, True)])
+def test_only_what_is_unknown_is_called_known_by_its_ratio_alone(std, unknown):
+    along = np.array([1.0, 1.0]) / np.sqrt(2)
+    told = knowing(("M_u", "D_u"), along)
+    (found,) = null_directions(Information(told.of, told.matrix + std**-2 * np.outer(along, along)))
+    assert ("only their ratio is known" in found.sentence) is unknown
+
+
+def test_nobody_is_told_to_push_where_no_thruster_pushes():
+    of = ("I_q", "D_q")
+    found = told_of(np.diag([4.0, 4.0]), of, information=knowing(of, [1, 1]), rest_on_righting=of)
+    (direction,) = found.null_directions
+    assert "no thruster pushed pitch" in direction.sentence
+    assert "harder" not in direction.sentence
+
+
 def test_thrust_scale_and_all_masses_and_dampings_are_told_as_one():
     found = answered(
         fitted.fit({"M_u": 100.0, "D_u": 50.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file(0.1)
