@@ -31,6 +31,9 @@ ROUGH = 0.5
 ROUNDING = 1e-6
 """How far off symmetry and off zero eigenvalues (of correlations) a covariance may be that went through text."""
 
+FIRM = 0.05
+"""Relative standard deviation up to which a value is firm enough to show a narrower interval around it."""
+
 DISTURBANCE_TIME_S = 1.5
 ARM_M = 1.0 / 6.0
 """Moment of a disturbance over its force."""
@@ -56,7 +59,7 @@ class Knowledge:
     """Coefficients by name, all twelve, the noise of each degree of freedom, and in sentences where it all comes from.
 
     `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero where nothing is known. `guessed` are
-    those whose value no prior and no identification gives.
+    those whose value no prior gives, and no identification to within `FIRM`.
     """
 
     values: dict[str, float]
@@ -132,6 +135,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     known = [i for i, name in enumerate(of) if name in values]
     _check([of[i] for i in known], covariance[np.ix_(known, known)], nuisance, source)
     precision = first.precision.copy()
+    firm = frozenset(of[i] for i in known if math.sqrt(covariance[i, i]) <= FIRM * values[of[i]])
     if known:
         places = [NAMES.index(of[i]) for i in known]
         scale = np.array([values[of[i]] for i in known])
@@ -150,9 +154,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
             f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
         )
     noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
-    return Knowledge(
-        {**first.values, **values}, precision, noise, tuple(sentences), first.guessed - values.keys()
-    )
+    return Knowledge({**first.values, **values}, precision, noise, tuple(sentences), first.guessed - firm)
 
 
 def _check(of: Sequence[str], covariance: Array, nuisance: Mapping[str, float], source: str) -> None:

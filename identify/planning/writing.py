@@ -19,7 +19,7 @@ Z95 = 1.959963984540054
 NOTABLE_M = 0.05
 TITLE = "# Plan for"
 GUESSED = (
-    "What no dive and no prior has told is planned with a guessed value: it has no interval around it, only how "
+    "What no prior and no dive has told firmly is planned with a guessed value: it has no interval around it, only how "
     "sharply, in per cent, the dive would find the true one."
 )
 

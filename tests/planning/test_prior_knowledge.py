@@ -54,6 +54,8 @@ def test_what_neither_a_prior_nor_a_dive_tells_is_a_guess() -> None:
     known = before_any_dive(with_shape(model={"M_v": 120.0}, priors={"M_u": Prior(111.0, 2.22)}), "hovering")
     assert known.guessed == set(NAMES) - {"M_u"}
     assert after(identified(), FILE, "hovering", "a.json").guessed == set(NAMES) - {"M_u", "D_u"}
+    vague = identified(covariance={"of": ["M_u", "D_u"], "matrix": [[11.0**2, 0.0], [0.0, 0.5]]})
+    assert after(vague, FILE, "hovering", "a.json").guessed == set(NAMES) - {"D_u"}
 
 
 def test_a_prior_counts_as_known() -> None:
