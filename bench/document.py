@@ -3,8 +3,8 @@
 import re
 
 HEAD = (
-    "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it. A section that is not here has not been run since the\n"
-    "estimators last changed.\n\n"
+    "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it. A section that is not here has not\n"
+    "been run since the estimators last changed.\n\n"
 )
 _BLOCK = re.compile(r"<!-- section: (?P<name>[^>]+) -->\n(?P<text>.*?)(?=<!-- section: |\Z)", re.DOTALL)
 
