@@ -6,14 +6,17 @@ from pathlib import Path
 from bench.accuracy import median_ratio, root_mean_square, tally
 from bench.accuracy_trials import Bound, Trial
 from bench.forms.judge import FORMS, SECONDS, Judged, judged, leaning, relative
+from bench.forms.left_out import of_mission
 from bench.forms.reasons import settings, why
+from bench.missions.mission import draw_one
 from bench.words import paragraph
 
 
 def page(cache: Path, target: Path, seeds: Sequence[int]) -> str:
     """The section of docs/benchmarks.md; the record itself is written to `target`."""
     bounds, trials, found = judged(seeds, cache)
-    target.write_text(record(bounds, trials, found), encoding="utf-8")
+    left_out = {seed: of_mission(draw_one(seed)) for seed in seeds}
+    target.write_text(record(bounds, trials, found, left_out), encoding="utf-8")
     lines = [
         "## The network's other forms",
         "",
@@ -27,7 +30,10 @@ def page(cache: Path, target: Path, seeds: Sequence[int]) -> str:
     return "\n".join(lines)
 
 
-def record(bounds: list[Bound], trials: list[Trial], found: list[Judged]) -> str:
+LeftOut = dict[int, dict[str, tuple[float, float]]]
+
+
+def record(bounds: list[Bound], trials: list[Trial], found: list[Judged], left_out: LeftOut) -> str:
     """The page."""
     seeds = sorted(bound.seed for bound in bounds)
     count = max(len(one.tally.cases) + one.tally.refused for one in found)
@@ -64,6 +70,7 @@ def record(bounds: list[Bound], trials: list[Trial], found: list[Judged]) -> str
         "## Why they lose",
         "",
         *why(),
+        *_left_out(left_out),
         "## Settings, and what else was tried",
         "",
         *settings(),
@@ -108,6 +115,24 @@ def _by_mission(found: list[Judged], bounds: list[Bound], trials: list[Trial]) -
         cells = [f"{root_mean_square(tally(one.method, [bound], own).cases):.2f}" for one in found]
         rows.append(f"| {bound.seed}, {bound.kind}, {bound.duration_s:.0f} s | {' | '.join(cells)} |")
     return rows
+
+
+def _left_out(found: LeftOut) -> list[str]:
+    axes = list(dict.fromkeys(axis for row in found.values() for axis in row))
+    rows = [
+        *paragraph(
+            "The bias alone, exactly: one axis, all else at the truth, so that the problem is linear and a Kalman",
+            "filter solves it. The mass over the true one at which the loss is least, with the disturbance fitted and",
+            "(after the arrow) with it integrated out; yaw as the gyro read it.",
+        ),
+        "",
+        f"| mission | {' | '.join(axes)} |",
+        "|---" * (len(axes) + 1) + "|",
+    ]
+    for seed, row in found.items():
+        cells = [f"{row[axis][0]:.2f} -> {row[axis][1]:.2f}" if axis in row else "-" for axis in axes]
+        rows.append(f"| {seed} | {' | '.join(cells)} |")
+    return [*rows, ""]
 
 
 def _ratios(one: Judged) -> str:

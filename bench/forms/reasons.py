@@ -2,52 +2,54 @@
 
 from bench.forms import lstm, neural_ode, shooting, strong
 from bench.forms.task import STEP_S
-from bench.forms.training import LEAST_FALL, MEMORY
+from bench.forms.training import LEAST_FALL, MEMORY, PATIENCE
 from bench.words import paragraph
 
 
 def why() -> list[str]:
-    """Three sentences a form, after what all have in common."""
+    """What all have in common, then three sentences a form."""
     return [
         *paragraph(
-            "**What they share.** All four look for the one best path of the vehicle and its disturbance together with",
-            "the coefficients, where `pinn` integrates the path out. What is left out is the log determinant of the",
-            "path's curvature, which depends on the coefficients: a body that forgets more slowly (larger mass, smaller",
-            "damping) lets the same disturbance explain more, and nothing charges it for that. Better training does not",
-            "help, because the bias lies in the optimum: it is worst in yaw, where damping over inertia is fastest and",
-            "the gyro densest, so that most of the path's freedom is at stake.",
+            "**What they share.** All four look for the one best path of the vehicle and its disturbance",
+            "together with the coefficients, where `pinn` integrates the paths out. What is left out so is",
+            "the log determinant of the path's curvature, which depends on the coefficients: a body that",
+            "forgets more slowly (more mass, less damping) lets the same disturbance explain more, and",
+            "nothing charges it for that. Better training does not help, for the bias lies in the optimum:",
+            "the disturbance eats the mass, most of all in yaw, where the gyro is densest and damping over",
+            "inertia fastest (the last table).",
         ),
         "",
         *paragraph(
-            "**Coupled LSTM.** It loses to the shared bias, and in full, because it weighs paths of velocity, whose",
-            "curvature hangs on the coefficients the most. Its recurrent weights add nothing: the best they can do is to",
-            "write down a smoothed velocity, one that costs `pinn` one weight an instant and a solve of banded equations",
-            "costs them thousands of passes of Adam. Its derivative is a difference over a step, so a fibre-optic gyro has",
-            "to be blunted before the loss can be trained at all.",
+            "**Coupled LSTM.** It has the shared bias, and more, because its derivative is a difference over",
+            "a step: what the fastest of its steps can't follow is booked as disturbance, too. Its recurrent",
+            "weights earn nothing: the best that they can write down is a smoothed velocity, which costs",
+            "`pinn` one weight an instant and a few solves of banded equations, and costs them thousands of",
+            "steps of Adam. Where the dive is long its time is up first.",
         ),
         "",
         *paragraph(
-            "**Neural ODE.** One integration through the whole dive makes every reading hang on every wave of the",
-            "disturbance before it, and the Fourier weights shake the whole dive at once: the loss is a long narrow valley",
-            "along which coefficients and disturbance trade, and the time is up before its floor is reached. Where it",
-            "stops then depends on where it began, which shows as masses and dampings off either way instead of leaning",
-            "one way. In yaw, half-trained, it can come nearer to the truth than the forms that reach their optimum: an",
-            "unfinished disturbance is a stiffer one.",
+            "**Neural ODE.** One integration through the whole dive makes every reading hang on every wave",
+            "of the disturbance before it, so the loss is a long narrow valley along which disturbance and",
+            "coefficients trade, and the time is up, or its steps have become too small, before the floor is",
+            "reached. Where it stops depends on where it began: surge, sway and heave err either way, by",
+            "more than those of any other form. Yaw can come out better than where the optimum is reached,",
+            "for an unfinished disturbance is a stiff one.",
         ),
         "",
         *paragraph(
-            "**Multiple shooting.** The best conditioned of them once its disturbance was written as the white numbers",
-            "that drive it; surge and sway come near the bound. What is left is the shared bias, smaller than that of the",
-            "strong form because white numbers have the same volume whatever the coefficients are. First-order steps over",
-            "thousands of node states still take it a minute for what one banded solve a pass gives `pinn`.",
+            "**Multiple shooting.** It is the best of them, once its disturbance is written as the white",
+            "numbers that drive it and every unknown is scaled by how finely readings know it. What is left",
+            "in surge and sway is small; in yaw it comes to the shared bias and stays there. First-order",
+            "steps over thousands of unknowns take a minute for it, and the answer has no interval.",
         ),
         "",
         *paragraph(
-            "**Strong form.** It reaches its optimum, and its optimum is biased in full, as the LSTM's is. A network of",
-            "time has to carry every edge of the thrust, for a smooth one books the edges as disturbance and the masses",
-            f"with them: with waves up to 2 Hz masses came out several times too large, with {strong.HIGHEST_HZ:g} Hz not.",
-            "Its residual differentiates twice over in effect (velocity, then the disturbance's own innovations), so the",
-            "fastest waves are some thousand times stiffer than the slowest and need a scale of their own.",
+            "**Strong form.** It comes closest to its optimum, which has the shared bias and more, as the",
+            "LSTM's has: its residual stands at instants alone and says nothing of what happens between.",
+            "A network of time has to carry every edge of the thrust, for a smooth one books edges as",
+            "disturbance and the masses with them: with waves to 2 Hz masses came out several times too",
+            f"large, with {strong.HIGHEST_HZ:g} Hz not. The disturbance's prior, taken on a second derivative of the",
+            "network, makes the fastest waves stiffer than the slowest by orders of magnitude.",
         ),
         "",
     ]
@@ -57,29 +59,34 @@ def settings() -> list[str]:
     """What was set how, and what was tried beside it, on other missions (seeds from 100 000)."""
     return [
         *paragraph(
-            f"All: float64, steps of {STEP_S:g} s; masses and dampings through softplus, scaled so that a step of 1 is",
-            "1 %, masses from 1.5 times the dry one, dampings from rms force over rms velocity; full Coriolis; a trim an",
-            "axis; the disturbance an acceleration with its true Gauss-Markov prior. Adam's rates fall as a cosine over",
-            f"its share of the time; it ends once the loss falls by less than {LEAST_FALL:g} in 200 steps. L-BFGS keeps",
-            f"{MEMORY} pairs.",
+            f"All: float64, steps of {STEP_S:g} s; masses and dampings through softplus, so scaled that a step of",
+            "1 is about 1 %; masses from 1.5 times the rigid body's, dampings from rms force over rms velocity;",
+            "full Coriolis; a trim an axis; the disturbance an acceleration with its true Gauss-Markov prior.",
+            "Adam's rates fall as a cosine over its share of the time. Settled: no span of steps (50 of Adam,",
+            f"20 of L-BFGS), of {PATIENCE} in a row, brought the loss down by {LEAST_FALL:g}. L-BFGS keeps {MEMORY} pairs. No",
+            f"form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s or mrad/s: with the fibre-optic gyro's own",
+            "noise, ten times finer, none of them came near its optimum in the time.",
         ),
         "",
-        f"- Coupled LSTM: two-way, {lstm.HIDDEN} units, windows of {lstm.WINDOW} steps with {lstm.OVERLAP} more on "
-        f"either side; Adam {lstm.RATE:g}.",
-        f"- Neural ODE: Runge-Kutta 4, compiled, with its exact discrete adjoint; waves to {neural_ode.HIGHEST_HZ:g} "
-        f"Hz and two hidden layers of {neural_ode.WIDTH}; Adam {neural_ode.RATE:g} for "
+        f"- Coupled LSTM: two-way, {lstm.HIDDEN} units, windows of {lstm.WINDOW} steps and {lstm.OVERLAP} more on "
+        "either side;",
+        f"  in: thrust and smoothed velocity; out: a correction to the latter; Adam {lstm.RATE:g}.",
+        "- Neural ODE: Runge-Kutta 4, compiled, with its exact discrete adjoint; the disturbance a network of waves to",
+        f"  {neural_ode.HIGHEST_HZ:g} Hz with two hidden layers of {neural_ode.WIDTH}; Adam {neural_ode.RATE:g} for "
         f"{100 * neural_ode.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
         f"- Multiple shooting: the same integration, segments of {shooting.SEGMENT_STEPS * STEP_S:g} s, gaps held to "
-        f"{1000 * shooting.PENALTY_STD:g} mm/s or mrad/s; Adam for {100 * shooting.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
-        f"- Strong form: waves to {strong.HIGHEST_HZ:g} Hz and two hidden layers of {strong.WIDTH}, begun at the smoothed "
-        f"readings; collocation at every step; Adam {strong.RATE:g} for {100 * strong.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
+        f"{1e3 * shooting.PENALTY_STD:g} mm/s or mrad/s;",
+        f"  a free disturbance at every step; Adam {shooting.RATE:g} for {100 * shooting.ADAM_SHARE:.0f} % of the time, "
+        "then L-BFGS.",
+        f"- Strong form: waves to {strong.HIGHEST_HZ:g} Hz with two hidden layers of {strong.WIDTH}, begun at the "
+        "smoothed readings; collocation",
+        f"  at every step; Adam {strong.RATE:g} for {100 * strong.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
         "",
         *paragraph(
-            f"No form takes a velocity for finer than {1e6 * lstm.FINEST:g} um/s or urad/s: with the fibre-optic gyro's",
-            "own noise, ten times finer, none of them came near its optimum. Tried and left: a disturbance straight over",
-            "0.25 s (it books what it can't carry as inertia); node states in m/s and coefficients unscaled (L-BFGS ended",
-            "four times higher); a neural ODE of one or two hertz, or of 64 units (slower, no better); the strong form",
-            "begun at nothing, or given to L-BFGS early.",
+            "Tried and left: a disturbance straight over 0.25 s (what it can't carry is booked elsewhere); node",
+            "states in m/s and coefficients unscaled (L-BFGS ended four times higher on a dive with a fibre-optic",
+            "gyro); a single segment instead of many (as good, and slower); for the neural ODE waves to 1, 2, 4 and",
+            "10 Hz, 8 and 64 units, L-BFGS early, Adam alone; for the strong form waves to 2 Hz, L-BFGS early.",
         ),
         "",
     ]

@@ -14,11 +14,12 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 SETTLED = "settled"
 OUT_OF_TIME = "time was up"
 
-SPAN, PATIENCE = 50, 4
+SPAN, PATIENCE = 50, 20
 LEAST_FALL = 0.02
-"""Of the loss, in halves of squared standard deviations: what fell less in a while has settled."""
+"""Of the loss, in halves of squared standard deviations: settled is where no span of PATIENCE in a row brings more."""
 
 MEMORY, PORTION = 30, 20
+"""Pairs that L-BFGS keeps, and the steps of one of its spans."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def by_adam(
 ) -> tuple[str, int]:
     """Adam, every group at its own rate, all falling as a cosine over the `share` of the budget; why it ended, steps.
 
-    It ends early once the loss, averaged over SPAN steps, no longer falls.
+    It ends early once the mean loss of a span no longer falls.
     """
     optimiser = torch.optim.Adam([{"params": own, "lr": rate} for own, rate in groups])
     began, end = budget.spent_s, share * budget.seconds

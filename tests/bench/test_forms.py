@@ -8,10 +8,13 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from bench.forms import shooting
+from bench.accuracy import tally
+from bench.accuracy_trials import Bound, Stated, Trial
+from bench.forms import left_out, shooting
 from bench.forms.disturbance import Disturbance
 from bench.forms.integration import coriolis_terms, integrated
-from bench.forms.judge import FORMS
+from bench.forms.judge import FORMS, Judged, leaning, relative
+from bench.forms.page import record
 from bench.forms.physics import FINE, UNDER_ONE, Coefficients, accelerations, misfit
 from bench.forms.task import STEP_S, Task, hermite, task_of
 from bench.forms.training import SETTLED, Budget, by_adam, by_lbfgs
@@ -180,3 +183,47 @@ def test_every_form_answers_a_mission(form: str, task: Task) -> None:
     assert set(found.values) == {"M_u", "M_v", "M_w", "I_r", "D_u", "D_v", "D_w", "D_r"}
     assert all(math.isfinite(value) and value > 0 for value in found.values.values())
     assert found.steps > 0
+
+
+def test_one_axis_alone_is_scored_as_the_whole_covariance_does() -> None:
+    rng = np.random.default_rng(5)
+    count, h, std, slow_s, variance, mass, damping = 30, 0.2, 0.05, 2.0, 1e-4, 12.0, 9.0
+    time_s = h * np.arange(count)
+    reading = 0.1 * rng.standard_normal(count)
+    rate, keep = damping / mass, 1 / slow_s
+    apart = np.abs(time_s[:, None] - time_s)
+    own = std**2 / (rate**2 - keep**2) * (np.exp(-keep * apart) - keep / rate * np.exp(-rate * apart))
+    # The filter begins with a wide velocity that the acceleration does not know of.
+    begin = np.exp(-rate * time_s)
+    gain = (np.exp(-keep * time_s) - begin) / (rate - keep)
+    both = std**2 / (rate + keep)
+    start = (left_out.WIDE - both / rate) * np.outer(begin, begin)
+    start -= both * (np.outer(begin, gain) + np.outer(gain, begin))
+    covariance = own + start + variance * np.eye(count)
+    step_s = np.concatenate([[0.0], np.full(count - 1, h)])
+    squares, spread = left_out.scored(step_s, np.zeros(count), reading, variance, std, slow_s, mass, damping)
+    assert squares == pytest.approx(0.5 * reading @ np.linalg.solve(covariance, reading))
+    assert spread == pytest.approx(0.5 * np.linalg.slogdet(covariance)[1])
+
+
+def test_a_fitted_disturbance_weighs_the_inertia_wrong_and_an_integrated_one_right() -> None:
+    fitted, integrated_out = left_out.of_mission(draw_one(100_002))["yaw"]
+    assert fitted > 1.2
+    assert integrated_out == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_record_says_who_erred_by_how_much_and_what_was_left_out() -> None:
+    bound = Bound(7, "spin", 100.0, {"M_u": 50.0, "D_u": 10.0}, {"M_u": 0.01, "D_u": 0.02})
+    nan = math.nan
+    stated = {"M_u": Stated(50.0 * math.exp(0.03), nan, nan, False), "D_u": Stated(10.0, nan, nan, False)}
+    trial = Trial(7, "strong form", stated, (), SETTLED, 60.0)
+    one = Judged("strong form", tally("strong form", [bound], [trial]), 1)
+    assert leaning(one.masses) == pytest.approx(3.0)
+    assert relative(one.masses) == pytest.approx(math.expm1(0.03))
+    page = record([bound], [trial], [one], {7: {"surge": (1.2, 1.0)}})
+    assert (
+        "| strong form | 0 | 2.12 (2.22) | 3.00 | +3.00 | 0.00 | +0.00 | 3.0 % | 0.0 % | 1 of 1 | 60.0 |"
+        in page
+    )
+    assert "| 7, spin, 100 s | 2.12 |" in page
+    assert "| 7 | 1.20 -> 1.00 |" in page
