@@ -19,6 +19,9 @@ LARGEST_FOREIGN = 0.5
 """Share of the velocity sensor's noise that may stand in NU_FB beside what a filter of its readings gives."""
 
 WINDOW_S = 10.0
+OPEN_SHARE = 0.05
+"""A window in which the controller asked for nothing at all for more than this share of it is left out."""
+
 READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
 TAPS = 8
 MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
@@ -65,7 +68,13 @@ def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
     columns += [e for error in errors for e in (error, np.cumsum(np.nan_to_num(error) * step_s))]
     table = np.column_stack([*columns, tau.value[:, dof]])
     window = round(WINDOW_S * tau.rate_hz)
-    shares = [_left_over(table[i : i + window]) for i in range(0, len(table) - window + 1, window)]
+    # Where the loop was open, under a push or a stick, there is nothing that a reading could explain.
+    closed = [
+        table[i : i + window]
+        for i in range(0, len(table) - window + 1, window)
+        if np.mean(table[i : i + window, -1] == 0.0) < OPEN_SHARE
+    ]
+    shares = [_left_over(rows) for rows in closed]
     known = [share for share in shares if share is not None]
     return float(np.median(known)) if known else None
 

@@ -87,3 +87,12 @@ def test_every_method_loses_the_mass_that_the_feedback_spoils():
 def test_dives_made_elsewhere_raise_no_doubt_but_in_heave_whose_depth_they_keep_to_themselves(name):
     doubts = feedback_doubts(read_dive(SEALED / name / "dive.tlog.gz"), Water())
     assert [doubt.about for doubt in doubts] == [("M_w",)]
+
+
+def test_a_controller_that_a_push_relieves_raises_no_doubt():
+    """Its wrench is nothing but for two seconds in ten: no reading explains when it was let at the thrusters."""
+    recorded = dive()
+    six = recorded.tau_pid.value.copy()
+    six[np.mod(recorded.tau_pid.time_s, 10.0) > 2.0] = 0.0
+    pushed = replace(recorded, tau_pid=Signal(recorded.tau_pid.time_s, six))
+    assert feedback_doubts(pushed, Water()) == ()
