@@ -63,9 +63,9 @@ def settings() -> list[str]:
             "1 is about 1 %; masses from 1.5 times the rigid body's, dampings from rms force over rms velocity;",
             "full Coriolis; a trim an axis; the disturbance an acceleration with its true Gauss-Markov prior.",
             "Adam's rates fall as a cosine over its share of the time. Settled: no span of steps (50 of Adam,",
-            f"20 of L-BFGS), of {PATIENCE} in a row, brought the loss down by {LEAST_FALL:g}. L-BFGS keeps {MEMORY} pairs. No",
-            f"form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s or mrad/s: with the fibre-optic gyro's own",
-            "noise, ten times finer, none of them came near its optimum in the time.",
+            f"20 of L-BFGS), of {PATIENCE} in a row, brought the loss down by {LEAST_FALL:g}.",
+            f"L-BFGS keeps {MEMORY} pairs. No form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s or mrad/s:",
+            "with the fibre-optic gyro's own noise, ten times finer, none of them came near its optimum in the time.",
         ),
         "",
         f"- Coupled LSTM: two-way, {lstm.HIDDEN} units, windows of {lstm.WINDOW} steps and {lstm.OVERLAP} more on "
@@ -76,8 +76,8 @@ def settings() -> list[str]:
         f"{100 * neural_ode.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
         f"- Multiple shooting: the same integration, segments of {shooting.SEGMENT_STEPS * STEP_S:g} s, gaps held to "
         f"{1e3 * shooting.PENALTY_STD:g} mm/s or mrad/s;",
-        f"  a free disturbance at every step; Adam {shooting.RATE:g} for {100 * shooting.ADAM_SHARE:.0f} % of the time, "
-        "then L-BFGS.",
+        f"  a free disturbance at every step; Adam {shooting.RATE:g} for {100 * shooting.ADAM_SHARE:.0f} % of the "
+        "time, then L-BFGS.",
         f"- Strong form: waves to {strong.HIGHEST_HZ:g} Hz with two hidden layers of {strong.WIDTH}, begun at the "
         "smoothed readings; collocation",
         f"  at every step; Adam {strong.RATE:g} for {100 * strong.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
