@@ -64,7 +64,7 @@ def settings() -> list[str]:
             "full Coriolis; a trim an axis; the disturbance an acceleration with its true Gauss-Markov prior.",
             "Adam's rates fall as a cosine over its share of the time. Settled: no span of steps (50 of Adam,",
             f"20 of L-BFGS), of {PATIENCE} in a row, brought the loss down by {LEAST_FALL:g}.",
-            f"L-BFGS keeps {MEMORY} pairs. No form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s or mrad/s:",
+            f"L-BFGS keeps {MEMORY} pairs. No form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s, mrad/s:",
             "with the fibre-optic gyro's own noise, ten times finer, none of them came near its optimum in the time.",
         ),
         "",
