@@ -187,11 +187,11 @@ def test_a_vehicle_that_is_like_none_lists_the_bundled_ones(complaint):
     assert sentence.endswith("give a file, or one of ardusub_vectored, bluerov2_heavy, bolt, ruvifist")
 
 
-def test_a_vehicle_without_a_truth_is_told_what_it_lacks_once(complaint, tmp_path):
+def test_a_vehicle_without_sensors_is_told_what_it_lacks_once(complaint, tmp_path):
     _, sentence = complaint(
         "simulate", "--vehicle", "bolt", "--mission", "survey", "--out", tmp_path / "dives"
     )
-    assert sentence.count("M_u") == 1
+    assert sentence.count("names no sensors") == 1
     assert "bolt.truth.yaml" in sentence
 
 
