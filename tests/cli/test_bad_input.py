@@ -192,7 +192,7 @@ def test_a_vehicle_without_sensors_is_told_what_it_lacks_once(complaint, tmp_pat
         "simulate", "--vehicle", "bolt", "--mission", "survey", "--out", tmp_path / "dives"
     )
     assert sentence.count("names no sensors") == 1
-    assert "bolt.truth.yaml" in sentence
+    assert "bolt.yaml" in sentence
 
 
 @pytest.mark.parametrize("line", [("record",), ("doctor",), ("params", "show")])
