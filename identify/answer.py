@@ -9,7 +9,7 @@ from identify.bounds import with_bounds
 from identify.dive import Dive
 from identify.feedback import feedback_doubts
 from identify.identifiability import with_identifiability
-from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of
+from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
 from identify.priors import with_priors
 
 
@@ -17,7 +17,9 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    found = without_masses(replace(fit, dived=_date(dive)), feedback_doubts(dive, vehicle.water))
+    found = replace(fit, dived=_date(dive))
+    if fit.weighed_by_others is None:
+        found = without_masses(found, feedback_doubts(dive, vehicle.water))
     found = with_bounds(found, shape)
     found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
     found = with_identifiability(found)
@@ -55,5 +57,4 @@ def _outcome(by_fit: Outcome, by_doubts: Outcome) -> Outcome:
     """The worse of what the fit itself said and what the doubts come to; whether anything is known, these alone say."""
     if by_doubts is Outcome.NOT_IDENTIFIABLE or by_fit is Outcome.NOT_IDENTIFIABLE:
         return by_doubts
-    rank = list(Outcome)
-    return max(by_fit, by_doubts, key=rank.index)
+    return worst((by_fit, by_doubts))

@@ -1,7 +1,7 @@
 """What an estimator answers: coefficients with intervals, an outcome in a sentence, and where it came from."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -152,7 +152,9 @@ class Identification:
     constants), by name with the unit in the name. `innovations` holds, by degree of freedom, each reading's surprise
     over its expected spread, (n, 1): white, of spread 1, where the model fits. It is for the report and no part of
     the JSON. `rest_on_righting` names the coefficients that the vehicle's righting moment weighed, where no thruster
-    pushed: thrust does not move them. `dived` is the date of the dive, empty where nothing tells it.
+    pushed: thrust does not move them. `weighed_by_others` names the
+    masses that only the other axes' Coriolis forces weighed, because their own controller used what was not recorded;
+    None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the dive, empty where nothing tells it.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """
@@ -179,6 +181,7 @@ class Identification:
     thrust_scale: ThrustScale | None = None
     rest_on_righting: tuple[str, ...] = ()
     dived: str = ""
+    weighed_by_others: tuple[str, ...] | None = None
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -220,8 +223,12 @@ def outcome_of(parameters: Sequence[Estimate], doubts: Sequence[Doubt]) -> Outco
     """What the doubts come to, the worst of them; NOT_IDENTIFIABLE where no parameter has a value to use."""
     if not any(p.identifiable for p in parameters):
         return Outcome.NOT_IDENTIFIABLE
-    rank = list(Outcome)
-    return max((doubt.outcome for doubt in doubts), key=rank.index, default=Outcome.CONVERGED)
+    return worst(doubt.outcome for doubt in doubts)
+
+
+def worst(outcomes: Iterable[Outcome]) -> Outcome:
+    """The one that comes last in the list of outcomes; CONVERGED of none."""
+    return max(outcomes, key=list(Outcome).index, default=Outcome.CONVERGED)
 
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:

@@ -39,7 +39,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
 
 
 def tell_comparison(console: Console, compared: Comparison) -> None:
-    """Both methods' values side by side, and every disagreement with its why."""
+    """Both methods' values side by side; why they disagree is among the doubts of the first."""
     methods = (compared.first.method, compared.second.method)
     rows = [
         (
@@ -56,9 +56,9 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
         title = f"{methods[0]} beside {methods[1]} ({compared.second.outcome.value})"
         columns = ("name", *methods, "unit", "apart, std", "beyond intervals")
         show.put(console, show.table(title, columns, rows, (*methods, "apart, std")))
-    word = "warning" if compared.disagreements else "note"
-    for sentence in compared.sentences:
-        show.say(console, f"{word}: {sentence}")
+    if not compared.disagreements:
+        for sentence in compared.sentences:
+            show.say(console, f"note: {sentence}")
 
 
 def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:

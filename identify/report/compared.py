@@ -5,9 +5,11 @@ from identify.identification import Estimate
 from identify.report.page import Section, Table
 from identify.report.text import MISSING, significant, unit, with_interval
 
+WHY_STANDS = "Why, as far as it can be told, stands in the warning beside the parameters above."
+
 
 def comparison_section(compared: Comparison) -> Section:
-    """What both methods say of each parameter; disagreements beyond their intervals are a warning with its why."""
+    """What both methods say of each parameter; a warning names what they disagree on."""
     first, second = compared.first, compared.second
     columns = ("Parameter", first.method, second.method, "Unit", "Apart, standard errors", "")
     rows = tuple(
@@ -26,13 +28,11 @@ def comparison_section(compared: Comparison) -> Section:
     caption = (
         "Values with 95 % intervals. Apart: their difference over the larger of the two standard errors."
     )
-    told = "\n\n".join(compared.sentences)
-    warning = (
-        f"Warning: the methods disagree beyond their intervals\n\n{told}" if compared.disagreements else ""
-    )
+    apart = ", ".join(d.first.symbol for d in compared.disagreements)
+    warning = f"Warning: the methods disagree on {apart}\n\n{WHY_STANDS}" if apart else ""
     return Section(
         f"{heading[0].upper()}{heading[1:]}",
-        "" if warning else told,
+        "" if warning else "\n\n".join(compared.sentences),
         (Table(columns, rows, caption),) if rows else (),
         (),
         warning,

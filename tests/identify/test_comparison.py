@@ -6,8 +6,8 @@ import fitted
 import numpy as np
 import pytest
 
-from identify.comparison import TOO_FAR, compare
-from identify.identification import Doubt, Outcome
+from identify.comparison import TOO_FAR, compare, doubted
+from identify.identification import Doubt, Outcome, Partner
 from identify.report.compared import comparison_section
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}
@@ -52,7 +52,58 @@ def test_a_different_sea_explains_a_difference():
 
 def test_without_a_doubt_of_either_nothing_is_made_up():
     found = compare(by("likelihood"), by("pinn", 110.0))
-    assert "neither doubts it" in found.sentences[0]
+    assert "neither doubts it, and they took noise and disturbance alike" in found.sentences[0]
+    assert "likelihood 100 ± 1 kg and pinn 110 ± 1.1" in found.sentences[0]
+
+
+def with_partner(fit, correlation):
+    partners = [
+        replace(p, partner=Partner("D_u", correlation) if p.name == "M_u" else None) for p in fit.parameters
+    ]
+    return replace(fit, parameters=tuple(partners))
+
+
+def test_why_names_what_the_coefficient_is_entangled_with_by_whom():
+    found = compare(with_partner(by("likelihood"), 0.93), with_partner(by("pinn", 110.0), -0.05))
+    assert "M_u is correlated +0.93 with D_u by likelihood;" in found.sentences[0]
+
+
+def test_why_names_the_method_that_the_prior_is_nearer_to():
+    prior = fitted.prior(108.0, 0.02)
+    found = compare(by("likelihood"), by("pinn", 110.0), {"M_u": prior})
+    assert "the vehicle file's prior 108 ± 2.2 kg is nearer to pinn" in found.sentences[0]
+
+
+def test_why_names_another_time_constant_and_another_sensor_noise_but_no_trim():
+    first = {
+        "surge_disturbance_time_constant_s": 2.0, "surge_dvl_noise_std_m_s": 0.005, "surge_trim_n": 0.1,
+        "sway_disturbance_std_n": 1.0,
+    }  # fmt: skip
+    second = {name: 2 * level for name, level in first.items()}
+    (told,) = compare(by("likelihood", nuisance=first), by("pinn", 110.0, nuisance=second)).sentences
+    assert "the disturbance time constant in surge differently (likelihood 2 s, pinn 4 s)" in told
+    assert "the dvl noise in surge differently (likelihood 0.005 m/s, pinn 0.01 m/s)" in told
+    assert "trim" not in told
+    assert "sway" not in told
+
+
+def test_a_disagreement_is_a_doubt_of_the_first_method_and_its_outcome():
+    compared = compare(by("likelihood"), by("pinn", 110.0))
+    answer = doubted(compared)
+    assert answer.outcome is Outcome.DISAGREES
+    assert [(d.about, d.sentence) for d in answer.doubts] == [(("M_u",), compared.sentences[0])]
+    assert answer["M_u"].value == 100.0
+    assert answer.doubts[0].clause.startswith("on M_u two methods disagree")
+
+
+def test_a_disagreement_makes_no_worse_outcome_better():
+    worse = by("likelihood", outcome=Outcome.NOT_IDENTIFIABLE)
+    assert doubted(compare(worse, by("pinn", 110.0))).outcome is Outcome.NOT_IDENTIFIABLE
+
+
+def test_agreement_leaves_the_answer_as_it_is():
+    first = by("likelihood")
+    assert doubted(compare(first, by("pinn", 101.0))) is first
 
 
 def test_a_method_that_did_not_converge_is_named():
@@ -100,7 +151,7 @@ def test_the_json_names_the_disagreeing_parameters_with_why():
 
 def test_the_report_warns_of_a_disagreement_and_is_calm_without():
     loud = comparison_section(compare(by("likelihood"), by("pinn", 110.0)))
-    assert loud.warning.startswith("Warning: the methods disagree")
+    assert loud.warning.startswith("Warning: the methods disagree on M_u")
     assert loud.tables[0].rows[0][-1] == "DISAGREE"
     calm = comparison_section(compare(by("likelihood"), by("pinn")))
     assert calm.warning == ""

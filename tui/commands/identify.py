@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.sidecar import sidecar_path
-    from identify.comparison import compare
+    from identify.comparison import compare, doubted
     from identify.identification import Outcome
     from identify.ingest.open import read_dive
     from tui import show
@@ -81,8 +81,10 @@ def run(arguments: argparse.Namespace) -> int:
         first, *others = [
             identify(dive, file, configuration, name, estimate) for name, estimate in estimates.items()
         ]
-        answers.append(first)
-        compared.append([compare(first, other) for other in others])
+        priors = file.vehicle.configurations[configuration].priors
+        beside = [compare(first, other, priors) for other in others]
+        answers.append(doubted(beside[0]) if beside else first)
+        compared.append(beside)
     console = show.results(arguments.json)
     for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
         tell(console, dive, answer)
