@@ -23,9 +23,6 @@ furthest 1.0.
 OTHER_LEVEL = 1.5
 """Two fitted noise levels differ where one is this many times the other."""
 
-WORTH_NAMING = 0.1
-"""Correlations up to this entangle nothing."""
-
 UNITS = {"n": "N", "nm": "N m", "m_s": "m/s", "rad_s": "rad/s"}
 
 
@@ -176,13 +173,12 @@ def _level_words(key: str) -> tuple[str, str]:
 
 def _entangled(one: Estimate, other: Estimate, first: Identification, second: Identification) -> list[str]:
     """What the coefficient is most entangled with, by either method."""
-    partners = [
-        (method.method, found.partner)
-        for method, found in ((first, one), (second, other))
-        if found.partner is not None and abs(found.partner.correlation) > WORTH_NAMING
-    ]
-    told = " and ".join(f"{_correlated(partner)} by {method}" for method, partner in partners)
-    return [f"{one.name} is correlated {told}"] if told else []
+    told: dict[str, list[str]] = {}
+    for method, found in ((first, one), (second, other)):
+        if found.partner is not None and found.partner.is_close:
+            told.setdefault(_correlated(found.partner), []).append(method.method)
+    words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in told.items())
+    return [f"{one.name} is correlated {words}"] if told else []
 
 
 def _correlated(partner: Partner) -> str:

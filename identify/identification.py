@@ -60,12 +60,21 @@ class Information:
     matrix: NDArray[np.float64]
 
 
+NEGLIGIBLE_CORRELATION = 0.1
+"""Correlations up to this entangle nothing."""
+
+
 @dataclass(frozen=True)
 class Partner:
     """The coefficient that another is most entangled with, and their correlation."""
 
     name: str
     correlation: float
+
+    @property
+    def is_close(self) -> bool:
+        """Whether the correlation is worth a reader's while."""
+        return abs(self.correlation) > NEGLIGIBLE_CORRELATION
 
 
 @dataclass(frozen=True)
@@ -152,9 +161,10 @@ class Identification:
     constants), by name with the unit in the name. `innovations` holds, by degree of freedom, each reading's surprise
     over its expected spread, (n, 1): white, of spread 1, where the model fits. It is for the report and no part of
     the JSON. `rest_on_righting` names the coefficients that the vehicle's righting moment weighed, where no thruster
-    pushed: thrust does not move them. `weighed_by_others` names the
-    masses that only the other axes' Coriolis forces weighed, because their own controller used what was not recorded;
-    None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the dive, empty where nothing tells it.
+    pushed: thrust does not move them. `weighed_by_others` names
+    the masses that only the other axes' Coriolis forces weighed, because their own controller used what was not
+    recorded; None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the
+    dive, empty where nothing tells it.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """

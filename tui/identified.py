@@ -12,8 +12,6 @@ from tui import show
 COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
 PRIOR_COLUMN = "prior, %"
 LAST_COLUMN = "identifiable"
-NEGLIGIBLE = 0.1
-"""Correlations up to this are not worth a reader's while."""
 
 
 def tell(console: Console, dive: Dive, answer: Identification) -> None:
@@ -63,9 +61,7 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
 
 def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:
     values = (parameter.value, parameter.low95, parameter.high95)
-    partner = (
-        parameter.partner if parameter.partner and abs(parameter.partner.correlation) > NEGLIGIBLE else None
-    )
+    partner = parameter.partner if parameter.partner and parameter.partner.is_close else None
     return (
         parameter.name,
         *(show.number(value) for value in values),

@@ -45,7 +45,8 @@ def time_panel(title: str, x: Axis, lines: Sequence[Line], height_px: int = 150)
 def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
     """A dot and its 95 % interval a parameter, in per cent from the truth, or from the value without one.
 
-    Only an interval that would dwarf the others ends in an arrow at the edge. None where there is no interval.
+    Only an interval that would dwarf the others ends in an arrow at the edge, with the number where it does end. None
+    where there is no interval.
     """
     names, spans = [], []
     for e in estimates:
@@ -64,16 +65,16 @@ def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) 
             Line(np.clip([low, high], -edge, edge), np.full(2, float(row)), style=0 if inside else 1)
         )
         if low < -edge:
-            marks.append(Mark(-edge, row, "left"))
+            marks.append(Mark(-edge, row, "left", f"{fixed(low, 0)} %"))
         if high > edge:
-            marks.append(Mark(edge, row, "right"))
+            marks.append(Mark(edge, row, "right", f"+{fixed(high, 0)} %"))
         if abs(value) < edge:
             marks.append(Mark(value, row, "disc" if inside else "diamond"))
     title = "% from its own value" if truth is None else "% from the truth"
     x = close_axis(title, -edge, edge)
     panel = Panel(x, named_axis(names), tuple(lines), tuple(marks), height_px=34 * len(names) + 10)
     arrows = any(mark.shape in ("left", "right") for mark in marks)
-    goes_on = " An arrow marks an interval that goes on." if arrows else ""
+    goes_on = " An arrow marks an interval that goes on, to where its number says." if arrows else ""
     if truth is None:
         return Figure(f"95 % intervals, each relative to its own value.{goes_on}", plot.render(panel))
     words = plot.mark_legend([("disc", "interval holds the truth"), ("diamond", "it does not")])

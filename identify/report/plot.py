@@ -30,6 +30,13 @@ SHAPES: dict[Shape, str] = {
     "right": '<path d="M0 0L-13-7V7Z"/>',
 }
 
+BESIDE = 'x="12" y="-8"'
+WORD_STANDS: dict[Shape, str] = {
+    "left": 'x="4" y="-9"',
+    "right": 'x="-4" y="-9" text-anchor="end"',
+}
+"""Where a mark's word stands: of an arrow at the edge, inside the box."""
+
 
 @dataclass(frozen=True)
 class Line:
@@ -166,5 +173,5 @@ def _path(line: Line, panel: Panel) -> str:
 def _mark(mark: Mark, panel: Panel) -> str:
     x = _percent(panel.x.percent(mark.x))
     y = _percent(100 - panel.y.percent(mark.y))
-    word = f'<text x="12" y="-8">{safe(mark.label)}</text>' if mark.label else ""
+    word = f"<text {WORD_STANDS.get(mark.shape, BESIDE)}>{safe(mark.label)}</text>" if mark.label else ""
     return f'<svg class="mark" x="{x}" y="{y}">{SHAPES[mark.shape]}{word}</svg>'

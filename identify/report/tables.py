@@ -6,7 +6,7 @@ import numpy as np
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS
 from identify.dive import Dive, Signal
-from identify.identification import Estimate
+from identify.identification import NEGLIGIBLE_CORRELATION, Estimate
 from identify.report.page import Table
 from identify.report.text import (
     MISSING,
@@ -62,7 +62,8 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
     return Table(
         columns,
         tuple(rows),
-        "Identified parameters, digits as their intervals allow. Partner: what each is most correlated with.",
+        "Identified parameters, digits as their intervals allow. Partner: what each is most correlated with, where "
+        f"by more than {NEGLIGIBLE_CORRELATION:g}.",
     )
 
 
@@ -71,8 +72,8 @@ def _percent(share: float) -> str:
 
 
 def _partner(e: Estimate) -> str:
-    """The strongest partner and the correlation with it."""
-    if e.partner is None:
+    """The strongest partner and the correlation with it; a dash where that is negligible."""
+    if e.partner is None or not e.partner.is_close:
         return MISSING
     return f"{e.partner.name} {fixed(e.partner.correlation, 2)}"
 

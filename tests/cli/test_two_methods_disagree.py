@@ -17,6 +17,7 @@ from tui.parameter_files import Leave, targets_of_identification
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 NAMES = ("M_u", "D_u")
+ENDS = {"likelihood": "done", "pinn": "the network has settled: the loss fell no more"}
 
 
 def answer(method, mass):
@@ -39,7 +40,11 @@ def identified(monkeypatch, tmp_path):
         vehicle = load_vehicle(VEHICLE).vehicle.name
 
         def estimator_of(name, *_):
-            return lambda *_: replace(answer(name, masses[name]), vehicle=vehicle)
+            def estimate(*given):
+                given[-1](1.0, ENDS[name])
+                return replace(answer(name, masses[name]), vehicle=vehicle)
+
+            return estimate
 
         monkeypatch.setattr(command, "estimator_of", estimator_of)
         out = tmp_path / "out.json"
@@ -75,3 +80,13 @@ def test_two_that_agree_are_done(identified):
     code, out = identified(100.5)
     assert code == exit_codes.DONE
     assert json.loads(out.read_text(encoding="utf-8"))["doubts"] == []
+
+
+def test_why_training_stopped_is_a_note_on_the_page_and_in_the_json(identified, tmp_path):
+    page = tmp_path / "page.html"
+    _, out = identified(100.5, "--report", page)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    told = "The network has settled: the loss fell no more."
+    assert told in page.read_text(encoding="utf-8")
+    assert told in found["comparison"]["notes"]
+    assert found["notes"] == []

@@ -66,6 +66,8 @@ def with_partner(fit, correlation):
 def test_why_names_what_the_coefficient_is_entangled_with_by_whom():
     found = compare(with_partner(by("likelihood"), 0.93), with_partner(by("pinn", 110.0), -0.05))
     assert "M_u is correlated +0.93 with D_u by likelihood;" in found.sentences[0]
+    alike = compare(with_partner(by("likelihood"), 0.93), with_partner(by("pinn", 110.0), 0.93))
+    assert "M_u is correlated +0.93 with D_u by likelihood and pinn;" in alike.sentences[0]
 
 
 def test_why_names_the_method_that_the_prior_is_nearer_to():

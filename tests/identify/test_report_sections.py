@@ -155,6 +155,12 @@ def test_a_parameter_tells_its_partner_and_what_came_from_the_prior():
     assert [row[4:7] for row in table.rows] == [("0.63 %", "D_u −0.50", "25 %"), ("1.6 %", "—", "—")]
 
 
+def test_a_partner_of_no_correlation_is_a_dash():
+    mass = replace(MASS, partner=Partner("D_u", 0.02))
+    (table, _) = identification_section(identification(mass)).tables
+    assert table.rows[0][5] == "—"
+
+
 def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
     names = {
         "surge_disturbance_std_n": 0.349,
@@ -205,6 +211,8 @@ def test_an_interval_that_would_dwarf_the_others_ends_in_arrows():
     assert svg.count("M0 0L13-7V7Z") == 1
     assert svg.count("M0 0L-13-7V7Z") == 1
     assert "arrow" in section.figures[0].caption
+    assert ">−1000 %</text>" in svg
+    assert 'text-anchor="end">+1000 %</text>' in svg
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from identify.estimators.table import Estimator, Progress
     from identify.identification import Identification
 
+DONE = "done"
+"""What an estimator says at its end where it has no more to say."""
+
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
 
@@ -151,15 +154,28 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
 def identify(
     dive: "Dive", file: "VehicleFile", configuration: str, method: str, estimate: "Estimator"
 ) -> "Identification":
-    """One dive through one estimator, with a progress bar; a dive that holds too little for it says so."""
+    """One dive through one estimator, with a progress bar; a dive that holds too little for it says so.
+
+    What the estimator said last of how it ended, beyond that it is done, is kept as a note.
+    """
+    from dataclasses import replace
+
     from bridge.errors import FitError
     from tui import show
 
+    ends: list[str] = []
     with show.progress(f"identify {dive.name}") as progress:
+
+        def told(share: float, words: str) -> None:
+            if share >= 1.0 and words != DONE:
+                ends.append(f"{words[0].upper()}{words[1:]}.")
+            progress(share, words)
+
         try:
-            return estimate(dive, file, configuration, progress)
+            answer = estimate(dive, file, configuration, told)
         except FitError as error:
             return nothing(dive, file, configuration, method, str(error))
+    return replace(answer, notes=(*answer.notes, *ends[-1:]))
 
 
 def nothing(
