@@ -4,12 +4,12 @@ import hashlib
 import json
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.vehicle.config import CONFIGS, VehicleFile
+from identify.batch.version import our_version
 
 IDENTIFY = "identify.batch.work:identify"
 """The one kind of job so far. Another is another function, `Job -> plain data for JSON`, named the same way."""
@@ -88,7 +88,7 @@ class Job:
 def job_for(
     function: str, recording: Recording, vehicle: VehicleFile, method: str, columns: Path | None = None
 ) -> Job:
-    """A job, its key made of the bytes of recording, vehicle and tables, of function, method and version.
+    """A job, its key made of the bytes of recording, vehicle and tables, of function, method, version and code.
 
     Raises OSError where a table can't be read.
     """
@@ -140,13 +140,6 @@ def run_job(job: Job) -> Result:
             f"{type(error).__name__}: {error}; the code did not expect this recording, please report it"
         )
         return job.failed(sentence, final=False)
-
-
-def our_version() -> str:
-    try:
-        return version("seatrial")
-    except PackageNotFoundError:
-        return "(not installed)"
 
 
 def _sha256(file: Path | None) -> str:

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bridge.vehicle.config import VehicleFile
-from identify.batch.jobs import Job, Result, our_version, own_columns, run_job, thrust_table
+from identify.batch.jobs import Job, Result, own_columns, run_job, thrust_table
 from identify.batch.threads import one_thread
+from identify.batch.version import our_version
 
 DIVE, VEHICLE, COLUMNS = Path("dive"), Path("vehicle"), Path("columns")
 FAST = 1
@@ -84,7 +85,7 @@ def run_parcel(parcel: Parcel) -> Result:
     """Unpack, do the job, clear away. An error names the files as the sender does."""
     if our_version() != parcel.version:
         return parcel.job.failed(
-            f"its worker has seatrial {our_version()}, the sender {parcel.version}; install the same on both",
+            f"its worker has seatrial {our_version()}, the sender has {parcel.version}; install the same on both",
             final=False,
         )
     one_thread()

@@ -1,0 +1,72 @@
+"""A result is kept for the code that made it: the stamp of that code moves with it, and covers all of it."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import batch_jobs
+import pytest
+
+from identify.batch import jobs, version
+
+LOADED = """
+import importlib, sys
+import identify.batch.work
+from identify.estimators.table import METHODS
+for module in METHODS.values():
+    importlib.import_module(module)
+print("\\n".join(m.__file__ for name, m in sys.modules.items() if name.split(".")[0] in ("bridge", "identify")))
+"""
+NOTHING_TO_ANSWER = ("__init__.py", "version.py")
+
+
+@pytest.fixture
+def place(tmp_path):
+    for name in ("identify/answer.py", "identify/estimators/pinn/fit.py", "identify/report/page.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(f"NAME = {name!r}\n", encoding="utf-8")
+    return tmp_path
+
+
+def stamp(place):
+    version.code_stamp.cache_clear()
+    return version.code_stamp(place)
+
+
+@pytest.mark.parametrize("name", ["identify/answer.py", "identify/estimators/pinn/fit.py"])
+def test_a_changed_line_of_an_estimator_changes_the_stamp(place, name):
+    before = stamp(place)
+    assert stamp(place) == before
+    (place / name).write_text("NAME = 1\n", encoding="utf-8")
+    assert stamp(place) != before
+
+
+def test_a_changed_page_does_not(place):
+    before = stamp(place)
+    (place / "identify/report/page.py").write_text("NAME = 1\n", encoding="utf-8")
+    assert stamp(place) == before
+
+
+def test_line_endings_do_not_matter(place):
+    before = stamp(place)
+    file = place / "identify/answer.py"
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    assert stamp(place) == before
+
+
+def test_the_stamp_covers_every_module_that_an_identification_loads():
+    told = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+    files = {Path(line) for line in told.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
+    assert len(files) > 30
+    assert files <= set(version.answering(version.PLACE))
+
+
+def test_a_job_of_other_code_has_another_key(tmp_path, monkeypatch):
+    (path,) = batch_jobs.recordings(tmp_path / "dives", 1)
+    job = batch_jobs.job_on(path, "size", batch_jobs.FILE)
+    assert batch_jobs.job_on(path, "size", batch_jobs.FILE) == job
+    monkeypatch.setattr(jobs, "our_version", lambda: "0.1.0, code 0123456789")
+    other = batch_jobs.job_on(path, "size", batch_jobs.FILE)
+    assert other.key != job.key
+    assert replace(other, key=job.key) == job
