@@ -4,6 +4,8 @@ A likelihood of a closed loop is right only where it is given the readings that 
 section 13.4); with others it takes for mass what the controller did about the disturbance.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -30,25 +32,45 @@ SAME = 1e-5
 """m/s: two velocities nearer than this are one."""
 
 
+@dataclass(frozen=True)
+class Unrecorded:
+    """What speaks for it that a degree of freedom's controller used a reading which the recording lacks."""
+
+    dof: int
+    found: str
+
+    def doubt(self, done: str) -> Doubt:
+        """The doubt of that axis's mass, with what was done about it."""
+        sentence = (
+            f"{self.found[0].upper()}{self.found[1:]}: a fit of {DOFS[self.dof]} takes that for mass, so "
+            f"{MASSES[self.dof].name} {done}; record the very {READINGS[self.dof]} that the controller uses, to know "
+            f"it from {DOFS[self.dof]} itself."
+        )
+        return Doubt((MASSES[self.dof].name,), sentence)
+
+
 def feedback_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
-    """A doubt for each axis whose controller used what was not recorded; the mass of that axis has no value then."""
-    doubts = []
+    """A doubt for each axis whose controller used what was not recorded, for a method that leaves its mass out then."""
+    return tuple(one.doubt("is left out") for one in unrecorded(dive, water))
+
+
+def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
+    """The axes whose controller used what was not recorded."""
+    out = []
     for dof, name in enumerate(DOFS):
         share = unexplained_wrench(dive, dof, water)
         foreign = foreign_velocity(dive, dof) if dof < 3 else None
         if share is not None and share > LARGEST_UNEXPLAINED:
-            why = f"{100 * share:.0f} % of its wrench (TAU_PID) follows from nothing recorded"
+            found = f"in {name} {100 * share:.0f} % of the controller's wrench (TAU_PID) follows from nothing recorded"
         elif foreign is not None and foreign > LARGEST_FOREIGN:
-            why = f"NU_FB is no filter of it, and {foreign:.1f} times its noise away from the nearest"
+            found = (
+                f"in {name} the velocity that the controller used (NU_FB) is no filter of the recorded one, and "
+                f"{foreign:.1f} times its noise away from the nearest"
+            )
         else:
             continue
-        sentence = (
-            f"In {name} the recorded {READINGS[dof]} can't be what the controller used: {why}. A fit takes that for "
-            f"mass, so {MASSES[dof].name} is left out: record the very readings that the controller uses, and dive "
-            "again."
-        )
-        doubts.append(Doubt((MASSES[dof].name,), sentence))
-    return tuple(doubts)
+        out.append(Unrecorded(dof, found))
+    return tuple(out)
 
 
 def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:

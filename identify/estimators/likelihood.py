@@ -2,33 +2,33 @@
 
 Closed loop does no harm here: the likelihood of each reading given all before it is the same whether or not a
 controller chose the thrust from those readings (Ljung 1999, section 13.4), as long as the readings that the
-controller used are among them. Noise levels and the disturbance's time constant are fitted with the
-coefficients; intervals come from the Fisher information.
+controller used are among them. Where they are not, the mass of that axis is what the other axes' Coriolis forces
+say of it alone. Noise levels and the disturbance's time constant are fitted with the coefficients; intervals come
+from the Fisher information.
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axes, build_axes
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
-    DAMPING,
     DISTURBANCE,
     FORCES,
-    MASS,
     TIME_CONSTANT,
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
 from identify.estimators.said import drag_doubt, long_enough, strange_doubts, too_little, unsettled_doubt
 from identify.estimators.scoring import MOST_STEPS
+from identify.feedback import Unrecorded, unrecorded
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
@@ -60,17 +60,18 @@ def estimate(
     long_enough(dive)
     built = build_axes(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
-    joint = fit_axes(built, shape, progress)
+    spoilt = {one.dof: one for one in unrecorded(dive, file.vehicle.water)}
+    joint = fit_axes(built, shape, progress, spoilt)
     fits = joint.fits
     doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
     progress(1.0, "done")
+    shift = _shift(doubts, spoilt)
     totals = tuple(
-        _one(c.name, c.dof, place, joint, doubts, built)
-        for place, group in ((MASS, MASSES), (DAMPING, DAMPINGS))
-        for c in group
+        _one(c, row, joint, float(shift[row]), built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, doubts)
-    told = (*strange_doubts(built.strange), *_doubts(fits, doubts))
+    names, covariance = _covariance(totals, joint, shift)
+    by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
+    told = (*strange_doubts(built.strange), *_doubts(fits, doubts), *by_others)
     return Identification(
         "likelihood",
         outcome_of(totals, told),
@@ -88,10 +89,16 @@ def estimate(
         (*dive.notes, *built.notes, *_rests_on_gravity(totals, built, shape)),
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
-        _information(joint),
+        _information(joint, [dof for dof in spoilt if not totals[dof].identifiable]),
         told,
         rest_on_righting=built.rest_on_righting,
+        weighed_by_others=tuple(MASSES[dof].name for dof in spoilt),
     )
+
+
+def _of_others(spoilt: Unrecorded, mass: Estimate) -> Doubt:
+    too_little = "" if mass.identifiable else ", which say too little of it"
+    return spoilt.doubt(f"is taken from the other axes' Coriolis forces alone{too_little}")
 
 
 def _innovations(fit: AxisFit) -> Signal:
@@ -101,21 +108,29 @@ def _innovations(fit: AxisFit) -> Signal:
     return Signal(fit.problem.axis.time_s[read], (error[read] / np.sqrt(variance[read]))[:, None])
 
 
+def _shift(doubts: Mapping[int, Doubts], spoilt: Collection[int]) -> Array:
+    """By how much a missing drag would move the logarithms (12,), in the order of `JointFit.log_value`."""
+    shift = np.zeros(12)
+    for dof, one in doubts.items():
+        shift[[dof, 6 + dof]] = one.shift
+    shift[list(spoilt)] = 0.0  # a drag of that axis is nothing to the other axes' Coriolis forces
+    return shift
+
+
 def _one(
-    name: str, dof: int, place: int, joint: JointFit, doubts: Mapping[int, Doubts], built: Axes
+    of: Coefficient, row: int, joint: JointFit, shift: float, built: Axes, spoilt: Mapping[int, Unrecorded]
 ) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
-    nan = float("nan")
+    name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
-    row = dof + 6 * place
-    value, shift = float(np.exp(joint.log_value[row])), float(doubts[dof].shift[place])
+    value = float(np.exp(joint.log_value[row]))
     std = float(np.hypot(np.sqrt(joint.covariance[row, row]), shift))
     below, above = joint.stretch[row]
     reason, widest = "", std * float(max(below, above))
     if widest > LARGEST_RELATIVE_STD:
         told = too_little(name, DOFS[dof], widest, shift, value * float(np.exp(shift)))
-        reason = built.unpushed.get(dof, told)
+        reason = spoilt[row].found if row in spoilt else built.unpushed.get(dof, told)
     low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
@@ -131,25 +146,33 @@ def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configur
     )
 
 
-def _covariance(
-    totals: tuple[Estimate, ...], joint: JointFit, doubts: Mapping[int, Doubts]
-) -> tuple[tuple[str, ...], Array]:
+def _covariance(totals: tuple[Estimate, ...], joint: JointFit, shift: Array) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
     kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
     relative = joint.covariance[np.ix_(kept, kept)].copy()
     for row, i in enumerate(kept):
         for column, k in enumerate(kept):
             if i % 6 == k % 6:
-                relative[row, column] += doubts[i % 6].shift[i // 6] * doubts[i % 6].shift[k // 6]
+                relative[row, column] += shift[i] * shift[k]
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 
 
-def _information(joint: JointFit) -> Information:
-    """What the dive tells of mass, damping and trim of all axes, all else projected out."""
+def _information(joint: JointFit, unknown: Collection[int]) -> Information:
+    """What the dive tells of mass, damping and trim of all axes, all else projected out.
+
+    So are the masses of the `unknown` degrees of freedom: another dive like this one would not tell them either.
+    """
     of = [name for dof in joint.fits for name in (MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim")]
     scale = np.array([size for fit in joint.fits.values() for size in (1.0, 1.0, _usual_force(fit))])
-    return Information(tuple(of), joint.information * np.outer(scale, scale))
+    matrix = joint.information * np.outer(scale, scale)
+    dropped = np.isin(of, [MASSES[dof].name for dof in unknown])
+    if not dropped.any():
+        return Information(tuple(of), matrix)
+    kept, out = np.flatnonzero(~dropped), np.flatnonzero(dropped)
+    cross = matrix[np.ix_(kept, out)]
+    left = matrix[np.ix_(kept, kept)] - cross @ np.linalg.pinv(matrix[np.ix_(out, out)]) @ cross.T
+    return Information(tuple(of[i] for i in kept), np.asarray(left, dtype=np.float64))
 
 
 def _usual_force(fit: AxisFit) -> float:

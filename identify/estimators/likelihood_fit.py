@@ -1,6 +1,6 @@
 """The fit of all axes: roughly each alone, then all together, with ever better velocities in the Coriolis forces."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,8 +50,16 @@ class JointFit:
     information: Array
 
 
-def fit_axes(built: Axes, configuration: Configuration, progress: Callable[[float, str], None]) -> JointFit:
-    """The joint fit of all axes. Every pass leaves out what the one before found wild."""
+def fit_axes(
+    built: Axes,
+    configuration: Configuration,
+    progress: Callable[[float, str], None],
+    doubted: Collection[int] = (),
+) -> JointFit:
+    """The joint fit of all axes. Every pass leaves out what the one before found wild.
+
+    The own equation of a `doubted` degree of freedom weighs no mass, neither its own nor the others' that act there.
+    """
     axes = built.axes
     if not axes:
         return JointFit(
@@ -59,27 +67,34 @@ def fit_axes(built: Axes, configuration: Configuration, progress: Callable[[floa
         )
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
-    problems = []
-    theta = np.zeros(0)
+    problems, thetas = [], []
     for i, axis in enumerate(axes):
         progress(0.3 * i / len(axes), f"fitting {DOFS[axis.dof]}")
-        problem = likelihood_of(axis, configuration, masses, unmeasured)
-        found = climb(problem, problem.prior_mean, ROUGHLY, alone)
+        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
+        problem = likelihood_of(axis, configuration, masses, loose)
         problems.append(problem)
-        theta = np.concatenate([theta, found.theta])
-    joint = JointLikelihood(tuple(problems))
-    maximum = climb(joint, theta, ROUGHLY, JointLikelihood.score)
+        thetas.append(climb(problem, problem.prior_mean, ROUGHLY, alone).theta)
+    joint = _joined(problems, doubted)
+    maximum = climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score)
     for turn in range(PASSES):
         progress(0.3 + 0.7 * turn / PASSES, "fitting all axes together")
         before = maximum.theta
         joint = joint.with_better_forces(built.motion, before)
+        joint = joint.with_others_word(before, np.asarray(np.linalg.inv(maximum.precision), np.float64))
         maximum = climb(joint, before, score=JointLikelihood.score)
         std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
         moved = np.abs(maximum.theta - before) / std
-        kept = [place.start + at for place in joint.places for at in (MASS, DAMPING)]
+        kept = [*joint.mass_places, *(place.start + DAMPING for place in joint.places)]
         if turn and np.max(moved[kept]) < SETTLED:
             break
     return _taken_apart(joint, maximum)
+
+
+def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> JointLikelihood:
+    """The axes together; the mass of a doubted one stands apart, with the prior that it has in its own equation."""
+    apart = [problem for problem in problems if problem.axis.dof in doubted]
+    prior = np.array([(one.prior_mean[MASS], one.prior_precision[MASS]) for one in apart]).reshape(-1, 2)
+    return JointLikelihood(tuple(problems), tuple(one.axis.dof for one in apart), prior)
 
 
 def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
@@ -94,7 +109,7 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
         )
         fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
     rows = [dof + 6 * kind for kind in range(2) for dof in fits]
-    where = [place.start + at for at in (MASS, DAMPING) for place in joint.places]
+    where = [*joint.mass_places, *(place.start + DAMPING for place in joint.places)]
     shift, widening = integrated(joint, maximum.theta)
     log_value, covariance = np.full(12, np.nan), np.full((12, 12), np.nan)
     log_value[rows] = (maximum.theta + shift)[where]
@@ -103,6 +118,8 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
     for dof, fit in fits.items():
         for kind, at in enumerate((MASS, DAMPING)):
             stretch[dof + 6 * kind] = stretches(fit.problem, fit.maximum.theta, at)
+    for dof, at in zip(joint.apart, range(joint.places[-1].stop, len(maximum.theta)), strict=True):
+        stretch[dof] = stretches(joint, maximum.theta, at, JointLikelihood.score)
     return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information))
 
 
@@ -116,7 +133,13 @@ def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
 
 
 def _projected(joint: JointLikelihood, information: Array) -> Array:
-    kept = np.array([place.start + at for place in joint.places for at in (MASS, DAMPING, FORCES)])
+    kept = np.array(
+        [
+            at
+            for place, mass in zip(joint.places, joint.mass_places, strict=True)
+            for at in (mass, place.start + DAMPING, place.start + FORCES)
+        ]
+    )
     others = np.setdiff1d(np.arange(len(information)), kept)
     rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
     cross = information[np.ix_(kept, others)]

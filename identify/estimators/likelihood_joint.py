@@ -4,9 +4,15 @@ The axes' readings are independent given the Coriolis forces, so that the likeli
 velocities that those forces are made of are the posterior means of each axis's own model: what is unknown of them
 does not depend on what is known (Berkson 1950), so it widens the disturbance and does not bias the masses, as
 measured velocities would.
+
+Where a controller used a reading that the recording lacks, the thrust follows the disturbance unseen, and an axis's own
+equation takes that for mass. The masses in that equation are then its own and told to nobody: the axis's mass in the
+Coriolis forces of the others stands apart, and only these weigh it. What they say goes one way, into the equation (a
+cut, Plummer 2015), for its damping's sake.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +29,16 @@ ROUGHLY = 0.1
 
 @dataclass(frozen=True)
 class JointLikelihood:
-    """The `scoring.Problem` of all axes: their theta one after another, their innovations too."""
+    """The `scoring.Problem` of all axes: their theta one after another, their innovations too.
+
+    After them in theta stand the log masses of the degrees of freedom `apart`, as the other axes' Coriolis forces know
+    them; what such an axis's own theta holds is in its own equation alone. apart_prior (k, 2): their prior's mean and
+    precision.
+    """
 
     problems: tuple[AxisLikelihood, ...]
+    apart: tuple[int, ...] = ()
+    apart_prior: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def places(self) -> tuple[slice, ...]:
@@ -35,16 +48,31 @@ class JointLikelihood:
         return tuple(slice(int(a), int(b)) for a, b in zip(starts, ends, strict=True))
 
     @property
+    def mass_places(self) -> tuple[int, ...]:
+        """Where in theta the mass of each axis stands that the others' Coriolis forces are made of."""
+        places, apart = self.places, {dof: k for k, dof in enumerate(self.apart)}
+        return tuple(
+            places[-1].stop + apart[dof] if (dof := problem.axis.dof) in apart else place.start + MASS
+            for problem, place in zip(self.problems, places, strict=True)
+        )
+
+    @property
     def prior_mean(self) -> Array:
-        return np.concatenate([problem.prior_mean for problem in self.problems])
+        return np.concatenate([*(problem.prior_mean for problem in self.problems), self.apart_prior[:, 0]])
 
     @property
     def prior_precision(self) -> Array:
-        return np.concatenate([problem.prior_precision for problem in self.problems])
+        own = (problem.prior_precision for problem in self.problems)
+        return np.concatenate([*own, self.apart_prior[:, 1]])
 
     @property
     def difference(self) -> Array:
-        return np.concatenate([problem.difference for problem in self.problems])
+        return self.started([problem.difference for problem in self.problems])
+
+    def started(self, thetas: Sequence[Array]) -> Array:
+        """Theta from those of the axes, each found alone: a mass that stands apart starts where its own does."""
+        own = {p.axis.dof: theta[MASS] for p, theta in zip(self.problems, thetas, strict=True)}
+        return np.concatenate([*thetas, [own[dof] for dof in self.apart]])
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
         pairs = [p.innovations(theta[place]) for p, place in zip(self.at(theta), self.places, strict=True)]
@@ -65,15 +93,25 @@ class JointLikelihood:
         dofs = [other.axis.dof for other in self.problems]
         others = [k for k, dof in enumerate(dofs) if problem.axis.coriolis[:, dof].any()]
         gradient, information = weigh(*problem.sensitivities(theta[place], [dofs[k] for k in others]))
-        masses = [self.places[k].start + MASS for k in others]
+        masses = [self.mass_places[k] for k in others]
         return np.array([*range(place.start, place.stop), *masses]), gradient, information
 
     def at(self, theta: Array) -> tuple[AxisLikelihood, ...]:
         """The axes' own likelihoods with the masses of theta in their Coriolis forces."""
         masses = self.problems[0].masses.copy()
-        for problem, place in zip(self.problems, self.places, strict=True):
-            masses[problem.axis.dof] = np.exp(theta[place.start + MASS])
+        for problem, place in zip(self.problems, self.mass_places, strict=True):
+            masses[problem.axis.dof] = np.exp(theta[place])
         return tuple(replace(problem, masses=masses) for problem in self.problems)
+
+    def with_others_word(self, theta: Array, covariance: Array) -> "JointLikelihood":
+        """The same where the own mass of an axis apart is expected as the others' Coriolis forces have it at theta."""
+        told = []
+        for problem, place in zip(self.problems, self.mass_places, strict=True):
+            mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
+            if problem.axis.dof in self.apart:
+                mean[MASS], precision[MASS] = theta[place], 1.0 / covariance[place, place]
+            told.append(replace(problem, prior_mean=mean, prior_precision=precision))
+        return replace(self, problems=tuple(told))
 
     def with_better_forces(self, motion: Motion, theta: Array) -> "JointLikelihood":
         """The same with Coriolis forces of the velocities at theta, and without the readings that are wild there.
@@ -86,12 +124,11 @@ class JointLikelihood:
             times_s = problem.axis.time_s
             nu[:, problem.axis.dof] = np.interp(motion.time_s, times_s, problem.speed(theta[place]))
         better = Motion(motion.time_s, nu)
-        return JointLikelihood(
-            tuple(
-                replace(problem.moving(better), reading=problem.without_wild(theta[place]))
-                for problem, place in zip(problems, self.places, strict=True)
-            )
+        moved = tuple(
+            replace(problem.moving(better), reading=problem.without_wild(theta[place]))
+            for problem, place in zip(problems, self.places, strict=True)
         )
+        return replace(self, problems=moved)
 
 
 def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:

@@ -8,9 +8,8 @@ fallen there; how much nearer or further the true end lies is 1.96 over the fall
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimators.likelihood_axis import AxisLikelihood
 from identify.estimators.likelihood_joint import alone
-from identify.estimators.scoring import log_posterior
+from identify.estimators.scoring import Problem, Score, log_posterior
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -19,21 +18,21 @@ NEAREST, FURTHEST = 0.7, 2.0
 """Shares of the parabola's end that are believed."""
 
 
-def stretches(problem: AxisLikelihood, maximum: Array, place: int) -> tuple[float, float]:
+def stretches(problem: Problem, maximum: Array, place: int, score: Score = alone) -> tuple[float, float]:
     """What to multiply the lower and the upper half of a parameter's interval by.
 
     `maximum` (p,) is the posterior's own.
     """
-    _, information = alone(problem, maximum)
+    _, information = score(problem, maximum)
     covariance = np.linalg.inv(information + np.diag(problem.prior_precision))
     step = Z95 * covariance[:, place] / np.sqrt(covariance[place, place])
     top = log_posterior(problem, maximum)
-    below, above = (_stretch(problem, maximum + sign * step, place, top) for sign in (-1.0, 1.0))
+    below, above = (_stretch(problem, maximum + sign * step, place, top, score) for sign in (-1.0, 1.0))
     return below, above
 
 
-def _stretch(problem: AxisLikelihood, end: Array, place: int, top: float) -> float:
-    gradient, information = alone(problem, end)
+def _stretch(problem: Problem, end: Array, place: int, top: float, score: Score) -> float:
+    gradient, information = score(problem, end)
     others = np.arange(len(end)) != place
     slope = (gradient - problem.prior_precision * (end - problem.prior_mean))[others]
     precision = (information + np.diag(problem.prior_precision))[np.ix_(others, others)]

@@ -34,8 +34,9 @@ def test_a_controller_that_used_what_was_recorded_raises_no_doubt():
 def test_a_wrench_that_follows_from_nothing_recorded_is_doubted_with_what_to_do():
     (doubt,) = feedback_doubts(dive(hidden_noise=0.02), Water())
     assert doubt.about == ("M_u",)
-    assert "In surge the recorded velocity can't be what the controller used" in doubt.sentence
-    assert "record the very readings" in doubt.sentence
+    assert "In surge 6" in doubt.sentence
+    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in doubt.sentence
+    assert "so M_u is left out; record the very velocity that the controller uses" in doubt.sentence
 
 
 def test_a_fed_back_velocity_of_another_sensor_is_told_by_its_own_noise():
@@ -70,14 +71,14 @@ def test_a_recording_without_the_controllers_own_signals_is_not_judged():
     assert feedback_doubts(bare, Water()) == ()
 
 
-def test_every_method_loses_the_mass_that_the_feedback_spoils():
+def test_a_method_that_does_not_ask_loses_the_mass_that_the_feedback_spoils():
     recorded = dive(hidden_noise=0.02)
-    other = judged(lambda *asked: replace(estimate(*asked), method="pinn"))
+    other = judged(lambda *asked: replace(estimate(*asked), doubts=(), weighed_by_others=None))
     found = other(recorded, closed_loop.vehicle_file(), "only", lambda *_: None)
-    assert found.method == "pinn"
+    assert any("so M_u is left out" in sentence for sentence in found.sentences)
     assert not found["M_u"].identifiable
     assert not found["X_udot"].identifiable
-    assert found["M_u"].reason == "in surge the recorded velocity can't be what the controller used"
+    assert found["M_u"].reason.endswith("wrench (TAU_PID) follows from nothing recorded")
     assert found["D_u"].identifiable
     assert "M_u" not in found.covariance_of
 

@@ -90,7 +90,7 @@ def test_a_plain_dive_makes_no_such_claim():
 def test_a_controller_that_used_an_unrecorded_velocity_is_found_out():
     found = fit(closed_loop.dive(np.random.default_rng(5), hidden_noise=0.02))
     assert not found["M_u"].identifiable
-    assert "can't be what the controller used" in found["M_u"].reason
+    assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in found["M_u"].reason
     assert found["D_u"].identifiable
 
 

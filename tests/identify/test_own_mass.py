@@ -1,0 +1,148 @@
+"""A mass whose own axis was steered by an unrecorded reading is what the other axes' Coriolis forces say of it."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import closed_loop
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.vehicle.config import load_vehicle
+from identify.comparison import compare
+from identify.dive import Signal
+from identify.estimators.axes import build_axes
+from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood_axis import MASS, likelihood_of, rigid_mass
+from identify.estimators.likelihood_fit import fit_axes
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.scoring import score
+from identify.estimators.table import estimator, judged
+from identify.identification import Outcome
+from identify.ingest.open import read_dive
+
+ROOT = Path(__file__).resolve().parents[2]
+SEALED = ROOT.parent / "shared" / "sealed"
+HEAVE = 2
+
+
+def quiet(_share, _text):
+    pass
+
+
+@cache
+def mission(seed=100111, **keys):
+    return draw_one(seed, **keys)
+
+
+def without_depth(dived):
+    """The dive of a controller that held a depth which its recording lacks."""
+    return replace(dived.dive, depth=None)
+
+
+@cache
+def found_without_depth():
+    dived = mission()
+    return estimator("likelihood")(without_depth(dived), dived.file, dived.configuration, quiet)
+
+
+def test_the_other_axes_tell_the_mass_whose_own_controller_used_an_unrecorded_depth():
+    found = found_without_depth()
+    assert found.weighed_by_others == ("M_w",)
+    assert found["M_w"].identifiable
+    assert found["M_w"].relative_std < 0.05
+    assert abs(found["M_w"].value - mission().truth["M_w"]) < 3 * found["M_w"].std
+
+
+def test_a_mass_told_by_the_others_is_a_warning_and_no_disagreement():
+    found = found_without_depth()
+    assert found.outcome is Outcome.CONVERGED
+    (doubt,) = [doubt for doubt in found.doubts if doubt.about == ("M_w",)]
+    assert doubt.sentence.startswith("In heave ")
+    assert "so M_w is taken from the other axes' Coriolis forces alone; record" in doubt.sentence
+
+
+def test_a_velocity_that_the_recording_lacks_leaves_the_mass_to_the_others_too():
+    dived = mission(100106)
+    fed = dived.dive.nu_fb.value.copy()
+    fed[:, 0] += 0.02 * np.random.default_rng(100_107).normal(size=len(fed))
+    other = replace(dived.dive, nu_fb=Signal(dived.dive.nu_fb.time_s, fed))
+    found = estimate(other, dived.file, dived.configuration, quiet)
+    assert found.weighed_by_others == ("M_u",)
+    assert abs(found["M_u"].value - dived.truth["M_u"]) < 3 * found["M_u"].std
+    bare = estimate(dived.dive, dived.file, dived.configuration, quiet)
+    assert bare.weighed_by_others == ()
+    assert found["M_u"].std > bare["M_u"].std
+
+
+def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():
+    dive = closed_loop.dive(np.random.default_rng(100_001), seconds=120.0, hidden_noise=0.02)
+    found = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", quiet)
+    assert not found["M_u"].identifiable
+    assert not found["X_udot"].identifiable
+    assert found["D_u"].identifiable
+    assert found["M_u"].reason.startswith("in surge ")
+    assert any("which say too little of it; record the very velocity" in told for told in found.sentences)
+    assert not any("surge mass" in direction.sentence for direction in found.null_directions)
+
+
+def test_thrust_in_a_doubted_axis_moves_its_own_mass_alone():
+    """Half as much thrust again makes its own equation half as heavy again; the other axes hear nothing of it."""
+    dived = mission()
+    shape = dived.drawn.configuration
+    built = build_axes(without_depth(dived), dived.file, dived.configuration)
+    pushed = replace(
+        built,
+        axes=tuple(replace(a, force=1.5 * a.force) if a.dof == HEAVE else a for a in built.axes),
+    )
+    one, other = (fit_axes(axes, shape, quiet, (HEAVE,)) for axes in (built, pushed))
+    std = np.sqrt(np.diag(one.covariance))
+    for dof in (0, 1, 2, 5):
+        assert abs(other.log_value[dof] - one.log_value[dof]) < 0.25 * std[dof]
+    pooled = fit_axes(pushed, shape, quiet)
+    assert abs(pooled.log_value[HEAVE] - one.log_value[HEAVE]) > 0.5 * std[HEAVE]
+
+
+def test_the_score_with_a_mass_apart_is_the_slope_of_the_likelihood():
+    dived = mission(100007, seconds=40.0, kind="together")
+    shape = dived.drawn.configuration
+    masses = np.array([1.3 * rigid_mass(shape, dof) for dof in range(6)])
+    axes = build_axes(dived.dive, dived.file, dived.configuration).axes
+    problems = tuple(likelihood_of(axis, shape, masses, ()) for axis in axes)
+    heave = next(p for p in problems if p.axis.dof == HEAVE)
+    prior = np.array([[heave.prior_mean[MASS] + 0.1, heave.prior_precision[MASS]]])
+    joint = JointLikelihood(problems, (HEAVE,), prior)
+    theta = joint.prior_mean
+    gradient, information = joint.score(theta)
+    by_differences = score(joint, theta)
+    size = np.sqrt(np.diag(by_differences[1]))
+    np.testing.assert_allclose(gradient / size, by_differences[0] / size, atol=2e-4)
+    np.testing.assert_allclose(
+        information / np.outer(size, size), by_differences[1] / np.outer(size, size), atol=2e-5
+    )
+    own = joint.places[[p.axis.dof for p in problems].index(HEAVE)].start + MASS
+    assert information[own, -1] == 0.0
+
+
+def test_beside_a_method_that_leaves_the_mass_out_there_is_one_value_and_one_reason():
+    dived = mission()
+    leaves_out = judged(
+        lambda *asked: replace(estimate(*asked), method="pinn", doubts=(), weighed_by_others=None)
+    )
+    second = leaves_out(without_depth(dived), dived.file, dived.configuration, quiet)
+    compared = compare(found_without_depth(), second)
+    (mass,) = [one for one in compared.differences if one.name == "M_w"]
+    assert mass.first.identifiable
+    assert "follows from nothing recorded" in mass.second.reason
+    assert not mass.disagrees
+    assert not any("M_w" in sentence for sentence in compared.sentences)
+
+
+@pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
+def test_a_dive_made_elsewhere_has_the_heave_mass_that_its_own_axis_would_have_wrong():
+    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    found = estimator("likelihood")(read_dive(SEALED / "open_1" / "dive.tlog.gz"), file, "hovering", quiet)
+    assert found["M_w"].low95 < 134.0 < found["M_w"].high95
+    assert found["M_w"].relative_std < 0.02
+    assert found.outcome is Outcome.CONVERGED
