@@ -165,6 +165,7 @@ class Identification:
     the masses that only the other axes' Coriolis forces weighed, because their own controller used what was not
     recorded; None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the
     dive, empty where nothing tells it.
+    `prior_dives` marks the earlier dives that the priors in it came from.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """
@@ -192,6 +193,7 @@ class Identification:
     rest_on_righting: tuple[str, ...] = ()
     dived: str = ""
     weighed_by_others: tuple[str, ...] | None = None
+    prior_dives: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -223,6 +225,7 @@ class Identification:
             "null_directions": [direction.to_json() for direction in self.null_directions],
             "thrust_scale": None if self.thrust_scale is None else self.thrust_scale.to_json(),
             "doubts": [doubt.to_json() for doubt in self.doubts],
+            "prior_dives": list(self.prior_dives),
             "nuisance": self.nuisance,
             "notes": list(self.notes),
             "wall_s": self.wall_s,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import BY_NAME
-from bridge.vehicle.config import Prior
+from bridge.vehicle.config import Prior, dive_mark
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
@@ -86,10 +86,11 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
 
     Where no prior was weighed, intervals hold given the vehicle file's thrust, and `scale_std` stands beside them.
     Where one was, they include all that is left of it. A prior in conflict with the dive, or with the dive and the
-    other priors together, is left out and doubted; one that came from this very dive is left out and named. What the
-    dive says nothing of takes its prior's value, and stays not identifiable.
+    other priors together, is left out and doubted; one that rests on this very dive, by itself or through an
+    identification that had such a prior, is left out and named. What the dive says nothing of takes its prior's value,
+    and stays not identifiable.
     """
-    own = [name for name, prior in priors.items() if prior.dive_sha256 == found.dive_sha256]
+    own = [name for name, prior in priors.items() if dive_mark(found.dive_sha256) in prior.dives]
     priors = {name: prior for name, prior in priors.items() if name not in own}
     alone = _known(found, scale_std)
     here = {name: prior for name, prior in priors.items() if name in alone.of}
@@ -126,6 +127,7 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
         doubts=(*found.doubts, *conflicts, *_of_this_dive(own)),
         notes=(*found.notes, *_words(priors, taken, known.of)),
         thrust_scale=_scale(found, known, weighed, scale_std),
+        prior_dives=tuple(dict.fromkeys(dive for prior in taken.values() for dive in prior.dives)),
     )
 
 
@@ -228,8 +230,8 @@ def _of_this_dive(own: Collection[str]) -> tuple[Doubt, ...]:
     if not own:
         return ()
     sentence = (
-        f"The vehicle file's priors of {', '.join(own)} were identified from this very dive: they were left out, for "
-        "a dive does not confirm itself."
+        f"The vehicle file's priors of {', '.join(own)} rest on this very dive, by themselves or through a later one: "
+        "they were left out, for a dive does not confirm itself."
     )
     return (Doubt(tuple(own), sentence),)
 

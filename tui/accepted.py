@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,15 @@ from tui.parameter_files import Leave, check_outcome, read_identification
 
 AGEING = {"mass": 0.03, "damping": 0.10}
 """Relative: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over weeks."""
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """Where accepted values come from: in words, the recording, and the dives that its priors came from."""
+
+    source: str
+    dive_sha256: str
+    earlier_dives: tuple[str, ...]
 
 
 def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
@@ -40,11 +50,14 @@ def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[s
     told = data.get("dive")
     dive = told if isinstance(told, dict) else {}
     source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
+    earlier = data.get("prior_dives")
+    before = tuple(map(str, earlier)) if isinstance(earlier, list) else ()
+    origin = _Origin(source, str(dive.get("sha256", "")), before)
     found = {}
     for one in data["parameters"]:
         name, value, std = one.get("name"), one.get("given_thrust"), one.get("given_thrust_std")
         if name in BY_NAME and one.get("identifiable") is True and _positive(value) and _positive(std):
-            found[name] = _aged(name, value, std / value, widen, source, str(dive.get("sha256", "")))
+            found[name] = _aged(name, value, std / value, widen, origin)
     return str(data["configuration"]), _some(path, found)
 
 
@@ -59,13 +72,14 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
         )
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     source = _source(sidecar.dive, sidecar.dived, sidecar.method)
+    origin = _Origin(source, sidecar.dive_sha256, sidecar.prior_dives)
     found = {}
     for interval in sidecar.intervals.values():
         name, low, high = interval.coefficient, interval.low95, interval.high95
         if name in BY_NAME and 0 < low < high:
             relative = math.log(high / low) / (2 * Z95)
             value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
-            found[name] = _aged(name, value, relative, widen, source, sidecar.dive_sha256)
+            found[name] = _aged(name, value, relative, widen, origin)
     return sidecar.configuration, _some(path, found)
 
 
@@ -74,12 +88,11 @@ def _source(dive: str | None, date: str | None, method: str) -> str:
     return f"{dive or 'a dive'}{f' of {date}' if date else ''}, {method}"
 
 
-def _aged(
-    name: str, value: float, relative_std: float, widen: float | None, source: str, dive_sha256: str
-) -> Prior:
+def _aged(name: str, value: float, relative_std: float, widen: float | None, origin: _Origin) -> Prior:
+    """A prior of this value, wider by ageing."""
     share = AGEING[BY_NAME[name].kind] if widen is None else widen
     std = value * math.hypot(relative_std, share)
-    return Prior(value, std, source, "thrust", dive_sha256)
+    return Prior(value, std, origin.source, "thrust", origin.dive_sha256, origin.earlier_dives)
 
 
 def _some(path: Path, found: dict[str, Prior]) -> dict[str, Prior]:

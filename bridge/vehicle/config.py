@@ -12,6 +12,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import BY_NAME
 
 Vector3 = tuple[float, float, float]
+MARK_DIGITS = 16
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 GRAVITY_M_S2 = 9.80665
 DRY_MASS_SHARE, INERTIA_SHARE = 0.01, 0.05
@@ -85,13 +86,19 @@ class ThrustCurve:
         _not_negative(lag_s=self.lag_s, dead_band_us=self.dead_band_us, scale_std=self.scale_std)
 
 
+def dive_mark(sha256: str) -> str:
+    """A recording by the beginning of its SHA-256, as priors list it."""
+    return sha256[:MARK_DIGITS]
+
+
 @dataclass(frozen=True)
 class Prior:
     """What is known of a coefficient before a dive: `value` and standard deviation `std` in its unit, and whence.
 
     `rests_on`: the force that it was measured by. `weight` (weighed, towed, a hung weight) owes nothing to the
     thrusters; `thrust` (identified in a dive) is off by whatever this vehicle file's thrust is off by. `dive_sha256`:
-    the recording that it was identified from, which it must not be joined with again.
+    the recording that it was identified from; `earlier_dives`: those that the priors of that identification came from,
+    in the form of `dives`. With none of them must it be joined again.
     """
 
     value: float
@@ -99,9 +106,15 @@ class Prior:
     source: str = ""
     rests_on: Literal["weight", "thrust"] = "weight"
     dive_sha256: str = ""
+    earlier_dives: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _above_zero(value=self.value, std=self.std)
+
+    @property
+    def dives(self) -> tuple[str, ...]:
+        """All dives that it rests on, each as `dive_mark` names it, the newest first."""
+        return tuple(dict.fromkeys((*filter(None, [dive_mark(self.dive_sha256)]), *self.earlier_dives)))
 
 
 @dataclass(frozen=True)

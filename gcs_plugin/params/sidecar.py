@@ -27,7 +27,8 @@ class Interval:
 class Sidecar:
     """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id, outcome.
 
-    `thrust_shift` (relative) is what a weighed prior made of the thrust, which the values have in them; `dived` a date.
+    `thrust_shift` (relative) is what a weighed prior made of the thrust, which the values have in them; `dived` a date;
+    `prior_dives` the earlier dives that priors brought into the values.
     """
 
     dive_sha256: str
@@ -42,6 +43,7 @@ class Sidecar:
     format: int = FORMAT
     thrust_shift: float = 0.0
     dived: str = ""
+    prior_dives: tuple[str, ...] = ()
 
 
 def sidecar_path(path: Path) -> Path:

@@ -129,6 +129,23 @@ def test_a_parameter_file_is_read_by_its_sidecar(vehicle, tmp_path):
     assert priors(vehicle)["M_u"].source == "dive-9, likelihood"
 
 
+def test_a_prior_remembers_the_dives_that_its_own_priors_came_from(vehicle, tmp_path):
+    accept(identified(tmp_path / "a.json", prior_dives=["1" * 16, "00a" + "2" * 13]), vehicle)
+    assert priors(vehicle)["M_u"].earlier_dives == ("1" * 16, "00a" + "2" * 13)
+    assert priors(vehicle)["M_u"].dives == ("7" * 16, "1" * 16, "00a" + "2" * 13)
+    assert "earlier_dives" in vehicle.read_text(encoding="utf-8")
+
+
+def test_a_sidecar_brings_the_earlier_dives_too(vehicle, tmp_path):
+    param = tmp_path / "a.param"
+    param.write_text("FF1_M_U,111\n", encoding="utf-8")
+    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
+                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, prior_dives=("3" * 16,))  # fmt: skip
+    write_sidecar(param, told)
+    assert accept(param, vehicle) == exit_codes.DONE
+    assert priors(vehicle)["M_u"].dives == ("1" * 16, "3" * 16)
+
+
 def test_a_vehicle_of_seatrials_own_is_not_written_to(tmp_path, capsys):
     before = BUNDLED.read_text(encoding="utf-8")
     assert accept(identified(tmp_path / "a.json"), "ruvifist") == exit_codes.BAD_INPUT

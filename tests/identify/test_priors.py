@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bridge.vehicle.config import dive_mark
 from identify.answer import answered
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
@@ -176,7 +177,33 @@ def test_a_prior_that_came_from_this_very_dive_is_left_out_and_named():
     found = answer(np.diag([1e-4, 4e-4]), own)
     assert found["M_u"].value == pytest.approx(100.0)
     assert found.outcome is Outcome.CONVERGED
-    assert any("identified from this very dive" in doubt.sentence for doubt in found.doubts)
+    assert any("rest on this very dive" in doubt.sentence for doubt in found.doubts)
+    assert found.prior_dives == ()
+
+
+def test_a_prior_that_rests_on_this_dive_through_a_later_one_is_left_out_and_named():
+    """Dive A was accepted, then was prior for dive B, and B was accepted: A again would count itself."""
+    through = replace(
+        fitted.prior(102.0, 0.01, "thrust"), dive_sha256="2" * 64, earlier_dives=(dive_mark("1" * 64),)
+    )
+    found = answer(np.diag([1e-4, 4e-4]), {"M_u": through})
+    assert found["M_u"].value == pytest.approx(100.0)
+    assert any("M_u rest on this very dive" in doubt.sentence for doubt in found.doubts)
+
+
+def test_an_answer_names_all_dives_that_its_priors_rest_on():
+    priors = {
+        "M_u": replace(fitted.prior(101.0, 0.01, "thrust"), dive_sha256="2" * 64, earlier_dives=("3" * 16,)),
+        "D_u": replace(fitted.prior(50.0, 0.1, "thrust"), dive_sha256="2" * 64),
+    }
+    found = answer(np.diag([1e-4, 4e-4]), priors)
+    assert found.prior_dives == ("2" * 16, "3" * 16)
+    assert found.to_json()["prior_dives"] == ["2" * 16, "3" * 16]
+
+
+def test_a_prior_that_was_left_out_brings_no_dive_into_the_answer():
+    far = replace(fitted.prior(150.0, 0.01, "thrust"), dive_sha256="2" * 64)
+    assert answer(np.diag([1e-4, 4e-4]), {"M_u": far}).prior_dives == ()
 
 
 def test_a_prior_leaves_anothers_lopsided_interval_lopsided():
