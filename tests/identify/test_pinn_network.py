@@ -9,6 +9,7 @@ from bridge.vehicle.config import Configuration, Thruster
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.pinn.intervals import Readings, readings_in
 from identify.estimators.pinn.layout import Layout
+from identify.estimators.pinn.leaning import by_raw
 from identify.estimators.pinn.network import between, data_of, pull, wild, without
 from identify.estimators.pinn.noise import Noise
 from identify.estimators.pinn.raw import raw_of
@@ -56,6 +57,7 @@ def laid_out(readings: list[Readings], halves) -> Layout:
         ("dvl", "depth", "turn")[:count],
         np.array([VELOCITY, POSITION, INCREMENT])[:count],
         np.full(count, 1e-3),
+        np.ones(count),
         np.ones(count),
     )
 
@@ -119,9 +121,10 @@ def test_every_slope_of_the_pull_is_that_of_automatic_differentiation(seed, kind
         one = pull(data, map_, raw, at, point.noise)
         return one.residual * one.std
 
-    by_raw, by_state = torch.func.jacrev(unscaled, argnums=(0, 1))(point.raw, state)
+    in_raw, by_state = torch.func.jacrev(unscaled, argnums=(0, 1))(point.raw, state)
     std = found.std[:, :, None]
-    torch.testing.assert_close(found.raw * std, by_raw, rtol=1e-6, atol=1e-9)
+    leans = by_raw(data, map_, point.raw, state, found)
+    torch.testing.assert_close(leans * std, in_raw, rtol=1e-6, atol=1e-9)
     for k in range(3):
         torch.testing.assert_close(found.before[k] * std[k], by_state[k, :, k], rtol=1e-6, atol=1e-9)
         torch.testing.assert_close(found.after[k] * std[k], by_state[k, :, k + 1], rtol=1e-6, atol=1e-9)

@@ -37,21 +37,6 @@ def test_the_best_state_is_where_the_loss_no_longer_falls():
     torch.testing.assert_close(again.equations.state, point.equations.state, rtol=0, atol=1e-9)
 
 
-def test_the_state_leans_with_a_coefficient_as_the_best_state_moves():
-    """But for what Gauss and Newton leave out: the slopes' own slopes."""
-    task = network_tasks.drawn(100_031, "together", 24.0)
-    trainer, start = task.trainer, task.start
-    point = network_tasks.settled(trainer, start.raw, start.noise, start.equations.state)
-    n = len(task.layout.dofs)
-    for place in (0, 1, 5, 6, 6 + n):
-        row = torch.zeros_like(point.where())
-        row[place] = MOVE
-        above, below = (network_tasks.at_row(trainer, point, point.where() + sign * row) for sign in (1, -1))
-        moved = (above.equations.state - below.equations.state) / (2 * MOVE)
-        leaning = -point.equations.leaning[:, :, place]
-        assert float((moved - leaning).norm()) < 0.15 * float(moved.norm()) + 1e-6
-
-
 def test_the_score_of_the_wrong_coefficients_points_back():
     """The slope in each raw parameter is downhill from 30 % above, and from 30 % below."""
     task = network_tasks.drawn(100_009, "spin", 60.0)

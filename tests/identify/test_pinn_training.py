@@ -21,21 +21,16 @@ class Bowl(Trainer):
     asked: list = field(default_factory=list)
 
     def at(self, raw, noise, state):
+        self.asked.append(float(raw))
         value = raw.clone().requires_grad_()
         half_loss = self.shape(value).sum()
         (slope,) = torch.autograd.grad(half_loss, value)
-        nothing = torch.zeros(1, 1, 1, dtype=torch.float64)
         equations = SimpleNamespace(
             loss=2 * float(half_loss.detach()),
             state=state,
-            leaning=nothing,
-            prior=0 * torch.eye(1, dtype=torch.float64),
+            tilt=torch.zeros(1, dtype=torch.float64),
         )
         return Point(raw, noise, equations, torch.cat([slope, torch.zeros(3, dtype=torch.float64)]))
-
-    def tried(self, raw, _noise, state):
-        self.asked.append(float(raw))
-        return state, 2 * float(self.shape(raw).sum())
 
 
 def train(shape, curvature, start=0.0):

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from identify.estimators.pinn.blocks import selected_inverse
 from identify.estimators.pinn.equations import eliminated, entangled, stepped
-from identify.estimators.pinn.network import Data, first_precision, pull
+from identify.estimators.pinn.leaning import by_raw
+from identify.estimators.pinn.network import Data, Pull, pull
+from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
 from identify.estimators.pinn.training import Trained
 
@@ -30,19 +33,20 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     """Of every fitted axis."""
     raw, noise, n = trained.point.raw, trained.point.noise, data.axes
     state = trained.point.equations.state
-    pulled = pull(data, map_, raw, state, noise)
-    own, std = pulled.balance, pulled.std[:, :n]
-    speed = own.mean[:, list(data.interval.dofs)]
-    h = data.interval.step_s[:, None]
-    rows = torch.zeros(*pulled.residual.shape, n, dtype=state.dtype, device=state.device)
     each = torch.arange(n, device=state.device)
-    rows[:, each, each] = h * speed * speed.abs() / std
-    columns = torch.cat([pulled.residual[:, :, None], pulled.raw, rows], dim=2)
-    found = eliminated(pulled, columns, first_precision(noise, len(data.interval.placed)), state)
-    before, after = entangled(own, *selected_inverse(found.factor), n)
+
+    def columns(some: Data, near: Tensor, pulled: Pull) -> Tensor:
+        rows = torch.zeros(*pulled.residual.shape, n, dtype=state.dtype, device=state.device)
+        rows[:, each, each] = _squares(some, pulled.balance) / pulled.std[:, :n]
+        return torch.cat([pulled.residual[:, :, None], by_raw(some, map_, raw, near, pulled), rows], dim=2)
+
+    found = eliminated(data, map_, raw, state, noise, columns)
+    pulled = pull(data, map_, raw, state, noise)
+    before, after = entangled(pulled.balance, *selected_inverse(found.factor), n)
     inverse = torch.linalg.inv(stepped(pulled, n)[0])
-    trace = (h * speed.abs() / std**2 * (before + after)[:, each, each]).sum(dim=0)
-    trace = trace - (h * speed.abs() * inverse[:, each, each]).sum(dim=0)
+    grows = data.interval.step_s[:, None] * pulled.balance.mean[:, list(data.interval.dofs)].abs()
+    trace = (grows / pulled.std[:, :n] ** 2 * (before + after)[:, each, each]).sum(dim=0)
+    trace = trace - (grows * inverse[:, each, each]).sum(dim=0)
     size = 1 + len(raw)
     slope = found.square[0, size:] + trace
     cross, own_information = found.square[1:size, size:], found.square[size:, size:].diagonal()
@@ -50,3 +54,9 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     lean = torch.linalg.solve(found.square[1:size, 1:size] + torch.diag(tilt**2), cross)
     left = (own_information - (cross * lean).sum(dim=0)).clamp_min(1e-12)
     return Missing((-slope / left.sqrt()).cpu().numpy(), (lean * (slope / left)).mT.cpu().numpy())
+
+
+def _squares(data: Data, own: Balance) -> Tensor:
+    """What a drag of 1 N per (m/s)^2 takes in each interval from the momentum of the fitted axes, (N, n)."""
+    speed = own.mean[:, list(data.interval.dofs)]
+    return data.interval.step_s[:, None] * speed * speed.abs()

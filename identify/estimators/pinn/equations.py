@@ -9,34 +9,48 @@ model is linear): without it a disturbance would be traded for mass. Its slope f
 slope of the expected loss under the network's own uncertainty, which the selected inverse of the equations gives.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from identify.estimators.pinn.blocks import Factor, factorise, selected_inverse, solve
-from identify.estimators.pinn.network import Data, Pull, between, first_precision, moments, pull, spent
+from identify.estimators.pinn.leaning import by_raw
+from identify.estimators.pinn.network import (
+    Data,
+    Pull,
+    between,
+    expected_squares,
+    first_precision,
+    of_disturbance,
+    pull,
+    short_of_one,
+    spent,
+)
 from identify.estimators.pinn.noise import Moments, Noise
 from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
 
-AT_A_TIME = 1024
-"""Intervals that the slope is worked out for at once."""
+AT_A_TIME = 512
+"""Intervals that are worked out at once: so many stay in the processor's cache."""
+
+Columns = Callable[[Data, Tensor, Pull], Tensor]
 
 
 @dataclass(frozen=True)
 class Equations:
     """The equations at given coefficients and noise, with the state eliminated.
 
-    gradient (p,), information, prior (p, p) of the raw parameters. state (N + 1, s): the best one. leaning
-    (N + 1, s, p): minus what it changes by with each raw parameter. on, beside: blocks of its covariance.
+    gradient (p,): of half the loss. information (6, 6): of the masses of axes that are not fitted, zero elsewhere.
+    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best one. on, beside: blocks of its covariance.
     """
 
     gradient: Tensor
     information: Tensor
-    prior: Tensor
+    tilt: Tensor
     state: Tensor
-    leaning: Tensor
     on: Tensor
     beside: Tensor
     moments: Moments
@@ -53,85 +67,118 @@ class Eliminated:
     factor: Factor
 
 
-def eliminated(pulled: Pull, columns: Tensor, first: Tensor, state: Tensor) -> Eliminated:
-    """`columns` (N, R, k), the first of them the residuals; `first` (s,) the precision of the first state about 0."""
+def eliminated(
+    data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, columns: Columns
+) -> Eliminated:
+    """What the readings and the physics say of the state near `state` (N + 1, s), linearised there.
+
+    `columns` (N, R, k) of some intervals, their states and their pull: the first is the residuals.
+    """
+    first = first_precision(noise, len(data.interval.placed))
     nodes, width = state.shape
     diagonal = torch.zeros(nodes, width, width, dtype=state.dtype, device=state.device)
-    diagonal[:-1] += pulled.before.mT @ pulled.before
-    diagonal[1:] += pulled.after.mT @ pulled.after
+    above = torch.empty_like(diagonal[1:])
+    right: Tensor | None = None
+    square = torch.zeros((), dtype=state.dtype, device=state.device)
+    for cut, after in _cuts(nodes - 1):
+        some, near = between(data, cut), state[cut.start : after.stop]
+        pulled = pull(some, map_, raw, near, noise)
+        asked = columns(some, near, pulled)
+        if right is None:
+            right = torch.zeros(nodes, width, asked.shape[2], dtype=state.dtype, device=state.device)
+        diagonal[cut] += pulled.before.mT @ pulled.before
+        diagonal[after] += pulled.after.mT @ pulled.after
+        above[cut] = pulled.before.mT @ pulled.after
+        right[cut] += pulled.before.mT @ asked
+        right[after] += pulled.after.mT @ asked
+        flat = asked.flatten(0, 1)
+        square = square + flat.mT @ flat
+    assert right is not None, "a network has at least one interval"
     diagonal[0] += torch.diag(first)
-    right = torch.zeros(nodes, width, columns.shape[2], dtype=state.dtype, device=state.device)
-    right[:-1] += pulled.before.mT @ columns
-    right[1:] += pulled.after.mT @ columns
     right[0, :, 0] += first * state[0]
-    factor = factorise(diagonal, pulled.before.mT @ pulled.after)
+    factor = factorise(diagonal, above)
     towards = solve(factor, right)
-    flat = columns.flatten(0, 1)
-    square = flat.mT @ flat - right.flatten(0, 1).mT @ towards.flatten(0, 1)
+    square = square - right.flatten(0, 1).mT @ towards.flatten(0, 1)
     square[0, 0] += (first * state[0] ** 2).sum()
     return Eliminated(towards, square, factor)
 
 
-def solved(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> tuple[Tensor, float]:
-    """The best state (N + 1, s) and the loss alone, linearised about `state`: to try a step by."""
-    pulled = pull(data, map_, raw, state, noise)
-    first = first_precision(noise, len(data.interval.placed))
-    found = eliminated(pulled, pulled.residual[:, :, None], first, state)
-    return state - found.towards[:, :, 0], _loss(map_, raw, noise, pulled, found)
+def best_state(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Tensor:
+    """The best state (N + 1, s) where physics and readings are linear about `state`."""
+    found = eliminated(
+        data, map_, raw, state, noise, lambda _data, _near, pulled: pulled.residual[:, :, None]
+    )
+    return state - found.towards[:, :, 0]
 
 
 def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Equations:
     """The equations at `raw` (p,) and `noise`, linearised about `state` (N + 1, s)."""
-    pulled = pull(data, map_, raw, state, noise)
-    first = first_precision(noise, len(data.interval.placed))
-    found = eliminated(pulled, torch.cat([pulled.residual[:, :, None], pulled.raw], dim=2), first, state)
+    others = [dof for dof in range(6) if dof not in data.interval.dofs]
+
+    def columns(some: Data, near: Tensor, pulled: Pull) -> Tensor:
+        residual = pulled.residual[:, :, None]
+        if not others:
+            return residual
+        return torch.cat([residual, by_raw(some, map_, raw, near, pulled)[:, :, others]], dim=2)
+
+    found = eliminated(data, map_, raw, state, noise, columns)
     on, beside = selected_inverse(found.factor)
-    step = found.towards[:, :, :1]
+    best = state - found.towards[:, :, 0]
+    told = _expected(data, map_, raw, best, noise, on, beside)
     residual, tilt = map_.prior(raw)
-    best = state - step[:, :, 0]
-    left = pulled.residual - (pulled.before @ step[:-1] + pulled.after @ step[1:])[:, :, 0]
+    information = torch.zeros(6, 6, dtype=raw.dtype, device=raw.device)
+    information[np.ix_(others, others)] = found.square[1:, 1:]
+    own, across = of_disturbance(best, on, beside, data.axes)
+    first = first_precision(noise, len(data.interval.placed))
+    prior = (residual**2).sum() + (first * best[0] ** 2).sum() + 2 * noise.disturbance.log().sum()
     return Equations(
-        _slope(data, map_, raw, best, noise, on, beside) + tilt * residual,
-        found.square[1:, 1:],
-        torch.diag(tilt**2),
+        told.slope + tilt * residual,
+        information,
+        tilt,
         best,
-        found.towards[:, :, 1:],
         on,
         beside,
-        moments(data, best, replace(pulled, residual=left), on, beside),
-        _loss(map_, raw, noise, pulled, found),
+        Moments(told.sensor, told.wander, own[:-1], across, own[1:], own[0]),
+        float(told.loss + prior + found.factor.log_det),
     )
 
 
-def _loss(map_: Raw, raw: Tensor, noise: Noise, pulled: Pull, found: Eliminated) -> float:
-    residual, _ = map_.prior(raw)
-    _, turned = stepped(pulled, map_.axes)
-    loss = found.square[0, 0] + (residual**2).sum() + found.factor.log_det - 2 * turned.sum()
-    return float(loss) + spent(pulled, noise)
+@dataclass(frozen=True)
+class _Told:
+    """Sums over all intervals: loss, twice what the residuals cost at the best state; slope (p,) of half the expected
+    loss; sensor and wander of `Moments`."""
+
+    loss: Tensor
+    slope: Tensor
+    sensor: Tensor
+    wander: Tensor
 
 
-def _slope(
+def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, beside: Tensor
-) -> Tensor:
-    """Of half the loss without priors, in the raw parameters, by automatic differentiation of its expectation.
-
-    The expectation is a sum over intervals: so many at a time stay in the processor's cache.
-    """
-    slope = torch.zeros_like(raw)
-    for start in range(0, len(beside), AT_A_TIME):
-        cut = slice(start, min(start + AT_A_TIME, len(beside)))
-        nodes = slice(cut.start, cut.stop + 1)
+) -> _Told:
+    """The loss at the best state, and by automatic differentiation the slope of its expectation about that."""
+    parts = []
+    for cut, after in _cuts(len(beside)):
+        nodes = slice(cut.start, after.stop)
         with torch.enable_grad():
             asked = raw.detach().clone().requires_grad_()
             there = pull(between(data, cut), map_, asked, state[nodes], noise)
-            across = 2 * there.after @ beside[cut].mT
-            spread = ((there.before @ on[nodes][:-1] + across) * there.before).sum()
-            spread = spread + ((there.after @ on[nodes][1:]) * there.after).sum()
+            squares = expected_squares(there, on[nodes], beside[cut])
             _, turned = stepped(there, data.axes)
-            scale = (there.std.log() * there.known).sum()
-            expected = 0.5 * ((there.residual**2).sum() + spread) + scale - turned.sum()
-            slope += torch.autograd.grad(expected, asked)[0]
-    return slope
+            cost = spent(there) - 2 * turned.sum()
+            slope = torch.autograd.grad(0.5 * (squares.sum() + cost), asked)[0]
+        with torch.no_grad():
+            loss = (there.residual**2).sum() + cost
+            parts.append((loss, slope, *short_of_one(there, squares, data.axes)))
+    return _Told(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
+
+
+def _cuts(count: int) -> Iterator[tuple[slice, slice]]:
+    """Some intervals at a time, which are also the nodes before them; and the nodes after."""
+    for start in range(0, count, AT_A_TIME):
+        stop = min(start + AT_A_TIME, count)
+        yield slice(start, stop), slice(start + 1, stop + 1)
 
 
 def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:

@@ -1,6 +1,7 @@
 """A dive through the network: laid out, started, cleared of wild readings, trained, asked for a missing drag."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -9,12 +10,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
 from identify.estimators.pinn.drag import missing_drag
+from identify.estimators.pinn.equations import best_state
 from identify.estimators.pinn.guide import Guide
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import data_of, wild, without
@@ -86,7 +89,8 @@ def task_of(
     shape = file.vehicle.configurations[configuration]
     layout = lay_out(dive, file, configuration, built, _step_s(dive))
     map_ = raw_of(shape, layout.dofs, device)
-    guide = Guide(layout.dofs, map_, filters_of(built, shape))
+    share = torch.as_tensor(layout.channel_share, device=device)
+    guide = Guide(layout.dofs, map_, filters_of(built, shape), share)
     prior = _prior(shape, layout, device)
     watch = _telling(map_, layout.dofs, progress)
     trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
@@ -94,16 +98,37 @@ def task_of(
     state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
     nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
     state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
-    return Task(layout, trainer, trainer.at(raw, noise, trainer.at(raw, noise, state).equations.state))
+    return Task(layout, trainer, trainer.at(raw, noise, best_state(trainer.data, map_, raw, state, noise)))
 
 
 def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
-    """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card."""
+    """Train a network on what the axes of a dive read; there is at least one. On CUDA where there is a card.
+
+    Raises FitError where the readings leave its equations without a solution.
+    """
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    task = task_of(dive, file, configuration, built, device, progress)
-    trainer, trained = _trained(task)
+    try:
+        with _one_thread():
+            task = task_of(dive, file, configuration, built, device, progress)
+            trainer, trained = _trained(task)
+    except torch.linalg.LinAlgError as error:  # type: ignore[attr-defined]
+        raise FitError(
+            f"{dive.name}: the network's equations have no solution ({error}); look for readings that are wildly off, "
+            "or identify with --method likelihood"
+        ) from error
     progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
     return _fit(task.layout, trainer, trained)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """The blocks are too small to be worth handing to a second core, which only waits for the next."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def _step_s(dive: Dive) -> float:

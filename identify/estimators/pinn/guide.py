@@ -14,11 +14,13 @@ from identify.estimators.pinn.training import Point
 
 @dataclass(frozen=True)
 class Guide:
-    """The filters of the fitted axes `dofs`, ascending, as the network sees them."""
+    """The filters of the fitted axes `dofs`, ascending, as the network sees them: `share` (C,) of each channel's
+    readings are intervals of its own."""
 
     dofs: tuple[int, ...]
     map_: Raw
     filters: Filters
+    share: Tensor
 
     def start(self) -> tuple[Tensor, Noise]:
         """Raw parameters and noise levels where the filters start the network."""
@@ -49,9 +51,11 @@ class Guide:
             *range(count + sensors, count + sensors + 2 * n),
             *range(count, count + sensors),
         ]
-        unit = torch.cat([self.map_.to_logarithm(like), torch.ones_like(point.slope[count:])])[place]
+        # The noise of a sensor shows in the means of intervals, fewer than the readings that a filter has.
+        ones = torch.ones(2 * n, dtype=like.dtype, device=like.device)
+        unit = torch.cat([self.map_.to_logarithm(like), self.share.sqrt(), ones])[place]
         out = torch.zeros(len(point.slope), len(point.slope), dtype=like.dtype, device=like.device)
         others = [dof for dof in range(6) if dof not in self.dofs]
-        out[others, others] = point.equations.information[others, others]
+        out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
         out[np.ix_(place, place)] = torch.as_tensor(found, device=like.device) * torch.outer(unit, unit)
         return out

@@ -38,7 +38,7 @@ class Layout:
     A reading in interval k of channel c is before . s_k + after . s_k+1 + (swung swing + bent (d0 - d1)) / M_axis, with
     noise of standard deviation scale sigma_c, and with what a disturbance that wanders in between adds: a variance of
     open q / M^2, q its spectral density. before, after (N, C, s); value, swung, bent, open, scale (N, C), value NaN
-    where nothing was read.
+    where nothing was read. channel_share (C,): intervals that were read in for each reading: those of one become one.
     """
 
     dofs: tuple[int, ...]
@@ -61,6 +61,7 @@ class Layout:
     channel_reads: NDArray[np.int64]
     channel_noise: Array
     channel_spread: Array
+    channel_share: Array
 
     @property
     def width(self) -> int:
@@ -81,18 +82,20 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
     others[:, list(dofs)] = 0.0
     placed = tuple(i for i, axis in enumerate(axes) if axis.dof == HEAVE or axis.stiffness > 0)
     width = 2 * len(axes) + len(placed)
-    columns, names = [], []
+    columns, names, readings = [], [], []
     for i, axis in enumerate(axes):
         for c, channel in enumerate(axis.channels):
             if channel.state_read == POSITION and i not in placed:
                 continue
             names.append((i, channel))
+            readings.append(np.count_nonzero(np.isfinite(axis.reading[axis.channel == c])))
             place = 2 * len(axes) + placed.index(i) if i in placed else -1
             columns.append(readings_in(axis, c, time_s, width, i, place))
 
     def stacked(part: str) -> Array:
         return np.stack([getattr(column, part) for column in columns], axis=1)
 
+    value = stacked("value")
     return Layout(
         dofs,
         placed,
@@ -102,7 +105,7 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
         0.25 * np.diff(time_s)[:, None] * (halves[:, 0] - halves[:, 1]),
         others,
         np.array([axis.stiffness for axis in axes]),
-        stacked("value"),
+        value,
         stacked("before"),
         stacked("after"),
         stacked("swung"),
@@ -114,6 +117,7 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
         np.array([channel.state_read for _, channel in names]),
         np.array([channel.noise for _, channel in names]),
         np.array([channel.noise_spread for _, channel in names]),
+        np.isfinite(value).sum(axis=0) / np.maximum(readings, 1),
     )
 
 

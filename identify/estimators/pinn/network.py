@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from identify.estimators.pinn.layout import Layout
-from identify.estimators.pinn.noise import Moments, Noise
+from identify.estimators.pinn.noise import Noise
 from identify.estimators.pinn.physics import Balance, Interval, balance, bending, coriolis_forms
 from identify.estimators.pinn.raw import Raw
 
@@ -51,20 +51,20 @@ class Data:
 class Pull:
     """All residuals over their standard deviations, (N, R), and their slopes.
 
-    before, after (N, R, s): in the states at both ends of an interval; raw (N, R, p). The first n rows are the
-    physics, then n of the disturbance, x of positions, and C of the readings. std (N, R); wander (N, R): which share
-    of that variance a disturbance makes that wanders within the interval; known (N, R): 1, or 0 where nothing was read.
-    owner (R,): the axis of each row. balance is the physics, unscaled.
+    before, after (N, R, s): in the states at both ends of an interval. The first n rows are the physics, then n of
+    the disturbance, x of positions, and C of the readings. std (N, R); wander (N, R): which share of that variance a
+    disturbance makes that wanders within the interval; known (N, R): 1, or 0 where nothing was read. owner (R,): the
+    axis of each row; positions is x. balance is the physics, unscaled.
     """
 
     residual: Tensor
     before: Tensor
     after: Tensor
-    raw: Tensor
     std: Tensor
     wander: Tensor
     known: Tensor
     owner: Tensor
+    positions: int
     balance: Balance
 
 
@@ -105,7 +105,7 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     placed = list(known.placed)
     x, width = len(placed), state.shape[1]
     h = known.step_s[:, None]
-    given, slope = map_.coefficients(raw), map_.slope(raw)
+    given = map_.coefficients(raw)
     own = balance(known, given, state)
     density = 2 * noise.disturbance**2 / noise.time_constant_s
     mass = given.mass[list(known.dofs)]
@@ -149,29 +149,22 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     bend = bending(known, given.damping, width)[owner[rows]]
     before[:, rows] += bent[:, :, None] * bend
     after[:, rows] -= bent[:, :, None] * bend
-    by_mass = swung + bent * ((first - second) @ bend.mT)
 
     residual = torch.einsum("nrs,ns->nr", before, first) + torch.einsum("nrs,ns->nr", after, second)
     residual[:, :n] = own.residual
     residual[:, rows] += swung
     residual[:, reading] -= data.value
-    by_raw = torch.zeros(count, len(owner), len(raw), dtype=state.dtype, device=state.device)
-    by_raw[:, :n] = torch.cat([own.mass, own.damping, own.trim], dim=2) * slope
-    dof = torch.tensor(known.dofs, device=state.device)[owner[rows]]
-    by_raw[:, rows, dof] = -by_mass / given.mass[dof] * slope[dof]
-    gain = second[:, owner[rows]] - first[:, owner[rows]]
-    by_raw[:, rows, 6 + owner[rows]] = bent * gain * slope[6 + owner[rows]]
     std = variance.sqrt()
     weight = there / std
     return Pull(
         residual * weight,
         before * weight[:, :, None],
         after * weight[:, :, None],
-        by_raw * weight[:, :, None],
         std,
         wander / variance,
         there,
         owner,
+        x,
         own,
     )
 
@@ -188,29 +181,32 @@ def first_precision(noise: Noise, placed: int) -> Tensor:
     )
 
 
-def moments(data: Data, state: Tensor, pulled: Pull, on: Tensor, beside: Tensor) -> Moments:
-    """Expected squares over the network's own uncertainty: blocks of its covariance `on` and `beside` the diagonal."""
-    n = data.axes
+def expected_squares(pulled: Pull, on: Tensor, beside: Tensor) -> Tensor:
+    """Of the residuals, (N, R), over the network's own uncertainty: blocks of its covariance `on` and `beside` the
+    diagonal."""
     before, after = pulled.before, pulled.after
-    spread = ((before @ on[:-1] + 2 * after @ beside.mT) * before).sum(dim=2) + (after @ on[1:] * after).sum(
-        dim=2
-    )
+    spread = ((before @ on[:-1] + 2 * after @ beside.mT) * before).sum(dim=2)
+    return pulled.residual**2 + spread + (after @ on[1:] * after).sum(dim=2)
+
+
+def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
+    """By how much the expected `squares` fall short: `sensor` and `wander` of `noise.Moments`."""
+    short = (pulled.known - squares) * (pulled.known > 0)
+    thrown, read = (short * pulled.wander).sum(dim=0), (short * (1 - pulled.wander)).sum(dim=0)
+    zero = torch.zeros(axes, dtype=squares.dtype, device=squares.device)
+    return read[2 * axes + pulled.positions :], zero.index_add(0, pulled.owner, thrown)
+
+
+def of_disturbance(state: Tensor, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
+    """Expected squares (N + 1, n) of the disturbance, and its products (N, n) from one instant to the next."""
     d = state[:, n : 2 * n]
     own = on.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d**2
-    across = beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
-    short = (pulled.known - pulled.residual**2 - spread) * (pulled.known > 0)
-    wander, rest = short * pulled.wander, short * (1 - pulled.wander)
-    channels = data.value.shape[1]
-    sensor = rest[:, -channels:].sum(dim=0)
-    zero = torch.zeros(n, dtype=state.dtype, device=state.device)
-    total = wander.sum(dim=0)
-    thrown = zero.index_add(0, pulled.owner, total)
-    return Moments(sensor, thrown, own[:-1], across, own[1:], own[0])
+    return own, beside.diagonal(dim1=1, dim2=2)[:, n : 2 * n] + d[:-1] * d[1:]
 
 
-def spent(pulled: Pull, noise: Noise) -> float:
-    """Twice the logarithm of what the residuals were divided by, and of the first disturbance's."""
-    return 2 * float((pulled.std.log() * pulled.known).sum() + noise.disturbance.log().sum())
+def spent(pulled: Pull) -> Tensor:
+    """Twice the logarithm of what the residuals were divided by."""
+    return 2 * (pulled.std.log() * pulled.known).sum()
 
 
 def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Tensor:

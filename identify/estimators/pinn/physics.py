@@ -65,18 +65,18 @@ class Interval:
 class Balance:
     """The residual R (N, n) in N s or N m s and what it depends on.
 
-    before, after (N, n, s): slopes in the states at both ends. mass (N, n, 6), damping (N, n, n), trim (N, n, n):
-    slopes in the coefficients. mean (N, 6): nu_m. turned (N, n, 6): slope of C(nu_m) nu_m in nu_m.
+    before, after (N, n, s): slopes in the states at both ends. mean (N, 6): nu_m. by_mean (N, n, n): slope of R in the
+    fitted axes' nu_m. by_mass (N, n, 6): slope of C(nu_m) nu_m in the masses. swung (N, n): what makes nu_m differ
+    from a trapezium's, times mass.
     """
 
     residual: Tensor
     before: Tensor
     after: Tensor
-    mass: Tensor
-    damping: Tensor
-    trim: Tensor
     mean: Tensor
-    turned: Tensor
+    by_mean: Tensor
+    by_mass: Tensor
+    swung: Tensor
 
 
 def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
@@ -103,20 +103,30 @@ def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
     bend = h[:, :, None] / 12 * (force / mass[:, None])
     pull = 0.5 * h[:, :, None] * (known.stiffness[:, None] * angle - eye.roll(n, dims=1))
     turn = h[:, :, None] ** 2 / 12 * known.stiffness[:, None] * eye
-    mass_slope = h[:, :, None] * by_mass
-    mass_slope[:, range(n), axes] += gain
-    # The lighter the vehicle, the further its velocity swings and bends.
-    mass_slope[:, :, axes] -= slope * (swung / mass**2)[:, None, :]
     return Balance(
         mass * gain + h * total,
         slope @ (0.5 * eye + bend) + pull + turn - mass[:, None] * eye,
         slope @ (0.5 * eye - bend) + pull - turn + mass[:, None] * eye,
-        mass_slope,
-        h[:, :, None] * torch.diag_embed(mean[:, axes]) + slope * (h / 12 * gain / mass)[:, None, :],
-        -h[:, :, None] * eye[:, :n].expand(len(h), n, n),
         mean,
-        turned,
+        slope,
+        by_mass,
+        swung,
     )
+
+
+def by_coefficients(known: Interval, given: Coefficients, state: Tensor, own: Balance) -> Tensor:
+    """Slopes (N, n, 6 + 2 n) of the balance `own` at `state` in masses, dampings and trims."""
+    axes, n = list(known.dofs), len(known.dofs)
+    h = known.step_s[:, None]
+    mass, gain = given.mass[axes], state[1:, :n] - state[:-1, :n]
+    eye = torch.eye(n, dtype=state.dtype, device=state.device)
+    in_mass = h[:, :, None] * own.by_mass
+    in_mass[:, range(n), axes] += gain
+    # The lighter the vehicle, the further its velocity swings and bends.
+    in_mass[:, :, axes] -= own.by_mean * (own.swung / mass**2)[:, None, :]
+    in_damping = h[:, :, None] * torch.diag_embed(own.mean[:, axes])
+    in_damping = in_damping + own.by_mean * (h / 12 * gain / mass)[:, None, :]
+    return torch.cat([in_mass, in_damping, -h[:, :, None] * eye.expand(len(h), n, n)], dim=2)
 
 
 def bending(known: Interval, damping: Tensor, width: int) -> Tensor:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.equations import Equations, equations, solved
+from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
@@ -116,27 +116,20 @@ class Trainer:
         """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
         return point.equations.loss + self._cost(point.noise)
 
-    def tried(self, raw: Tensor, noise: Noise, state: Tensor) -> tuple[Tensor, float]:
-        """The best state (N + 1, s) and the loss at these values."""
-        near, loss = solved(self.data, self.map_, raw, state, noise)
-        return near, loss + self._cost(noise)
-
     def _cost(self, noise: Noise) -> float:
         return float((self.prior.residual(noise) ** 2).sum())
 
     def _precision(self, point: Point) -> Tensor:
         """What the priors make of the curvature: its diagonal."""
-        return torch.cat([point.equations.prior.diagonal(), self.prior.spread() ** -2])
+        return torch.cat([point.equations.tilt**2, self.prior.spread() ** -2])
 
     def _down(self, point: Point, step: Tensor) -> Point:
         """The step, or as much of it as leads down."""
         step = step * min(1.0, LARGEST_STEP / max(float(step.abs().max()), 1e-12))
-        count, here = len(point.raw), point.equations
-        share = 1.0
+        count, share = len(point.raw), 1.0
         while True:
-            move = share * step[:count]
             noise = of_logarithm(point.noise.logarithm() + share * step[count:], self.data.axes)
-            near, loss = self.tried(point.raw + move, noise, here.state - here.leaning @ move)
-            if loss < self.loss(point) + UPHILL or share < LEAST_SHARE:
-                return self.at(point.raw + move, noise, near)
+            tried = self.at(point.raw + share * step[:count], noise, point.equations.state)
+            if self.loss(tried) < self.loss(point) + UPHILL or share < LEAST_SHARE:
+                return tried
             share /= 3
