@@ -182,3 +182,13 @@ def test_covariance_and_information_belong_to_the_coefficients_that_were_fitted(
     assert np.sqrt(np.diag(found.covariance)) == pytest.approx([found["M_u"].std, found["D_u"].std], rel=1e-6)
     assert found.information.of == ("M_u", "D_u", "surge_trim")
     assert np.linalg.eigvalsh(found.information.matrix).min() > 0
+
+
+def test_equations_without_a_solution_are_told_as_such_and_what_to_do(monkeypatch):
+    def singular(*_arguments):
+        raise torch.linalg.LinAlgError("the input is not positive-definite")
+
+    monkeypatch.setattr(pinn_fit, "best_state", singular)
+    dive = closed_loop.dive(np.random.default_rng(1), seconds=30.0)
+    with pytest.raises(FitError, match=r"equations have no solution .* --method likelihood"):
+        fit(dive)
