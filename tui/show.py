@@ -151,11 +151,18 @@ def progress(sentence: str) -> Iterator[Tell]:
 
     A bar on a terminal, elsewhere a line every few seconds.
     """
+    with bars((sentence,)) as (tell,):
+        yield tell
+
+
+@contextmanager
+def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
+    """The progress of several things at once, each as `progress` shows it; may be told from different threads."""
     console = words()
     if not console.is_terminal:
-        yield _lines(console, sentence, SystemClock())
+        yield tuple(_lines(console, sentence, SystemClock()) for sentence in sentences)
         return
-    bar = Progress(
+    shown = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
@@ -163,13 +170,17 @@ def progress(sentence: str) -> Iterator[Tell]:
         console=console,
         transient=True,
     )
-    with bar:
-        task = bar.add_task(sentence, total=1.0)
+    with shown:
+        yield tuple(_bar(shown, sentence) for sentence in sentences)
 
-        def tell(done: float, what: str) -> None:
-            bar.update(task, completed=done, description=what or sentence)
 
-        yield tell
+def _bar(shown: Progress, sentence: str) -> Tell:
+    task = shown.add_task(sentence, total=1.0)
+
+    def tell(done: float, what: str) -> None:
+        shown.update(task, completed=done, description=what or sentence)
+
+    return tell
 
 
 def _lines(console: Console, sentence: str, clock: Clock) -> Tell:

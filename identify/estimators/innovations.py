@@ -26,7 +26,7 @@ LONGEST_STEP_S = 0.1
 COLUMNS = 17
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def transitions(
     different_s: Array, mass: float, damping: float, stiffness: float, sigma_d: float, time_constant_s: float
 ) -> Array:
@@ -65,7 +65,7 @@ def transitions(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _series(rate: Array, h: float) -> Array:
     """exp(rate h) to the sixth order."""
     out = np.eye(3)
@@ -76,7 +76,7 @@ def _series(rate: Array, h: float) -> Array:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def innovations(
     table: Array,
     step: Indices,
@@ -122,7 +122,7 @@ def innovations(
     return error, spread, gain
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def responses(
     table: Array, step: Indices, forces: Array, reading: Array, state_read: Indices, gain: Array
 ) -> Array:
@@ -146,7 +146,7 @@ def responses(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def smoothed_velocity(
     table: Array,
     step: Indices,

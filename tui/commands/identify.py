@@ -1,6 +1,7 @@
 """`seatrial identify`: coefficients with intervals from dives."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,9 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     answers, compared = [], []
     for dive, configuration in zip(dives, chosen, strict=True):
-        first, *others = [
-            identify(dive, file, configuration, name, estimate) for name, estimate in estimates.items()
-        ]
+        first, *others = side_by_side(dive, file, configuration, estimates)
         priors = file.vehicle.configurations[configuration].priors
         beside = [compare(first, other, priors) for other in others]
         answers.append(doubted(beside[0]) if beside else first)
@@ -151,30 +150,48 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
     return estimate
 
 
+def side_by_side(
+    dive: "Dive", file: "VehicleFile", configuration: str, estimates: "Mapping[str, Estimator]"
+) -> "tuple[Identification, ...]":
+    """One dive through all estimators at the same time, each with its progress bar."""
+    from identify.together import together
+    from tui import show
+
+    with show.bars([f"{name}: {dive.name}" for name in estimates]) as tells:
+        works = [
+            partial(identify, dive, file, configuration, name, estimate, tell)
+            for (name, estimate), tell in zip(estimates.items(), tells, strict=True)
+        ]
+        return together(works)
+
+
 def identify(
-    dive: "Dive", file: "VehicleFile", configuration: str, method: str, estimate: "Estimator"
+    dive: "Dive",
+    file: "VehicleFile",
+    configuration: str,
+    method: str,
+    estimate: "Estimator",
+    progress: "Progress",
 ) -> "Identification":
-    """One dive through one estimator, with a progress bar; a dive that holds too little for it says so.
+    """One dive through one estimator; a dive that holds too little for it says so.
 
     What the estimator said last of how it ended, beyond that it is done, is kept as a note.
     """
     from dataclasses import replace
 
     from bridge.errors import FitError
-    from tui import show
 
     ends: list[str] = []
-    with show.progress(f"identify {dive.name}") as progress:
 
-        def told(share: float, words: str) -> None:
-            if share >= 1.0 and words != DONE:
-                ends.append(f"{words[0].upper()}{words[1:]}.")
-            progress(share, words)
+    def told(share: float, words: str) -> None:
+        if share >= 1.0 and words != DONE:
+            ends.append(f"{words[0].upper()}{words[1:]}.")
+        progress(share, f"{method}: {words}")
 
-        try:
-            answer = estimate(dive, file, configuration, told)
-        except FitError as error:
-            return nothing(dive, file, configuration, method, str(error))
+    try:
+        answer = estimate(dive, file, configuration, told)
+    except FitError as error:
+        return nothing(dive, file, configuration, method, str(error))
     return replace(answer, notes=(*answer.notes, *ends[-1:]))
 
 

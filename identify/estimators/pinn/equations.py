@@ -9,7 +9,7 @@ model is linear): without it a disturbance would be traded for mass. Its slope f
 slope of the expected loss under the network's own uncertainty, which the selected inverse of the equations gives.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,9 +32,7 @@ from identify.estimators.pinn.network import (
 from identify.estimators.pinn.noise import Moments, Noise
 from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
-
-AT_A_TIME = 512
-"""Intervals that are worked out at once: so many stay in the processor's cache."""
+from identify.estimators.pinn.stretches import Stretch, stretches, worked
 
 Columns = Callable[[Data, Tensor, Pull], Tensor]
 
@@ -76,24 +74,26 @@ def eliminated(
     """
     first = first_precision(noise, len(data.interval.placed))
     nodes, width = state.shape
+
+    def gathered(some: Stretch) -> tuple[Tensor, ...]:
+        part, near = between(data, some.intervals), state[some.nodes]
+        pulled = pull(part, map_, raw, near, noise)
+        asked = columns(part, near, pulled)
+        before, after = pulled.before.mT, pulled.after.mT
+        on = (before @ pulled.before, after @ pulled.after, before @ pulled.after)
+        return *on, before @ asked, after @ asked, asked.flatten(0, 1).mT @ asked.flatten(0, 1)
+
+    over = stretches(nodes - 1, state.device)
+    parts = worked(gathered, over)
     diagonal = torch.zeros(nodes, width, width, dtype=state.dtype, device=state.device)
-    above = torch.empty_like(diagonal[1:])
-    right: Tensor | None = None
-    square = torch.zeros((), dtype=state.dtype, device=state.device)
-    for cut, after in _cuts(nodes - 1):
-        some, near = between(data, cut), state[cut.start : after.stop]
-        pulled = pull(some, map_, raw, near, noise)
-        asked = columns(some, near, pulled)
-        if right is None:
-            right = torch.zeros(nodes, width, asked.shape[2], dtype=state.dtype, device=state.device)
-        diagonal[cut] += pulled.before.mT @ pulled.before
-        diagonal[after] += pulled.after.mT @ pulled.after
-        above[cut] = pulled.before.mT @ pulled.after
-        right[cut] += pulled.before.mT @ asked
-        right[after] += pulled.after.mT @ asked
-        flat = asked.flatten(0, 1)
-        square = square + flat.mT @ flat
-    assert right is not None, "a network has at least one interval"
+    right = diagonal.new_zeros(nodes, width, parts[0][3].shape[2])
+    for some, part in zip(over, parts, strict=True):
+        diagonal[some.before] += part[0]
+        diagonal[some.after] += part[1]
+        right[some.before] += part[3]
+        right[some.after] += part[4]
+    above = torch.cat([part[2] for part in parts])
+    square = torch.stack([part[5] for part in parts]).sum(dim=0)
     diagonal[0] += torch.diag(first)
     right[0, :, 0] += first * state[0]
     factor = factorise(diagonal, above)
@@ -158,27 +158,21 @@ def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, beside: Tensor
 ) -> _Told:
     """The loss at the best state, and by automatic differentiation the slope of its expectation about that."""
-    parts = []
-    for cut, after in _cuts(len(beside)):
-        nodes = slice(cut.start, after.stop)
+
+    def told(some: Stretch) -> tuple[Tensor, ...]:
         with torch.enable_grad():
             asked = raw.detach().clone().requires_grad_()
-            there = pull(between(data, cut), map_, asked, state[nodes], noise)
-            squares = expected_squares(there, on[nodes], beside[cut])
+            there = pull(between(data, some.intervals), map_, asked, state[some.nodes], noise)
+            squares = expected_squares(there, on[some.nodes], beside[some.intervals])
             _, turned = stepped(there, data.axes)
             cost = spent(there) - 2 * turned.sum()
             slope = torch.autograd.grad(0.5 * (squares.sum() + cost), asked)[0]
         with torch.no_grad():
             loss = (there.residual**2).sum() + cost
-            parts.append((loss, slope, *short_of_one(there, squares, data.axes)))
+            return loss, slope, *short_of_one(there, squares, data.axes)
+
+    parts = worked(told, stretches(len(beside), state.device))
     return _Told(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
-
-
-def _cuts(count: int) -> Iterator[tuple[slice, slice]]:
-    """Some intervals at a time, which are also the nodes before them; and the nodes after."""
-    for start in range(0, count, AT_A_TIME):
-        stop = min(start + AT_A_TIME, count)
-        yield slice(start, stop), slice(start + 1, stop + 1)
 
 
 def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:

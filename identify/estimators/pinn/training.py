@@ -16,7 +16,7 @@ from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
 
-SETTLED, LEVELS_SETTLED = 0.05, 0.5
+SETTLED, LEVELS_SETTLED = 0.05, 1.0
 """Training ends once no coefficient would move by more than this share of its standard error, no noise level by more
 than that one of its own, """
 
