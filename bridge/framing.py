@@ -26,11 +26,13 @@ ESC_INFO: Final = 290
 ESC_STATUS: Final = 291
 
 _MAGIC = re.compile(rb"[\xfd\xfe]")
-_CRC_EXTRA: Final = {number: bytes((kind.crc_extra,)) for number, kind in dialect.mavlink_map.items()} | {
+CRC_EXTRA: Final = {number: bytes((kind.crc_extra,)) for number, kind in dialect.mavlink_map.items()} | {
     ESC_INFO: bytes((251,)),
     ESC_STATUS: bytes((10,)),
 }
-_FULL_BYTES: Final = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
+"""By message id the byte that its checksum ends with; an id that is not here can't be checked."""
+FULL_BYTES: Final = {number: kind.unpacker.size for number, kind in dialect.mavlink_map.items()}
+"""By message id the length of a payload of which nothing is cut."""
 _HEADER_2 = struct.Struct("<BBBBBBBHB")  # magic, length, flags, sequence, sender, 24-bit id
 
 
@@ -68,7 +70,7 @@ def measure(data: bytes, start: int) -> int:
         if have < 6:
             return INCOMPLETE
         # MAVLink 1 does not cut zeros, so a wrong length shows at once.
-        full = _FULL_BYTES.get(data[start + 5])
+        full = FULL_BYTES.get(data[start + 5])
         return IMPOSSIBLE if full is not None and data[start + 1] > full else data[start + 1] + 8
     return IMPOSSIBLE
 
@@ -80,7 +82,7 @@ def frame_at(data: bytes, start: int, length: int) -> Frame | None:
     """
     if data[start] == MAGIC_2:
         number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
-        extra = _CRC_EXTRA.get(number)
+        extra = CRC_EXTRA.get(number)
         if extra is None:
             return None
         end = start + 10 + data[start + 1]
@@ -89,7 +91,7 @@ def frame_at(data: bytes, start: int, length: int) -> Frame | None:
         raw = data[start : start + length]
         return Frame(raw, number, data[start + 5], data[start + 6], data[start + 4], True)
     number = data[start + 5]
-    extra = _CRC_EXTRA.get(number)
+    extra = CRC_EXTRA.get(number)
     end = start + 6 + data[start + 1]
     if extra is None or mcrf4xx(data[start + 1 : end] + extra) != data[end] | data[end + 1] << 8:
         return None
@@ -116,7 +118,7 @@ def message_id_at(data: bytes, start: int) -> int:
 
 def has_known_id(data: bytes, start: int) -> bool:
     """Whether the complete header at `start` names a message whose CRC can be checked."""
-    return message_id_at(data, start) in _CRC_EXTRA
+    return message_id_at(data, start) in CRC_EXTRA
 
 
 def find_magic(data: bytes, start: int, end: int) -> int:
@@ -238,7 +240,7 @@ _DECODER = dialect.MAVLink(None)
 
 def decode(frame: Frame) -> Any | None:
     """The pymavlink message of a frame; None where its id is unknown to pymavlink or it can't be read."""
-    if not frame.known or frame.message_id not in _FULL_BYTES:
+    if not frame.known or frame.message_id not in FULL_BYTES:
         return None
     try:
         return _DECODER.decode(bytearray(frame.raw))
@@ -265,7 +267,7 @@ class Encoder:
 
         Raises KeyError for an id whose CRC extra nobody knows.
         """
-        extra = _CRC_EXTRA[message_id]
+        extra = CRC_EXTRA[message_id]
         body = payload.rstrip(b"\0") or payload[:1]
         high, low = divmod(message_id, 0x10000)
         sequence = self._packer.seq

@@ -109,11 +109,7 @@ class TlogReader:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.counts: Counter[str] = Counter()
-        self._data, gzip_whole = load_bytes(path)
-        if not self._data:
-            raise LogError(f"{path}: is empty, nothing was recorded in it; give another recording")
-        if not any(True for _ in _salvage(self._data, Counter())):
-            raise LogError(f"{path}: holds no MAVLink frame; give a .tlog recording")
+        self._data, gzip_whole = load_recording(path)
         self._gzip_cut = 0 if gzip_whole else 1
 
     def __iter__(self) -> Iterator[Record]:
@@ -121,6 +117,19 @@ class TlogReader:
         if self._gzip_cut:
             self.counts["cut"] = 1
         return _mend_stamps(_salvage(self._data, self.counts), self.counts)
+
+
+def load_recording(path: Path) -> tuple[bytes, bool]:
+    """The bytes of a `.tlog` or `.tlog.gz`, unfolded, and whether its compression was whole.
+
+    Raises LogError where there is no such file, it is empty, or no MAVLink frame is in it.
+    """
+    data, whole = load_bytes(path)
+    if not data:
+        raise LogError(f"{path}: is empty, nothing was recorded in it; give another recording")
+    if next_record(data, 0, Counter()) is None:
+        raise LogError(f"{path}: holds no MAVLink frame; give a .tlog recording")
+    return data, whole
 
 
 def load_bytes(path: Path) -> tuple[bytes, bool]:
@@ -160,33 +169,39 @@ def _unfold(data: bytes) -> tuple[bytes, bool]:
 
 def _salvage(data: bytes, counts: Counter[str]) -> Iterator[tuple[int | None, Frame]]:
     """Every intact record, its stamp None where that is lost or can't be one."""
-    position, end = 0, len(data)
-    records = 0
-    unpack = _STAMP.unpack_from
-    while position < end:
-        start = position + STAMP_BYTES
-        length = measure(data, start)
-        if length > 0 and start + length <= end:
-            frame = frame_at(data, start, length) or _unchecked(data, start, length, counts)
-            if frame is not None:
-                stamp = unpack(data, position)[0]
-                records += 1
-                yield (stamp if stamp < LATEST_US else None), frame
-                position = start + length
-                continue
-        found = _next_known(data, position, end)
-        if found is None:
-            _count_tail(data, position, counts)
-            break
-        start, frame = found
-        begin = start - STAMP_BYTES
-        counts["checksum"] += 1
-        counts["skipped"] += max(begin, position) - position
-        stamp = unpack(data, begin)[0] if begin >= position else LATEST_US
+    position, records = 0, 0
+    while (record := next_record(data, position, counts)) is not None:
+        position, stamp, frame = record
         records += 1
-        yield (stamp if stamp < LATEST_US else None), frame
-        position = start + len(frame.raw)
+        yield stamp, frame
     counts["records"] += records
+
+
+def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, int | None, Frame] | None:
+    """The first intact record from `position` on: where it ends, its stamp, its frame; None where there is none.
+
+    The stamp is None where it is lost or can't be one. What lies before the record is added to `counts`.
+    """
+    end = len(data)
+    if position >= end:
+        return None
+    start = position + STAMP_BYTES
+    length = measure(data, start)
+    if length > 0 and start + length <= end:
+        frame = frame_at(data, start, length) or _unchecked(data, start, length, counts)
+        if frame is not None:
+            stamp = _STAMP.unpack_from(data, position)[0]
+            return start + length, stamp if stamp < LATEST_US else None, frame
+    found = _next_known(data, position, end)
+    if found is None:
+        _count_tail(data, position, counts)
+        return None
+    start, frame = found
+    begin = start - STAMP_BYTES
+    counts["checksum"] += 1
+    counts["skipped"] += max(begin, position) - position
+    stamp = _STAMP.unpack_from(data, begin)[0] if begin >= position else LATEST_US
+    return start + len(frame.raw), stamp if stamp < LATEST_US else None, frame
 
 
 def _unchecked(data: bytes, start: int, length: int, counts: Counter[str]) -> Frame | None:
@@ -239,7 +254,7 @@ def _mend_stamps(records: Iterator[tuple[int | None, Frame]], counts: Counter[st
             continue
         following = None if frame is _END[1] else stamp
         for doubtful, earlier in waiting:
-            before = _mended(doubtful, before, following)
+            before = mended(doubtful, before, following)
             if before != doubtful:
                 counts["stamps mended"] += 1
             yield before, earlier
@@ -249,7 +264,11 @@ def _mend_stamps(records: Iterator[tuple[int | None, Frame]], counts: Counter[st
 _END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
 
 
-def _mended(stamp: int | None, before: int | None, following: int | None) -> int:
+def mended(stamp: int | None, before: int | None, following: int | None) -> int:
+    """A record's stamp, or that of the record before it where its own is lost or an outlier.
+
+    `before` is already mended, `following` the next that is not lost; None where there is none.
+    """
     neighbours = [near for near in (before, following) if near is not None]
     if stamp is None:
         return neighbours[0] if neighbours else 0

@@ -1,13 +1,14 @@
 """MAVLink frames of a recording as arrays, decoded by message id.
 
-Tens of thousands of records are read at once, so a frame is a row of `Frames`, and all messages of one id
-become one numpy structured array.
+Hundreds of thousands of records are read at once, so a frame is a row of `Frames`, and one field of all messages
+of one id becomes one array, taken from the recording's bytes when it is asked for.
 """
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.framing import MAGIC_2
-from bridge.tlog import TlogReader
-
-HEADER_1_BYTES, HEADER_2_BYTES = 6, 10
+from identify.ingest.salvage import locate
+from identify.ingest.walk import Bytes, Rows, copy_field
 
 _WIRE_TYPES = {
     "char": "S1", "uint8_t": "u1", "int8_t": "i1", "uint16_t": "<u2", "int16_t": "<i2", "uint32_t": "<u4",
@@ -34,31 +33,55 @@ class Frames:
     reader's: what was read and what was lost.
     """
 
-    data: NDArray[np.uint8]
+    data: Bytes
     arrival_s: NDArray[np.float64]
-    start: NDArray[np.int64]
-    length: NDArray[np.int64]
-    system: NDArray[np.int64]
-    component: NDArray[np.int64]
-    message: NDArray[np.int64]
+    start: Rows
+    length: Rows
+    system: Rows
+    component: Rows
+    message: Rows
     counts: dict[str, int]
 
     def __len__(self) -> int:
         return len(self.start)
 
-    def rows(self, name: str) -> NDArray[np.int64]:
+    def rows(self, name: str) -> Rows:
         """Row numbers of all frames of the message called `name`."""
         return np.flatnonzero(self.message == message_id(name))
 
-    def decode(self, name: str, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """The messages `name` at `rows` as a structured array; what a short payload leaves out is zero."""
-        layout = _layout(name)
-        width = min(layout.itemsize, int(self.length[rows].max(initial=0)))
-        payload = np.zeros((len(rows), layout.itemsize), np.uint8)
-        columns = np.arange(width)
-        index = np.minimum(self.start[rows, None] + columns, len(self.data) - 1)
-        payload[:, :width] = np.where(columns < self.length[rows, None], self.data[index], 0)
-        return payload.view(layout)[:, 0]
+
+@dataclass(frozen=True)
+class Fields:
+    """The fields of the messages called `name` at `rows` of `frames`."""
+
+    frames: Frames
+    name: str
+    rows: Rows
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __contains__(self, field: str) -> bool:
+        return field in _layout(self.name)
+
+    def __getitem__(self, field: str) -> NDArray[Any]:
+        """(n,), or (n, k) of an array; what a short payload leaves out is zero."""
+        return self.first(field, None)
+
+    def first(self, field: str, count: int | None) -> NDArray[Any]:
+        """(n, count) of the first values of an array."""
+        kind, offset = _layout(self.name)[field]
+        if count is not None:
+            kind = np.dtype((kind.base, (min(count, *kind.shape),)))
+        out = np.empty((len(self.rows), kind.itemsize), np.uint8)
+        frames = self.frames
+        copy_field(frames.data, frames.start, frames.length, self.rows, offset, out)
+        values = out.view(kind.base)
+        return values if kind.shape else values[:, 0]
+
+    def at(self, chosen: NDArray[Any]) -> "Fields":
+        """Some of them, by index or by a mask."""
+        return Fields(self.frames, self.name, self.rows[chosen])
 
 
 def load_frames(paths: Sequence[Path]) -> Frames:
@@ -66,23 +89,23 @@ def load_frames(paths: Sequence[Path]) -> Frames:
 
     Raises LogError where one can't be read, is empty or holds no frame.
     """
-    readers = [TlogReader(path) for path in paths]
-    records = [record for reader in readers for record in reader if record[1].known]
+    files = [locate(path) for path in paths]
     counts: Counter[str] = Counter()
-    for reader in readers:
-        counts.update(reader.counts)
-    raws = [frame.raw for _, frame in records]
-    sizes = np.array([len(raw) for raw in raws], np.int64)
-    data = np.frombuffer(b"".join(raws), np.uint8)
-    begin = np.cumsum(sizes) - sizes
+    for file in files:
+        counts.update(file.counts)
+    if len(files) == 1:
+        data, shifts = files[0].data, [0]
+    else:
+        data = np.concatenate([file.data for file in files])
+        shifts = [0, *accumulate(len(file.data) for file in files[:-1])]
     return Frames(
         data,
-        np.array([stamp for stamp, _ in records], np.float64) * 1e-6,
-        begin + np.where(data[begin] == MAGIC_2, HEADER_2_BYTES, HEADER_1_BYTES),
-        data[begin + 1].astype(np.int64),
-        np.array([frame.system for _, frame in records], np.int64),
-        np.array([frame.component for _, frame in records], np.int64),
-        np.array([frame.message_id for _, frame in records], np.int64),
+        np.concatenate([file.stamp_us for file in files]).astype(np.float64) * 1e-6,
+        np.concatenate([file.start + shift for file, shift in zip(files, shifts, strict=True)]),
+        np.concatenate([file.length for file in files]),
+        np.concatenate([file.system for file in files]),
+        np.concatenate([file.component for file in files]),
+        np.concatenate([file.message for file in files]),
         dict(counts),
     )
 
@@ -102,16 +125,18 @@ def _message_class(name: str) -> Any:
 
 
 @cache
-def _layout(name: str) -> np.dtype[Any]:
+def _layout(name: str) -> dict[str, tuple[np.dtype[Any], int]]:
+    """Each field's type and where it lies in the payload."""
     cls = _message_class(name)
     types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
-    fields: list[Any] = []
+    layout: dict[str, tuple[np.dtype[Any], int]] = {}
+    offset = 0
     for field, count in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True):
-        kind = types[field]
-        if kind == "char" and count:
-            fields.append((field, f"S{count}"))
-        elif count:
-            fields.append((field, _WIRE_TYPES[kind], (count,)))
+        wire = _WIRE_TYPES[types[field]]
+        if count:
+            kind = np.dtype(f"S{count}") if wire == "S1" else np.dtype((wire, (count,)))
         else:
-            fields.append((field, _WIRE_TYPES[kind]))
-    return np.dtype(fields)
+            kind = np.dtype(wire)
+        layout[field] = kind, offset
+        offset += kind.itemsize
+    return layout

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import LogError
 from identify.dive import Array
-from identify.ingest.frames import Frames
-
-Rows = NDArray[np.int64]
+from identify.ingest.frames import Fields, Frames
+from identify.ingest.walk import Rows
 
 GROUND_STATION = 6
 CLEARLY_MORE = 5.0
@@ -52,10 +50,10 @@ class _ClockOffset:
 
 @dataclass(frozen=True)
 class Batch:
-    """Messages of one kind: boot times (n,) strictly rising in s, and a structured array (n,)."""
+    """Messages of one kind: boot times (n,) strictly rising in s, and their fields."""
 
     time_s: Array
-    fields: NDArray[Any]
+    fields: Fields
 
     def columns(self, *names: str) -> Array:
         """(n, k) of the fields named."""
@@ -79,19 +77,19 @@ class Messages:
         `equal` asks for fields of a certain value (`id=0`). Of several components the one that sends most
         is taken.
         """
-        rows, decoded = self._own(name)
-        keep = np.ones(len(rows), np.bool_)
+        fields = self._own(name)
+        keep = np.ones(len(fields), np.bool_)
         for field, value in equal.items():
-            keep &= decoded[field] == value
-        return self._batch(rows[keep], decoded[keep])
+            keep &= fields[field] == value
+        return self._batch(fields.at(keep))
 
     def by_name(self, name: str) -> dict[str, Batch]:
         """The messages called `name` apart by their own field `name`, as NAMED_VALUE_FLOAT has it."""
-        rows, decoded = self._own(name)
+        fields = self._own(name)
+        names = fields["name"]
         batches = {}
-        for value in np.unique(decoded["name"]):
-            of_value = decoded["name"] == value
-            batch = self._batch(rows[of_value], decoded[of_value])
+        for value in np.unique(names):
+            batch = self._batch(fields.at(names == value))
             if batch is not None:
                 batches[value.decode("ascii", "replace")] = batch
         return batches
@@ -101,20 +99,19 @@ class Messages:
         rows = self._rows(name)
         if len(rows) == 0:
             return None
-        return _rising(self._arrival_boot_s(rows), self.frames.decode(name, rows))
+        return _rising(self._arrival_boot_s(rows), Fields(self.frames, name, rows))
 
-    def _own(self, name: str) -> tuple[Rows, NDArray[Any]]:
+    def _own(self, name: str) -> Fields:
         rows = self._rows(name)
-        rows = rows[self.frames.system[rows] == self.system]
-        return rows, self.frames.decode(name, rows)
+        return Fields(self.frames, name, rows[self.frames.system[rows] == self.system])
 
-    def _batch(self, rows: Rows, decoded: NDArray[Any]) -> Batch | None:
-        if len(rows) == 0:
+    def _batch(self, fields: Fields) -> Batch | None:
+        if len(fields) == 0:
             return None
-        senders, counts = np.unique(self.frames.component[rows], return_counts=True)
-        sender = int(senders[np.argmax(counts)])
-        own = self.frames.component[rows] == sender
-        return _rising(self._boot_s(rows[own], decoded[own], sender), decoded[own])
+        components = self.frames.component[fields.rows]
+        sender = int(np.argmax(np.bincount(components)))
+        own = fields.at(components == sender)
+        return _rising(self._boot_s(own, sender), own)
 
     def _rows(self, name: str) -> Rows:
         rows = self.frames.rows(name)
@@ -124,26 +121,25 @@ class Messages:
     def _arrival_boot_s(self, rows: Rows) -> Array:
         return self.frames.arrival_s[rows] - self.clocks[self.primary].at(rows)
 
-    def _boot_s(self, rows: Rows, decoded: NDArray[Any], component: int) -> Array:
-        by_arrival = self._arrival_boot_s(rows)
+    def _boot_s(self, fields: Fields, component: int) -> Array:
+        by_arrival = self._arrival_boot_s(fields.rows)
         own_clock = self.clocks.get(component)
         if own_clock is None:
             return by_arrival
-        shift = own_clock.at(rows) - self.clocks[self.primary].at(rows)
-        stated = stated_s(decoded) + shift
-        if "time_usec" in (decoded.dtype.names or ()) and decoded.dtype["time_usec"] == np.dtype("<u4"):
+        shift = own_clock.at(fields.rows) - self.clocks[self.primary].at(fields.rows)
+        stated = stated_s(fields) + shift
+        if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
             stated += np.round((by_arrival - stated) / WRAP_S) * WRAP_S
         return np.where(np.isfinite(stated), stated, by_arrival)
 
 
-def stated_s(decoded: NDArray[Any]) -> Array:
+def stated_s(fields: Fields) -> Array:
     """The boot time that each message states, in s; NaN where it states none, or a Unix time."""
-    names = decoded.dtype.names or ()
-    if "time_boot_ms" in names:
-        return decoded["time_boot_ms"].astype(np.float64) * 1e-3
-    if "time_usec" not in names:
-        return np.full(len(decoded), np.nan)
-    time_s = decoded["time_usec"].astype(np.float64) * 1e-6
+    if "time_boot_ms" in fields:
+        return fields["time_boot_ms"].astype(np.float64) * 1e-3
+    if "time_usec" not in fields:
+        return np.full(len(fields), np.nan)
+    time_s = fields["time_usec"].astype(np.float64) * 1e-6
     return np.where(time_s < LONGEST_BOOT_S, time_s, np.nan)
 
 
@@ -198,7 +194,7 @@ def _timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Arra
         rows = rows[(frames.system[rows] == system) & (frames.component[rows] == component)]
         if len(rows) == 0:
             continue
-        time_s = stated_s(frames.decode(name, rows))
+        time_s = stated_s(Fields(frames, name, rows))
         good = np.isfinite(time_s)
         all_rows.append(rows[good])
         all_times.append(time_s[good])
@@ -232,7 +228,7 @@ def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
     return _ClockOffset(rows[starts].astype(np.float64), np.minimum.reduceat(offset, starts))
 
 
-def _rising(time_s: Array, decoded: NDArray[Any]) -> Batch:
+def _rising(time_s: Array, fields: Fields) -> Batch:
     """Sorted by time, the first of equal times kept: a recording of two links holds messages twice."""
     unique_s, first = np.unique(time_s, return_index=True)
-    return Batch(unique_s, decoded[first])
+    return Batch(unique_s, fields.at(first))

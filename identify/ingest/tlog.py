@@ -76,7 +76,7 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
     }
     for name, width in _ARRAYS.items():
         batch = arrays.get(name)
-        signals[name.lower()] = None if batch is None else Signal(batch.time_s, _data(batch)[:, :width])
+        signals[name.lower()] = None if batch is None else Signal(batch.time_s, _data(batch, width))
     return signals
 
 
@@ -99,8 +99,8 @@ def _columns(batch: Batch | None, names: tuple[str, ...], scale: float = 1.0) ->
     return None if batch is None else Signal(batch.time_s, batch.columns(*names) * scale)
 
 
-def _data(batch: Batch) -> Array:
-    return batch.fields["data"].astype(np.float64)
+def _data(batch: Batch, width: int | None = None) -> Array:
+    return batch.fields.first("data", width).astype(np.float64)
 
 
 def _where(time_s: Array, value: Array, good: NDArray[np.bool_]) -> Signal | None:
@@ -190,9 +190,11 @@ def _used_columns(time_s: Array, pwm_us: Array) -> Signal | None:
 def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
     if batch is None:
         return None
-    used = np.flatnonzero(_data(batch).any(axis=0))
-    width = pwm.value.shape[1] if pwm is not None else int(used.max(initial=0)) + 1
-    return Signal(batch.time_s, _data(batch)[:, :width])
+    if pwm is not None:
+        return Signal(batch.time_s, _data(batch, pwm.value.shape[1]))
+    data = _data(batch)
+    used = np.flatnonzero(data.any(axis=0))
+    return Signal(batch.time_s, data[:, : int(used.max(initial=0)) + 1])
 
 
 def _altitude(batch: Batch | None) -> Signal | None:
