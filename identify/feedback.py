@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from bridge.vehicle.coefficients import DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive
 from identify.identification import Doubt
@@ -43,8 +43,8 @@ class Unrecorded:
         """The doubt of that axis's mass, with what was done about it."""
         sentence = (
             f"{self.found[0].upper()}{self.found[1:]}: a fit of {DOFS[self.dof]} takes that for mass, so "
-            f"{MASSES[self.dof].name} {done}; record the very {READINGS[self.dof]} that the controller uses, to know "
-            f"it from {DOFS[self.dof]} itself."
+            f"{MASSES[self.dof].name} {done}, and {DAMPINGS[self.dof].name} may be smaller than told; record the very "
+            f"{READINGS[self.dof]} that the controller uses, to know both from {DOFS[self.dof]} itself."
         )
         return Doubt((MASSES[self.dof].name,), sentence)
 

@@ -60,7 +60,10 @@ def test_a_mass_told_by_the_others_is_a_warning_and_no_disagreement():
     assert found.outcome is Outcome.CONVERGED
     (doubt,) = [doubt for doubt in found.doubts if doubt.about == ("M_w",)]
     assert doubt.sentence.startswith("In heave ")
-    assert "so M_w is taken from the other axes' Coriolis forces alone; record" in doubt.sentence
+    assert (
+        "so M_w is taken from the other axes' Coriolis forces alone, and D_w may be smaller than told"
+        in doubt.sentence
+    )
 
 
 def test_a_velocity_that_the_recording_lacks_leaves_the_mass_to_the_others_too():
@@ -83,7 +86,10 @@ def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():
     assert not found["X_udot"].identifiable
     assert found["D_u"].identifiable
     assert found["M_u"].reason.startswith("in surge ")
-    assert any("which say too little of it; record the very velocity" in told for told in found.sentences)
+    assert any(
+        "which say too little of it, and D_u may be smaller than told; record" in told
+        for told in found.sentences
+    )
     assert not any("surge mass" in direction.sentence for direction in found.null_directions)
 
 
