@@ -13,6 +13,7 @@ from bench import (
     paper_noise,
     paper_small,
     prediction,
+    reading,
     speed,
     thrift,
     tracking,
@@ -52,6 +53,10 @@ def _speed(run: Run) -> str:
     return speed.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
 
 
+def _reading(run: Run) -> str:
+    return reading.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
+
+
 def _thrift(run: Run) -> str:
     return thrift.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
 
@@ -82,6 +87,7 @@ def _forms(run: Run) -> str:
 SECTIONS: dict[str, Callable[[Run], str]] = {
     "accuracy": _accuracy,
     "speed": _speed,
+    "reading": _reading,
     "thrift": _thrift,
     "prediction": _prediction,
     "tracking": _tracking,

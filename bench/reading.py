@@ -1,0 +1,89 @@
+"""Opening a recording: from a `.tlog` to aligned arrays, beside pymavlink's reading of the same file."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from pymavlink import mavutil
+
+from bench.campaigns import dived
+from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.words import paragraph
+from bridge.tlog import TlogReader
+from identify.ingest.open import read_dive
+
+SOURCES = (*SIMULATED, *LEARNT, "bench/reading.py", "bench/campaigns.py")
+CONFIGURATION = "survey"
+ROUNDS = 3
+GOAL = 20.0
+
+OURS, CAREFUL, THEIRS = (
+    "`read_dive`: aligned arrays",
+    "our careful path: frames alone",
+    "pymavlink's `recv_match`",
+)
+
+
+def page(cache: Path, seed: int) -> str:
+    """The section of docs/benchmarks.md; what was measured before is read from `cache`."""
+    kept = Remembered(cache / f"reading-{stamp(*SOURCES)}.jsonl")
+    log = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives").dive.source
+    return "\n".join(table(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(log))))
+
+
+def measured(log: Path) -> Data:
+    """Median seconds of each reader: in turn, ROUNDS times, so that all meet the same load."""
+    readers: dict[str, Callable[[Path], int]] = {OURS: _ours, CAREFUL: _careful, THEIRS: _theirs}
+    messages = {name: read(log) for name, read in readers.items()}
+    seconds: dict[str, list[float]] = {name: [] for name in readers}
+    for _ in range(ROUNDS):
+        for name, read in readers.items():
+            began = time.perf_counter()
+            read(log)
+            seconds[name].append(time.perf_counter() - began)
+    medians = {name: float(np.median(each)) for name, each in seconds.items()}
+    return {"bytes": log.stat().st_size, "messages": messages, "seconds": medians}
+
+
+def _ours(log: Path) -> int:
+    return read_dive(log).counts["records"]
+
+
+def _careful(log: Path) -> int:
+    return sum(1 for _ in TlogReader(log))
+
+
+def _theirs(log: Path) -> int:
+    reader = mavutil.mavlink_connection(str(log), dialect="ardupilotmega")
+    count = 0
+    while reader.recv_match() is not None:
+        count += 1
+    reader.close()
+    return count
+
+
+def table(found: Data) -> list[str]:
+    """The page's lines."""
+    theirs_s = found["seconds"][THEIRS]
+    ratio = theirs_s / found["seconds"][OURS]
+    lines = [
+        "## Opening a recording",
+        "",
+        *paragraph(
+            f"The log of the paper's survey, {found['bytes'] / 1e6:.1f} MB, read by each in turn in one run, the",
+            f"median of {ROUNDS}. Every reader checks every checksum; the arrays are also on one clock and in SI",
+            "units, which pymavlink's messages are not yet.",
+        ),
+        "",
+        "| reader | messages | seconds | messages/s | pymavlink takes |",
+        "|---|---|---|---|---|",
+    ]
+    for name, seconds in found["seconds"].items():
+        count = found["messages"][name]
+        lines.append(
+            f"| {name} | {count} | {seconds:.3g} | {count / seconds:.3g} | {theirs_s / seconds:.3g} x |"
+        )
+    verdict = "met" if ratio >= GOAL else "missed"
+    return [*lines, "", f"Goal of {GOAL:g} times pymavlink: {ratio:.3g}, {verdict}.", ""]
