@@ -38,11 +38,6 @@ def locate(path: Path) -> Located:
     """Every good frame of a `.tlog` or `.tlog.gz`. Raises LogError as TlogReader does."""
     data, gzip_whole = load_recording(path)
     counts = Counter[str]() if gzip_whole else Counter(cut=1)
-    return located(data, counts)
-
-
-def located(data: bytes, counts: Counter[str]) -> Located:
-    """Every good frame in the bytes of a recording; what was lost is added to `counts`."""
     content = np.frombuffer(data, np.uint8)
     starts, stampless, unknown = _starts(data, content, counts)
     table = np.empty((6, len(starts)), np.int64)
