@@ -68,7 +68,7 @@ def test_from_a_start_30_percent_off_in_every_coefficient_training_comes_to_the_
     off = trainer.train(trainer.at(map_.raw(values), start.noise, start.equations.state))
     assert off.settled
     std = torch.linalg.inv(plain.curvature).diagonal()[: len(start.raw)].sqrt()
-    assert float(((off.point.raw - plain.point.raw) / std).abs().max()) < 0.1
+    assert float(((off.raw - plain.raw) / std).abs().max()) < 0.1
 
 
 def test_one_wild_reading_in_three_hundred_does_not_move_the_answer():

@@ -48,9 +48,9 @@ def train(shape, curvature, start=0.0):
 def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
     _, found, passes = train(lambda x: 50 * (x - 0.4) ** 2, 100.0)
     assert found.settled
-    assert float(found.point.raw) == pytest.approx(0.4)
+    assert float(found.raw) == pytest.approx(0.4)
     assert len(passes) == found.passes == 2
-    assert "5 % of its standard error" in found.reason
+    assert "20 % of its standard error" in found.reason
 
 
 def test_a_step_that_leads_up_is_shortened():
@@ -58,18 +58,18 @@ def test_a_step_that_leads_up_is_shortened():
     bowl, found, _ = train(lambda x: 50 * (x - 0.1) ** 2, 20.0)
     assert max(bowl.asked) == pytest.approx(0.5)
     assert found.settled
-    assert float(found.point.raw) == pytest.approx(0.1, abs=0.02)
+    assert float(found.raw) == pytest.approx(0.1, abs=0.04)
 
 
 def test_a_pass_moves_no_raw_parameter_by_more_than_one():
     bowl, found, _ = train(lambda x: 50 * (x - 7.0) ** 2, 100.0)
     steps = [b - a for a, b in zip(bowl.asked, bowl.asked[1:], strict=False)]
     assert max(steps) == pytest.approx(1.0)
-    assert float(found.point.raw) == pytest.approx(7.0, abs=0.01)
+    assert float(found.raw) == pytest.approx(7.0, abs=0.01)
 
 
 def test_a_loss_that_falls_no_more_ends_training_with_that_reason():
-    _, found, _ = train(lambda x: 1e-3 * x, 1e-4)
+    _, found, _ = train(lambda x: 1e-3 * x, 1e-5)
     assert found.settled
     assert "fell by less" in found.reason
 

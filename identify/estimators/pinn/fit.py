@@ -168,7 +168,7 @@ def _fit(layout: Layout, trainer: Trainer, trained: Trained) -> Fit:
     covariance = torch.linalg.inv(trained.curvature)[: len(raw), : len(raw)] * torch.outer(to_log, to_log)
     return Fit(
         layout,
-        _array(map_.values(raw)),
+        _array(map_.values(trained.raw)),
         _array(covariance),
         _array(trained.told * torch.outer(per_unit, per_unit)),
         missing.score,

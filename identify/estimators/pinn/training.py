@@ -16,14 +16,14 @@ from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
 
-SETTLED, LEVELS_SETTLED = 0.05, 1.0
-"""Training ends once no coefficient would move by more than this share of its standard error, no noise level by more
-than that one of its own, """
+SETTLED, LEVELS_SETTLED = 0.2, 1.0
+"""Training ends with a step in which no coefficient moves by more than this share of its standard error, no noise level
+by more than that one of its own: what is left after it is several times less, """
 
 PATIENCE, FLAT = 4, 0.02
 """or once the loss fell by less than FLAT in so many passes: a hundredth of what one standard error costs."""
 
-SETTLED_TEXT = f"no coefficient would move by {100 * SETTLED:.0f} % of its standard error"
+SETTLED_TEXT = f"no coefficient moved by {100 * SETTLED:.0f} % of its standard error in the last pass"
 FLAT_TEXT = f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"
 
 MOST_PASSES = 40
@@ -62,11 +62,13 @@ class Pass:
 class Trained:
     """Where training stopped, and why.
 
-    curvature, told (p + C + 2 n,) squared: of half the loss there, in raw parameters and logarithms of noise levels,
-    with the priors and without.
+    point: the last that was worked out; raw (p,): the raw parameters after a last small step from there. curvature,
+    told (p + C + 2 n,) squared: of half the loss there, in raw parameters and logarithms of noise levels, with the
+    priors and without.
     """
 
     point: Point
+    raw: Tensor
     curvature: Tensor
     told: Tensor
     passes: int
@@ -106,11 +108,13 @@ class Trainer:
             step = -inverse @ point.slope
             moved = step.abs() / inverse.diagonal().sqrt()
             settled = float(moved[:count].max()) < SETTLED and float(moved[count:].max()) < LEVELS_SETTLED
-            if settled or (len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT):
-                return Trained(point, curvature, told, number, True, SETTLED_TEXT if settled else FLAT_TEXT)
+            if settled:
+                return Trained(point, point.raw + step[:count], curvature, told, number, True, SETTLED_TEXT)
+            if len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT:
+                return Trained(point, point.raw, curvature, told, number, True, FLAT_TEXT)
             point = self._down(point, step)
             losses.append(self.loss(point))
-        return Trained(point, curvature, told, MOST_PASSES, False, "it had not settled")
+        return Trained(point, point.raw, curvature, told, MOST_PASSES, False, "it had not settled")
 
     def loss(self, point: Point) -> float:
         """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
