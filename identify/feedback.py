@@ -150,6 +150,8 @@ def foreign_velocity(dive: Dive, dof: int) -> float | None:
         if dive.gyro is not None and len(dive.gyro):
             columns = np.column_stack([table, np.nan_to_num(dive.gyro.held_at(time_s + late_s + 1e-6))])
         left.append(_left_by(columns[latest[known]], fed[known]))
+        if left[-1] == 0.0:
+            break
     return float(min(left) / noise) if left else None
 
 

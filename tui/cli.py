@@ -54,6 +54,8 @@ class _Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line and answer its exit code."""
+    # Before numpy is imported: matrices are small here, and a second thread would spin where another method works.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         return _run(sys.argv[1:] if argv is None else list(argv))
     except SeatrialError as error:

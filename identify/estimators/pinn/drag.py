@@ -14,9 +14,10 @@ from torch import Tensor
 from identify.estimators.pinn.blocks import selected_inverse
 from identify.estimators.pinn.equations import eliminated, entangled, stepped
 from identify.estimators.pinn.leaning import by_raw
-from identify.estimators.pinn.network import Data, Pull, pull
+from identify.estimators.pinn.network import Data, Pull, between, pull
 from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
+from identify.estimators.pinn.stretches import Stretch, stretches, worked
 from identify.estimators.pinn.training import Trained
 
 
@@ -41,12 +42,19 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
         return torch.cat([pulled.residual[:, :, None], by_raw(some, map_, raw, near, pulled), rows], dim=2)
 
     found = eliminated(data, map_, raw, state, noise, columns)
-    pulled = pull(data, map_, raw, state, noise)
-    before, after = entangled(pulled.balance, *selected_inverse(found.factor), n)
-    inverse = torch.linalg.inv(stepped(pulled, n)[0])
-    grows = data.interval.step_s[:, None] * pulled.balance.mean[:, list(data.interval.dofs)].abs()
-    trace = (grows / pulled.std[:, :n] ** 2 * (before + after)[:, each, each]).sum(dim=0)
-    trace = trace - (grows * inverse[:, each, each]).sum(dim=0)
+    on, beside = selected_inverse(found.factor)
+
+    def traced(some: Stretch) -> Tensor:
+        part = between(data, some.intervals)
+        pulled = pull(part, map_, raw, state[some.nodes], noise)
+        before, after = entangled(pulled.balance, on[some.nodes], beside[some.intervals], n)
+        inverse = torch.linalg.inv(stepped(pulled, n)[0])
+        grows = part.interval.step_s[:, None] * pulled.balance.mean[:, list(data.interval.dofs)].abs()
+        spread = (before + after)[:, each, each] / pulled.std[:, :n] ** 2
+        told: Tensor = (grows * (spread - inverse[:, each, each])).sum(dim=0)
+        return told
+
+    trace = torch.stack(worked(traced, stretches(len(beside), state.device))).sum(dim=0)
     size = 1 + len(raw)
     slope = found.square[0, size:] + trace
     cross, own_information = found.square[1:size, size:], found.square[size:, size:].diagonal()

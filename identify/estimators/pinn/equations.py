@@ -103,14 +103,6 @@ def eliminated(
     return Eliminated(towards, square, factor)
 
 
-def best_state(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Tensor:
-    """The best state (N + 1, s) where physics and readings are linear about `state`."""
-    found = eliminated(
-        data, map_, raw, state, noise, lambda _data, _near, pulled: pulled.residual[:, :, None]
-    )
-    return state - found.towards[:, :, 0]
-
-
 def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Equations:
     """The equations at `raw` (p,) and `noise`, linearised about `state` (N + 1, s)."""
     others = [dof for dof in range(6) if dof not in data.interval.dofs]

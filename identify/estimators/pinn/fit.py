@@ -17,7 +17,6 @@ from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
 from identify.estimators.pinn.drag import missing_drag
-from identify.estimators.pinn.equations import best_state
 from identify.estimators.pinn.guide import Guide
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import data_of, wild, without
@@ -98,7 +97,7 @@ def task_of(
     state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
     nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
     state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
-    return Task(layout, trainer, trainer.at(raw, noise, best_state(trainer.data, map_, raw, state, noise)))
+    return Task(layout, trainer, trainer.at(raw, noise, state))
 
 
 def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:

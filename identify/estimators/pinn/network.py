@@ -16,6 +16,7 @@ from identify.estimators.pinn.layout import Layout
 from identify.estimators.pinn.noise import Noise
 from identify.estimators.pinn.physics import Balance, Interval, balance, bending, coriolis_forms
 from identify.estimators.pinn.raw import Raw
+from identify.estimators.pinn.stretches import Stretch, stretches, worked
 
 POSITION_STD, ROUGHNESS = 3e-6, 2e-5
 """Standard deviations of what straight lines between instants leave out: m or rad; m/s or rad/s."""
@@ -212,7 +213,13 @@ def spent(pulled: Pull) -> Tensor:
 def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Tensor:
     """Readings (N, C) further off than GATE_SIGMA from what the network says there."""
     rows = slice(-data.value.shape[1], None)
-    return pull(data, map_, raw, state, noise).residual[:, rows].abs() > GATE_SIGMA
+
+    def off(some: Stretch) -> Tensor:
+        return (
+            pull(between(data, some.intervals), map_, raw, state[some.nodes], noise).residual[:, rows].abs()
+        )
+
+    return torch.cat(worked(off, stretches(len(data.value), state.device))) > GATE_SIGMA
 
 
 def without(data: Data, wild: Tensor) -> Data:
