@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.accuracy_trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, pack
-from bench.coverage import wilson
+from bench.pooled import share95
 from bench.remembered import Remembered
 from bridge.vehicle.coefficients import COEFFICIENTS
 
@@ -35,6 +35,7 @@ class Case:
     `error` is that of the logarithm, in the bound's units of relative standard error.
     """
 
+    seed: int
     name: str
     kind: str
     error: float
@@ -65,7 +66,7 @@ def tally(method: str, bounds: Iterable[Bound], trials: Iterable[Trial]) -> Tall
     for bound in bounds:
         if (trial := own.get(bound.seed)) is None:
             continue
-        for name, truth in bound.truth.items():
+        for name in bound.truth:
             stated, least = trial.stated.get(name), bound.least[name]
             if stated is None:
                 refused += least < TELLING
@@ -74,17 +75,18 @@ def tally(method: str, bounds: Iterable[Bound], trials: Iterable[Trial]) -> Tall
                 rashly += 1
             else:
                 warned = stated.doubted or trial.outcome != CONVERGED
-                cases.append(_case(name, bound.kind, stated, truth, least, warned))
+                cases.append(_case(bound, name, stated, warned))
     seconds = float(np.median([trial.seconds for trial in own.values()])) if own else math.nan
     return Tally(method, tuple(cases), refused, rightly, rashly, seconds, len(own))
 
 
-def _case(name: str, kind: str, stated: Stated, truth: float, least: float, warned: bool) -> Case:
+def _case(bound: Bound, name: str, stated: Stated, warned: bool) -> Case:
+    truth, least = bound.truth[name], bound.least[name]
     ratio = stated.value / truth
     # A mass below zero has no logarithm: it counts as wrong by as much as it is.
     error = math.log(ratio) if ratio > 0 else ratio - 1.0
     inside = stated.low95 <= truth <= stated.high95
-    return Case(name, kind, error / least, least, inside, error / stated.std, warned)
+    return Case(bound.seed, name, bound.kind, error / least, least, inside, error / stated.std, warned)
 
 
 def root_mean_square(cases: Iterable[Case]) -> float:
@@ -97,6 +99,11 @@ def median_ratio(cases: Iterable[Case]) -> float:
     """The median error over what it is for normal errors at the bound: 1, too, and blind to a few wild ones."""
     errors = np.array([case.error for case in cases])
     return float(np.median(np.abs(errors)) / NORMAL_MEDIAN) if len(errors) else math.nan
+
+
+def inside95(cases: Sequence[Case]) -> tuple[float, float, float]:
+    """The share of intervals that hold the truth, and its 95 % bounds: a mission's coefficients hang together."""
+    return share95([case.inside for case in cases], [case.seed for case in cases])
 
 
 def section(seeds: Sequence[int], cache: Path, results: Path) -> str:
@@ -140,7 +147,7 @@ def _introduction(bounds: list[Bound]) -> list[str]:
 def _overall(tallies: list[Tally]) -> list[str]:
     rows = [
         "| method | missions | stated | refused below the bound of 30 % | refused above it | stated above it "
-        "| rms error / bound | median error / bound | mean z | mean relative error | inside 95 % (Wilson) "
+        "| rms error / bound | median error / bound | mean z | mean relative error | inside 95 % (bounds) "
         "| beyond 3 sigma | beyond 5 sigma | of these without a warning | median s |",
         "|---" * 15 + "|",
     ]
@@ -157,12 +164,11 @@ def _overall(tallies: list[Tally]) -> list[str]:
         ]
         if np.isfinite(z).any():
             wild = [case for case in cases if abs(case.z) > 5]
-            hits = sum(case.inside for case in cases)
-            low, high = wilson(hits, len(cases))
+            share, low, high = inside95(cases)
             cells += [
                 f"{np.nanmean(z):+.2f}",
                 f"{100 * relative.mean():+.2f} %",
-                f"{100 * hits / len(cases):.1f} % ({100 * low:.1f} to {100 * high:.1f})",
+                f"{100 * share:.1f} % ({100 * low:.1f} to {100 * high:.1f})",
                 f"{100 * np.mean(np.abs(z) > 3):.2f} %",
                 str(len(wild)),
                 str(sum(not case.warned for case in wild)),

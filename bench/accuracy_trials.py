@@ -7,45 +7,28 @@ a figure of older code is never shown for the present one.
 import gzip
 import json
 import math
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import cast
 
-from bench.bound import cramer_rao
-from bench.missions.mission import draw_one
 from bench.remembered import Data, Job, Remembered
-from bench.stamp import stamp
-from bridge.errors import FitError
+from bench.stamp import BASELINES, LEARNT, MISSIONS, stamp
+from bench.trial import BOUND, OWN, bound_job, method_job
 from identify.estimators.table import METHODS as PRODUCT
-from identify.estimators.table import Estimator, estimator
 from identify.identification import Z95
 
-BOUND = "bound"
-OWN = {
-    "closed form": "bench.baselines.closed_form",
-    "least squares": "bench.baselines.least_squares",
-    "PySINDy": "bench.baselines.sindy",
-    "PySINDy weak": "bench.baselines.sindy_weak",
-}
 ORDER = ("likelihood", "pinn", *OWN)
 SEEDS_AT_MOST = {"PySINDy weak": 100}
 """The weak form takes PySINDy some 3 s a mission: it is run on the short form's missions alone."""
 
 SOURCES = {
-    BOUND: ("bench/missions", "bench/bound", "bridge/vehicle"),
-    "product": ("bench/missions", "bridge/vehicle", "identify/*.py", "identify/estimators"),
-    "own": (
-        "bench/missions",
-        "bridge/vehicle",
-        "bench/baselines",
-        "identify/filters.py",
-    ),
+    BOUND: (*MISSIONS, "bench/bound"),
+    "product": (*MISSIONS, *LEARNT),
+    "own": (*MISSIONS, *BASELINES),
 }
+"""What a trial runs through, by whose it is; a test holds them to name every file that one loads."""
 
 
 @dataclass(frozen=True)
@@ -118,45 +101,6 @@ def known(found: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
             stated = {name: _stated(row) for name, row in data["stated"].items()}
             trials.append(Trial(**{**data, "stated": stated, "refused": tuple(data["refused"])}))
     return bounds, trials
-
-
-def bound_job(seed: int) -> Data:
-    """The bound of a seed's mission, as JSON."""
-    mission = draw_one(seed)
-    return {
-        "seed": seed, "kind": mission.kind, "duration_s": mission.dive.duration_s,
-        "truth": mission.truth, "least": cramer_rao(mission),
-    }  # fmt: skip
-
-
-def method_job(method: str, seed: int) -> Data:
-    """A method's answer to a seed's mission, as JSON; only what the mission holds a truth of."""
-    mission = draw_one(seed)
-    estimate = cast(Estimator, import_module(OWN[method]).estimate) if method in OWN else estimator(method)
-    started = time.perf_counter()
-    stated: dict[str, list[float | bool | None]] = {}
-    outcome = "refused"
-    try:
-        found = estimate(mission.dive, mission.file, mission.configuration, lambda _share, _words: None)
-    except FitError:
-        return {
-            "seed": seed, "method": method, "stated": stated, "refused": list(mission.truth), "outcome": outcome,
-            "seconds": time.perf_counter() - started,
-        }  # fmt: skip
-    seconds = time.perf_counter() - started
-    doubted = {name for doubt in found.doubts for name in doubt.about}
-    for name in mission.truth:
-        p = found[name]
-        if p.identifiable:
-            stated[name] = [_finite(p.value), _finite(p.low95), _finite(p.high95), name in doubted]
-    return {
-        "seed": seed, "method": method, "stated": stated, "refused": [n for n in mission.truth if n not in stated],
-        "outcome": found.outcome.value, "seconds": seconds,
-    }  # fmt: skip
-
-
-def _finite(value: float) -> float | None:
-    return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def _stated(row: list[float | bool | None]) -> Stated:

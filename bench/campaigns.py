@@ -62,10 +62,7 @@ def dived(
     """The dive of a mission by a seed, with what is fed forward as given; from `cache` where it was dived before."""
     file = load_vehicle(f"{VEHICLE}:{configuration}")
     given = dict(sorted((feed_forward or {}).items()))
-    made_by = stamp(
-        *SIMULATED, "configs/gains.yaml", "configs/vehicles/ruvifist*.yaml", "configs/thrusters/*.csv"
-    )
-    digest = hashlib.sha256(json.dumps([given, made_by]).encode()).hexdigest()[:8]
+    digest = hashlib.sha256(json.dumps([given, stamp(*SIMULATED)]).encode()).hexdigest()[:8]
     folder = cache / f"{configuration}-{mission}-{mode.name.lower()}-{seed}-{digest}"
     log, truth = folder / "telemetry.tlog", folder / "truth.npz"
     if not truth.exists():

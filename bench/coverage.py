@@ -1,20 +1,23 @@
-"""How often the demo's 95 % intervals hold the truth: many seeds through the whole chain, bytes and all."""
+"""How often the 95 % intervals of the paper's two campaigns hold the truth: many seeds, bytes and all."""
 
-import json
-import multiprocessing
 import tempfile
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from scipy.stats import norm
 
-from tui.demo import CAMPAIGNS, campaign
+from bench.campaigns import CONFIGURATIONS, dived
+from bench.pooled import share95
+from bench.remembered import Data, Remembered
+from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.words import paragraph
+from bridge.errors import FitError
+from identify.estimators.table import DEFAULT, estimator
 
-PROCESSES = 2
-EPOCH_S = 1_790_000_000.0
+SOURCES = (*SIMULATED, *LEARNT, "bench/campaigns.py", "bench/coverage.py")
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,6 @@ class Trial:
     value: float
     low95: float
     high95: float
-    outcome: str
 
     @property
     def inside(self) -> bool:
@@ -43,82 +45,98 @@ class Trial:
         return float(np.log(self.value / self.truth) / self.relative_std)
 
 
-def trials(seeds: Iterable[int], cache: Path) -> Iterator[Trial]:
-    """The trials of all seeds; those that `cache` (JSON lines) holds are not dived again, new ones are added."""
-    known = _read(cache)
-    wanted = [(c, s) for s in seeds for c in CAMPAIGNS]
-    for job in wanted:
-        yield from known.get(job, [])
-    missing = [job for job in wanted if job not in known]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(PROCESSES, context) as pool, cache.open("a", encoding="utf-8") as out:
-        for found in pool.map(_dive, missing):
-            out.write(json.dumps([asdict(trial) for trial in found]) + "\n")
-            out.flush()
-            yield from found
+@dataclass(frozen=True)
+class Tried:
+    """A dive: `outcome` in words, and a trial for each identifiable coefficient, of which there may be none."""
+
+    configuration: str
+    seed: int
+    outcome: str
+    trials: tuple[Trial, ...]
 
 
-def _read(cache: Path) -> dict[tuple[str, int], list[Trial]]:
-    if not cache.exists():
-        return {}
-    lines = [json.loads(line) for line in cache.read_text(encoding="utf-8").splitlines()]
-    found = [[Trial(**trial) for trial in line] for line in lines if line]
-    return {(group[0].configuration, group[0].seed): group for group in found}
+def section(seeds: Sequence[int], cache: Path) -> str:
+    """The section of docs/benchmarks.md, from what `cache` holds and what it lacks."""
+    return page(measured(seeds, Remembered(cache / f"coverage-{stamp(*SOURCES)}.jsonl")))
 
 
-def _dive(job: tuple[str, int]) -> list[Trial]:
-    configuration, seed = job
+def measured(seeds: Sequence[int], kept: Remembered) -> list[Tried]:
+    """The dives of all seeds; what `kept` lacks is dived, a core each."""
+    jobs = {f"{c} {seed}": partial(dive_job, c, seed) for seed in seeds for c in CONFIGURATIONS}
+    return [tried(data) for data in kept.fill(jobs, "coverage").values()]
+
+
+def dive_job(configuration: str, seed: int) -> Data:
+    """Dive a campaign, identify from its recording: a `Tried` as JSON."""
     with tempfile.TemporaryDirectory() as folder:
-        one = campaign(configuration, Path(folder), seed, EPOCH_S, lambda _: None)
-    return [
-        Trial(seed, configuration, p.name, one.truth[p.name], p.value, p.low95, p.high95,
-              one.identification.outcome.value)
-        for p in one.identification.parameters
-        if p.identifiable and p.name in one.truth
+        one = dived(configuration, configuration, seed, Path(folder))
+        try:
+            found = estimator(DEFAULT)(one.dive, one.file, configuration, lambda _share, _words: None)
+        except FitError as error:
+            return {"configuration": configuration, "seed": seed, "outcome": str(error), "trials": []}
+    stated = [p for p in found.parameters if p.identifiable and p.name in one.truth]
+    trials = [
+        {
+            "seed": seed, "configuration": configuration, "name": p.name, "truth": one.truth[p.name],
+            "value": p.value, "low95": p.low95, "high95": p.high95,
+        }
+        for p in stated
     ]  # fmt: skip
+    return {
+        "configuration": configuration, "seed": seed, "outcome": found.outcome.value, "trials": trials,
+    }  # fmt: skip
 
 
-def wilson(hits: int, count: int) -> tuple[float, float]:
-    """The 95 % Wilson bounds of a rate (Wilson 1927)."""
-    z = float(norm.ppf(0.975))
-    rate, spread = hits / count, z * z / count
-    middle = (rate + spread / 2) / (1 + spread)
-    half = z * np.sqrt(rate * (1 - rate) / count + z * z / (4 * count * count)) / (1 + spread)
-    return float(middle - half), float(middle + half)
+def tried(data: Data) -> Tried:
+    """A dive from its JSON."""
+    return Tried(**{**data, "trials": tuple(Trial(**trial) for trial in data["trials"])})
 
 
-def page(found: list[Trial]) -> str:
+def page(dives: Sequence[Tried]) -> str:
     """The section of docs/benchmarks.md."""
-    seeds = len({trial.seed for trial in found})
+    found = [trial for one in dives for trial in one.trials]
+    nothing = [f"{one.configuration} {one.seed} ({one.outcome})" for one in dives if not one.trials]
     lines = [
-        "## Coverage of the demo's intervals",
+        "## Coverage of the campaigns' intervals",
         "",
-        f"{seeds} seeds, both campaigns of the source paper, each through bytes, bridge, MAVLink and recorder, then",
-        "`likelihood`. `z` is the error in standard errors: 0 on average, 1 in spread where intervals are right;",
-        "a spread above 1 means that they are too narrow. The simulator shares the estimator's equations: this proves",
-        "the chain and the intervals, not that a real vehicle obeys the model.",
+        *paragraph(
+            f"{len({one.seed for one in dives})} seeds, both campaigns of the source paper, each through bytes,",
+            f"bridge, MAVLink and `.tlog`, then `{DEFAULT}`. `z` is the error in standard errors: 0 on average, 1 in",
+            "spread where intervals are right; a spread above 1 means that they are too narrow. The simulator shares the",
+            "estimator's equations: this proves the chain and the intervals, not that a real vehicle obeys the model.",
+        ),
         "",
+        f"Dives of which nothing could be told: {', '.join(nothing) if nothing else 'none'}, of {len(dives)}.",
+        "",
+    ]
+    return "\n".join([*lines, *(_tables(found) if found else []), ""])
+
+
+def _tables(found: Sequence[Trial]) -> list[str]:
+    lines = [
         "| configuration | parameter | trials | inside 95 % | mean z | spread of z | median relative standard error |",
-        "|---|---|---|---|---|---|---|",
+        "|---" * 7 + "|",
     ]
-    for configuration in CAMPAIGNS:
-        for name in sorted({t.name for t in found if t.configuration == configuration}):
-            own = [t for t in found if (t.configuration, t.name) == (configuration, name)]
-            z = np.array([t.z for t in own])
-            share = 100 * np.mean([t.inside for t in own])
-            width = 100 * np.median([t.relative_std for t in own])
-            lines.append(
-                f"| {configuration} | {name} | {len(own)} | {share:.0f} % | {z.mean():+.2f} | {z.std():.2f} "
-                f"| {width:.2f} % |"
-            )
-    hits = sum(t.inside for t in found)
-    low, high = wilson(hits, len(found))
+    by_row: Mapping[tuple[str, str], list[Trial]] = {
+        (configuration, name): [t for t in found if (t.configuration, t.name) == (configuration, name)]
+        for configuration in CONFIGURATIONS
+        for name in sorted({t.name for t in found if t.configuration == configuration})
+    }
+    for (configuration, name), own in by_row.items():
+        z = np.array([t.z for t in own])
+        lines.append(
+            f"| {configuration} | {name} | {len(own)} | {100 * np.mean([t.inside for t in own]):.0f} % "
+            f"| {z.mean():+.2f} | {z.std():.2f} | {100 * np.median([t.relative_std for t in own]):.2f} % |"
+        )
+    inside = [t.inside for t in found]
+    share, low, high = share95(inside, [(t.configuration, t.seed) for t in found])
     z = np.array([t.z for t in found])
-    lines += [
+    return [
+        *lines,
         "",
-        f"Pooled: {hits} of {len(found)} inside, {100 * hits / len(found):.1f} % "
-        f"(Wilson bounds {100 * low:.1f} to {100 * high:.1f} %); spread of z {z.std():.2f}; "
-        f"{np.sum(abs(z) > 3)} beyond 3 standard errors, the largest {abs(z).max():.1f}.",
-        "",
+        *paragraph(
+            f"Pooled: {sum(inside)} of {len(found)} inside, {100 * share:.1f} %",
+            f"({100 * low:.1f} to {100 * high:.1f} %, the coefficients of one dive taken as they hang together,",
+            f"`bench/pooled.py`); spread of z {z.std():.2f}; {np.sum(abs(z) > 3)} beyond 3 standard errors, the largest {abs(z).max():.1f}.",
+        ),
     ]
-    return "\n".join(lines)

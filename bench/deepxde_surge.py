@@ -24,7 +24,7 @@ from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.prediction import whole_truth
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, stamp
+from bench.stamp import LEARNT, MISSIONS, stamp
 from bench.words import paragraph
 from bridge.vehicle.coefficients import MASSES
 from bridge.vehicle.dynamics import coriolis, restoring
@@ -33,7 +33,7 @@ from identify.filters import aligned
 
 Array = NDArray[np.float64]
 
-SOURCES = ("bridge/vehicle", *LEARNT, "bench/missions")
+SOURCES = (*MISSIONS, *LEARNT, "bench/deepxde_surge.py")
 RATE_HZ = 10.0
 LAYERS = (64, 64, 64)
 HIGHEST_HZ = 0.3

@@ -9,16 +9,14 @@ import numpy as np
 from bench.baselines import closed_form
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
-from bench.stamp import stamp
+from bench.stamp import BASELINES, MISSIONS, stamp
 from bridge.errors import FitError
 from identify.estimators.paper import SMALL, TrainingCurves, estimate_with_curves
 
 SOURCES = (
-    "bridge/vehicle",
-    "identify/*.py",
-    "identify/estimators/paper*.py",
-    "bench/missions",
-    "bench/baselines",
+    *MISSIONS,
+    *BASELINES,
+    "bench/paper_small.py",
 )
 SETTLED, LOSS_SETTLED = 0.01, 0.05
 

@@ -13,7 +13,7 @@ from bench.forward import WINDOW_S, moved, run_forward, starts
 from bench.missions import Mission
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import LEARNT, MISSIONS, SIMULATED, stamp
 from bench.words import paragraph
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
@@ -25,7 +25,8 @@ Array = NDArray[np.float64]
 SOURCES = (
     *SIMULATED,
     *LEARNT,
-    "bench/missions",
+    *MISSIONS,
+    "bench/prediction.py",
     "bench/forward.py",
     "bench/answers.py",
     "bench/baselines",

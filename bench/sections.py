@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.progress import track
-
 from bench import (
     accuracy,
     coverage,
@@ -41,8 +39,7 @@ def _accuracy(run: Run) -> str:
 
 def _coverage(run: Run) -> str:
     seeds = range(1, 5) if run.short else range(1, 41)
-    found = coverage.trials(seeds, run.cache / "coverage.jsonl")
-    return coverage.page(list(track(found, "coverage", total=14 * len(seeds))))
+    return coverage.section(seeds, run.cache / "bench")
 
 
 def _paper_noise(run: Run) -> str:

@@ -28,7 +28,7 @@ from identify.estimators.table import METHODS, estimator
 from identify.filters import AlignedDive, aligned
 from identify.ingest.open import read_dive
 
-SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/card.py", "bench/campaigns.py")
+SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/card.py", "bench/campaigns.py", "bench/speed.py")
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3

@@ -6,8 +6,41 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-SIMULATED = ("bridge/*.py", "bridge/messages", "bridge/sensors", "bridge/simulator", "bridge/vehicle")
-LEARNT = ("identify/*.py", "identify/estimators", "identify/ingest")
+SIMULATED = (
+    "bridge/*.py",
+    "bridge/link",
+    "bridge/messages",
+    "bridge/sensors",
+    "bridge/simulator",
+    "bridge/vehicle",
+    "configs/gains.yaml",
+    "configs/thrusters/*.csv",
+    "configs/vehicles/ruvifist*.yaml",
+)
+MISSIONS = (
+    "bench/missions",
+    "bench/trial.py",
+    "bridge/*.py",
+    "bridge/vehicle",
+    "configs/thrusters/*.csv",
+    "configs/vehicles/*.yaml",
+    "identify/dive.py",
+)
+LEARNT = (
+    "identify/*.py",
+    "identify/estimators",
+    "identify/ingest",
+    "configs/thrusters/*.csv",
+)
+BASELINES = (
+    "bench/baselines",
+    "identify/*.py",
+    "identify/estimators/paper*.py",
+    "identify/estimators/table.py",
+    "identify/ingest",
+    "configs/thrusters/*.csv",
+)
+"""What the paper's campaigns, the drawn missions, the product's answers and those of the baselines run through."""
 
 
 @cache
@@ -17,12 +50,16 @@ def stamp(*sources: str) -> str:
     A source is a pattern from the repository's root; files that are no Python count byte by byte.
     """
     digest = hashlib.sha256()
-    for source in sources:
-        for path in sorted(ROOT.glob(source)):
-            for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-                text = file.read_text(encoding="utf-8")
-                digest.update((_meaning(text) if file.suffix == ".py" else text).encode())
+    for file in files(*sources):
+        text = file.read_text(encoding="utf-8")
+        digest.update((_meaning(text) if file.suffix == ".py" else text).encode())
     return digest.hexdigest()[:10]
+
+
+def files(*sources: str) -> list[Path]:
+    """All files of the sources, each once, in order."""
+    paths = [path for source in sources for path in ROOT.glob(source)]
+    return sorted({file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path])})
 
 
 def _meaning(source: str) -> str:

@@ -13,7 +13,14 @@ from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
 from identify.estimators.table import METHODS as PRODUCT
 
-SOURCES = (*SIMULATED, *LEARNT, "bench/answers.py", "bench/baselines", "bench/campaigns.py")
+SOURCES = (
+    *SIMULATED,
+    *LEARNT,
+    "bench/answers.py",
+    "bench/baselines",
+    "bench/campaigns.py",
+    "bench/thrift.py",
+)
 LENGTHS_S = (60, 120, 300, 1000)
 NAMES = {
     "survey": ("M_u", "M_w", "I_r", "D_u", "D_w", "D_r"),

@@ -22,7 +22,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
 from identify.validate import PHASES, tracking_errors
 
-SOURCES = (*SIMULATED, *LEARNT, "bench/answers.py", "bench/campaigns.py", "configs/gains.yaml")
+SOURCES = (*SIMULATED, *LEARNT, "bench/answers.py", "bench/campaigns.py", "bench/tracking.py")
 OTHER_SEA = 700
 """Added to a campaign's seed for the flights after it."""
 

@@ -14,12 +14,13 @@ import numpy as np
 import torch
 
 from bench.accuracy import Case, Tally, tally
-from bench.accuracy_trials import BOUND, OWN, SOURCES, Bound, Trial, bound_job, known, method_job
+from bench.accuracy_trials import SOURCES, Bound, Trial, known
 from bench.forms.task import Task, task_of
 from bench.forms.training import Fitted
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Job, Remembered
-from bench.stamp import stamp
+from bench.stamp import MISSIONS, stamp
+from bench.trial import BOUND, OWN, bound_job, method_job
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from identify.estimators.table import METHODS as PRODUCT
 
@@ -32,12 +33,13 @@ FORMS = {
 BESIDE = ("pinn", "likelihood", "closed form")
 SHARED = ("disturbance", "integration", "physics", "task", "training", "waves")
 OF_FORMS = (
-    "bench/missions",
-    "bridge/vehicle",
+    *MISSIONS,
+    "bench/forms/judge.py",
     *(f"bench/forms/{name}.py" for name in SHARED),
     *(f"{path.replace('.', '/')}.py" for path in FORMS.values()),
     "identify/forces.py",
     "identify/estimators/smoothing.py",
+    "identify/ingest/rotation.py",
 )
 SECONDS = 60.0
 SEED = 0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench import accuracy, accuracy_trials
+from bench import accuracy, accuracy_trials, trial
 from bench.accuracy_trials import Bound, Stated, Trial
 from bench.document import HEAD, read, written
 from bench.remembered import Remembered
@@ -98,8 +98,8 @@ def test_the_page_names_methods_that_this_build_lacks() -> None:
 def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path: Path) -> None:
     kept = Remembered(tmp_path / "accuracy.jsonl")
     data = {
-        "b": accuracy_trials.bound_job(100_010),
-        "t": accuracy_trials.method_job("least squares", 100_010),
+        "b": trial.bound_job(100_010),
+        "t": trial.method_job("least squares", 100_010),
     }
     for key, value in data.items():
         kept.put(key, value)

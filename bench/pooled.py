@@ -1,0 +1,37 @@
+"""A share over cases that come in groups, as the coefficients of one mission do, and how well it is known."""
+
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+
+from identify.identification import Z95
+
+
+def wilson(rate: float, count: float) -> tuple[float, float]:
+    """The 95 % bounds of a rate from `count` independent cases (Wilson 1927)."""
+    spread = Z95**2 / count
+    middle = (rate + spread / 2) / (1 + spread)
+    half = Z95 * np.sqrt(rate * (1 - rate) / count + spread / (4 * count)) / (1 + spread)
+    return float(middle - half), float(middle + half)
+
+
+def effective_count(hits: Sequence[bool], groups: Sequence[Hashable]) -> float:
+    """How many independent cases tell as much of the share of `hits` as these do, whose `groups` are independent.
+
+    Binomial variance over that of a share of clusters of unequal size (Cochran 1977, section 3.12; the effective size
+    of Kish 1965, section 8.2). Where all cases agree their spread tells nothing: as many as there are groups.
+    """
+    place = {one: i for i, one in enumerate(dict.fromkeys(groups))}
+    group = np.array([place[one] for one in groups])
+    size, hit = np.bincount(group), np.bincount(group, weights=np.asarray(hits, dtype=float))
+    rate, count = float(hit.sum() / size.sum()), len(size)
+    if count < 2 or rate in (0.0, 1.0):
+        return float(count)
+    variance = count / (count - 1) * float(np.sum((hit - rate * size) ** 2)) / float(size.sum()) ** 2
+    return rate * (1 - rate) / variance if variance > 0 else float(size.sum())
+
+
+def share95(hits: Sequence[bool], groups: Sequence[Hashable]) -> tuple[float, float, float]:
+    """The share of hits and its 95 % bounds: Wilson's, by the effective count."""
+    rate = float(np.mean(hits))
+    return rate, *wilson(rate, effective_count(hits, groups))

@@ -1,0 +1,72 @@
+"""A figure is kept under the stamp of what it ran through: the stamp covers every file that its making reads."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from bench.accuracy_trials import SOURCES
+from bench.forms.judge import OF_FORMS
+from bench.stamp import ROOT, files
+from bench.trial import OWN
+
+SEED = 100_010
+READ = """
+import sys
+read = set()
+sys.addaudithook(lambda event, args: read.add(str(args[0])) if event == "open" else None)
+{work}
+parts = ("bench", "bridge", "configs", "gcs_plugin", "identify", "tui")
+read |= {{m.__file__ for n, m in list(sys.modules.items()) if n.split(".")[0] in parts and m.__file__}}
+print("\\n".join(read))
+"""
+MISSION = f"from bench.missions.mission import draw_one\nm = draw_one({SEED})\n"
+ASKED = "estimate(m.dive, m.file, m.configuration, lambda _share, _words: None)"
+PRODUCT = "from importlib import import_module\nfrom identify.estimators.table import METHODS\n" + "".join(
+    f"import_module(METHODS['{name}'])\n" for name in ("likelihood", "pinn")
+)
+
+
+def _read(work: str) -> set[Path]:
+    """The repository's files that some work reads, those of its compilers' caches and of mere packages left out."""
+    code = READ.format(work=work)
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    paths = {Path(line) for line in told.stdout.splitlines() if line.startswith(str(ROOT))}
+    kinds = (".py", ".csv", ".yaml")
+    own = {p for p in paths if p.suffix in kinds and p.name != "__init__.py" and ".venv" not in p.parts}
+    assert len(own) > 8
+    return own
+
+
+@pytest.mark.parametrize("method", [name for name in OWN if "SINDy" not in name or find_spec("pysindy")])
+def test_a_baseline_reads_nothing_outside_its_sources(method: str) -> None:
+    found = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
+    assert found - set(files(*SOURCES["own"])) == set()
+
+
+def test_the_bound_reads_nothing_outside_its_sources() -> None:
+    found = _read(MISSION + "from bench.bound import cramer_rao\ncramer_rao(m)")
+    assert found - set(files(*SOURCES["bound"])) == set()
+
+
+def test_the_products_methods_load_nothing_outside_their_sources() -> None:
+    assert _read(MISSION + PRODUCT) - set(files(*SOURCES["product"])) == set()
+
+
+def test_the_networks_other_forms_load_nothing_outside_their_sources() -> None:
+    forms = (
+        "from bench.forms import lstm, neural_ode, shooting, strong\nfrom bench.forms.task import task_of\n"
+    )
+    assert _read(MISSION + forms + "task_of(m)") - set(files(*OF_FORMS)) == set()
+
+
+def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage() -> None:
+    from bench import coverage
+
+    work = "import bench.coverage\nfrom identify.estimators.table import estimator\nestimator('likelihood')\n"
+    work += "from bridge.simulator.truth import load_truth\nfrom bridge.vehicle.config import load_vehicle\n"
+    work += "load_truth(load_vehicle('ruvifist:survey'), 'survey')"
+    keeping = {ROOT / "bench" / name for name in ("pooled.py", "remembered.py", "stamp.py", "words.py")}
+    assert _read(work) - keeping - set(files(*coverage.SOURCES)) == set()
