@@ -4,8 +4,8 @@ import math
 from dataclasses import replace
 
 from bridge.vehicle.config import VehicleFile
-from identify.batch.dates import date_in_name, utc
 from identify.bounds import with_bounds
+from identify.dates import date_in_name, utc
 from identify.dive import Dive
 from identify.feedback import feedback_doubts
 from identify.identifiability import with_identifiability
@@ -17,7 +17,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    found = replace(fit, dived=_date(dive))
+    found = replace(fit, dived=_date(dive), dive_opening=dive.opening)
     if fit.weighed_by_others is None:
         found = without_masses(found, feedback_doubts(dive, vehicle.water))
     found = with_bounds(found, shape)

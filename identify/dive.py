@@ -72,7 +72,7 @@ class Dive:
     (n, thrusters), signed. voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
     nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
-    notes: what could not be recovered, in sentences for the user.
+    notes: what could not be recovered, in sentences for the user. sha256, opening: as `ingest.identity` has them.
     """
 
     name: str
@@ -100,6 +100,7 @@ class Dive:
     gnss: Signal | None = None
     velocity_is_filtered: bool = False
     unix_at_boot_s: float | None = None
+    opening: str = ""
     notes: tuple[str, ...] = ()
     counts: dict[str, int] = field(default_factory=dict)
 

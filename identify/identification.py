@@ -165,7 +165,8 @@ class Identification:
     the masses that only the other axes' Coriolis forces weighed, because their own controller used what was not
     recorded; None where the estimator does not ask for that, and they are to be left out. `dived` is the date of the
     dive, empty where nothing tells it.
-    `prior_dives` marks the earlier dives that the priors in it came from.
+    `prior_dives` marks the earlier dives that the priors in it came from; `dive_sha256` and `dive_opening` are what
+    this dive is known by.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """
@@ -194,6 +195,7 @@ class Identification:
     dived: str = ""
     weighed_by_others: tuple[str, ...] | None = None
     prior_dives: tuple[str, ...] = ()
+    dive_opening: str = ""
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -219,7 +221,7 @@ class Identification:
             "parameters": [p.to_json() for p in self.parameters],
             "configuration": self.configuration,
             "dive": {"name": self.dive, "sha256": self.dive_sha256, "duration_s": self.duration_s,
-                     "samples": self.samples, "date": self.dived},
+                     "samples": self.samples, "date": self.dived, "opening": self.dive_opening},
             "vehicle": {"name": self.vehicle, "sha256": self.vehicle_sha256},
             "covariance": {"of": list(self.covariance_of), "matrix": self.covariance.tolist()},
             "null_directions": [direction.to_json() for direction in self.null_directions],

@@ -86,11 +86,12 @@ def with_priors(found: Identification, priors: Mapping[str, Prior], scale_std: f
 
     Where no prior was weighed, intervals hold given the vehicle file's thrust, and `scale_std` stands beside them.
     Where one was, they include all that is left of it. A prior in conflict with the dive, or with the dive and the
-    other priors together, is left out and doubted; one that rests on this very dive, by itself or through an
-    identification that had such a prior, is left out and named. What the dive says nothing of takes its prior's value,
-    and stays not identifiable.
+    other priors together, is left out and doubted; one that rests on this very dive (or another copy of its
+    recording), by itself or through an identification that had such a prior, is left out and named. What the dive says
+    nothing of takes its prior's value, and stays not identifiable.
     """
-    own = [name for name, prior in priors.items() if dive_mark(found.dive_sha256) in prior.dives]
+    marks = set(filter(None, map(dive_mark, (found.dive_sha256, found.dive_opening))))
+    own = [name for name, prior in priors.items() if marks.intersection(prior.dives)]
     priors = {name: prior for name, prior in priors.items() if name not in own}
     alone = _known(found, scale_std)
     here = {name: prior for name, prior in priors.items() if name in alone.of}

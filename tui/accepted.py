@@ -20,10 +20,11 @@ AGEING = {"mass": 0.03, "damping": 0.10}
 
 @dataclass(frozen=True)
 class _Origin:
-    """Where accepted values come from: in words, the recording, and the dives that its priors came from."""
+    """Where accepted values come from: in words, what the recording is known by, the dives before it."""
 
     source: str
     dive_sha256: str
+    dive_opening: str
     earlier_dives: tuple[str, ...]
 
 
@@ -52,7 +53,7 @@ def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[s
     source = _source(dive.get("name"), dive.get("date"), str(data.get("method", "identified")))
     earlier = data.get("prior_dives")
     before = tuple(map(str, earlier)) if isinstance(earlier, list) else ()
-    origin = _Origin(source, str(dive.get("sha256", "")), before)
+    origin = _Origin(source, str(dive.get("sha256", "")), str(dive.get("opening", "")), before)
     found = {}
     for one in data["parameters"]:
         name, value, std = one.get("name"), one.get("given_thrust"), one.get("given_thrust_std")
@@ -72,7 +73,7 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
         )
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     source = _source(sidecar.dive, sidecar.dived, sidecar.method)
-    origin = _Origin(source, sidecar.dive_sha256, sidecar.prior_dives)
+    origin = _Origin(source, sidecar.dive_sha256, sidecar.dive_opening, sidecar.prior_dives)
     found = {}
     for interval in sidecar.intervals.values():
         name, low, high = interval.coefficient, interval.low95, interval.high95
@@ -92,7 +93,9 @@ def _aged(name: str, value: float, relative_std: float, widen: float | None, ori
     """A prior of this value, wider by ageing."""
     share = AGEING[BY_NAME[name].kind] if widen is None else widen
     std = value * math.hypot(relative_std, share)
-    return Prior(value, std, origin.source, "thrust", origin.dive_sha256, origin.earlier_dives)
+    return Prior(
+        value, std, origin.source, "thrust", origin.dive_sha256, origin.earlier_dives, origin.dive_opening
+    )
 
 
 def _some(path: Path, found: dict[str, Prior]) -> dict[str, Prior]:

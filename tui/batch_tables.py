@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 from bridge.vehicle.coefficients import BY_NAME
-from identify.batch.dates import utc
 from identify.batch.drift import Drift
 from identify.batch.rows import Row, Value, names_in
+from identify.dates import utc
 from tui import show
 from tui.show import Table
 

@@ -117,6 +117,7 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
             thrust_shift=0.0 if answer.thrust_scale is None else answer.thrust_scale.shift,
             dived=answer.dived,
             prior_dives=answer.prior_dives,
+            dive_opening=answer.dive_opening,
         ),
     )
 

@@ -97,8 +97,9 @@ class Prior:
 
     `rests_on`: the force that it was measured by. `weight` (weighed, towed, a hung weight) owes nothing to the
     thrusters; `thrust` (identified in a dive) is off by whatever this vehicle file's thrust is off by. `dive_sha256`:
-    the recording that it was identified from; `earlier_dives`: those that the priors of that identification came from,
-    in the form of `dives`. With none of them must it be joined again.
+    the recording that it was identified from; `dive_opening`: the SHA-256 of its beginning, which a cut copy shares;
+    `earlier_dives`: those that the priors of that identification came from, in the form of `dives`. With none of them
+    must it be joined again.
     """
 
     value: float
@@ -107,6 +108,7 @@ class Prior:
     rests_on: Literal["weight", "thrust"] = "weight"
     dive_sha256: str = ""
     earlier_dives: tuple[str, ...] = ()
+    dive_opening: str = ""
 
     def __post_init__(self) -> None:
         _above_zero(value=self.value, std=self.std)
@@ -114,7 +116,8 @@ class Prior:
     @property
     def dives(self) -> tuple[str, ...]:
         """All dives that it rests on, each as `dive_mark` names it, the newest first."""
-        return tuple(dict.fromkeys((*filter(None, [dive_mark(self.dive_sha256)]), *self.earlier_dives)))
+        own = filter(None, map(dive_mark, (self.dive_sha256, self.dive_opening)))
+        return tuple(dict.fromkeys((*own, *self.earlier_dives)))
 
 
 @dataclass(frozen=True)

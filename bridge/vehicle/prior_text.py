@@ -35,10 +35,11 @@ def with_priors_written(text: str, configuration: str, priors: Mapping[str, Prio
 def entry(name: str, prior: Prior) -> str:
     """One prior as a line of the vehicle file."""
     of_dive = f", dive_sha256: {json.dumps(prior.dive_sha256)}" if prior.dive_sha256 else ""
+    opening = f", dive_opening: {json.dumps(prior.dive_opening)}" if prior.dive_opening else ""
     earlier = f", earlier_dives: {json.dumps(prior.earlier_dives)}" if prior.earlier_dives else ""
     return (
         f"{name}: {{value: {prior.value:.6g}, std: {prior.std:.3g}, rests_on: {prior.rests_on}, "
-        f"source: {json.dumps(prior.source)}{of_dive}{earlier}}}"
+        f"source: {json.dumps(prior.source)}{of_dive}{opening}{earlier}}}"
     )
 
 

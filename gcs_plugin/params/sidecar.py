@@ -44,6 +44,7 @@ class Sidecar:
     thrust_shift: float = 0.0
     dived: str = ""
     prior_dives: tuple[str, ...] = ()
+    dive_opening: str = ""
 
 
 def sidecar_path(path: Path) -> Path:

@@ -7,10 +7,10 @@ from enum import Enum
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.batch.dates import utc
 from identify.batch.rows import Row, names_in
 from identify.batch.series import Series, common_series, ratio
 from identify.batch.trend import LEVEL, Trend, fit_trend, holm
+from identify.dates import utc
 
 VOLTAGE_STD_V = 0.05
 """Of a dive's mean pack voltage as an autopilot measures it; the scatter between dives is fitted beside it."""
@@ -19,7 +19,9 @@ VOLTAGE_STD_V = 0.05
 class Story(Enum):
     """What changed over the dives; the value is the sentence that a user reads, before its figures."""
 
-    TOO_FEW = "Too few dated dives for a trend: it takes three"
+    TOO_FEW = (
+        "No trend can be told: it takes masses, or dampings, of three dated dives, not all of one moment"
+    )
     STEADY = "No trend shows"
     FOULING = (
         "Damping is up and mass does not change significantly, so more drag: fouling, or gear that drags; clean the "
@@ -82,9 +84,11 @@ def drift_of(rows: Sequence[Row]) -> Drift:
     mass, damping, over = (_fit(series) for series in (masses, dampings, ratio(dampings, masses, dated)))
     voltage = _voltage(dated)
     story = _story(mass, damping, over, [trends[name] for name in real])
-    return Drift(
-        story, _sentence(story, mass, damping, over, voltage), trends, real, mass, damping, over, voltage
-    )
+    if story is Story.TOO_FEW:
+        sentence = f"{story.value}. {_what_there_is(rows, dated, masses, dampings)}"
+    else:
+        sentence = _sentence(story, mass, damping, over, voltage)
+    return Drift(story, sentence, trends, real, mass, damping, over, voltage)
 
 
 def percent(log_change: float) -> float:
@@ -141,9 +145,7 @@ def _story(mass: Trend | None, damping: Trend | None, over: Trend | None, real: 
 def _sentence(
     story: Story, mass: Trend | None, damping: Trend | None, over: Trend | None, voltage: Trend | None
 ) -> str:
-    longest = max((t for t in (mass, damping) if t is not None), key=lambda t: t.count, default=None)
-    if longest is None:
-        return f"{story.value}."
+    longest = max((t for t in (mass, damping) if t is not None), key=lambda t: t.count)
     figures = [
         f"{word} {_change(trend)}" for word, trend in (("mass", mass), ("damping", damping)) if trend is not None
     ]  # fmt: skip
@@ -163,6 +165,16 @@ def _sentence(
         way = "fell" if voltage.change < 0 else "rose"
         words += f" The pack voltage {way} by {abs(voltage.change):.1f} V over the same time."
     return words
+
+
+def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
+    """What a configuration has instead of enough for a trend."""
+    told = (
+        f"Of the {len(rows)} identified in this configuration {len(dated)} are dated, of these {len(masses.rows)} "
+        f"tell a mass and {len(dampings.rows)} a damping"
+    )
+    alike = len(dated) > 1 and len({row.unix_s for row in dated}) == 1
+    return f"{told}; they all began at one moment." if alike else f"{told}."
 
 
 def _within(trend: Trend) -> float:

@@ -30,12 +30,14 @@ DEFECTS = (
 
 @dataclass(frozen=True)
 class Recording:
-    """One recording as it lies on the disk; `sha256` is that of its `files`, one after another."""
+    """One recording as it lies on the disk; `sha256`, `opening` and `size_bytes` as `ingest.identity` has them."""
 
     name: str
     path: Path
     files: tuple[Path, ...]
     sha256: str
+    opening: str = ""
+    size_bytes: int = 0
 
 
 @dataclass(frozen=True)

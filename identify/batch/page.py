@@ -6,10 +6,10 @@ import numpy as np
 
 from bridge.vehicle.coefficients import BY_NAME, Kind
 from identify.batch.calendar import date_axis
-from identify.batch.dates import utc
 from identify.batch.drift import Drift, Story
 from identify.batch.rows import Row, Value, by_configuration, names_in
 from identify.batch.trend import Trend
+from identify.dates import utc
 from identify.dive import Array
 from identify.report import plot
 from identify.report.axes import Axis, roomy_axis
@@ -37,10 +37,10 @@ def batch_report(
     vehicle: str,
     method: str,
     rows: Sequence[Row],
-    twins: Sequence[tuple[str, str]],
+    twins: Sequence[tuple[str, str, str]],
     drifts: Mapping[str, Drift],
 ) -> Report:
-    """The page. `twins` are recordings that were given more than once, with the one that counts."""
+    """The page. `twins` are recordings that do not count, each with why, and the one of the same dive that does."""
     groups = by_configuration(rows)
     failed = [row for row in rows if not row.values]
     sections = [_configuration(name, group, drifts[name]) for name, group in groups.items()]
@@ -94,7 +94,7 @@ def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
 
 def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[str, str, str, str, str]:
     if trend is None:
-        return MISSING, MISSING, MISSING, MISSING, "too few dives"
+        return MISSING, MISSING, MISSING, MISSING, "can't be told"
     half = (trend.high95 - trend.low95) / 2
     per_cent = [fixed(trend.percent(v), 1) for v in (trend.change, trend.low95, trend.high95)]
     word = ("up" if trend.change > 0 else "down") if is_real else "none shown"
@@ -186,6 +186,6 @@ def _failures(rows: Sequence[Row]) -> Section:
     return Section("Dives that gave nothing", "The others count all the same.", (table,))
 
 
-def _twins(twins: Sequence[tuple[str, str]]) -> Section:
-    table = Table(("Recording", "Has the same bytes as"), tuple(twins))
-    return Section("Counted once", "Recordings that were given more than once.", (table,))
+def _twins(twins: Sequence[tuple[str, str, str]]) -> Section:
+    table = Table(("Recording", "Why it does not count", "The one that counts"), tuple(twins))
+    return Section("Counted once", "Dives of which more than one recording was given.", (table,))

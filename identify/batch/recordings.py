@@ -2,25 +2,38 @@
 
 import glob
 import os
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bridge.errors import LogError
 from identify.batch.jobs import Recording, Result
-from identify.ingest.open import recording_files, sha256_of
+from identify.ingest.identity import contents, identity_of
+from identify.ingest.open import recording_files
 
 ENDINGS = (".tlog", ".tlog.gz", ".bin")
 TABLE = ".csv"
 DIVE_FILE = "telemetry."
 
+SAME, BEGINNING = "holds the same recording as", "is the beginning of"
+"""How one recording may be another's twin, in words between their names."""
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A recording at `path` that does not count, for the one at `counted` is of the same dive; `why` in words."""
+
+    path: Path
+    counted: Path
+    why: str
+
 
 @dataclass(frozen=True)
 class Found:
-    """`recordings` to work on; `twins`, each a path and that of the same bytes; the failures of the `unreadable`."""
+    """`recordings` to work on, each of another dive; their `twins`; the failures of the `unreadable`."""
 
     recordings: tuple[Recording, ...]
-    twins: tuple[tuple[Path, Path], ...]
+    twins: tuple[Twin, ...]
     unreadable: tuple[Result, ...]
 
 
@@ -30,26 +43,48 @@ def find_recordings(
     """The recordings that DIVES mean. Raises LogError for a word that means none.
 
     A dive folder is one recording; in any other folder each recording is one, and so on down. A table (.csv) that
-    is not a dive folder's has to be named. A recording that was given before, by the SHA-256 of its bytes, is a twin;
-    a dive folder comes before a file.
+    is not a dive folder's has to be named. A recording that was given before, by the SHA-256 of its unfolded bytes, is
+    a twin; a dive folder comes before a file. So is one that is the beginning of another, which is the one that counts.
     """
     paths = sorted((path for word in words for path in _paths(word)), key=Path.is_file)
     recordings: dict[str, Recording] = {}
-    twins: dict[Path, Path] = {}
+    twins: dict[Path, Twin] = {}
     unreadable: list[Result] = []
     for number, path in enumerate(paths):
         progress(number / len(paths), f"read {path.name}")
         try:
             files = tuple(recording_files(path))
-            sha256 = sha256_of(files)
+            known_by = identity_of(files)
         except LogError as error:
             unreadable.append(Result(str(path), name_of(path), str(path), "", error=str(error), final=False))
             continue
-        if sha256 in recordings:
-            twins[path] = recordings[sha256].path
+        if known_by.sha256 in recordings:
+            twins[path] = Twin(path, recordings[known_by.sha256].path, SAME)
         else:
-            recordings[sha256] = Recording(name_of(path), path, files, sha256)
-    return Found(tuple(recordings.values()), tuple(twins.items()), tuple(unreadable))
+            recordings[known_by.sha256] = Recording(name_of(path), path, files, **vars(known_by))
+    cut = {twin.path: twin for twin in _cut(recordings.values())}
+    told = [replace(cut[t.counted], path=t.path) if t.counted in cut else t for t in (twins | cut).values()]
+    whole = tuple(one for one in recordings.values() if one.path not in cut)
+    return Found(whole, tuple(told), tuple(unreadable))
+
+
+def _cut(recordings: Iterable[Recording]) -> list[Twin]:
+    """Those that are the beginning of another recording, as a copy is that was cut or made before the dive's end."""
+    alike: dict[str, list[Recording]] = {}
+    for one in recordings:
+        alike.setdefault(one.opening, []).append(one)
+    alike.pop("", None)
+    twins = []
+    for group in alike.values():
+        whole: list[tuple[Recording, bytes]] = []
+        for one in sorted(group, key=lambda one: -one.size_bytes) if len(group) > 1 else ():
+            data = contents(one.files)
+            longer = next((other for other, held in whole if held.startswith(data)), None)
+            if longer is None:
+                whole.append((one, data))
+            else:
+                twins.append(Twin(one.path, longer.path, BEGINNING))
+    return twins
 
 
 def name_of(path: Path) -> str:

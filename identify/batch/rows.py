@@ -10,8 +10,8 @@ from itertools import combinations
 from typing import Any
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
-from identify.batch.dates import date_in_name
 from identify.batch.jobs import Result
+from identify.dates import date_in_name
 from identify.identification import Outcome
 
 NAMES = (*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES)

@@ -14,7 +14,6 @@ ANSWERING = (
     "configs/columns/*.yaml",
     "configs/thrusters/*.csv",
     "identify/*.py",
-    "identify/batch/dates.py",
     "identify/batch/jobs.py",
     "identify/batch/work.py",
     "identify/estimators/**/*.py",

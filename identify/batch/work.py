@@ -7,8 +7,8 @@ import numpy as np
 
 from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
-from identify.batch.dates import date_of
 from identify.batch.jobs import Job
+from identify.dates import date_of
 from identify.dive import Dive
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive

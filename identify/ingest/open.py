@@ -1,6 +1,5 @@
 """Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its map."""
 
-import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,6 +11,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.gaps import gaps
+from identify.ingest.identity import identity_of
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 
@@ -29,7 +29,8 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     files = recording_files(path)
     beside = path / "columns.yaml"
     columns = beside if columns is None and beside.exists() else columns
-    dive = Dive(name=_name(path), source=path, sha256=sha256_of(files), **_fields(files, columns, str(path)))
+    fields, known_by = _fields(files, columns, str(path)), identity_of(files)
+    dive = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
 
@@ -74,17 +75,6 @@ def _name(path: Path) -> str:
     for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv"):
         name = name.removesuffix(ending)
     return name
-
-
-def sha256_of(files: Sequence[Path]) -> str:
-    """SHA-256 of the files of one recording, one after another: what a recording is known by. Raises LogError."""
-    digest = hashlib.sha256()
-    for file in files:
-        try:
-            digest.update(file.read_bytes())
-        except OSError as error:
-            raise LogError(f"{file}: can't be read ({error.strerror}); check its rights") from None
-    return digest.hexdigest()
 
 
 def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:

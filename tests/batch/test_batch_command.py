@@ -126,7 +126,9 @@ def test_a_failed_dive_is_a_row_a_twin_counts_once_and_the_exit_code_says_partly
     assert "holds no MAVLink frame" in broken["error"]
     assert len(found["dives"]) == 4
     (twin,) = found["counted_once"]
-    assert twin == {"recording": str(more / "copy.tlog"), "same_as": str(dives / "dive-0")}
+    assert twin == {
+        "recording": str(more / "copy.tlog"), "why": "holds the same recording as", "same_as": str(dives / "dive-0")
+    }  # fmt: skip
     assert "counted once" in shown.err
 
 

@@ -111,7 +111,10 @@ def test_dampings_alone_can_not_tell_drag_from_thrust():
 
 
 def test_two_dives_or_none_that_is_dated_are_too_few():
-    assert drift_of(dives(count=2)).sentence == f"{Story.TOO_FEW.value}."
+    assert drift_of(dives(count=2)).sentence == (
+        f"{Story.TOO_FEW.value}. Of the 2 identified in this configuration 2 are dated, of these 2 tell a mass and "
+        "2 a damping."
+    )
     undated = [replace(row, unix_s=None) for row in dives()]
     assert drift_of(undated).story is Story.TOO_FEW
 

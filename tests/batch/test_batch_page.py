@@ -42,7 +42,7 @@ def test_the_page_tells_the_story_shows_each_parameter_and_names_each_dive():
 def test_the_page_groups_by_configuration_and_tells_failures_and_twins():
     rows = [*dives(), *(replace(row, configuration="survey") for row in dives(damping=0.2, seed=3))]
     failed = rows_of([Result("k", "cut <b>", "cut.tlog", "0", None, "holds no MAVLink frame")])
-    html = page([*rows, *failed], [("copy.tlog", "dive.tlog")])
+    html = page([*rows, *failed], [("copy.tlog", "is the beginning of", "dive.tlog")])
     headings = re.findall(r"<h2>(.*?)</h2>", html)
     assert headings == [
         "Configuration only", "Configuration survey", "Dives of configuration only",
@@ -51,6 +51,7 @@ def test_the_page_groups_by_configuration_and_tells_failures_and_twins():
     assert "cut &lt;b&gt;" in html
     assert "holds no MAVLink frame" in html
     assert "copy.tlog" in html
+    assert "is the beginning of" in html
 
 
 def test_a_page_of_nothing_says_so():

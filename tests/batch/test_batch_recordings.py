@@ -1,11 +1,14 @@
 """DIVES of a command line to recordings: each once, in whatever way it was given."""
 
+import gzip
+
 import batch_jobs
 import pytest
 
 from bridge.errors import LogError
-from identify.batch.dates import date_in_name, utc
-from identify.batch.recordings import find_recordings, name_of
+from identify.batch.recordings import BEGINNING, find_recordings, name_of
+from identify.dates import date_in_name, utc
+from identify.ingest.identity import OPENING_BYTES
 
 
 def put(path, data):
@@ -31,6 +34,11 @@ def names(found):
     return sorted(recording.name for recording in found.recordings)
 
 
+def twins(found):
+    """What counts in place of each recording that does not."""
+    return {twin.path: twin.counted for twin in found.twins}
+
+
 def test_a_folder_gives_its_dive_folders_and_recordings_but_no_stray_table(dives):
     found = find_recordings([str(dives)])
     assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
@@ -51,12 +59,43 @@ def test_the_same_bytes_given_twice_count_once_and_the_dive_folder_is_the_one(di
     copy = put(dives / "copy.tlog", b"ab")
     found = find_recordings([str(copy), str(dives), str(dives / "lake")])
     assert names(found) == ["1", "2", "2026-11-20T0912Z-hovering"]
-    assert sorted(str(path.relative_to(dives)) for path, _ in found.twins) == [
+    assert sorted(str(path.relative_to(dives)) for path in twins(found)) == [
         "copy.tlog",
         "lake/1.BIN",
         "lake/2.tlog.gz",
     ]
-    assert dict(found.twins)[copy] == dives / "2026-11-20T0912Z-hovering"
+    assert twins(found)[copy] == dives / "2026-11-20T0912Z-hovering"
+
+
+def test_a_compressed_recording_and_the_same_unfolded_count_once(tmp_path):
+    folded = put(tmp_path / "a.tlog.gz", gzip.compress(b"one dive"))
+    unfolded = put(tmp_path / "b.tlog", b"one dive")
+    found = find_recordings([str(tmp_path)])
+    assert names(found) == ["a"]
+    assert twins(found) == {unfolded: folded}
+    (other,) = find_recordings([str(unfolded)]).recordings
+    assert other.sha256 == found.recordings[0].sha256
+
+
+LONG = bytes(range(256)) * (2 * OPENING_BYTES // 256)
+
+
+def test_of_copies_that_were_cut_only_the_longest_counts(tmp_path):
+    whole = put(tmp_path / "whole.tlog.gz", gzip.compress(LONG))
+    cut = put(tmp_path / "a" / "telemetry.tlog", LONG[:-999]).parent
+    same_cut = put(tmp_path / "b.tlog", LONG[:-999])
+    shorter = put(tmp_path / "c.tlog", LONG[:-5000])
+    found = find_recordings([str(tmp_path)])
+    assert [recording.path for recording in found.recordings] == [whole]
+    assert twins(found) == dict.fromkeys((cut, same_cut, shorter), whole)
+    assert {twin.why for twin in found.twins} == {BEGINNING}
+
+
+def test_dives_that_begin_alike_and_go_on_otherwise_all_count(tmp_path):
+    put(tmp_path / "a.tlog", LONG)
+    put(tmp_path / "b.tlog", LONG[:-5000] + b"another end")
+    found = find_recordings([str(tmp_path)])
+    assert (names(found), found.twins) == (["a", "b"], ())
 
 
 @pytest.mark.parametrize("word", ["missing.tlog", "none-*.tlog", "empty"])

@@ -148,14 +148,14 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
 
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     tell(arguments, found, rows, drifts)
-    twins = [(str(path), str(counted)) for path, counted in found.twins]
+    twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in found.twins]
     write_csv(rows, arguments.csv)
     show.write_json(
         {
             "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
             "method": arguments.method,
             "dives": [to_json(row) for row in rows],
-            "counted_once": [{"recording": path, "same_as": counted} for path, counted in twins],
+            "counted_once": [{"recording": path, "why": why, "same_as": other} for path, why, other in twins],
             "trends": drifts_to_json(drifts),
         },
         arguments.json,
@@ -187,8 +187,8 @@ def tell(
         if drift.trends:
             show.put(console, trend_table(drift, configuration))
         show.say(console, f"{configuration}: {drift.sentence}")
-    for path, counted in found.twins:
-        show.say(console, f"counted once: {path} has the same bytes as {counted}")
+    for twin in found.twins:
+        show.say(console, f"counted once: {twin.path} {twin.why} {twin.counted}")
 
 
 def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
