@@ -7,6 +7,7 @@ from rich.console import Console
 from identify.comparison import Comparison
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
+from identify.report.compared import told_beside
 from tui import show
 
 COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
@@ -37,7 +38,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
 
 
 def tell_comparison(console: Console, compared: Comparison) -> None:
-    """Both methods' values side by side; why they disagree is among the doubts of the first."""
+    """Both methods' values side by side, and why one has none; why they disagree is among the doubts of the first."""
     methods = (compared.first.method, compared.second.method)
     rows = [
         (
@@ -57,6 +58,8 @@ def tell_comparison(console: Console, compared: Comparison) -> None:
     if not compared.disagreements:
         for sentence in compared.sentences:
             show.say(console, f"note: {sentence}")
+    for sentence in told_beside(compared):
+        show.say(console, f"note: {sentence}")
 
 
 def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str, ...]:

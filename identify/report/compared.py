@@ -1,7 +1,7 @@
-"""Two methods beside each other in a report."""
+"""Two methods beside each other in a report, and what they say where one has less to show than the other."""
 
 from identify.comparison import Comparison
-from identify.identification import Estimate
+from identify.identification import Estimate, Identification, Outcome
 from identify.report.page import Section, Table
 from identify.report.text import MISSING, significant, unit, with_interval
 
@@ -31,12 +31,48 @@ def comparison_section(compared: Comparison) -> Section:
     apart = ", ".join(d.first.symbol for d in compared.disagreements)
     warning = f"Warning: the methods disagree on {apart}\n\n{WHY_STANDS}" if apart else ""
     return Section(
-        f"{heading[0].upper()}{heading[1:]}",
-        "" if warning else "\n\n".join(compared.sentences),
+        _capital(heading),
+        "\n\n".join((*(() if warning else compared.sentences), *told_beside(compared))),
         (Table(columns, rows, caption),) if rows else (),
         (),
         warning,
     )
+
+
+def told_beside(compared: Comparison) -> tuple[str, ...]:
+    """How the second ended where it did not converge, what it alone doubts, and why either gives no value, by reason.
+
+    A first that gives nothing at all has said why by itself.
+    """
+    first, second = compared.first, compared.second
+    ended = (
+        ()
+        if second.outcome is Outcome.CONVERGED
+        else (f"{_capital(second.method)} ended with '{second.outcome.value}'.",)
+    )
+    known = {doubt.sentence for doubt in first.doubts}
+    own = dict.fromkeys(doubt.sentence for doubt in second.doubts if doubt.sentence not in known)
+    doubts = tuple(f"{_capital(second.method)}: {sentence}" for sentence in own)
+    return (*ended, *doubts, *(_gaps(first, compared) if first.values() else ()), *_gaps(second, compared))
+
+
+def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:
+    """Why a method has no value where the other has one, or none at all, a line a reason."""
+    names: dict[str, list[str]] = {}
+    bare = not method.values()
+    for d in compared.differences:
+        own, other = (d.first, d.second) if method is compared.first else (d.second, d.first)
+        if not own.identifiable and (bare or other.identifiable):
+            names.setdefault(own.reason, []).append(d.name)
+    nothing = bare and len(names) == 1
+    return tuple(
+        f"{_capital(method.method)} gives {'nothing' if nothing else 'no ' + ', '.join(of)}: {reason}"
+        for reason, of in names.items()
+    )
+
+
+def _capital(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}"
 
 
 def _told(one: Estimate) -> str:
