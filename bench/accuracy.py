@@ -1,109 +1,23 @@
 """The accuracy section of docs/benchmarks.md: each method's errors over the Cramer-Rao bound, and its intervals."""
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bench.accuracy_trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, pack
-from bench.pooled import share95
+from bench import goals
+from bench.accuracy_trials import ORDER, SEEDS_AT_MOST, Bound, Trial, available, measured, pack
 from bench.remembered import Remembered
+from bench.tally import TELLING, Case, Tally, inside95, median_ratio, root_mean_square, tally
 from bridge.vehicle.coefficients import COEFFICIENTS
 
-Array = NDArray[np.float64]
-
-TELLING = 0.30
-"""Coefficients that no method could know to this relative error are counted apart."""
-
-NORMAL_MEDIAN = 0.6744897501960817
 GROUPS = {
     "mass in surge, sway, yaw": ("M_u", "M_v", "I_r"),
     "damping in surge, sway, yaw": ("D_u", "D_v", "D_r"),
     "mass in heave, roll, pitch": ("M_w", "I_p", "I_q"),
     "damping in heave, roll, pitch": ("D_w", "D_p", "D_q"),
 }
-CONVERGED = "converged"
-
-
-@dataclass(frozen=True)
-class Case:
-    """One coefficient of one mission as a method states it: its error over the bound, and what it claims of it.
-
-    `error` is that of the logarithm, in the bound's units of relative standard error.
-    """
-
-    seed: int
-    name: str
-    kind: str
-    error: float
-    least: float
-    inside: bool
-    z: float
-    warned: bool
-
-
-@dataclass(frozen=True)
-class Tally:
-    """A method's cases where the bound is below TELLING, and how many coefficients it refused, there and elsewhere."""
-
-    method: str
-    cases: tuple[Case, ...]
-    refused: int
-    refused_rightly: int
-    stated_rashly: int
-    seconds: float
-    missions: int
-
-
-def tally(method: str, bounds: Iterable[Bound], trials: Iterable[Trial]) -> Tally:
-    """What a method's trials come to against the bounds of their missions."""
-    own = {trial.seed: trial for trial in trials if trial.method == method}
-    cases: list[Case] = []
-    refused = rightly = rashly = 0
-    for bound in bounds:
-        if (trial := own.get(bound.seed)) is None:
-            continue
-        for name in bound.truth:
-            stated, least = trial.stated.get(name), bound.least[name]
-            if stated is None:
-                refused += least < TELLING
-                rightly += least >= TELLING
-            elif least >= TELLING:
-                rashly += 1
-            else:
-                warned = stated.doubted or trial.outcome != CONVERGED
-                cases.append(_case(bound, name, stated, warned))
-    seconds = float(np.median([trial.seconds for trial in own.values()])) if own else math.nan
-    return Tally(method, tuple(cases), refused, rightly, rashly, seconds, len(own))
-
-
-def _case(bound: Bound, name: str, stated: Stated, warned: bool) -> Case:
-    truth, least = bound.truth[name], bound.least[name]
-    ratio = stated.value / truth
-    # A mass below zero has no logarithm: it counts as wrong by as much as it is.
-    error = math.log(ratio) if ratio > 0 else ratio - 1.0
-    inside = stated.low95 <= truth <= stated.high95
-    return Case(bound.seed, name, bound.kind, error / least, least, inside, error / stated.std, warned)
-
-
-def root_mean_square(cases: Iterable[Case]) -> float:
-    """Of the errors over the bound: 1 where a method does all that can be done."""
-    errors = np.array([case.error for case in cases])
-    return float(np.sqrt(np.mean(errors**2))) if len(errors) else math.nan
-
-
-def median_ratio(cases: Iterable[Case]) -> float:
-    """The median error over what it is for normal errors at the bound: 1, too, and blind to a few wild ones."""
-    errors = np.array([case.error for case in cases])
-    return float(np.median(np.abs(errors)) / NORMAL_MEDIAN) if len(errors) else math.nan
-
-
-def inside95(cases: Sequence[Case]) -> tuple[float, float, float]:
-    """The share of intervals that hold the truth, and its 95 % bounds: a mission's coefficients hang together."""
-    return share95([case.inside for case in cases], [case.seed for case in cases])
 
 
 def section(seeds: Sequence[int], cache: Path, results: Path) -> str:
@@ -119,7 +33,7 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
     tallies = [tally(method, bounds, trials) for method in methods]
     lines = ["## Accuracy against the Cramer-Rao bound", "", *_introduction(bounds), ""]
     lines += [f"`{method}` is not installed here and is left out." for method in absent]
-    lines += ["", *_overall(tallies), "", *_by_group(tallies), ""]
+    lines += ["", *_overall(tallies), "", *goals.lines(tallies), "", *_by_group(tallies), ""]
     for one in tallies:
         if any(math.isfinite(case.z) for case in one.cases) and one.method != "least squares":
             lines += [*_by_coefficient(one, bounds), ""]
@@ -147,9 +61,9 @@ def _introduction(bounds: list[Bound]) -> list[str]:
 def _overall(tallies: list[Tally]) -> list[str]:
     rows = [
         "| method | missions | stated | refused below the bound of 30 % | refused above it | stated above it "
-        "| rms error / bound | median error / bound | mean z | mean relative error | inside 95 % (bounds) "
-        "| beyond 3 sigma | beyond 5 sigma | of these without a warning | median s |",
-        "|---" * 15 + "|",
+        "| share refused | rms error / bound | median error / bound | mean z | mean relative error "
+        "| inside 95 % (bounds) | beyond 3 sigma | beyond 5 sigma | of these without a warning | median s |",
+        "|---" * 16 + "|",
     ]
     for one in tallies:
         cases = one.cases
@@ -159,6 +73,7 @@ def _overall(tallies: list[Tally]) -> list[str]:
         cells = [
             one.method,
             *map(str, counts),
+            f"{100 * one.refused_share:.1f} %",
             f"{root_mean_square(cases):.2f}",
             f"{median_ratio(cases):.2f}",
         ]

@@ -102,8 +102,9 @@ def page(dives: Sequence[Tried]) -> str:
         *paragraph(
             f"{len({one.seed for one in dives})} seeds, both campaigns of the source paper, each through bytes,",
             f"bridge, MAVLink and `.tlog`, then `{DEFAULT}`. `z` is the error in standard errors: 0 on average, 1 in",
-            "spread where intervals are right; a spread above 1 means that they are too narrow. The simulator shares the",
-            "estimator's equations: this proves the chain and the intervals, not that a real vehicle obeys the model.",
+            "spread where intervals are right; a spread above 1 means that they are too narrow. The simulator shares",
+            "the estimator's equations: this proves the chain and the intervals, not that a real vehicle obeys the",
+            "model.",
         ),
         "",
         f"Dives of which nothing could be told: {', '.join(nothing) if nothing else 'none'}, of {len(dives)}.",
@@ -137,6 +138,7 @@ def _tables(found: Sequence[Trial]) -> list[str]:
         *paragraph(
             f"Pooled: {sum(inside)} of {len(found)} inside, {100 * share:.1f} %",
             f"({100 * low:.1f} to {100 * high:.1f} %, the coefficients of one dive taken as they hang together,",
-            f"`bench/pooled.py`); spread of z {z.std():.2f}; {np.sum(abs(z) > 3)} beyond 3 standard errors, the largest {abs(z).max():.1f}.",
+            f"`bench/pooled.py`); spread of z {z.std():.2f}; {np.sum(abs(z) > 3)} beyond 3 standard errors,",
+            f"the largest {abs(z).max():.1f}.",
         ),
     ]

@@ -13,13 +13,13 @@ from typing import cast
 import numpy as np
 import torch
 
-from bench.accuracy import Case, Tally, tally
 from bench.accuracy_trials import SOURCES, Bound, Trial, known
 from bench.forms.task import Task, task_of
 from bench.forms.training import Fitted
 from bench.missions.mission import draw_one
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import MISSIONS, stamp
+from bench.tally import Case, Tally, tally
 from bench.trial import BOUND, OWN, bound_job, method_job
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from identify.estimators.table import METHODS as PRODUCT

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench.accuracy import median_ratio, root_mean_square, tally
 from bench.accuracy_trials import Bound, Trial
 from bench.forms.judge import FORMS, SECONDS, Judged, judged, leaning, relative
 from bench.forms.left_out import of_mission
 from bench.forms.reasons import settings, why
 from bench.missions.mission import draw_one
+from bench.tally import median_ratio, root_mean_square, tally
 from bench.words import paragraph
 
 

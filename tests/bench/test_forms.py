@@ -8,7 +8,6 @@ import pytest
 import torch
 from torch import Tensor, nn
 
-from bench.accuracy import tally
 from bench.accuracy_trials import Bound, Stated, Trial
 from bench.forms import left_out, shooting
 from bench.forms.disturbance import Disturbance
@@ -20,6 +19,7 @@ from bench.forms.task import STEP_S, Task, hermite, task_of
 from bench.forms.training import SETTLED, Budget, by_adam, by_lbfgs
 from bench.forms.waves import Waves
 from bench.missions.mission import Mission, draw_one
+from bench.tally import tally
 from bridge.vehicle.dynamics import coriolis
 
 FEW_SECONDS = 20.0
