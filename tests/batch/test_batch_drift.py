@@ -119,6 +119,19 @@ def test_two_dives_or_none_that_is_dated_are_too_few():
     assert drift_of(undated).story is Story.TOO_FEW
 
 
+def test_three_dated_dives_that_make_no_trend_say_what_they_lack():
+    first, second, third = dives(count=3)
+    without = replace(second, values={name: v for name, v in second.values.items() if name[0] == "D"})
+    rows = [first, without, replace(without, unix_s=None)]
+    assert (
+        "Of the 3 identified in this configuration 2 are dated, of these 1 tell a mass"
+        in drift_of(rows).sentence
+    )
+    together = [replace(row, unix_s=first.unix_s) for row in (first, second, third)]
+    assert drift_of(together).sentence.startswith(Story.TOO_FEW.value)
+    assert drift_of(together).sentence.endswith("3 a damping; they all began at one moment.")
+
+
 def test_nothing_planted_is_seldom_called_a_story():
     told = [drift_of(dives(seed=seed)).story for seed in range(60)]
     assert sum(story is not Story.STEADY for story in told) <= 9

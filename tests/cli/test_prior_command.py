@@ -146,6 +146,19 @@ def test_a_sidecar_brings_the_earlier_dives_too(vehicle, tmp_path):
     assert priors(vehicle)["M_u"].dives == ("1" * 16, "3" * 16)
 
 
+def test_the_beginning_of_the_recording_goes_with_a_prior(vehicle, tmp_path):
+    dive = {"name": "hovering-7", "sha256": "7" * 64, "opening": "9" * 64}
+    accept(identified(tmp_path / "a.json", dive=dive), vehicle)
+    assert priors(vehicle)["M_u"].dives == ("7" * 16, "9" * 16)
+    param = tmp_path / "a.param"
+    param.write_text("FF1_M_U,111\n", encoding="utf-8")
+    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1",
+                   {"FF1_M_U": Interval("M_u", "kg", 109.0, 111.0)}, dive_opening="8" * 64)  # fmt: skip
+    write_sidecar(param, told)
+    assert accept(param, vehicle) == exit_codes.DONE
+    assert priors(vehicle)["M_u"].dives == ("1" * 16, "8" * 16)
+
+
 def test_a_vehicle_of_seatrials_own_is_not_written_to(tmp_path, capsys):
     before = BUNDLED.read_text(encoding="utf-8")
     assert accept(identified(tmp_path / "a.json"), "ruvifist") == exit_codes.BAD_INPUT

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from bridge.errors import LogError
 from bridge.framing import Encoder
 from bridge.vehicle.config import load_vehicle
+from identify.ingest.identity import OPENING_BYTES
 from identify.ingest.open import read_dive
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
@@ -166,6 +167,17 @@ def test_a_cut_recording_is_read_to_where_it_ends(tmp_path: Path, name: str) -> 
     assert dive.velocity is not None
     assert len(dive.velocity) > 30
     assert any("middle of a record" in note for note in dive.notes)
+
+
+def test_a_recording_is_known_by_its_unfolded_bytes_and_a_cut_one_by_its_beginning(tmp_path: Path) -> None:
+    data = recording(contract_dive()) * (1 + OPENING_BYTES // len(recording(contract_dive())))
+    dive = read_dive(write(tmp_path / "a.tlog", data))
+    folded = read_dive(write(tmp_path / "b.tlog.gz", gzip.compress(data)))
+    cut = read_dive(write(tmp_path / "c.tlog", data[:OPENING_BYTES]))
+    assert (folded.sha256, folded.opening) == (dive.sha256, dive.opening)
+    assert cut.sha256 != dive.sha256
+    assert cut.opening == dive.opening != ""
+    assert read_dive(write(tmp_path / "d.tlog", data[: OPENING_BYTES - 1])).opening == ""
 
 
 def test_damage_in_the_middle_costs_only_what_it_hit(tmp_path: Path) -> None:

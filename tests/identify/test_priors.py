@@ -201,6 +201,26 @@ def test_an_answer_names_all_dives_that_its_priors_rest_on():
     assert found.to_json()["prior_dives"] == ["2" * 16, "3" * 16]
 
 
+def test_a_prior_from_a_cut_copy_of_this_dives_recording_is_left_out_too():
+    """The hash of a copy that was cut is another, its beginning is the same; through a later dive as well."""
+    dive = replace(fitted.dive(), opening="9" * 64)
+    fit = fitted.fit(SURGE, np.diag([1e-4, 4e-4]))
+    copy = replace(fitted.prior(102.0, 0.01, "thrust"), dive_sha256="2" * 64, dive_opening="9" * 64)
+    later = replace(copy, dive_opening="8" * 64, earlier_dives=copy.dives)
+    for prior in (copy, later):
+        found = answered(fit, dive, fitted.vehicle_file(priors={"M_u": prior}))
+        assert found["M_u"].value == pytest.approx(100.0)
+        assert any("rest on this very dive" in doubt.sentence for doubt in found.doubts)
+    other = answered(fit, replace(dive, opening="7" * 64), fitted.vehicle_file(priors={"M_u": copy}))
+    assert other["M_u"].share_from_prior > 0
+    assert other.prior_dives == ("2" * 16, "9" * 16)
+
+
+def test_a_dive_without_an_opening_is_not_taken_for_another_without_one():
+    other = replace(fitted.prior(102.0, 0.01, "thrust"), dive_sha256="2" * 64)
+    assert answer(np.diag([1e-4, 4e-4]), {"M_u": other})["M_u"].share_from_prior > 0
+
+
 def test_a_prior_that_was_left_out_brings_no_dive_into_the_answer():
     far = replace(fitted.prior(150.0, 0.01, "thrust"), dive_sha256="2" * 64)
     assert answer(np.diag([1e-4, 4e-4]), {"M_u": far}).prior_dives == ()
