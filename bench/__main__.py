@@ -1,12 +1,12 @@
 """`make bench`: measurements, into docs/benchmarks.md. Resumes where it stopped (runs/).
 
-Name sections to run those alone; the others stay on the page as they are.
+Name sections to run those alone; the others stay on the page, those of code that has changed since labelled so.
 """
 
 import argparse
 from pathlib import Path
 
-from bench.document import read, written
+from bench.document import Section, compared, read, written
 from bench.sections import SECTIONS, Run
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -25,11 +25,14 @@ def main() -> None:
     run = Run(ROOT / "runs", ROOT / "docs", ROOT / "bench" / "results", arguments.short)
     run.cache.mkdir(exist_ok=True)
     target = run.docs / "benchmarks.md"
+    # Before anything is measured: code that changes meanwhile is not what the figures come from.
+    codes = {name: one.code for name, one in SECTIONS.items()}
     for name in arguments.sections or SECTIONS:
-        page = SECTIONS[name](run)
+        page = Section(SECTIONS[name].page(run), codes[name])
         # Written after each, so that what was measured is on the page whatever becomes of the rest.
         sections = read(target.read_text(encoding="utf-8")) if target.exists() else {}
-        target.write_text(written({**sections, name: page}, tuple(SECTIONS)), encoding="utf-8")
+        text = written(compared({**sections, name: page}, codes), tuple(SECTIONS))
+        target.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

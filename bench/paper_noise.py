@@ -9,6 +9,14 @@ from identify.report.axes import close_axis, roomy_axis
 from identify.report.page import Figure, Report, Section, write_report
 from identify.report.plot import Line, Panel, legend, render
 
+SOURCES = (
+    "bench/paper_noise.py",
+    "bridge/vehicle",
+    "identify/dive.py",
+    "identify/estimators/paper_noise.py",
+    "identify/estimators/paper_physics.py",
+    "identify/filters.py",
+)
 SEED = 1
 DRAWN_HZ = (5.0, 1.0, 0.5, 0.2)
 

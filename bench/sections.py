@@ -6,6 +6,7 @@ from pathlib import Path
 
 from bench import (
     accuracy,
+    accuracy_trials,
     coverage,
     deepxde_surge,
     paper_noise,
@@ -16,7 +17,9 @@ from bench import (
     thrift,
     tracking,
 )
+from bench.forms import judge
 from bench.forms import page as forms_page
+from bench.stamp import stamp
 
 CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)
 """Of the paper's own two campaigns, dived by its vehicle."""
@@ -81,16 +84,29 @@ def _forms(run: Run) -> str:
     return forms_page.page(run.cache / "bench", run.docs / "network_forms.md", seeds)
 
 
-SECTIONS: dict[str, Callable[[Run], str]] = {
-    "accuracy": _accuracy,
-    "speed": _speed,
-    "reading": _reading,
-    "thrift": _thrift,
-    "prediction": _prediction,
-    "tracking": _tracking,
-    "paper small": _paper_small,
-    "deepxde": _deepxde,
-    "forms": _forms,
-    "coverage": _coverage,
-    "paper noise": _paper_noise,
+@dataclass(frozen=True)
+class Measurement:
+    """A section's page, and the code that its figures hang on (`bench.stamp`)."""
+
+    page: Callable[[Run], str]
+    sources: tuple[str, ...]
+
+    @property
+    def code(self) -> str:
+        return stamp(*self.sources)
+
+
+_TRIALS = tuple(source for group in accuracy_trials.SOURCES.values() for source in group)
+SECTIONS = {
+    "accuracy": Measurement(_accuracy, _TRIALS),
+    "speed": Measurement(_speed, speed.SOURCES),
+    "reading": Measurement(_reading, reading.SOURCES),
+    "thrift": Measurement(_thrift, thrift.SOURCES),
+    "prediction": Measurement(_prediction, prediction.SOURCES),
+    "tracking": Measurement(_tracking, tracking.SOURCES),
+    "paper small": Measurement(_paper_small, paper_small.SOURCES),
+    "deepxde": Measurement(_deepxde, deepxde_surge.SOURCES),
+    "forms": Measurement(_forms, (*_TRIALS, *judge.OF_FORMS, "bench/forms/left_out.py")),
+    "coverage": Measurement(_coverage, coverage.SOURCES),
+    "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
 }

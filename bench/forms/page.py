@@ -40,7 +40,8 @@ def record(bounds: list[Bound], trials: list[Trial], found: list[Judged], left_o
     lines = [
         "# The network's forms, judged",
         "",
-        "Written by `python -m bench forms`; every figure of the tables comes from it.",
+        "Written by `python -m bench forms`; every figure of the tables comes from it. Whether its code has changed",
+        "since then stands in [benchmarks.md](benchmarks.md).",
         "",
         *paragraph(
             "A physics-informed network can be posed in many ways. The product has the weak form on the network's own",

@@ -10,9 +10,7 @@ import pytest
 
 from bench import accuracy, accuracy_trials, goals, trial
 from bench.accuracy_trials import Bound, Stated, Trial
-from bench.document import HEAD, read, written
 from bench.remembered import Remembered
-from bench.sections import SECTIONS
 from bench.tally import inside95, median_ratio, root_mean_square, tally
 
 Z95 = 1.959963984540054
@@ -156,17 +154,3 @@ def test_what_was_measured_is_not_measured_again(tmp_path: Path, monkeypatch: py
     size = (tmp_path / "a.jsonl").stat().st_size
     assert accuracy_trials.measured([100_010], Remembered(tmp_path / "a.jsonl")) == first
     assert (tmp_path / "a.jsonl").stat().st_size == size
-
-
-def test_one_section_is_replaced_and_the_others_stay() -> None:
-    order = ("a", "b", "c")
-    page = written({"c": "## C\nold", "a": "## A"}, order)
-    assert page.startswith(HEAD)
-    assert read(page) == {"a": "## A", "c": "## C\nold"}
-    assert read(written({**read(page), "c": "## C\nnew"}, order)) == {"a": "## A", "c": "## C\nnew"}
-
-
-def test_the_published_page_holds_known_sections_alone() -> None:
-    text = (Path(__file__).resolve().parents[2] / "docs" / "benchmarks.md").read_text(encoding="utf-8")
-    assert set(read(text)) <= set(SECTIONS)
-    assert written(read(text), tuple(SECTIONS)) == text
