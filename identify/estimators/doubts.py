@@ -1,80 +1,76 @@
-"""Why an interval might be wrong: a drag that the model lacks."""
+"""Why an interval might be wrong: a drag that the model lacks, thrust that acts at another time than it says."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.estimators.axes import Axis
 from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisFit, AxisLikelihood
-from identify.estimators.scoring import climb, score
+from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisFit
+from identify.estimators.multiplier import Tested, with_force
+from identify.estimators.scoring import climb
 
 Array = NDArray[np.float64]
 
 DOUBTFUL_SCORE = 5.0
 DEAF_NOISE = 1e6
 
+LATER_S = 0.05
+"""About a thruster's lag: the force so much later stands for a force that is later."""
+
 
 @dataclass(frozen=True)
 class Doubts:
     """What speaks against the fit of one axis.
 
-    drag_score: how many standard errors a quadratic damping is away from none. shift (2,): by how much log mass and
-    log damping move once it is let in, 0 where nothing calls for it.
+    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2. shift (2,): by how much log mass and log damping move once
+    it is let in, 0 where nothing calls for it. late: of seconds by which forces act later than they are taken to.
     """
 
-    drag_score: float
+    drag: Tested
     shift: Array
+    late: Tested
+
+    @property
+    def by_late(self) -> Array:
+        """What log mass and log damping (2,) move by with each second."""
+        return np.asarray(self.late.leaning[[MASS, DAMPING]])
 
     @property
     def lacks_drag(self) -> bool:
-        return abs(self.drag_score) > DOUBTFUL_SCORE
+        return abs(self.drag.score) > DOUBTFUL_SCORE
+
+    @property
+    def is_late(self) -> bool:
+        return abs(self.late.score) > DOUBTFUL_SCORE
 
 
 def doubts_of(fit: AxisFit) -> Doubts:
     """The doubts about a fit."""
-    wider, start = _with_drag(fit)
-    drag_score = _drag_score(fit, wider, start)
-    shift = np.zeros(2)
-    if abs(drag_score) > DOUBTFUL_SCORE:
-        shift = climb(wider, start).theta[[MASS, DAMPING]] - fit.maximum.theta[[MASS, DAMPING]]
-    return Doubts(drag_score, shift)
-
-
-def _with_drag(fit: AxisFit) -> tuple[AxisLikelihood, Array]:
-    """The likelihood with a quadratic damping beside all else, and the maximum without it."""
-    problem = fit.problem
     speed = simulated_speed(fit)
-    shape = -speed * np.abs(speed)
-    size = max(float(np.sqrt(np.mean(shape**2))), 1e-9)
-    place = _place_of_drag(fit)
-    wider = replace(
-        problem,
-        shapes=np.column_stack([problem.shapes, shape]),
-        prior_mean=np.insert(problem.prior_mean, place, 0.0),
-        prior_precision=np.insert(problem.prior_precision, place, 0.0),
-        difference=np.insert(problem.difference, place, 1e-3 / size),
-    )
-    return wider, np.insert(fit.maximum.theta, place, 0.0)
+    wider = with_force(fit, -speed * np.abs(speed))
+    drag, shift = wider.tested(), np.zeros(2)
+    if abs(drag.score) > DOUBTFUL_SCORE:
+        shift = climb(wider.problem, wider.start).theta[[MASS, DAMPING]] - fit.maximum.theta[[MASS, DAMPING]]
+    return Doubts(drag, shift, with_force(fit, by_lateness(fit.problem.axis)).tested())
 
 
-def _place_of_drag(fit: AxisFit) -> int:
-    return FORCES + int(fit.problem.shapes.shape[1])
+def by_lateness(axis: Axis) -> Array:
+    """What each step's mean force (n,) changes by, per second that the forces come later."""
+    moving = axis.step_s > 0
+    step_s, end_s = axis.step_s[moving], axis.time_s[moving]
+    start_s = end_s - step_s
+    knot_s = np.concatenate([start_s[:1], np.column_stack([end_s - 0.5 * step_s, end_s]).ravel()])
+    impulse = np.concatenate([[0.0], np.cumsum((0.5 * step_s[:, None] * axis.force[moving]).ravel())])
 
+    def mean(later_s: float) -> Array:
+        until, since = (np.interp(time_s - later_s, knot_s, impulse) for time_s in (end_s, start_s))
+        return np.asarray((until - since) / step_s)
 
-def _drag_score(fit: AxisFit, wider: AxisLikelihood, start: Array) -> float:
-    """The Lagrange-multiplier test (Engle 1984, eq. 13), which fits nothing.
-
-    The gradient of the likelihood with respect to the new coefficient at zero, over the root of its information
-    with the fitted parameters projected out. Positive for drag.
-    """
-    place = _place_of_drag(fit)
-    gradient, information = score(wider, start)
-    information = information + np.diag(wider.prior_precision)
-    others = np.arange(len(gradient)) != place
-    cross = information[place, others]
-    left = information[place, place] - cross @ np.linalg.solve(information[np.ix_(others, others)], cross)
-    return float(gradient[place] / np.sqrt(left)) if left > 0 else 0.0
+    out = np.zeros(len(axis.step_s))
+    out[moving] = (mean(LATER_S) - mean(0.0)) / LATER_S
+    return out
 
 
 def simulated_speed(fit: AxisFit) -> Array:

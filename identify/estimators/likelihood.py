@@ -7,6 +7,7 @@ say of it alone. Noise levels and the disturbance's time constant are fitted wit
 from the Fisher information.
 """
 
+import math
 import time
 from collections.abc import Callable, Collection, Mapping
 
@@ -26,8 +27,17 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.said import drag_doubt, long_enough, strange_doubts, too_little, unsettled_doubt
+from identify.estimators.said import (
+    drag_doubt,
+    late_doubt,
+    lateness_note,
+    long_enough,
+    strange_doubts,
+    too_little,
+    unsettled_doubt,
+)
 from identify.estimators.scoring import MOST_STEPS
+from identify.estimators.unseen import unseen_doubts
 from identify.feedback import Unrecorded, unrecorded
 from identify.identification import (
     LARGEST_RELATIVE_STD,
@@ -42,6 +52,13 @@ from identify.identification import (
 from identify.identification import estimate as as_estimate
 
 Array = NDArray[np.float64]
+
+TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
+"""It is told what thrust that acts so much later would move by more than this share of its standard error."""
+
+STAMP_STD_S = 1e-4
+"""Standard deviation of the time between a command's stamp and a reading's that no recording excludes: they are rounded
+on their way. A real one may be worse by far, which is told."""
 
 VAGUE_TIME_CONSTANT = 0.45
 """A standard error of the logarithm of the disturbance's time constant from which on intervals are doubted."""
@@ -66,12 +83,19 @@ def estimate(
     doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
     progress(1.0, "done")
     shift = _shift(doubts, spoilt)
+    stamps = _by_stamps(doubts)
     totals = tuple(
-        _one(c, row, joint, float(shift[row]), built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
+        _one(c, row, joint, float(shift[row]), float(stamps[row]), built, spoilt)
+        for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, shift)
+    names, covariance = _covariance(totals, joint, np.stack([shift, stamps]))
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
-    told = (*strange_doubts(built.strange), *_doubts(fits, doubts), *by_others)
+    told = (
+        *strange_doubts(built.strange),
+        *unseen_doubts(built),
+        *_doubts(fits, doubts, joint.settled),
+        *by_others,
+    )
     return Identification(
         "likelihood",
         outcome_of(totals, told),
@@ -86,7 +110,7 @@ def estimate(
         covariance,
         names,
         _nuisance(fits),
-        (*dive.notes, *built.notes, *_rests_on_gravity(totals, built, shape)),
+        (*dive.notes, *built.notes, *_rests_on_gravity(totals, built, shape), *_rests_on_lag(totals, doubts)),
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
         _information(joint, [dof for dof in spoilt if not totals[dof].identifiable]),
@@ -117,15 +141,29 @@ def _shift(doubts: Mapping[int, Doubts], spoilt: Collection[int]) -> Array:
     return shift
 
 
+def _by_stamps(doubts: Mapping[int, Doubts]) -> Array:
+    """What the logarithms (12,) move by where thrust acts by STAMP_STD_S at another time than it is stamped."""
+    moved = np.zeros(12)
+    for dof, one in doubts.items():
+        moved[[dof, 6 + dof]] = STAMP_STD_S * one.by_late
+    return moved
+
+
 def _one(
-    of: Coefficient, row: int, joint: JointFit, shift: float, built: Axes, spoilt: Mapping[int, Unrecorded]
+    of: Coefficient,
+    row: int,
+    joint: JointFit,
+    shift: float,
+    stamps: float,
+    built: Axes,
+    spoilt: Mapping[int, Unrecorded],
 ) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
     value = float(np.exp(joint.log_value[row]))
-    std = float(np.hypot(np.sqrt(joint.covariance[row, row]), shift))
+    std = math.sqrt(joint.covariance[row, row] + shift**2 + stamps**2)
     below, above = joint.stretch[row]
     reason, widest = "", std * float(max(below, above))
     if widest > LARGEST_RELATIVE_STD:
@@ -146,14 +184,25 @@ def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configur
     )
 
 
-def _covariance(totals: tuple[Estimate, ...], joint: JointFit, shift: Array) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the coefficients that were fitted."""
+def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) -> tuple[str, ...]:
+    """What thrust that acts TELLING_LATE_S later than it is taken to would move by a good part of its interval."""
+    moved = {
+        t.name: TELLING_LATE_S * one.by_late[kind]
+        for dof, one in doubts.items()
+        for kind, t in enumerate((totals[dof], totals[6 + dof]))
+        if t.identifiable and abs(TELLING_LATE_S * one.by_late[kind]) > TELLING_SHARE * t.relative_std
+    }
+    return (lateness_note(moved, TELLING_LATE_S),) if moved else ()
+
+
+def _covariance(totals: tuple[Estimate, ...], joint: JointFit, moved: Array) -> tuple[tuple[str, ...], Array]:
+    """Names and covariance of the coefficients that were fitted; by `moved` (k, 12) those of an axis may differ too."""
     kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
     relative = joint.covariance[np.ix_(kept, kept)].copy()
     for row, i in enumerate(kept):
         for column, k in enumerate(kept):
             if i % 6 == k % 6:
-                relative[row, column] += shift[i] * shift[k]
+                relative[row, column] += moved[:, i] @ moved[:, k]
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 
@@ -181,8 +230,10 @@ def _usual_force(fit: AxisFit) -> float:
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
 
 
-def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]) -> tuple[Doubt, ...]:
-    told = [drag_doubt(dof, one.drag_score) for dof, one in doubts.items() if one.lacks_drag]
+def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], settled: bool) -> tuple[Doubt, ...]:
+    told = [drag_doubt(dof, one.drag.score) for dof, one in doubts.items() if one.lacks_drag]
+    if late := {dof: one.late.size for dof, one in doubts.items() if one.is_late}:
+        told.append(late_doubt(late, max(abs(doubts[dof].late.score) for dof in late)))
     told += [
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
@@ -192,7 +243,7 @@ def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts]) -> tuple[
         for dof, fit in fits.items()
         if (spread := float(np.sqrt(fit.covariance[TIME_CONSTANT, TIME_CONSTANT]))) > VAGUE_TIME_CONSTANT
     ]
-    if not all(fit.maximum.converged for fit in fits.values()):
+    if not settled:
         names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
         told.append(unsettled_doubt(names, "all axes", f"{MOST_STEPS} steps"))
     return tuple(told)

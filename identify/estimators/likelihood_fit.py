@@ -40,7 +40,7 @@ class JointFit:
     log_value (12,) and covariance (12, 12): the log masses and then the log dampings of the six degrees of freedom,
     the noise levels integrated out, NaN for those that are not fitted. stretch (12, 2): what to multiply the lower and
     the upper half of each one's interval by. information (3 k, 3 k): what the dive alone says of log mass, log damping
-    and trim force of the k axes, in the order of `fits`, all else projected out.
+    and trim force of the k axes, in the order of `fits`, all else projected out. settled: the search came to its end.
     """
 
     fits: dict[int, AxisFit]
@@ -48,6 +48,7 @@ class JointFit:
     covariance: Array
     stretch: Array
     information: Array
+    settled: bool
 
 
 def fit_axes(
@@ -63,7 +64,7 @@ def fit_axes(
     axes = built.axes
     if not axes:
         return JointFit(
-            {}, np.full(12, np.nan), np.full((12, 12), np.nan), np.ones((12, 2)), np.zeros((0, 0))
+            {}, np.full(12, np.nan), np.full((12, 12), np.nan), np.ones((12, 2)), np.zeros((0, 0)), True
         )
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
@@ -76,6 +77,7 @@ def fit_axes(
         thetas.append(climb(problem, problem.prior_mean, ROUGHLY, alone).theta)
     joint = _joined(problems, doubted)
     maximum = climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score)
+    settled = False
     for turn in range(PASSES):
         progress(0.3 + 0.7 * turn / PASSES, "fitting all axes together")
         before = maximum.theta
@@ -85,9 +87,10 @@ def fit_axes(
         std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
         moved = np.abs(maximum.theta - before) / std
         kept = [*joint.mass_places, *(place.start + DAMPING for place in joint.places)]
-        if turn and np.max(moved[kept]) < SETTLED:
+        settled = bool(turn and np.max(moved[kept]) < SETTLED)
+        if settled:
             break
-    return _taken_apart(joint, maximum)
+    return _taken_apart(joint, maximum, settled and maximum.converged)
 
 
 def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> JointLikelihood:
@@ -97,7 +100,7 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
     return JointLikelihood(tuple(problems), tuple(one.axis.dof for one in apart), prior)
 
 
-def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
+def _taken_apart(joint: JointLikelihood, maximum: Maximum, settled: bool) -> JointFit:
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     fits = {}
     for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
@@ -120,7 +123,7 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum) -> JointFit:
             stretch[dof + 6 * kind] = stretches(fit.problem, fit.maximum.theta, at)
     for dof, at in zip(joint.apart, range(joint.places[-1].stop, len(maximum.theta)), strict=True):
         stretch[dof] = stretches(joint, maximum.theta, at, JointLikelihood.score)
-    return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information))
+    return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information), settled)
 
 
 def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:

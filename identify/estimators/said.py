@@ -1,5 +1,7 @@
 """What the estimators say of a fit in the same words, and how short a dive may be."""
 
+from collections.abc import Mapping
+
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
 from identify.dive import Dive
@@ -25,6 +27,30 @@ def drag_doubt(dof: int, score: float) -> Doubt:
         f"({score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
         "alone; their intervals are widened by what such a force would change.",
         Outcome.DISAGREES,
+    )
+
+
+def late_doubt(late_s: Mapping[int, float], score: float) -> Doubt:
+    """Forces act later than they are taken to, by so many seconds in some axes; `score` in standard errors."""
+    names = [DOFS[dof] for dof in late_s]
+    where = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    least, most = min(late_s.values()), max(late_s.values())
+    size = f"{most:+.2f} s" if most - least < 0.01 else f"{least:+.2f} to {most:+.2f} s"
+    return Doubt(
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in late_s),
+        f"In {where} thrust acts at another time than the vehicle file's lag and the sensors' stamps say "
+        f"(later by about {size}; {abs(score):.0f} standard errors): masses and dampings there are off by more than "
+        "their intervals; measure the lag (seatrial doctor --wet), and check the sensors' clocks.",
+        Outcome.DISAGREES,
+    )
+
+
+def lateness_note(moved: Mapping[str, float], late_s: float) -> str:
+    """What coefficients hang on when thrust acts: by which share each moves, were it `late_s` later."""
+    shares = ", ".join(f"{name} {100 * share:+.1f} %" for name, share in moved.items())
+    return (
+        f"The intervals hold given the vehicle file's thruster lag and the sensors' stamps: were thrust "
+        f"{1000 * late_s:.0f} ms later, it would be {shares}; seatrial doctor --wet measures the lag."
     )
 
 

@@ -87,3 +87,20 @@ def test_the_curvature_comes_with_the_priors_and_without():
     torch.testing.assert_close(
         added.diagonal(), torch.tensor([0.0, 1.0, 1.0 / 9.0, 1.0], dtype=torch.float64)
     )
+
+
+def test_a_loss_that_only_rises_is_never_called_settled():
+    @dataclass(frozen=True)
+    class Misled(Bowl):
+        def at(self, raw, noise, state):
+            point = super().at(raw, noise, state)
+            return Point(raw, noise, point.equations, -point.slope)
+
+    full = torch.diag(torch.tensor([1.0, 1.0, 1.0, 1.0], dtype=torch.float64))
+    bowl = Misled(
+        SimpleNamespace(axes=1), None, Prior(LEVELS, ONE), lambda _: full, lambda _: None, lambda x: 2 * x**2
+    )
+    start = bowl.at(torch.tensor([1.0], dtype=torch.float64), LEVELS, torch.zeros(1, 1, dtype=torch.float64))
+    found = bowl.train(start)
+    assert bowl.loss(found.point) > bowl.loss(start)
+    assert not found.settled

@@ -14,6 +14,7 @@ from identify.estimators.innovations import POSITION
 from identify.estimators.pinn.fit import Fit, Progress, fit_network
 from identify.estimators.pinn.training import MOST_PASSES
 from identify.estimators.said import drag_doubt, long_enough, strange_doubts, too_little, unsettled_doubt
+from identify.estimators.unseen import unseen_doubts
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
@@ -40,7 +41,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     shape = file.vehicle.configurations[configuration]
     fit = fit_network(dive, file, configuration, built, progress) if built.axes else None
     totals = tuple(_one(c.name, c.dof, fit, built.missing) for c in (*MASSES, *DAMPINGS))
-    doubts = (*strange_doubts(built.strange), *(() if fit is None else _doubts(fit)))
+    doubts = (*strange_doubts(built.strange), *unseen_doubts(built), *(() if fit is None else _doubts(fit)))
     names, covariance = ((), np.zeros((0, 0))) if fit is None else _covariance(fit, totals)
     return Identification(
         "pinn",

@@ -26,7 +26,7 @@ PATIENCE, FLAT = 4, 0.02
 SETTLED_TEXT = f"no coefficient moved by {100 * SETTLED:.0f} % of its standard error in the last pass"
 FLAT_TEXT = f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"
 
-MOST_PASSES = 40
+MOST_PASSES = 25
 
 LARGEST_STEP = 1.0
 """Of a raw parameter or the logarithm of a noise level, in one pass."""
@@ -110,7 +110,7 @@ class Trainer:
             settled = float(moved[:count].max()) < SETTLED and float(moved[count:].max()) < LEVELS_SETTLED
             if settled:
                 return Trained(point, point.raw + step[:count], curvature, told, number, True, SETTLED_TEXT)
-            if len(losses) > PATIENCE and losses[-1 - PATIENCE] - losses[-1] < FLAT:
+            if len(losses) > PATIENCE and 0 <= losses[-1 - PATIENCE] - losses[-1] < FLAT:
                 return Trained(point, point.raw, curvature, told, number, True, FLAT_TEXT)
             point = self._down(point, step)
             losses.append(self.loss(point))

@@ -1,0 +1,54 @@
+"""Speeds that nobody read turn the vehicle all the same: the moments that they make can't be told from inertia."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from identify.estimators.axes import Axes, Axis
+from identify.identification import Doubt
+
+LONGEST_GAP_S = 5.0
+"""Over a shorter one a vehicle's speed follows from what it was before and from its thrust."""
+
+TELLING_SHARE = 0.1
+"""Of the dive, spent in longer gaps."""
+
+
+def unseen_doubts(built: Axes) -> tuple[Doubt, ...]:
+    """A warning about roll, pitch and yaw where speeds were not read, or not for a good part of the dive."""
+    turning = [axis.dof for axis in built.axes if axis.dof >= 3]
+    moving = {axis.dof: axis for axis in built.axes if axis.dof < 3}
+    if not turning:
+        return ()
+    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in turning)
+    never = [dof for dof in range(3) if dof not in moving]
+    gaps = {dof: silent_share(axis) for dof, axis in moving.items()}
+    seldom = [dof for dof, share in gaps.items() if share > TELLING_SHARE]
+    found = []
+    if never:
+        found.append(f"No velocity was recorded in {_named(never)}")
+    if seldom:
+        worst = max(gaps[dof] for dof in seldom)
+        found.append(f"For {100 * worst:.0f} % of the dive no velocity was read in {_named(seldom)}")
+    return tuple(
+        Doubt(
+            about,
+            f"{one}: what speed there does to the vehicle's turning is guessed, so {', '.join(about)} may be off by "
+            "more than their intervals; dive with the DVL's bottom lock, or without speed while it turns.",
+        )
+        for one in found
+    )
+
+
+def silent_share(axis: Axis) -> float:
+    """Share of an axis's time that lies in gaps of its readings longer than LONGEST_GAP_S."""
+    read = axis.time_s[np.isfinite(axis.reading)]
+    start_s, end_s = axis.time_s[0], axis.time_s[-1]
+    gaps_s = np.diff(np.concatenate([[start_s], read, [end_s]]))
+    return float(gaps_s[gaps_s > LONGEST_GAP_S].sum() / max(end_s - start_s, 1e-9))
+
+
+def _named(dofs: Sequence[int]) -> str:
+    names = [DOFS[dof] for dof in dofs]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,112 @@
+"""What is doubted beside a missing drag: thrust at another time, speeds that nobody read, a search cut off."""
+
+from dataclasses import replace
+
+import closed_loop
+import network_tasks
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from identify.dive import Signal
+from identify.estimators import likelihood_fit
+from identify.estimators.axes import build_axes
+from identify.estimators.doubts import by_lateness, doubts_of
+from identify.estimators.likelihood import estimate
+from identify.estimators.unseen import silent_share, unseen_doubts
+from identify.identification import Outcome
+
+FILE = closed_loop.vehicle_file()
+
+
+def later(dive, late_s):
+    """The dive with its commands stamped so much later than they acted."""
+    command = dive.tau_cmd
+    return replace(dive, tau_cmd=Signal(command.time_s + late_s, command.value))
+
+
+def surge(dive):
+    built = build_axes(dive, FILE, "only")
+    fits = likelihood_fit.fit_axes(built, FILE.vehicle.configurations["only"], network_tasks.quiet).fits
+    return doubts_of(fits[0])
+
+
+def test_thrust_at_its_own_time_is_not_called_late():
+    scores = [surge(closed_loop.dive(np.random.default_rng(s), 120.0)).late.score for s in range(12)]
+    assert abs(np.mean(scores)) < 0.9
+    assert 0.4 < np.std(scores) < 1.8
+
+
+@pytest.mark.parametrize("late_s", [-0.1, 0.1])
+def test_commands_stamped_late_are_found_with_sign_and_size(late_s):
+    found = surge(later(closed_loop.dive(np.random.default_rng(5)), late_s))
+    assert found.is_late
+    assert found.late.size == pytest.approx(-late_s, rel=0.35)
+
+
+def test_late_thrust_makes_data_and_model_disagree_and_says_by_how_much_and_what_to_do():
+    found = estimate(
+        later(closed_loop.dive(np.random.default_rng(5)), -0.1), FILE, "only", network_tasks.quiet
+    )
+    (doubt,) = [doubt for doubt in found.doubts if "acts at another time" in doubt.sentence]
+    assert doubt.about == ("M_u", "D_u")
+    assert found.outcome is Outcome.DISAGREES
+    assert "later by about +0." in doubt.sentence
+    assert "doctor --wet" in doubt.sentence
+
+
+def test_what_a_later_thrust_would_move_is_told_and_comes_true():
+    dive = closed_loop.dive(np.random.default_rng(5))
+    plain, moved = (
+        estimate(later(dive, late_s), FILE, "only", network_tasks.quiet)["M_u"].value
+        for late_s in (0.0, 0.01)
+    )
+    said = 0.01 * surge(dive).by_late[0]
+    assert np.log(moved / plain) == pytest.approx(said, rel=0.3)
+
+
+def test_a_force_that_is_later_differs_by_its_slope():
+    """A ramp of 10 N/s that comes one second later is 10 N less, wherever the ramp was before too."""
+    dive = closed_loop.dive(np.random.default_rng(5), 60.0)
+    command = dive.tau_cmd
+    ramp = np.zeros_like(command.value)
+    ramp[:, 0] = 10.0 * command.time_s
+    (axis, *_) = build_axes(replace(dive, tau_cmd=Signal(command.time_s, ramp)), FILE, "only").axes
+    shape = by_lateness(axis)
+    inner = (axis.time_s > axis.time_s[0] + 1.0) & (axis.step_s > 0)
+    assert np.mean(shape[inner]) == pytest.approx(-10.0, rel=0.02)
+
+
+def test_a_dive_without_a_dvl_is_doubted_where_it_turns():
+    mission = draw_one(100_002, seconds=40.0, kind="rocking")
+    seen = build_axes(mission.dive, mission.file, mission.configuration)
+    assert unseen_doubts(seen) == ()
+    blind = replace(mission.dive, velocity=None)
+    (doubt,) = unseen_doubts(build_axes(blind, mission.file, mission.configuration))
+    assert doubt.about[:3] == ("I_p", "I_q", "I_r")
+    assert doubt.sentence.startswith("No velocity was recorded in surge")
+    assert doubt.outcome is Outcome.CONVERGED
+
+
+def test_a_long_gap_of_the_dvl_is_doubted_and_a_short_one_is_not():
+    mission = draw_one(100_002, seconds=40.0, kind="rocking")
+
+    def silent(seconds):
+        signal = mission.dive.velocity
+        value = signal.value.copy()
+        value[(signal.time_s > 10.0) & (signal.time_s < 10.0 + seconds)] = np.nan
+        dive = replace(mission.dive, velocity=Signal(signal.time_s, value))
+        return build_axes(dive, mission.file, mission.configuration)
+
+    assert unseen_doubts(silent(3.0)) == ()
+    built = silent(20.0)
+    (doubt,) = unseen_doubts(built)
+    assert "of the dive no velocity was read in surge and sway" in doubt.sentence
+    assert silent_share(built.axes[0]) == pytest.approx(0.5, abs=0.06)
+
+
+def test_a_search_that_is_cut_off_is_told(monkeypatch):
+    monkeypatch.setattr(likelihood_fit, "PASSES", 1)
+    mission = draw_one(100_002, seconds=40.0, kind="rocking")
+    found = estimate(mission.dive, mission.file, mission.configuration, network_tasks.quiet)
+    assert found.outcome is Outcome.AT_BOUND
