@@ -13,7 +13,7 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.missions.mission import draw_one
 from bench.paper_small import loss_settled_at, relative_errors, settled_at
-from bench.tracking import SETTLE_S, steady_errors, truly
+from bench.tracking import SETTLE_S, steady_errors, steady_lines, truly
 from bridge.simulator.dive import WARM_UP_S
 from bridge.simulator.missions import Leg
 from bridge.vehicle.config import load_vehicle
@@ -75,6 +75,22 @@ def test_a_steady_error_leaves_the_transient_out_and_counts_too_fast_as_positive
     since_s = 0.05 * np.arange(1, len(nu) + 1) - WARM_UP_S
     nu[since_s >= 5.0 + SETTLE_S - 1e-6, 0] = -0.41
     assert steady_errors(_dived(nu), legs) == {"surge 0.4": [pytest.approx(0.01)]}
+
+
+def test_errors_of_either_sign_do_not_cancel_in_the_verdict() -> None:
+    legs = {
+        "survey": {"surge 0.4": [0.003, -0.003], "yaw 0.2": [0.001, 0.001]},
+        "hovering": {"sway 0.1": [0.001]},
+    }
+    page = " ".join("\n".join(steady_lines(legs, 2)).split())
+    assert "| survey | surge | 0.4 | 2 | 3.0 | +0.0 |" in page
+    assert "surge 3.0 mm/s (survey at 0.4 m/s): **missed**; sway 1.0 mm/s (hovering at 0.1 m/s): met" in page
+    assert "yaw 1.0 mrad/s (survey at 0.2 rad/s): met" in page
+
+
+def test_an_axis_that_was_not_flown_has_no_verdict() -> None:
+    page = " ".join(steady_lines({"survey": {"surge 0.4": [0.001]}}, 1))
+    assert "sway was not flown; yaw was not flown" in page
 
 
 def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
