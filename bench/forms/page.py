@@ -1,4 +1,4 @@
-"""docs/network_forms.md: the forms that lost, by how much, and why; and their lines of docs/benchmarks.md."""
+"""docs/network_forms.md: the network's other forms, how far each errs and why; their lines of docs/benchmarks.md."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from bench.accuracy_trials import Bound, Trial
 from bench.forms.judge import FORMS, SECONDS, Judged, judged, leaning, relative
 from bench.forms.left_out import of_mission
-from bench.forms.reasons import settings, why
+from bench.forms.reasons import LeftOut, settings, standing, why
 from bench.missions.mission import draw_one
 from bench.tally import median_ratio, root_mean_square, tally
 from bench.words import paragraph
@@ -23,14 +23,11 @@ def page(cache: Path, target: Path, seeds: Sequence[int]) -> str:
         *paragraph(
             f"Each form of a physics-informed network on missions {seeds[0]} to {seeds[-1]}, error over the bound in",
             f"rms (median): {'; '.join(f'{one.method} {_ratios(one)}' for one in found)}.",
-            f"[Why those that lost did]({target.name}).",
+            f"[What each does, and where it errs]({target.name}).",
         ),
         "",
     ]
     return "\n".join(lines)
-
-
-LeftOut = dict[int, dict[str, tuple[float, float]]]
 
 
 def record(bounds: list[Bound], trials: list[Trial], found: list[Judged], left_out: LeftOut) -> str:
@@ -45,14 +42,16 @@ def record(bounds: list[Bound], trials: list[Trial], found: list[Judged], left_o
         "",
         *paragraph(
             "A physics-informed network can be posed in many ways. The product has the weak form on the network's own",
-            "state, its weights integrated out and not merely fitted (`identify/estimators/pinn`). The others were",
-            "built too, each as well as we could, and lost. They stand in `bench/forms` and run on the same missions:",
+            "state, its weights integrated out and not merely fitted (`identify/estimators/pinn`). Others were built,",
+            "too, each as well as we could. They stand in `bench/forms` and run on the same missions:",
             f"{len(bounds)} of the benchmark's (seeds {seeds[0]} to {seeds[-1]}), {count} masses and dampings in",
             "surge, sway, heave and yaw whose Cramer-Rao bound is below 30 %. Nothing was tuned on these missions.",
         ),
         "",
+        *standing(found),
+        "",
         *paragraph(
-            "What favours the forms that lost: all of them are GIVEN the true noise level of every sensor and the true",
+            "What favours these forms: all of them are GIVEN the true noise level of every sensor and the true",
             "spread and time constant of every disturbance, which `pinn` and `likelihood` have to find, and a dive's",
             f"readings without any other filter. Each had {SECONDS:.0f} s of one core a mission, and stopped earlier",
             "where its loss no longer fell. None of them can state an interval.",
@@ -68,9 +67,9 @@ def record(bounds: list[Bound], trials: list[Trial], found: list[Judged], left_o
         "",
         *_by_mission(found, bounds, trials),
         "",
-        "## Why they lose",
+        "## What they do",
         "",
-        *why(),
+        *why(found, left_out),
         *_left_out(left_out),
         "## Settings, and what else was tried",
         "",

@@ -1,58 +1,101 @@
-"""Why each form loses, and how each was set: the words of docs/network_forms.md."""
+"""How the forms differ and what that does, beside what their tallies say, and how each was set: words of the record.
+
+The words explain mechanisms; every comparison is computed from the tallies.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from bench.forms import lstm, neural_ode, shooting, strong
+from bench.forms.judge import FORMS, MASS_NAMES, Judged, leaning
 from bench.forms.task import STEP_S
 from bench.forms.training import LEAST_FALL, MEMORY, PATIENCE
+from bench.tally import root_mean_square
 from bench.words import paragraph
 
+LeftOut = dict[int, dict[str, tuple[float, float]]]
+REFERENCE = "pinn"
+MECHANISMS: Mapping[str, str] = {
+    "coupled LSTM": (
+        "It looks for one best path, so it has the shared bias. Its derivative is a difference over a step: what the "
+        "fastest of its steps can't follow is booked as disturbance, too. The best that its recurrent weights can "
+        "write down is a smoothed velocity, which costs `pinn` one weight an instant and a few solves of banded "
+        "equations, and costs them steps of Adam over every window of the dive: the longer the dive, the fewer in "
+        "the time."
+    ),
+    "neural ODE": (
+        "One integration through the whole dive makes every reading hang on every wave of the disturbance before it, "
+        "so the loss is a long narrow valley along which disturbance and coefficients trade. Where the time is up, "
+        "or its steps have become too small, before the floor is reached, the answer depends on where it began. An "
+        "unfinished disturbance acts as a stiff one, which can hide the shared bias."
+    ),
+    "multiple shooting": (
+        "Its disturbance is written as the white numbers that drive it, and every unknown is scaled by how finely "
+        "readings know it, so that short segments, and not the whole dive, carry each slope. At its optimum it has "
+        "the shared bias. It takes first-order steps over thousands of unknowns, and the answer has no interval."
+    ),
+    "strong form": (
+        "Its optimum has the shared bias, and more, as the LSTM's has: its residual stands at instants alone and says "
+        "nothing of what happens between. A network of time has to carry every edge of the thrust, for a smooth one "
+        "books edges as disturbance and the masses with them. The disturbance's prior, taken on a second derivative "
+        "of the network, makes the fastest waves stiffer than the slowest by orders of magnitude."
+    ),
+}
 
-def why() -> list[str]:
-    """What all have in common, then three sentences a form."""
-    return [
+
+def standing(found: Sequence[Judged]) -> list[str]:
+    """Who errs by how much, least first, and how many of the forms err by more than the product's network."""
+    rows = sorted((root_mean_square(one.tally.cases), one.method) for one in found)
+    rms = {method: value for value, method in rows}
+    order = ", ".join(f"{method} {value:.2f}" for method, value in rms.items())
+    sentences = [f"By rms error over the bound, the least first: {order}."]
+    if REFERENCE in rms:
+        forms = [method for method in rms if method in FORMS]
+        more = sum(rms[method] > rms[REFERENCE] for method in forms)
+        sentences.append(f"Of the {len(forms)} forms, {more} err by more than `{REFERENCE}`.")
+    return paragraph(*sentences)
+
+
+def why(found: Sequence[Judged], left_out: LeftOut) -> list[str]:
+    """What all have in common, then for each form what its tally says and what it does."""
+    lines = [
         *paragraph(
-            "**What they share.** All four look for the one best path of the vehicle and its disturbance",
+            "**What they share.** All of them look for the one best path of the vehicle and its disturbance",
             "together with the coefficients, where `pinn` integrates the paths out. What is left out so is",
             "the log determinant of the path's curvature, which depends on the coefficients: a body that",
             "forgets more slowly (more mass, less damping) lets the same disturbance explain more, and",
-            "nothing charges it for that. Better training does not help, for the bias lies in the optimum:",
-            "the disturbance eats the mass, most of all in yaw, where the gyro is densest and damping over",
-            "inertia fastest (the last table).",
-        ),
-        "",
-        *paragraph(
-            "**Coupled LSTM.** It has the shared bias, and more, because its derivative is a difference over",
-            "a step: what the fastest of its steps can't follow is booked as disturbance, too. Its recurrent",
-            "weights earn nothing: the best that they can write down is a smoothed velocity, which costs",
-            "`pinn` one weight an instant and a few solves of banded equations, and costs them thousands of",
-            "steps of Adam. Where the dive is long its time is up first.",
-        ),
-        "",
-        *paragraph(
-            "**Neural ODE.** One integration through the whole dive makes every reading hang on every wave",
-            "of the disturbance before it, so the loss is a long narrow valley along which disturbance and",
-            "coefficients trade, and the time is up, or its steps have become too small, before the floor is",
-            "reached. Where it stops depends on where it began: surge, sway and heave err either way, by",
-            "more than those of any other form. Yaw can come out better than where the optimum is reached,",
-            "for an unfinished disturbance is a stiff one.",
-        ),
-        "",
-        *paragraph(
-            "**Multiple shooting.** It is the best of them, once its disturbance is written as the white",
-            "numbers that drive it and every unknown is scaled by how finely readings know it. What is left",
-            "in surge and sway is small; in yaw it comes to the shared bias and stays there. First-order",
-            "steps over thousands of unknowns take a minute for it, and the answer has no interval.",
-        ),
-        "",
-        *paragraph(
-            "**Strong form.** It comes closest to its optimum, which has the shared bias and more, as the",
-            "LSTM's has: its residual stands at instants alone and says nothing of what happens between.",
-            "A network of time has to carry every edge of the thrust, for a smooth one books edges as",
-            "disturbance and the masses with them: with waves to 2 Hz masses came out several times too",
-            f"large, with {strong.HIGHEST_HZ:g} Hz not. The disturbance's prior, taken on a second derivative of the",
-            "network, makes the fastest waves stiffer than the slowest by orders of magnitude.",
+            "nothing charges it for that. Better training does not help, for the bias lies in the optimum.",
+            "The denser the readings and the faster damping over inertia, the more the disturbance can eat.",
+            _exactly(left_out),
         ),
         "",
     ]
+    for one in found:
+        if one.method in FORMS:
+            title = one.method[0].upper() + one.method[1:]
+            lines += [*paragraph(f"**{title}.** {_here(one)} {MECHANISMS[one.method]}"), ""]
+    return lines
+
+
+def _exactly(left_out: LeftOut) -> str:
+    """The last table's means over missions, by axis."""
+    axes = list(dict.fromkeys(axis for row in left_out.values() for axis in row))
+    told = []
+    for axis in axes:
+        fitted, integrated = np.mean([row[axis] for row in left_out.values() if axis in row], axis=0)
+        told.append(f"{axis} {fitted:.2f} (integrated out: {integrated:.2f})")
+    return f"By the last table the mass over the true one comes out, on the mean over missions: {', '.join(told)}."
+
+
+def _here(one: Judged) -> str:
+    """A form's own figures: where its masses lean, axis by axis, and on how many missions it came to an end."""
+    by_axis = {name: [case for case in one.masses if case.name == name] for name in MASS_NAMES}
+    leans = ", ".join(f"{name} {leaning(cases):+.1f}" for name, cases in by_axis.items() if cases)
+    return (
+        f"Rms error over the bound {root_mean_square(one.tally.cases):.2f}; masses lean by {leans} bounds; settled "
+        f"within its time on {one.settled} of {one.tally.missions} missions."
+    )
 
 
 def settings() -> list[str]:
@@ -64,8 +107,8 @@ def settings() -> list[str]:
             "full Coriolis; a trim an axis; the disturbance an acceleration with its true Gauss-Markov prior.",
             "Adam's rates fall as a cosine over its share of the time. Settled: no span of steps (50 of Adam,",
             f"20 of L-BFGS), of {PATIENCE} in a row, brought the loss down by {LEAST_FALL:g}.",
-            f"L-BFGS keeps {MEMORY} pairs. No form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s, mrad/s:",
-            "with the fibre-optic gyro's own noise, ten times finer, none of them came near its optimum in the time.",
+            f"L-BFGS keeps {MEMORY} pairs. No form takes a velocity for finer than {1e3 * lstm.FINEST:g} mm/s, mrad/s,",
+            "though the fibre-optic gyro's own noise is finer, so that the problem can be solved in the time.",
         ),
         "",
         f"- Coupled LSTM: two-way, {lstm.HIDDEN} units, windows of {lstm.WINDOW} steps and {lstm.OVERLAP} more on "
@@ -83,10 +126,10 @@ def settings() -> list[str]:
         f"  at every step; Adam {strong.RATE:g} for {100 * strong.ADAM_SHARE:.0f} % of the time, then L-BFGS.",
         "",
         *paragraph(
-            "Tried and left: a disturbance straight over 0.25 s (what it can't carry is booked elsewhere); node",
-            "states in m/s and coefficients unscaled (L-BFGS ended four times higher on a dive with a fibre-optic",
-            "gyro); a single segment instead of many (as good, and slower); for the neural ODE waves to 1, 2, 4 and",
-            "10 Hz, 8 and 64 units, L-BFGS early, Adam alone; for the strong form waves to 2 Hz, L-BFGS early.",
+            "Tried while building them and left, not measured on this page: a disturbance straight over 0.25 s",
+            "(what it can't carry is booked elsewhere); node states in m/s and coefficients unscaled; a single segment",
+            "instead of many; for the neural ODE waves to 1, 2, 4 and 10 Hz, 8 and 64 units, L-BFGS early, Adam alone;",
+            "for the strong form waves to 2 Hz, L-BFGS early.",
         ),
         "",
     ]

@@ -1,4 +1,4 @@
-"""What the network's losing forms are made of, against exact answers; and each of them answers a mission."""
+"""What the network's other forms are made of, against exact answers; and each of them answers a mission."""
 
 import math
 from importlib import import_module
@@ -15,6 +15,7 @@ from bench.forms.integration import coriolis_terms, integrated
 from bench.forms.judge import FORMS, Judged, leaning, relative
 from bench.forms.page import record
 from bench.forms.physics import FINE, UNDER_ONE, Coefficients, accelerations, misfit
+from bench.forms.reasons import MECHANISMS, standing, why
 from bench.forms.task import STEP_S, Task, hermite, task_of
 from bench.forms.training import SETTLED, Budget, by_adam, by_lbfgs
 from bench.forms.waves import Waves
@@ -227,3 +228,33 @@ def test_the_record_says_who_erred_by_how_much_and_what_was_left_out() -> None:
     )
     assert "| 7, spin, 100 s | 2.12 |" in page
     assert "| 7 | 1.20 -> 1.00 |" in page
+
+
+def _judged(method: str, error: float) -> Judged:
+    bound = Bound(7, "spin", 100.0, {"M_u": 50.0}, {"M_u": 0.01})
+    stated = {"M_u": Stated(50.0 * math.exp(0.01 * error), math.nan, math.nan, False)}
+    trial = Trial(7, method, stated, (), SETTLED, 60.0)
+    return Judged(method, tally(method, [bound], [trial]), 1 if method in FORMS else None)
+
+
+@pytest.mark.parametrize(("errors", "more"), [((2.0, 3.0), 2), ((0.5, 3.0), 1), ((0.5, 0.6), 0)])
+def test_who_errs_more_is_what_the_tallies_say(errors: tuple[float, float], more: int) -> None:
+    found = [_judged("pinn", 1.0), _judged("strong form", errors[0]), _judged("neural ODE", errors[1])]
+    words = " ".join(standing(found))
+    assert f"Of the 2 forms, {more} err by more than `pinn`." in words
+    assert words.index("strong form") < words.index("neural ODE")
+
+
+def test_a_forms_figures_stand_before_its_mechanism() -> None:
+    missed = _judged("strong form", -2.5)
+    words = " ".join(" ".join(why([missed], {7: {"surge": (1.2, 1.0)}, 8: {"surge": (1.4, 1.0)}})).split())
+    assert "**Strong form.** Rms error over the bound 2.50; masses lean by M_u -2.5 bounds; settled" in words
+    assert "on the mean over missions: surge 1.30 (integrated out: 1.00)." in words
+
+
+def test_no_words_rank_a_form_without_its_figures() -> None:
+    for words in MECHANISMS.values():
+        assert not any(
+            rank in words for rank in ("the best of", "closest", "any other form", "lost", "loses")
+        )
+    assert set(MECHANISMS) == set(FORMS)
