@@ -19,7 +19,7 @@ def effective_count(hits: Sequence[bool], groups: Sequence[Hashable]) -> float:
     """How many independent cases tell as much of the share of `hits` as these do, whose `groups` are independent.
 
     Binomial variance over that of a share of clusters of unequal size (Cochran 1977, section 3.12; the effective size
-    of Kish 1965, section 8.2). Where all cases agree their spread tells nothing: as many as there are groups.
+    of Kish 1965, section 8.2), and never more than there are cases. Where all cases agree their spread tells nothing: as many as there are groups.
     """
     place = {one: i for i, one in enumerate(dict.fromkeys(groups))}
     group = np.array([place[one] for one in groups])
@@ -28,7 +28,7 @@ def effective_count(hits: Sequence[bool], groups: Sequence[Hashable]) -> float:
     if count < 2 or rate in (0.0, 1.0):
         return float(count)
     variance = count / (count - 1) * float(np.sum((hit - rate * size) ** 2)) / float(size.sum()) ** 2
-    return rate * (1 - rate) / variance if variance > 0 else float(size.sum())
+    return min(rate * (1 - rate) / variance, float(size.sum())) if variance > 0 else float(size.sum())
 
 
 def share95(hits: Sequence[bool], groups: Sequence[Hashable]) -> tuple[float, float, float]:

@@ -94,6 +94,11 @@ def test_independent_cases_count_each() -> None:
     )
 
 
+def test_groups_alike_by_chance_count_for_no_more_than_their_cases() -> None:
+    assert effective_count([True, True, False] * 4, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == 12
+    assert effective_count([True, True, True, False] * 2 + [True] * 3, [1] * 4 + [2] * 4 + [3] * 3) <= 11
+
+
 def test_where_all_are_hits_there_are_as_many_cases_as_groups() -> None:
     assert share95([True] * 12, [1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4]) == (1.0, *wilson(1.0, 4))
 
