@@ -19,7 +19,8 @@ def effective_count(hits: Sequence[bool], groups: Sequence[Hashable]) -> float:
     """How many independent cases tell as much of the share of `hits` as these do, whose `groups` are independent.
 
     Binomial variance over that of a share of clusters of unequal size (Cochran 1977, section 3.12; the effective size
-    of Kish 1965, section 8.2), and never more than there are cases. Where all cases agree their spread tells nothing: as many as there are groups.
+    of Kish 1965, section 8.2), and never more than there are cases. Where all cases agree their spread tells nothing:
+    as many as there are groups.
     """
     place = {one: i for i, one in enumerate(dict.fromkeys(groups))}
     group = np.array([place[one] for one in groups])
