@@ -7,7 +7,6 @@ say of it alone. Noise levels and the disturbance's time constant are fitted wit
 from the Fisher information.
 """
 
-import math
 import time
 from collections.abc import Callable, Collection, Mapping
 
@@ -27,6 +26,7 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
+from identify.estimators.multiplier import Tested
 from identify.estimators.said import (
     drag_doubt,
     late_doubt,
@@ -56,10 +56,6 @@ Array = NDArray[np.float64]
 TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
 """It is told what thrust that acts so much later would move by more than this share of its standard error."""
 
-STAMP_STD_S = 1e-4
-"""Standard deviation of the time between a command's stamp and a reading's that no recording excludes: they are rounded
-on their way. A real one may be worse by far, which is told."""
-
 VAGUE_TIME_CONSTANT = 0.45
 """A standard error of the logarithm of the disturbance's time constant from which on intervals are doubted."""
 
@@ -81,18 +77,19 @@ def estimate(
     joint = fit_axes(built, shape, progress, spoilt)
     fits = joint.fits
     doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
+    # Where the thrust follows the disturbance unseen, it seems to come late.
+    late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
     progress(1.0, "done")
     shift = _shift(doubts, spoilt)
-    stamps = _by_stamps(doubts)
     totals = tuple(
-        _one(c, row, joint, float(shift[row]), float(stamps[row]), built, spoilt)
-        for row, c in enumerate((*MASSES, *DAMPINGS))
+        _one(c, row, joint, float(shift[row]), built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, np.stack([shift, stamps]))
+    names, covariance = _covariance(totals, joint, shift)
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
     told = (
         *strange_doubts(built.strange),
         *unseen_doubts(built),
+        *_late(late),
         *_doubts(fits, doubts, joint.settled),
         *by_others,
     )
@@ -141,29 +138,15 @@ def _shift(doubts: Mapping[int, Doubts], spoilt: Collection[int]) -> Array:
     return shift
 
 
-def _by_stamps(doubts: Mapping[int, Doubts]) -> Array:
-    """What the logarithms (12,) move by where thrust acts by STAMP_STD_S at another time than it is stamped."""
-    moved = np.zeros(12)
-    for dof, one in doubts.items():
-        moved[[dof, 6 + dof]] = STAMP_STD_S * one.by_late
-    return moved
-
-
 def _one(
-    of: Coefficient,
-    row: int,
-    joint: JointFit,
-    shift: float,
-    stamps: float,
-    built: Axes,
-    spoilt: Mapping[int, Unrecorded],
+    of: Coefficient, row: int, joint: JointFit, shift: float, built: Axes, spoilt: Mapping[int, Unrecorded]
 ) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
     value = float(np.exp(joint.log_value[row]))
-    std = math.sqrt(joint.covariance[row, row] + shift**2 + stamps**2)
+    std = float(np.hypot(np.sqrt(joint.covariance[row, row]), shift))
     below, above = joint.stretch[row]
     reason, widest = "", std * float(max(below, above))
     if widest > LARGEST_RELATIVE_STD:
@@ -195,14 +178,14 @@ def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) ->
     return (lateness_note(moved, TELLING_LATE_S),) if moved else ()
 
 
-def _covariance(totals: tuple[Estimate, ...], joint: JointFit, moved: Array) -> tuple[tuple[str, ...], Array]:
-    """Names and covariance of the coefficients that were fitted; by `moved` (k, 12) those of an axis may differ too."""
+def _covariance(totals: tuple[Estimate, ...], joint: JointFit, shift: Array) -> tuple[tuple[str, ...], Array]:
+    """Names and covariance of the coefficients that were fitted."""
     kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
     relative = joint.covariance[np.ix_(kept, kept)].copy()
     for row, i in enumerate(kept):
         for column, k in enumerate(kept):
             if i % 6 == k % 6:
-                relative[row, column] += moved[:, i] @ moved[:, k]
+                relative[row, column] += shift[i] * shift[k]
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 
@@ -230,10 +213,15 @@ def _usual_force(fit: AxisFit) -> float:
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
 
 
+def _late(late: Mapping[int, Tested]) -> tuple[Doubt, ...]:
+    if not late:
+        return ()
+    worst = max(abs(one.score) for one in late.values())
+    return (late_doubt({dof: one.size for dof, one in late.items()}, worst),)
+
+
 def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], settled: bool) -> tuple[Doubt, ...]:
     told = [drag_doubt(dof, one.drag.score) for dof, one in doubts.items() if one.lacks_drag]
-    if late := {dof: one.late.size for dof, one in doubts.items() if one.is_late}:
-        told.append(late_doubt(late, max(abs(doubts[dof].late.score) for dof in late)))
     told += [
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),

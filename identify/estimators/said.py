@@ -35,7 +35,9 @@ def late_doubt(late_s: Mapping[int, float], score: float) -> Doubt:
     names = [DOFS[dof] for dof in late_s]
     where = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     least, most = min(late_s.values()), max(late_s.values())
-    size = f"{most:+.2f} s" if most - least < 0.01 else f"{least:+.2f} to {most:+.2f} s"
+    size = (
+        f"{1000 * most:+.0f} ms" if most - least < 0.01 else f"{1000 * least:+.0f} to {1000 * most:+.0f} ms"
+    )
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in late_s),
         f"In {where} thrust acts at another time than the vehicle file's lag and the sensors' stamps say "
