@@ -41,7 +41,7 @@ def _accuracy(run: Run) -> str:
 
 
 def _coverage(run: Run) -> str:
-    seeds = range(1, 5) if run.short else range(1, 41)
+    seeds = range(1, 5) if run.short else range(1, 21)
     return coverage.section(seeds, run.cache / "bench")
 
 
@@ -80,7 +80,7 @@ def _deepxde(run: Run) -> str:
 
 
 def _forms(run: Run) -> str:
-    seeds = range(1, 2 if run.short else 7)
+    seeds = range(1, 2 if run.short else 5)
     return forms_page.page(run.cache / "bench", run.docs / "network_forms.md", seeds)
 
 
