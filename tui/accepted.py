@@ -45,6 +45,16 @@ def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[
     return {name: both[name] for name in BY_NAME if name in both}
 
 
+def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> list[str]:
+    """Names whose earlier dive is no part of what replaces it; a prior that names no dive is not judged."""
+    own = {name: set(before.dives) - set(before.earlier_dives) for name, before in present.items()}
+    return [
+        name
+        for name, dives in own.items()
+        if name in after and dives and not dives.intersection(after[name].dives)
+    ]
+
+
 def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[str, Prior]]:
     data = read_identification(path)
     check_outcome(path, data["outcome"], leave, "written")

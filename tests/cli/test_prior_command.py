@@ -78,6 +78,42 @@ def test_a_second_time_replaces_the_first_and_the_file_grows_no_more(vehicle, tm
     assert len(vehicle.read_text(encoding="utf-8").splitlines()) == lines
 
 
+def test_a_replaced_prior_is_shown_and_what_its_dive_told_is_not_lost_in_silence(vehicle, tmp_path, capsys):
+    accept(identified(tmp_path / "a.json"), vehicle)
+    first = capsys.readouterr().out
+    assert "new" in first
+    assert "warning" not in first
+    accept(identified(tmp_path / "b.json", dive={"name": "planned-1", "sha256": "8" * 64}), vehicle)
+    second = " ".join(capsys.readouterr().out.split())
+    assert "replaces 111.0 ± 3.5 (hovering-7 of 2026-11-20, likelihood)" in second
+    assert "warning: the new values of M_u, D_u did not rest on the priors that they replace" in second
+    assert f"seatrial identify of this dive with --vehicle {vehicle}" in second
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"dive": {"name": "planned-1", "sha256": "8" * 64}, "prior_dives": ["7" * 16]},
+        {"dive": {"name": "hovering-7 anew", "sha256": "7" * 64}},
+    ],
+)
+def test_a_prior_that_the_new_one_rests_on_is_replaced_without_a_warning(vehicle, tmp_path, capsys, changed):
+    accept(identified(tmp_path / "a.json"), vehicle)
+    accept(identified(tmp_path / "b.json", **changed), vehicle)
+    shown = capsys.readouterr().out
+    assert "replaces 111.0 ± 3.5" in shown
+    assert "warning" not in shown
+
+
+def test_the_same_priors_again_are_as_before(vehicle, tmp_path, capsys):
+    accept(identified(tmp_path / "a.json"), vehicle)
+    capsys.readouterr()
+    accept(identified(tmp_path / "a.json"), vehicle)
+    shown = capsys.readouterr().out
+    assert shown.count("as before") == 2
+    assert "replaces" not in shown
+
+
 def test_a_weighed_prior_stays(vehicle, tmp_path):
     weighed = {"M_u": Prior(110.0, 1.0, "towed", "weight")}
     text = with_priors_written(vehicle.read_text(encoding="utf-8"), "hovering", weighed, "our.yaml")

@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.coefficients import BY_NAME
     from bridge.vehicle.config import load_vehicle
     from tui import show
-    from tui.accepted import merged, priors_of
+    from tui.accepted import left_behind, merged, priors_of
     from tui.outputs import check_file
     from tui.parameter_files import Leave
 
@@ -56,15 +56,40 @@ def run(arguments: argparse.Namespace) -> int:
             show.number(prior.std, 2),
             BY_NAME[name].unit,
             prior.rests_on,
-            "new" if present.get(name) != prior else "as before",
+            _change(name, present.get(name), prior),
         )
         for name, prior in priors.items()
     ]
     title = f"priors of {file.path}, configuration {configuration}"
     columns = ("name", "value", "std", "unit", "rests on", "is")
     show.put(console, show.table(title, columns, rows, ("value", "std")))
+    if lost := left_behind(present, priors):
+        show.say(console, f"warning: {_lost(lost, present, file.path)}")
     show.write_json({name: vars(prior) for name, prior in priors.items()}, arguments.json)
     return exit_codes.DONE
+
+
+def _change(name: str, before: "Prior | None", prior: "Prior") -> str:
+    """What becomes of a coefficient's prior, to the digits that the vehicle file has."""
+    from bridge.vehicle.prior_text import entry
+    from tui import show
+
+    if before is None:
+        return "new"
+    if entry(name, before) == entry(name, prior):
+        return "as before"
+    told = f" ({before.source})" if before.source else ""
+    return f"replaces {show.number(before.value)} ± {show.number(before.std, 2)}{told}"
+
+
+def _lost(names: "list[str]", present: "dict[str, Prior]", path: Path) -> str:
+    """That what earlier dives told of these is gone, and how to have both."""
+    sources = dict.fromkeys(present[name].source or "an earlier dive" for name in names)
+    return (
+        f"the new values of {', '.join(names)} did not rest on the priors that they replace, so what "
+        f"{' and '.join(sources)} told of them is no longer in {path}; to have both, run seatrial prior of the earlier "
+        f"identification again, then seatrial identify of this dive with --vehicle {path}, then seatrial prior of that"
+    )
 
 
 def write(file: "VehicleFile", configuration: str, priors: "dict[str, Prior]") -> None:
