@@ -23,12 +23,16 @@ NOTHING_N = 0.01
 
 @dataclass(frozen=True)
 class Limits:
-    """Room across, speed (up and down half of it), rate of turn, and the share of each thruster's limit."""
+    """Room across and up and down, speed (up and down half of it), rate of turn, share of each thruster's limit.
+
+    `depth_space_m` None is as much as across.
+    """
 
     space_m: float = 6.0
     speed_m_s: float = 0.5
     turn_rad_s: float = math.radians(20)
     thrust_share: float = 0.5
+    depth_space_m: float | None = None
 
     @property
     def heave_m_s(self) -> float:
@@ -37,7 +41,7 @@ class Limits:
     @property
     def heave_m(self) -> float:
         """Room up and down: not to the surface from where a plan begins."""
-        return min(self.space_m, START_DEPTH_M)
+        return min(self.space_m if self.depth_space_m is None else self.depth_space_m, START_DEPTH_M)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ variances for each second that it costs (Pukelsheim 2006, chapter 6). What is pr
 the whole mission, not from the sum of its parts.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -76,11 +77,13 @@ class Part:
 
 @dataclass(frozen=True)
 class Proposal:
-    """`parts` in their order; `before` and `after` (12,) relative standard deviations in the order of `NAMES`, inf for
-    what nothing is known of; `trial` of the whole mission, `duration_s` with its rests."""
+    """`parts` in their order; (12,) relative standard deviations in the order of `NAMES`, inf for what nothing is known
+    of: `before` the dive, by this dive `alone`, and `after` it with both; `trial` of the whole mission, `duration_s`
+    with its rests."""
 
     parts: tuple[Part, ...]
     before: Array
+    alone: Array
     after: Array
     trial: Trial
     duration_s: float
@@ -137,21 +140,24 @@ def propose(
     if not chosen:
         shortest = min((c.duration_s + 2 * REST_S for c in candidates), default=np.nan)
         why = (
-            f"no manoeuvre fits into {limits.space_m:g} m"
+            f"no manoeuvre fits into {limits.space_m:g} m across and {limits.heave_m:g} m up and down at "
+            f"{limits.speed_m_s:g} m/s; give more by --space, --depth-space or --speed"
             if not candidates
-            else f"the shortest takes {shortest:.0f} s of {seconds:.0f} s"
+            else f"the shortest manoeuvre takes {shortest:.0f} s with its rests, and there are {seconds:.0f} s; give "
+            f"--minutes {math.ceil(shortest / 6 - 1e-9) / 10:g} or more"
         )
-        raise FitError(f"{file.path}: nothing can be planned: {why}; allow more")
+        raise FitError(f"{file.path}: nothing can be planned: {why}")
     parts = tuple(
         part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits, knowledge)
     )
     whole = tank.dive(mission_legs([part.manoeuvre for part in parts]))
-    gained = knowledge.precision + of_motion(TICK_S, whole.nu, knowledge, able)
+    told = of_motion(TICK_S, whole.nu, knowledge, able)
     progress(1.0, "done")
     return Proposal(
         parts,
         relative_std(knowledge.precision),
-        relative_std(gained),
+        relative_std(told),
+        relative_std(knowledge.precision + told),
         whole,
         len(whole.nu) * TICK_S,
         able,
@@ -216,7 +222,7 @@ def _within(
     for _ in range(TRIES):
         manoeuvre = family.at(scale, family.cycles)
         trial = tank.dive(manoeuvre.legs())
-        over = max(trial.over(limits) / FITS, trial.across_m / room_m)
+        over = max(trial.over(limits) / FITS, trial.across_m / room_m, trial.depth_m / limits.heave_m)
         if over <= 1:
             spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
             most = max(family.cycles, int(min(spare**2, ENDLESS)))
@@ -243,9 +249,11 @@ def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits, knowle
         manoeuvre = candidate.family.at(scale, cycles)
         drift_m = _drift(manoeuvre.drives, manoeuvre.duration_s, knowledge)
         part = Part(manoeuvre, tank.dive(manoeuvre.legs()), drift_m)
-        if part.needs_m <= limits.space_m:
+        across = part.trial.across_m / (limits.space_m - drift_m)
+        over = max(across, part.trial.depth_m / limits.heave_m)
+        if over <= 1:
             return part
-        scale *= 0.99 * (limits.space_m - drift_m) / part.trial.across_m
+        scale *= 0.99 / over
 
 
 def _choose(

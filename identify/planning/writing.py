@@ -17,6 +17,7 @@ from identify.planning.propose import Part, Proposal
 
 Z95 = 1.959963984540054
 NOTABLE_M = 0.05
+NO_ROOM = "stays in place"
 TITLE = "# Plan for"
 GUESSED = (
     "What no prior and no dive has told firmly is planned with a guessed value: it has no interval around it, only how "
@@ -35,18 +36,19 @@ ADVICE = (
 
 
 def needs(part: Part) -> str:
-    """The room that a manoeuvre takes, in words."""
+    """The room that a manoeuvre takes, in words, NO_ROOM where it takes none."""
     rooms = []
     if part.needs_m > NOTABLE_M:
-        rooms.append(f"{_up(part.needs_m)} m")
+        rooms.append(f"{_up(part.needs_m)} m across")
     if part.trial.depth_m > NOTABLE_M:
         rooms.append(f"{_up(part.trial.depth_m)} m up and down")
-    return " and ".join(rooms) or "no room"
+    return " and ".join(rooms) or NO_ROOM
 
 
 def instruction(part: Part) -> str:
     """One manoeuvre as a crew reads it out."""
-    return f"{part.manoeuvre.sentence}, needs {needs(part)}"
+    room = needs(part)
+    return f"{part.manoeuvre.sentence}, {room if room == NO_ROOM else f'needs {room}'}"
 
 
 def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
@@ -102,7 +104,7 @@ def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[st
     """Plain data; NaN for what does not exist."""
     return {
         "duration_s": proposal.duration_s,
-        "limits": dict(vars(limits)),
+        "limits": {**vars(limits), "depth_space_m": limits.heave_m},
         "manoeuvres": [
             {
                 "kind": part.manoeuvre.kind,
@@ -129,10 +131,11 @@ def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[st
                 "value": knowledge.values[coefficient.name],
                 "guessed": coefficient.name in knowledge.guessed,
                 "before": interval(coefficient.name, float(before), knowledge),
+                "alone": interval(coefficient.name, float(alone), knowledge),
                 "after": interval(coefficient.name, float(after), knowledge),
             }
-            for coefficient, before, after in zip(
-                COEFFICIENTS, proposal.before, proposal.after, strict=True
+            for coefficient, before, alone, after in zip(
+                COEFFICIENTS, proposal.before, proposal.alone, proposal.after, strict=True
             )
         ],
         "notes": list(notes(knowledge)),

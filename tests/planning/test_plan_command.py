@@ -3,11 +3,16 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bridge.simulator.missions import load_mission
 from identify.planning.knowledge import NAMES
+from identify.planning.limits import Trial
+from identify.planning.manoeuvres import YAW, Drive, square
+from identify.planning.propose import Part, Proposal
 from tui.cli import main
+from tui.commands.plan import manoeuvre_table
 
 QUICK = ["--axes", "yaw", "--minutes", "1"]
 
@@ -64,6 +69,34 @@ def test_it_starts_from_an_identification(here, capsys):
     assert damping["after"]["relative_std"] < 0.1
     assert damping["after"]["low95"] is damping["after"]["high95"] is None
     assert "which ended as 'converged'" in found.err
+    assert inertia["after"]["relative_std"] < inertia["alone"]["relative_std"]
+    shown = " ".join(found.err.split())
+    assert "± this dive alone" in shown
+    assert f"seatrial prior {source} --vehicle YOUR.yaml first" in shown
+    assert "3 % for masses and 10 % for dampings" in shown
+    assert told["notes"][0].startswith("The plan keeps to 6 m across (--space) and 1.5 m up and down")
+
+
+@pytest.mark.usefixtures("here")
+def test_where_nothing_is_known_before_nothing_is_said_of_joining(capsys):
+    assert main(["plan", "--vehicle", "ruvifist:hovering", *QUICK]) == 0
+    shown = capsys.readouterr().out
+    assert "± after" in shown
+    assert "this dive alone" not in shown
+
+
+def test_the_same_manoeuvre_several_times_over_is_one_row():
+    drive = Drive(YAW, "yaw_rad_s", 0.3)
+    once, other = (
+        Part(square(period_s, drive).at(1.0, 4), Trial(np.zeros((1, 6)), 0.0, 0.0, 0.1), 0.0)
+        for period_s in (4.0, 8.0)
+    )
+    none = np.full(12, np.inf)
+    proposal = Proposal((once,) * 5 + (other,), none, none, none, once.trial, 100.0, (YAW,))
+    rows = [list(row) for row in manoeuvre_table("plan", proposal).rows]
+    assert [row[0] for row in rows] == ["1 to 5", "6"]
+    assert rows[0][2:] == ["stays in place", f"{once.manoeuvre.sentence}, 5 times"]
+    assert rows[1][3] == other.manoeuvre.sentence
 
 
 def test_an_older_plan_is_replaced_and_any_other_file_stays(here, capsys):

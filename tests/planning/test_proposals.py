@@ -73,6 +73,30 @@ def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
     assert all(0 < part.drift_m < part.needs_m <= space_m for part in found.parts)
 
 
+@pytest.mark.parametrize(
+    ("limits", "room_m"),
+    [(Limits(space_m=0.2), 0.2), (Limits(depth_space_m=0.2), 0.2), (Limits(depth_space_m=9.0), 1.5)],
+    ids=["as across", "as given", "not to the surface"],
+)
+def test_every_manoeuvre_keeps_the_room_up_and_down(limits: Limits, room_m: float) -> None:
+    found = propose(FILE, "hovering", KNOWN, limits, 120.0, [HEAVE])
+    assert limits.heave_m == room_m
+    assert all(0.5 * min(room_m, 0.5) < part.trial.depth_m <= room_m for part in found.parts)
+
+
+def test_too_little_room_is_said_with_what_could_give_more() -> None:
+    with pytest.raises(FitError, match=r"0\.001 m across and 0\.001 m up and down .* give more by --space"):
+        propose(FILE, "hovering", KNOWN, Limits(space_m=0.001), 60.0, [SURGE])
+
+
+def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest() -> None:
+    place = NAMES.index("D_r")
+    fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
+    assert np.array_equal(fresh.alone, fresh.after)
+    found = propose(FILE, "hovering", known_to({"D_r": 0.004}), Limits(), 60.0, [YAW])
+    assert found.after[place] ** -2 == pytest.approx(found.alone[place] ** -2 + 0.004**-2)
+
+
 def test_time_that_holds_no_whole_block_is_filled_with_cycles() -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
     assert 55.0 <= found.duration_s <= 60.0
@@ -104,8 +128,11 @@ def test_square_waves_are_chosen_before_laps_for_a_mass() -> None:
 
 
 def test_too_little_time_is_said_with_what_it_would_take() -> None:
-    with pytest.raises(FitError, match="the shortest takes 42 s of 20 s"):
+    with pytest.raises(
+        FitError, match=r"takes 42 s with its rests, and there are 20 s; give --minutes 0\.7 or"
+    ):
         propose(FILE, "hovering", KNOWN, Limits(), 20.0, [YAW])
+    assert propose(FILE, "hovering", KNOWN, Limits(), 60.0 * 0.7, [YAW]).duration_s <= 42.0
 
 
 def test_an_axis_that_no_thruster_pushes_is_left_out_or_refused() -> None:
@@ -133,16 +160,17 @@ def test_the_mission_is_read_back_as_the_legs_that_were_promised(tmp_path: Path)
 def test_a_crew_reads_force_period_seconds_and_room() -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [SURGE]).parts[0]
     assert instruction(found).startswith("surge: square wave ±")
-    assert needs(found).endswith(" m")
+    assert needs(found).endswith(" m across")
     told = pulses(found.manoeuvre, TANK)
     assert told.startswith("ahead: ")
     assert "on 1 2 3 4; astern: " in told
 
 
-def test_a_rate_has_no_pulse_widths_and_needs_no_room_across() -> None:
+def test_a_turn_has_no_pulse_widths_and_stays_in_place() -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW]).parts[0]
     assert pulses(found.manoeuvre, TANK) == ""
-    assert needs(found) == "no room"
+    assert needs(found) == "stays in place"
+    assert instruction(found).endswith(" s, stays in place")
 
 
 def test_nothing_known_is_infinitely_wide() -> None:

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive
     from identify.planning.knowledge import Knowledge
+    from identify.planning.limits import Limits
     from identify.planning.propose import Proposal
     from tui.show import Table
 
@@ -33,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--space", type=numbers.above_zero, default=6.0, metavar="METRES", help="room across (default: 6)"
+    )
+    parser.add_argument(
+        "--depth-space",
+        type=numbers.above_zero,
+        metavar="METRES",
+        help="room up and down (default: as much as --space); never more than the 1.5 m of depth a plan begins at",
     )
     parser.add_argument(
         "--speed",
@@ -71,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_plan(arguments.out)
     file = load_vehicle(arguments.vehicle)
     configuration, knowledge = known(file, arguments.after, arguments.columns)
-    limits = Limits(arguments.space, arguments.speed)
+    limits = Limits(arguments.space, arguments.speed, depth_space_m=arguments.depth_space)
     dofs = [AXES[axis] for axis in AXES if axis in arguments.axes]
     with show.progress("plan") as progress:
         proposal = propose(file, configuration, knowledge, limits, 60 * arguments.minutes, dofs, progress)
@@ -83,13 +91,15 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     show.put(console, manoeuvre_table(f"plan for {title}", proposal))
     show.put(console, interval_table(proposal, knowledge))
-    for sentence in notes(knowledge):
+    told = (room(limits), *joint(proposal, arguments.after), *notes(knowledge))
+    for sentence in told:
         show.say(console, f"note: {sentence}")
     show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
     found = to_json(proposal, knowledge, limits)
     about = {"name": file.vehicle.name, "sha256": file.sha256}
     show.write_json(
-        {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": arguments.out, **found},
+        {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": arguments.out, **found,
+         "notes": list(told)},
         arguments.json,
     )  # fmt: skip
     return exit_codes.DONE
@@ -154,37 +164,86 @@ def _identify(dive: "Dive", file: "VehicleFile", configuration: str) -> dict[str
 
 
 def manoeuvre_table(title: str, proposal: "Proposal") -> "Table":
-    """What to dive, in its order."""
-    from identify.planning.writing import needs
+    """What to dive, in its order; the same one several times over is one row."""
+    from identify.planning.writing import instruction, needs
     from tui import show
 
-    return show.table(
-        title,
-        ("", "seconds", "needs", "manoeuvre"),
-        [
-            (str(number), f"{part.manoeuvre.duration_s:.0f}", needs(part), part.manoeuvre.sentence)
-            for number, part in enumerate(proposal.parts, start=1)
-        ],
-        numbers=("seconds",),
+    rows = []
+    first = 1
+    for _, same in groupby(proposal.parts, key=instruction):
+        part, *more = same
+        last = first + len(more)
+        times = f", {1 + len(more)} times" if more else ""
+        rows.append(
+            (f"{first} to {last}" if more else str(first), f"{part.manoeuvre.duration_s:.0f}", needs(part),
+             part.manoeuvre.sentence + times)
+        )  # fmt: skip
+        first = last + 1
+    return show.table(title, ("", "seconds", "room", "manoeuvre"), rows, numbers=("seconds",))
+
+
+def room(limits: "Limits") -> str:
+    """The room that the plan keeps to, and from what it has it."""
+    from identify.planning.limits import START_DEPTH_M
+
+    return (
+        f"The plan keeps to {limits.space_m:g} m across (--space) and {limits.heave_m:g} m up and down (--depth-space, "
+        f"where not given as much as across, and never more than the {START_DEPTH_M:g} m of depth that it begins at)."
     )
 
 
+def joint(proposal: "Proposal", after: str | None) -> tuple[str, ...]:
+    """How to come to what the dive and all that is known before give together; nothing where nothing is known."""
+    from tui.accepted import AGEING
+
+    if not _known_before(proposal):
+        return ()
+    if after is None:
+        return (
+            "'± with known' joins the priors of the vehicle file and the new dive: identify it with this file. "
+            "'± this dive alone' is what a file without them would give.",
+        )
+    source = (
+        after if Path(after).suffix == JSON_SUFFIX else f"the JSON that seatrial identify writes of {after}"
+    )
+    mass, damping = (f"{100 * AGEING[kind]:g} %" for kind in ("mass", "damping"))
+    return (
+        f"'± with known' joins {after} and the new dive as if nothing had changed between them; identified by itself, "
+        "the new dive gives '± this dive alone'.",
+        f"To join them: seatrial prior {source} --vehicle YOUR.yaml first, then seatrial identify of the new dive with "
+        f"that file. prior widens what it takes over by {mass} for masses and {damping} for dampings, for what may "
+        "have changed since; only with a small --widen, as between two dives of one day, does the result come near "
+        "'± with known'.",
+    )
+
+
+def _known_before(proposal: "Proposal") -> bool:
+    return any(math.isfinite(before) for before in proposal.before)
+
+
 def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
-    """How well each parameter is known before and after; those that nothing is or will be known of are left out."""
+    """How well each parameter is known before and after; those that nothing is or will be known of are left out.
+
+    What the dive would tell by itself stands apart where something is known before.
+    """
     from bridge.vehicle.coefficients import COEFFICIENTS
     from identify.planning.writing import interval
     from tui import show
 
+    joined = _known_before(proposal)
+    widths = zip(COEFFICIENTS, proposal.before, proposal.alone, proposal.after, strict=True)
     rows = []
-    for coefficient, before, after in zip(COEFFICIENTS, proposal.before, proposal.after, strict=True):
+    for coefficient, before, alone, after in widths:
         if math.isfinite(after):
             value = knowledge.values[coefficient.name]
             then = interval(coefficient.name, float(after), knowledge)
+            shares = (before, alone, after) if joined else (before, after)
             rows.append(
-                (coefficient.name, show.number(value), _share(before), _share(after), show.number(then["low95"]),
+                (coefficient.name, show.number(value), *map(_share, shares), show.number(then["low95"]),
                  show.number(then["high95"]), coefficient.unit)
             )  # fmt: skip
-    columns = ("name", "value", "± before", "± after", "low 95 %", "high 95 %", "unit")
+    after_columns = ("± this dive alone", "± with known") if joined else ("± after",)
+    columns = ("name", "value", "± before", *after_columns, "low 95 %", "high 95 %", "unit")
     return show.table(
         "what each parameter would be known to, in 95 % intervals", columns, rows, numbers=columns[1:-1]
     )
