@@ -68,7 +68,8 @@ def yaml_blocks():
     return re.findall(r"```yaml\n(.*?)```", (ROOT / "docs/commands.md").read_text(encoding="utf-8"), re.S)
 
 
-def test_every_link_of_the_readme_leads_somewhere():
-    links = re.findall(r"\]\(([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+@pytest.mark.parametrize("page", ["README.md", "docs/commands.md", "docs/vehicle_file.md"])
+def test_every_link_of_a_page_leads_somewhere(page):
+    links = re.findall(r"\]\(([^)]+)\)", (ROOT / page).read_text(encoding="utf-8"))
     assert links
-    assert all((ROOT / link).exists() for link in links)
+    assert all(((ROOT / page).parent / link.split("#")[0]).exists() for link in links)
