@@ -119,6 +119,22 @@ def test_inertia_in_the_feed_forward_shortens_the_lag_of_a_smooth_turn(done):
     assert with_it["error_deg"] < 0.5 * without["error_deg"]
 
 
+def test_what_the_delay_is_of_the_error_while_speeding_up_is_said(done, text):
+    rows = {(r.figure, r.what): r for r in validation(done)}
+    late = rows["Fig. 15", "error speeding up, delay out"]
+    whole = rows["Fig. 15", "error speeding up"]
+    assert late.by_paper < whole.by_paper
+    assert f"from {whole.by_paper:.4f} to {late.by_paper:.4f} m/s with its values" in text
+    assert f"from {whole.by_ours:.4f} to {late.by_ours:.4f} m/s with ours" in text
+
+
+def test_the_overshoot_that_the_paper_tells_of_is_no_number_and_ours_is_explained(text):
+    row = re.search(r"heading past its end</th>(.*?)</tr>", text)
+    assert row is not None
+    assert "no number" in row.group(1)
+    assert "makes a lag and no overshoot" in text
+
+
 def test_eq_16_lags_by_inertia_over_damping_on_a_linear_reference(done):
     truth = done.campaigns["survey"].truth
     row = next(r for r in validation(done) if r.what == "heading behind the ramp")

@@ -16,6 +16,7 @@ APART_STEADY, APART_TURNING = "mean |PID − feed-forward|, steady", "mean |PID 
 SPEEDING_UP, SPEEDING_UP_LATE = "error speeding up", "error speeding up, delay out"
 STEADY = "error of the mean speed, steady"
 BEHIND, PAST = "heading behind the ramp", "heading past its end"
+NOT_STATED = Published(math.nan, "m/s", "not stated")
 PID_SURGE, PID_SWAY = "mean of the PID in surge, steady", "mean of the PID in sway, steady"
 
 
@@ -62,11 +63,18 @@ def validation(done: Reproduction) -> tuple[Comparison, ...]:
         ("Fig. 13", SPEEDING_UP_LATE, p.SURVEY_ACCELERATION, [alone.acceleration_less_delay]),
         ("Fig. 13", STEADY, p.SURVEY_STEADY, [abs(steady_speed(done.dives["surge alone"], 0) - top)]),
         ("Fig. 14", BEHIND, p.HEADING_LAG, [heading.lag_s]),
-        ("Fig. 14", PAST, Published(math.nan, "°", "Fig. 14, in words"), [heading.overshoot_deg]),
+        (
+            "Fig. 14",
+            PAST,
+            Published(math.nan, "°", "Fig. 14: significant, no number"),
+            [heading.overshoot_deg],
+        ),
         ("Fig. 15", SPEEDING_UP, p.HOVERING_ACCELERATION, [axis.acceleration for axis in surge]),
+        ("Fig. 15", SPEEDING_UP_LATE, NOT_STATED, [axis.acceleration_less_delay for axis in surge]),
         ("Fig. 15", f"settled speed for {target:g} m/s", p.HOVERING_SETTLED, settled),
         ("Fig. 15", STEADY, p.HOVERING_STEADY, [abs(speed - target) for speed in settled]),
         ("Fig. 16", SPEEDING_UP, p.SWAY_ACCELERATION, [axis.acceleration for axis in sway]),
+        ("Fig. 16", SPEEDING_UP_LATE, NOT_STATED, [axis.acceleration_less_delay for axis in sway]),
         ("Fig. 16", STEADY, p.SWAY_STEADY, [abs(speed - SWAY_M_S) for speed in swayed]),
         (
             "Fig. 17",
