@@ -148,8 +148,8 @@ def _late_words(numbers: tuple[Comparison, ...]) -> str:
     )
     return (
         "Of the error while speeding up the paper says in Fig. 13 that the thrusters' delay is out of it, and in Figs "
-        f"15 and 16 it says nothing: taking the delay out brings ours in Fig. 15 {by_paper} with its values and {by_ours} "
-        "with ours."
+        f"15 and 16 it says nothing: taking the delay out brings ours in Fig. 15 {by_paper} with its values and "
+        f"{by_ours} with ours."
     )
 
 
