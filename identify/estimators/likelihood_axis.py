@@ -42,7 +42,8 @@ class AxisLikelihood:
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor of each column of
     `shapes` (n, k), then the log noise std of each channel. `masses` (6,) of all axes make the Coriolis forces.
     The first shape is a constant: the trim force; the others are the Coriolis forces of the `unmeasured` masses.
-    `reading` (n,) is the axis's, NaN where it is not to be used.
+    `reading` (n,) is the axis's, NaN where it is not to be used. `word`: what the other axes' Coriolis forces say of
+    the mass, and its precision, both of the mass itself, for that is what their forces are linear in.
     """
 
     axis: Axis
@@ -53,11 +54,15 @@ class AxisLikelihood:
     prior_mean: Array
     prior_precision: Array
     difference: Array
+    word: tuple[float, float] = (0.0, 0.0)
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
+        """Those of the readings, and last how far the mass is from the others' word."""
         error, variance = self.filtered(theta, np.inf)
         read = np.isfinite(error)
-        return error[read], variance[read]
+        mean, precision = self.word
+        off = (np.exp(theta[MASS]) - mean) * np.sqrt(precision)
+        return np.append(error[read], off), np.append(variance[read], 1.0)
 
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
         """Innovations and variances of all events, (n,); beyond the gate they are clipped and change nothing."""
@@ -65,7 +70,10 @@ class AxisLikelihood:
         return error, variance
 
     def sensitivities(self, theta: Array, dofs: Sequence[int]) -> tuple[Array, Array, Array, Array]:
-        """Innovations and variances (n,), and their derivatives by theta and then by the log masses of `dofs`."""
+        """Innovations and variances (n,), and their derivatives by theta and then by the log masses of `dofs`.
+
+        Ordered as `innovations` has them.
+        """
         axis, noise, force = self.axis, self.noise_place, self._force(theta)
         table = self._transitions(theta)
         error, variance, gain = self._run(theta, table, force, np.inf)
@@ -82,7 +90,16 @@ class AxisLikelihood:
         de, ds = np.zeros(size), np.zeros(size)
         de[curved], ds[curved] = slopes(under_that_force, theta, self.difference, curved)
         de[FORCES:noise], de[len(theta) :] = np.split(linear, [noise - FORCES])
-        return error[read], variance[read], de, ds
+        mean, precision = self.word
+        mass, root = np.exp(theta[MASS]), np.sqrt(precision)
+        last = np.zeros((len(de), 1))
+        last[MASS] = mass * root
+        return (
+            np.append(error[read], (mass - mean) * root),
+            np.append(variance[read], 1.0),
+            np.hstack([de, last]),
+            np.hstack([ds, 0.0 * last]),
+        )
 
     def speed(self, theta: Array) -> Array:
         """The velocity (n,) at every event given all readings and the parameters."""

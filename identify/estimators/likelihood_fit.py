@@ -102,15 +102,7 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
 
 def _taken_apart(joint: JointLikelihood, maximum: Maximum, settled: bool) -> JointFit:
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
-    fits = {}
-    for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
-        own = replace(
-            maximum,
-            theta=maximum.theta[place],
-            information=maximum.information[place, place],
-            precision=maximum.precision[place, place],
-        )
-        fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
+    fits = axis_fits(joint, maximum)
     rows = [dof + 6 * kind for kind in range(2) for dof in fits]
     where = [*joint.mass_places, *(place.start + DAMPING for place in joint.places)]
     shift, widening = integrated(joint, maximum.theta)
@@ -126,13 +118,30 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, settled: bool) -> Joi
     return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information), settled)
 
 
+def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
+    """The fit of each axis by degree of freedom, with what the others say of its mass."""
+    whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
+    fits = {}
+    for problem, place in zip(joint.at(maximum.theta), joint.places, strict=True):
+        own = replace(
+            maximum,
+            theta=maximum.theta[place],
+            information=maximum.information[place, place],
+            precision=maximum.precision[place, place],
+        )
+        fits[problem.axis.dof] = AxisFit(_with_others_word(problem, own), own, whole[place, place])
+    return fits
+
+
 def _with_others_word(problem: AxisLikelihood, own: Maximum) -> AxisLikelihood:
-    """The axis's likelihood with what the others say of its mass as a prior: its maximum, too, lies at `own`."""
+    """The axis's likelihood with what the others say of its mass: its maximum, too, lies at `own`."""
     gradient, information = alone(problem, own.theta)
-    precision, mean = problem.prior_precision.copy(), problem.prior_mean.copy()
-    precision[MASS] += max(float(own.information[MASS, MASS] - information[MASS, MASS]), 0.0)
-    mean[MASS] = own.theta[MASS] - gradient[MASS] / precision[MASS]
-    return replace(problem, prior_mean=mean, prior_precision=precision)
+    mass, prior = float(np.exp(own.theta[MASS])), problem.prior_precision[MASS]
+    precision = max(float(own.information[MASS, MASS] - information[MASS, MASS]), 0.0) / mass**2
+    if precision == 0.0:
+        return problem
+    pull = prior * (own.theta[MASS] - problem.prior_mean[MASS]) - gradient[MASS]
+    return replace(problem, word=(mass + float(pull) / (mass * precision), precision))
 
 
 def _projected(joint: JointLikelihood, information: Array) -> Array:

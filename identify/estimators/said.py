@@ -42,7 +42,8 @@ def late_doubt(late_s: Mapping[int, float], score: float) -> Doubt:
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in late_s),
         f"In {where} thrust acts at another time than the vehicle file's lag and the sensors' stamps say "
         f"(later by about {size}; {abs(score):.0f} standard errors): masses and dampings there are off by more than "
-        "their intervals; measure the lag (seatrial doctor --wet), and check the sensors' clocks.",
+        "their intervals; mend the lag in the vehicle file, or the sensors' clocks: seatrial doctor --wet tells how "
+        "late each sensor is.",
         Outcome.DISAGREES,
     )
 
@@ -52,7 +53,7 @@ def lateness_note(moved: Mapping[str, float], late_s: float) -> str:
     shares = ", ".join(f"{name} {100 * share:+.1f} %" for name, share in moved.items())
     return (
         f"The intervals hold given the vehicle file's thruster lag and the sensors' stamps: were thrust "
-        f"{1000 * late_s:.0f} ms later, it would be {shares}; seatrial doctor --wet measures the lag."
+        f"{1000 * late_s:.0f} ms later, it would be {shares}."
     )
 
 

@@ -86,10 +86,12 @@ def _one(name: str, dof: int, fit: Fit | None, missing: dict[int, str]) -> Estim
     place = _place(fit, name)
     value, shift = float(fit.values[place]), _shift(fit, dof, place)
     std = float(np.hypot(np.sqrt(fit.covariance[place, place]), shift))
-    reason = ""
-    if std > LARGEST_RELATIVE_STD:
-        reason = too_little(name, DOFS[dof], std, shift, value * float(np.exp(shift)))
-    low, high = value * np.exp(-Z95 * std), value * np.exp(Z95 * std)
+    axis = fit.layout.dofs.index(dof)
+    below, above = fit.stretch[axis if place == dof else len(fit.layout.dofs) + axis]
+    reason, widest = "", std * float(max(below, above))
+    if widest > LARGEST_RELATIVE_STD:
+        reason = too_little(name, DOFS[dof], widest, shift, value * float(np.exp(shift)))
+    low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
 

@@ -45,14 +45,17 @@ USUAL_PASSES = 8
 class Fit:
     """What training came to.
 
-    values (6 + 2 n,): six masses, n dampings, n trims, SI units. covariance: of their logarithms, trims as they are;
-    information (p, p): what the dive alone tells of these and of the noise levels. drag_score (n,), drag_shift (n, p):
-    see `drag.Missing`, in the same logarithms. sensor (C,), disturbance, time_constant_s (n,): the noise levels.
+    values (6 + 2 n,): six masses, n dampings, n trims, SI units. covariance: of their logarithms, trims as they are.
+    stretch (2 n, 2): what to multiply the lower and the upper half of the interval by, of each fitted mass and then
+    damping. information (p, p): what the dive alone tells of these and of the noise levels. drag_score (n,),
+    drag_shift (n, p): see `drag.Missing`, in the same logarithms. sensor (C,), disturbance, time_constant_s (n,): the
+    noise levels.
     """
 
     layout: Layout
     values: Array
     covariance: Array
+    stretch: Array
     information: Array
     drag_score: Array
     drag_shift: Array
@@ -79,6 +82,7 @@ class Task:
     layout: Layout
     trainer: Trainer
     start: Point
+    guide: Guide
 
 
 def task_of(
@@ -97,7 +101,7 @@ def task_of(
     state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
     nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
     state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
-    return Task(layout, trainer, trainer.at(raw, noise, state))
+    return Task(layout, trainer, trainer.at(raw, noise, state), guide)
 
 
 def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, progress: Progress) -> Fit:
@@ -116,7 +120,7 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
             "or identify with --method likelihood"
         ) from error
     progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
-    return _fit(task.layout, trainer, trained)
+    return _fit(task, trainer, trained)
 
 
 @contextmanager
@@ -159,16 +163,19 @@ def _wild(trainer: Trainer, point: Point) -> Tensor:
     return found & (found.sum() <= MOST_WILD * trainer.data.known.sum())
 
 
-def _fit(layout: Layout, trainer: Trainer, trained: Trained) -> Fit:
+def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
+    layout = task.layout
     map_, raw, noise = trainer.map_, trained.point.raw, trained.point.noise
     missing = missing_drag(trainer.data, map_, trained)
     to_log = map_.to_logarithm(raw)
     per_unit = torch.cat([1 / to_log, torch.ones_like(noise.logarithm())])
     covariance = torch.linalg.inv(trained.curvature)[: len(raw), : len(raw)] * torch.outer(to_log, to_log)
+    fitted = [*layout.dofs, *range(6, 6 + len(layout.dofs))]
     return Fit(
         layout,
         _array(map_.values(trained.raw)),
         _array(covariance),
+        task.guide.stretch(trained.raw, noise, covariance.diagonal()[fitted].sqrt()),
         _array(trained.told * torch.outer(per_unit, per_unit)),
         missing.score,
         missing.shift * _array(to_log),

@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from identify.estimators.pinn.noise import Noise
 from identify.estimators.pinn.raw import Raw
 from identify.estimators.pinn.start import Filters, Levels
 from identify.estimators.pinn.training import Point
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,10 +42,7 @@ class Guide:
         """Of half the loss without priors, ordered as `Point.where`: the filters', and of masses that are not fitted
         what the network's own equations say."""
         like, noise, count, n = point.raw, point.noise, len(point.raw), len(self.dofs)
-        values = self.map_.values(like)
-        parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
-        levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
-        found = self.filters.curvature(Levels(*(part.cpu().numpy() for part in (*parts, *levels))))
+        found = self.filters.curvature(self._levels(like, noise))
         # In the network's order the sensors come before the disturbances.
         sensors = len(noise.sensor)
         place = [
@@ -59,3 +59,13 @@ class Guide:
         out[np.ix_(others, others)] = point.equations.information[np.ix_(others, others)]
         out[np.ix_(place, place)] = torch.as_tensor(found, device=like.device) * torch.outer(unit, unit)
         return out
+
+    def stretch(self, raw: Tensor, noise: Noise, std: Tensor) -> Array:
+        """See `Filters.stretch`."""
+        return self.filters.stretch(self._levels(raw, noise), std.cpu().numpy())
+
+    def _levels(self, raw: Tensor, noise: Noise) -> Levels:
+        values, n = self.map_.values(raw), len(self.dofs)
+        parts = (values[list(self.dofs)], values[6 : 6 + n], values[6 + n :])
+        levels = (noise.disturbance, noise.time_constant_s, noise.sensor)
+        return Levels(*(part.cpu().numpy() for part in (*parts, *levels)))

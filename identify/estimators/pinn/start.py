@@ -23,7 +23,9 @@ from identify.estimators.likelihood_axis import (
     likelihood_of,
     rigid_mass,
 )
+from identify.estimators.likelihood_fit import axis_fits
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
+from identify.estimators.profile import HOPELESS, LOOSE, stretches
 from identify.estimators.scoring import climb
 
 Array = NDArray[np.float64]
@@ -65,6 +67,22 @@ class Filters:
         rest = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
         cross = information[np.ix_(kept, others)]
         return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))
+
+    def stretch(self, at: Levels, std: Array) -> Array:
+        """What to multiply the halves of the intervals by, (2 n, 2) of masses and then dampings.
+
+        `std` (2 n,) of their logarithms: only of those that are known loosely the likelihood's shape is asked.
+        """
+        out = np.ones((len(std), 2))
+        loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
+        if len(loose):
+            theta = self._theta(at)
+            joint = self.joint.with_better_forces(self.built.motion, theta)
+            fits = list(axis_fits(joint, climb(joint, theta, ROUGHLY, JointLikelihood.score)).values())
+            for row in loose.tolist():
+                kind, axis = divmod(row, len(fits))
+                out[row] = stretches(fits[axis].problem, fits[axis].maximum.theta, (MASS, DAMPING)[kind])
+        return out
 
     def _theta(self, at: Levels) -> Array:
         theta = self.joint.prior_mean.copy()
