@@ -1,5 +1,6 @@
 """`identify` and `validate` on real recordings of the telemetry contract, made by a program that is not ours."""
 
+import contextlib
 import gzip
 import json
 from pathlib import Path
@@ -59,6 +60,21 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path):
     beside = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
     assert beside["dive_sha256"] == found["dive"]["sha256"]
     assert beside["intervals"]["FF1_M_U"]["low95"] == by_name["M_u"]["low95"]
+
+
+@needs_shared
+def test_files_are_written_though_the_reader_of_the_table_leaves_at_its_first_line(
+    minute, tmp_path, monkeypatch
+):
+    def left(*_words):
+        raise BrokenPipeError
+
+    monkeypatch.setattr("tui.identified.tell", left)
+    out, page = tmp_path / "out.json", tmp_path / "report.html"
+    with contextlib.suppress(BrokenPipeError, SystemExit):
+        identify(minute, "--json", out, "--report", page)
+    assert json.loads(out.read_text(encoding="utf-8"))["method"] == "likelihood"
+    assert page.exists()
 
 
 @needs_shared

@@ -87,24 +87,28 @@ def run(arguments: argparse.Namespace) -> int:
         beside = [compare(first, other, priors) for other in others]
         answers.append(doubted(beside[0]) if beside else first)
         compared.append(beside)
-    console = show.results(arguments.json)
-    for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
-        tell(console, dive, answer)
-        for comparison in comparisons:
-            tell_comparison(console, comparison)
+    # Files first: whoever reads the table may leave before its end.
     found = [
         answer.to_json() | ({"comparison": comparisons[0].to_json()} if comparisons else {})
         for answer, comparisons in zip(answers, compared, strict=True)
     ]
     show.write_json(found[0] if len(found) == 1 else found, arguments.json)
+    written = []
     if arguments.param and answers[0].values():
         from tui.parameter_files import write_identified
 
         write_identified(Path(arguments.param), answers[0], file)
-        show.say(console, f"parameters: {arguments.param}")
+        written.append(f"parameters: {arguments.param}")
     if arguments.report:
         path = report(Path(arguments.report), dives, file, answers, compared, curves)
-        show.say(console, f"report: {path}")
+        written.append(f"report: {path}")
+    console = show.results(arguments.json)
+    for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
+        tell(console, dive, answer)
+        for comparison in comparisons:
+            tell_comparison(console, comparison)
+    for sentence in written:
+        show.say(console, sentence)
     converged = all(answer.outcome is Outcome.CONVERGED for answer in answers)
     return exit_codes.DONE if converged else exit_codes.NO
 
