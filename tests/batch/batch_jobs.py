@@ -117,6 +117,8 @@ def python_path():
 
 def batch_of(folder, function):
     """A batch as a program of its own; exit code 4 where Ctrl-C ends it."""
+    # A shell without job control starts what runs in its background deaf to Ctrl-C, and so would be the tests' children.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     jobs = [job_on(path, function, FILE) for path in sorted(Path(folder).iterdir())]
     try:
         for result in run_here(jobs, 2):
