@@ -117,7 +117,7 @@ def python_path():
 
 def batch_of(folder, function):
     """A batch as a program of its own; exit code 4 where Ctrl-C ends it."""
-    # A shell without job control starts what runs in its background deaf to Ctrl-C, and so would be the tests' children.
+    # A shell without job control starts its background deaf to Ctrl-C, and so would be what a test starts from there.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     jobs = [job_on(path, function, FILE) for path in sorted(Path(folder).iterdir())]
     try:
