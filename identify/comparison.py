@@ -16,8 +16,8 @@ from identify.identification import Doubt, Estimate, Identification, Outcome, Pa
 
 TOO_FAR = 1.5
 """Likelihood and pinn are both nearly efficient and see one noise: on dives that their model fits they differ by far
-less than either's error, in drawn missions by 0.06 standard errors in the median and by 1.0 at most. A method that
-is not efficient would be beyond this by chance in one of seven coefficients.
+less than either's error (`python -m bench accuracy` tells how far, and how often they are beyond this by chance). A
+method that is not efficient would be beyond this by chance in one of seven coefficients.
 """
 
 OTHER_LEVEL = 1.5

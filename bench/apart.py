@@ -1,0 +1,44 @@
+"""How far the two methods of `identify` are apart on the drawn missions, and how often that would be a disagreement."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.accuracy_trials import Stated, Trial
+from bench.words import paragraph
+from identify.comparison import TOO_FAR
+from identify.estimators.table import SIDE_BY_SIDE
+
+
+def distances(trials: Sequence[Trial]) -> dict[int, list[float]]:
+    """Of each seed that both methods answered, over the larger standard error: sizes of all that both state."""
+    first, second = ({t.seed: t for t in trials if t.method == method} for method in SIDE_BY_SIDE)
+    return {
+        seed: [
+            _distance(one, second[seed].stated[name])
+            for name, one in first[seed].stated.items()
+            if name in second[seed].stated
+        ]
+        for seed in first
+        if seed in second
+    }
+
+
+def _distance(one: Stated, other: Stated) -> float:
+    return abs(math.log(other.value / one.value)) / max(one.std, other.std)
+
+
+def lines(trials: Sequence[Trial]) -> list[str]:
+    """The paragraph of the page; none where one of the two was not run."""
+    found = distances(trials)
+    sizes = [size for of_seed in found.values() for size in of_seed if math.isfinite(size)]
+    if not sizes:
+        return []
+    beyond = sum(any(size > TOO_FAR for size in of_seed) for of_seed in found.values())
+    return paragraph(
+        f"The two methods of `identify` are {np.median(sizes):.2f} standard errors apart in the median, "
+        f"{np.percentile(sizes, 99):.2f} in the 99th percentile and {max(sizes):.1f} at most, of {len(sizes)}",
+        f"coefficients that both state. {beyond} of {len(found)} missions hold one beyond {TOO_FAR:g}, from where on",
+        "`identify` calls it a disagreement.",
+    )
