@@ -1,7 +1,9 @@
 """Two methods beside each other in a report, and what they say where one has less to show than the other."""
 
+import re
+
 from identify.comparison import Comparison
-from identify.identification import Estimate, Identification, Outcome
+from identify.identification import Doubt, Estimate, Identification, Outcome
 from identify.report.page import Section, Table
 from identify.report.text import MISSING, significant, unit, with_interval
 
@@ -50,10 +52,15 @@ def told_beside(compared: Comparison) -> tuple[str, ...]:
         if second.outcome is Outcome.CONVERGED
         else (f"{_capital(second.method)} ended with '{second.outcome.value}'.",)
     )
-    known = {doubt.sentence for doubt in first.doubts}
-    own = dict.fromkeys(doubt.sentence for doubt in second.doubts if doubt.sentence not in known)
+    known = {_kind(doubt) for doubt in first.doubts}
+    own = dict.fromkeys(doubt.sentence for doubt in second.doubts if _kind(doubt) not in known)
     doubts = tuple(f"{_capital(second.method)}: {sentence}" for sentence in own)
     return (*ended, *doubts, *(_gaps(first, compared) if first.values() else ()), *_gaps(second, compared))
+
+
+def _kind(doubt: Doubt) -> tuple[tuple[str, ...], str]:
+    """What it is about, and its words up to the first figure: the same doubt of two methods differs from there on."""
+    return doubt.about, re.split(r"\d", doubt.sentence, maxsplit=1)[0]
 
 
 def _gaps(method: Identification, compared: Comparison) -> tuple[str, ...]:

@@ -28,6 +28,18 @@ def test_a_second_that_did_not_converge_says_so_and_what_it_alone_doubts():
     )
 
 
+def drag(score, axis="surge"):
+    return Doubt(("M_u", "D_u"), f"In {axis} a drag is missing ({score} standard errors): dive slower.")
+
+
+def test_a_doubt_of_both_that_differs_by_a_figure_is_not_said_again_and_another_of_the_same_coefficients_is():
+    late = Doubt(("M_u", "D_u"), "In surge thrust is late by 20 ms: mend the lag.")
+    assert told_beside(compare(by("likelihood", doubts=(drag(9),)), by("pinn", doubts=(drag(8),)))) == ()
+    assert told_beside(compare(by("likelihood", doubts=(late,)), by("pinn", doubts=(drag(8),)))) == (
+        "Pinn: In surge a drag is missing (8 standard errors): dive slower.",
+    )
+
+
 def test_what_one_alone_gives_no_value_of_stands_with_its_reason():
     found = compare(by("likelihood", {"M_u": 100.0, "M_v": 110.0}), by("pinn"))
     assert told_beside(found) == (
