@@ -33,18 +33,11 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
     methods = list(dict.fromkeys(trial.method for trial in trials))
     tallies = [tally(method, bounds, trials) for method in methods]
     lines = ["## Accuracy against the Cramer-Rao bound", "", *_introduction(bounds), ""]
-    lines += [f"`{method}` is not installed here and is left out." for method in absent]
-    lines += [
-        "",
-        *_overall(tallies),
-        "",
-        *goals.lines(tallies),
-        "",
-        *apart.lines(trials),
-        "",
-        *_by_group(tallies),
-        "",
-    ]
+    for method in absent:
+        lines += [f"`{method}` is not installed here and is left out.", ""]
+    parts = (_overall(tallies), goals.lines(tallies), apart.lines(trials), _by_group(tallies))
+    for part in parts:
+        lines += [*part, ""] if part else []
     for one in tallies:
         if any(math.isfinite(case.z) for case in one.cases) and one.method != "least squares":
             lines += [*_by_coefficient(one, bounds), ""]
@@ -60,8 +53,8 @@ def _introduction(bounds: list[Bound]) -> list[str]:
         *paragraph(
             f"{len(bounds)} simulated missions (seeds {seeds[0]} to {seeds[-1]}, {minutes:.0f} min of diving): each",
             "draws a vehicle of 11 to 120 kg, thrusters with 0.05 to 0.25 s of lag, sensors, a coloured disturbance of",
-            "0.3 to 3 % of full thrust with time constants of 0.5 to 10 s on every axis, a manoeuvre of 60 to 300 s and",
-            "a controller that acts on the noisy readings. The simulated vehicle obeys the model that is fitted",
+            "0.3 to 3 % of full thrust with time constants of 0.5 to 10 s on every axis, a manoeuvre of 60 to 300 s",
+            "and a controller that acts on the noisy readings. The simulated vehicle obeys the model that is fitted",
             "(diagonal mass, linear damping, full Coriolis, restoring): this measures how well methods use what a dive",
             "tells, not how well the model fits a real vehicle. Nothing was tuned on these missions, but two of them",
             "were seen: 33 and 56 had failed, and were looked at while the ends of intervals of what is known loosely",
@@ -70,7 +63,8 @@ def _introduction(bounds: list[Bound]) -> list[str]:
         "",
         *paragraph(
             f"The bound is computed for each mission and coefficient (`bench/bound`). {telling} of the {count}",
-            f"coefficients have a bound below {100 * TELLING:.0f} %; the tables are of these, the others counted apart.",
+            f"coefficients have a bound below {100 * TELLING:.0f} %; the tables are of these, the others counted",
+            "apart.",
         ),
     ]
 
