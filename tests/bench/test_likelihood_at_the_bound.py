@@ -7,11 +7,7 @@ import pytest
 
 from bench.bound import cramer_rao
 from bench.missions.mission import draw_one
-from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_axis import MASS_RATIO, likelihood_of, rigid_mass
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import score
 
 
 def quiet(_share: float, _text: str) -> None:
@@ -21,23 +17,6 @@ def quiet(_share: float, _text: str) -> None:
 @cache
 def mission(seed, seconds=None, kind=None):
     return draw_one(seed, seconds=seconds, kind=kind)
-
-
-def test_the_score_of_all_axes_is_the_slope_of_their_likelihood():
-    """Masses move the Coriolis forces of the other axes: the differences over all innovations see that as well."""
-    dived = mission(100007, 40.0, "together")
-    shape = dived.drawn.configuration
-    masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
-    axes = build_axes(dived.dive, dived.file, dived.configuration).axes
-    joint = JointLikelihood(tuple(likelihood_of(axis, shape, masses, ()) for axis in axes))
-    theta = joint.prior_mean
-    gradient, information = joint.score(theta)
-    by_differences = score(joint, theta)
-    size = np.sqrt(np.diag(by_differences[1]))
-    np.testing.assert_allclose(gradient / size, by_differences[0] / size, atol=2e-4)
-    np.testing.assert_allclose(
-        information / np.outer(size, size), by_differences[1] / np.outer(size, size), atol=2e-5
-    )
 
 
 @pytest.mark.parametrize("seed", [100000, 100010, 100034])

@@ -1,11 +1,13 @@
 """A small closed-loop vehicle for tests: surge alone, exact discretisation, a controller that acts on the noisy DVL."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.dive import Dive, Signal
+from identify.identification import Identification
 
 MASS, DAMPING = 100.0, 50.0
 
@@ -64,3 +66,18 @@ def dive(
         nu_fb=Signal(time_s, fed),
         nu_ref=Signal(time_s, ref),
     )
+
+
+def hits(fit: Callable[[Dive], Identification], seconds: float) -> tuple[int, list[float]]:
+    """Of mass and damping in 30 dives, how many lie in their 95 % intervals, and their errors in standard errors.
+
+    53 to 60 inside holds 99.4 % of what a true 95 % interval gives.
+    """
+    inside, errors = 0, []
+    for seed in range(30):
+        found = fit(dive(np.random.default_rng(seed), seconds=seconds))
+        for name, truth in (("M_u", MASS), ("D_u", DAMPING)):
+            one = found[name]
+            inside += one.low95 <= truth <= one.high95
+            errors.append((one.value - truth) / one.std)
+    return inside, errors

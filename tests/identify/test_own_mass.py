@@ -14,10 +14,7 @@ from identify.comparison import compare
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_axis import MASS, likelihood_of, rigid_mass
 from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import score
 from identify.estimators.table import estimator, judged
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -108,27 +105,6 @@ def test_thrust_in_a_doubted_axis_moves_its_own_mass_alone():
         assert abs(other.log_value[dof] - one.log_value[dof]) < 0.25 * std[dof]
     pooled = fit_axes(pushed, shape, quiet)
     assert abs(pooled.log_value[HEAVE] - one.log_value[HEAVE]) > 0.5 * std[HEAVE]
-
-
-def test_the_score_with_a_mass_apart_is_the_slope_of_the_likelihood():
-    dived = mission(100007, seconds=40.0, kind="together")
-    shape = dived.drawn.configuration
-    masses = np.array([1.3 * rigid_mass(shape, dof) for dof in range(6)])
-    axes = build_axes(dived.dive, dived.file, dived.configuration).axes
-    problems = tuple(likelihood_of(axis, shape, masses, ()) for axis in axes)
-    heave = next(p for p in problems if p.axis.dof == HEAVE)
-    prior = np.array([[heave.prior_mean[MASS] + 0.1, heave.prior_precision[MASS]]])
-    joint = JointLikelihood(problems, (HEAVE,), prior)
-    theta = joint.prior_mean
-    gradient, information = joint.score(theta)
-    by_differences = score(joint, theta)
-    size = np.sqrt(np.diag(by_differences[1]))
-    np.testing.assert_allclose(gradient / size, by_differences[0] / size, atol=2e-4)
-    np.testing.assert_allclose(
-        information / np.outer(size, size), by_differences[1] / np.outer(size, size), atol=2e-5
-    )
-    own = joint.places[[p.axis.dof for p in problems].index(HEAVE)].start + MASS
-    assert information[own, -1] == 0.0
 
 
 def test_beside_a_method_that_leaves_the_mass_out_there_is_one_value_and_one_reason():

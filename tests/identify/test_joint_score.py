@@ -1,0 +1,44 @@
+"""The score of all axes together against differences over all their innovations."""
+
+import numpy as np
+
+from bench.missions.mission import draw_one
+from identify.estimators.axes import build_axes
+from identify.estimators.likelihood_axis import MASS, MASS_RATIO, likelihood_of, rigid_mass
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.scoring import score
+
+HEAVE = 2
+
+
+def problems():
+    drawn = draw_one(100007, seconds=40.0, kind="together")
+    shape = drawn.drawn.configuration
+    masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
+    axes = build_axes(drawn.dive, drawn.file, drawn.configuration).axes
+    return tuple(likelihood_of(axis, shape, masses, ()) for axis in axes)
+
+
+def assert_score_is_the_slope(joint):
+    """Masses move the Coriolis forces of the other axes: the differences over all innovations see that as well."""
+    gradient, information = joint.score(joint.prior_mean)
+    slope, curvature = score(joint, joint.prior_mean)
+    size = np.sqrt(np.diag(curvature))
+    np.testing.assert_allclose(gradient / size, slope / size, atol=2e-4)
+    np.testing.assert_allclose(
+        information / np.outer(size, size), curvature / np.outer(size, size), atol=2e-5
+    )
+
+
+def test_the_score_of_all_axes_is_the_slope_of_their_likelihood():
+    assert_score_is_the_slope(JointLikelihood(problems()))
+
+
+def test_the_score_with_a_mass_apart_is_the_slope_of_the_likelihood():
+    axes = problems()
+    heave = [problem.axis.dof for problem in axes].index(HEAVE)
+    prior = np.array([[axes[heave].prior_mean[MASS] + 0.1, axes[heave].prior_precision[MASS]]])
+    joint = JointLikelihood(axes, (HEAVE,), prior)
+    assert_score_is_the_slope(joint)
+    _, information = joint.score(joint.prior_mean)
+    assert information[joint.places[heave].start + MASS, -1] == 0.0
