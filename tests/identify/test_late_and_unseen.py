@@ -1,6 +1,7 @@
 """What is doubted beside a missing drag: thrust at another time, speeds that nobody read, a search cut off."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import closed_loop
 import network_tasks
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
+from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.estimators import likelihood_fit
 from identify.estimators.axes import build_axes
@@ -15,7 +17,10 @@ from identify.estimators.doubts import by_lateness, doubts_of
 from identify.estimators.likelihood import estimate
 from identify.estimators.unseen import silent_share, unseen_doubts
 from identify.identification import Outcome
+from identify.ingest.open import read_dive
 
+ROOT = Path(__file__).resolve().parents[2]
+OPEN_1 = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
 FILE = closed_loop.vehicle_file()
 
 
@@ -54,6 +59,24 @@ def test_late_thrust_makes_data_and_model_disagree_and_says_by_how_much_and_what
     assert "later by about +" in doubt.sentence
     assert " ms; " in doubt.sentence
     assert "doctor --wet" in doubt.sentence
+
+
+@pytest.mark.skipif(
+    not OPEN_1.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
+)
+def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_lag_is_not():
+    """Its own lag is 30 ms, its yaw inertia 16.0 kg m2; 20 ms more take 3.6 % off that, seven standard errors."""
+    file, dive = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml")), read_dive(OPEN_1)
+    curve = file.vehicle.thrust_curve
+    assert curve.lag_s == pytest.approx(0.03)
+    slow = replace(file, vehicle=replace(file.vehicle, thrust_curve=replace(curve, lag_s=0.05)))
+    right, wrong = (estimate(dive, one, "hovering", network_tasks.quiet) for one in (file, slow))
+    assert right.outcome is Outcome.CONVERGED
+    assert abs(right["I_r"].value - 16.0) < 2 * right["I_r"].std
+    assert wrong.outcome is Outcome.DISAGREES
+    (doubt,) = [doubt for doubt in wrong.doubts if "acts at another time" in doubt.sentence]
+    assert doubt.about == ("I_r", "D_r")
+    assert wrong["I_r"].value / right["I_r"].value == pytest.approx(1 - 0.036, abs=0.005)
 
 
 def test_what_a_later_thrust_would_move_is_told_and_comes_true():
