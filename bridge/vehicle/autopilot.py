@@ -47,14 +47,14 @@ class Autopilot:
     """The controller of one vehicle in one configuration, stepped at 20 Hz.
 
     `parameters(veh_cfg)` gives the active coefficients by name. `directory` is where the vehicle file lies.
-    Below the gain table's `straight_below_n`, thrusts run straight to 1500 us: like a curve fitted without
-    the dead zone, it leaves the first part of every start to the dead zone (the paper's 0.3 s).
+    Below the gain table's `straight_below_n`, thrusts run straight to 1500 us and are lost in the dead zone. Where
+    the feed-forward is applied, the thrusters that it drives pass the dead zone (the table's `fed`): it is the
+    vehicle's own model that asks for small thrusts, and nothing else makes up for what they lose.
 
     Where PID and feed-forward fly together, the vehicle is to be where the reference is, not a lag behind: the
-    feed-forward leads by the propellers' lag and half a period, its thrusters pass the dead zone, and the PID
-    compares each reading with what was wanted when that reading was true, so that it never pushes against the
-    feed-forward. Left with the disturbance alone, it may be stiffer (the gain table's `together`). Each of the
-    two on its own is flown as the paper flew it.
+    feed-forward leads by the propellers' lag and half a period, and the PID compares each reading with what was
+    wanted when that reading was true, so that it never pushes against the feed-forward. Left with the disturbance
+    alone, it may be stiffer (the table's `fed`).
 
     A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
     thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
@@ -82,10 +82,10 @@ class Autopilot:
         self._reach = tuple(float(limit) for limit in self._allocator.reach())
         self._controller = Controller(table, shape, self._reach)
         self._pulses = Pulses(curve, table.straight_below_n)
-        self._together = table.together
-        fed = np.abs(self._allocator.matrix[list(FEEDFORWARD_DOFS)]).max(axis=0) > NO_ARM
-        below_n = np.where(fed, self._together.straight_below_n, table.straight_below_n)
-        self._pulses_together = Pulses(curve, below_n)
+        self._gain_beside = table.fed.gain
+        driven = np.abs(self._allocator.matrix[list(FEEDFORWARD_DOFS)]).max(axis=0) > NO_ARM
+        below_n = np.where(driven, table.fed.straight_below_n, table.straight_below_n)
+        self._pulses_fed = Pulses(curve, below_n)
         self._lead = Lead(vehicle.thrust_curve.lag_s + 0.5 / RATE_HZ, self._reach)
         self._trail = Trail(OLDEST_S)
         self._saturated = False
@@ -106,7 +106,7 @@ class Autopilot:
         together = self.mode is Mode.BOTH
         wanted, gain = reference, 1.0
         if together:
-            wanted, gain = self._wanted_then(reference, known), self._together.gain
+            wanted, gain = self._wanted_then(reference, known), self._gain_beside
         pid = self._controller.step(known, wanted, dt_s, self._saturated, gain)
         if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
@@ -127,7 +127,7 @@ class Autopilot:
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
-        pulses = self._pulses_together if together else self._pulses
+        pulses = self._pulses_fed if self.mode.applies_feedforward else self._pulses
         pwm_us = tuple(pulses(thrust).tolist())
         return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
 

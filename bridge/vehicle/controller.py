@@ -26,8 +26,10 @@ class Gains:
 
 
 @dataclass(frozen=True)
-class Together:
-    """What changes where PID and feed-forward fly together: how stiff surge and sway are, how small a thrust counts."""
+class Fed:
+    """What changes where the feed-forward is applied: how small a thrust of its thrusters still counts, and how stiff
+    the PID of surge and sway is beside it.
+    """
 
     gain: float = 1.0
     straight_below_n: float = 0.0
@@ -53,7 +55,7 @@ class GainTable:
     yaw: Gains
     straight_below_n: float = 0.0
     integral_share: float = 0.5
-    together: Together = field(default_factory=Together)
+    fed: Fed = field(default_factory=Fed)
 
     def __post_init__(self) -> None:
         if not self.speeds_m_s or list(self.speeds_m_s) != sorted(set(self.speeds_m_s)):

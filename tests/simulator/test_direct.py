@@ -6,9 +6,9 @@ import pytest
 
 from bridge.navigation import yaw_of
 from bridge.simulator.direct import QUIET, TruthRun, simulate_truth
-from bridge.simulator.missions import Mission, rest, run, validation
+from bridge.simulator.missions import Mission, rest, run, turn, validation
 from bridge.simulator.truth import load_truth
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.feedforward import Mode
 
 FILE = load_vehicle("ruvifist")
@@ -25,25 +25,42 @@ def errors(run: TruthRun, mission: Mission, phase: str, dof: int, word: str) -> 
     return float(np.abs(run.nu - run.nu_ref)[chosen, dof].mean())
 
 
-@pytest.mark.parametrize("configuration", ["survey", "hovering"])
-def test_feedforward_alone_with_the_true_model_starts_0_3_s_late_for_the_dead_zone(
-    configuration: str,
-) -> None:
-    truth = load_truth(FILE, configuration)
-    run = simulate_truth(
-        FILE,
+def alone_in_still_water(file: VehicleFile, configuration: str, mission: Mission) -> TruthRun:
+    truth = load_truth(file, configuration)
+    return simulate_truth(
+        file,
         configuration,
-        OUT,
+        mission,
         seed=0,
         mode=Mode.ALONE,
         parameters=truth.model,
         noise=QUIET,
         truth=truth.calm(),
     )
+
+
+@pytest.mark.parametrize("configuration", ["survey", "hovering"])
+def test_feedforward_alone_with_the_papers_dead_zone_starts_0_3_s_late(configuration: str) -> None:
+    shapes = dict(FILE.vehicle.configurations)
+    shapes[configuration] = replace(shapes[configuration], gains=f"paper_{configuration}")
+    file = replace(FILE, vehicle=replace(FILE.vehicle, configurations=shapes))
+    run = alone_in_still_water(file, configuration, OUT)
     wanted, true = (run.time_s[np.argmax(nu[:, 0] > 0.05 * 0.4)] for nu in (run.nu_ref, run.nu))
     assert true - wanted == pytest.approx(0.3, abs=0.051)
     steady = (run.time_s > 12) & (run.time_s < 16)
     np.testing.assert_allclose(run.nu[steady, 0], 0.4, atol=0.003)
+
+
+@pytest.mark.parametrize("rate_rad_s", [0.1, 0.175])
+@pytest.mark.parametrize("configuration", ["survey", "hovering"])
+def test_feedforward_alone_with_the_true_model_turns_as_fast_as_it_is_asked_to(
+    configuration: str, rate_rad_s: float
+) -> None:
+    turning = Mission("turn", tuple(rest("still", 2.0) + turn("turn", 20 * rate_rad_s, rate_rad_s, "smooth")))
+    run = alone_in_still_water(FILE, configuration, turning)
+    steady = (run.time_s > 15) & (run.time_s < 20)
+    np.testing.assert_allclose(run.nu[steady, 5], run.nu_ref[steady, 5], rtol=0.001)
+    assert run.nu_ref[steady, 5] == pytest.approx(rate_rad_s)
 
 
 def test_the_pid_alone_lags_in_acceleration_and_holds_the_steady_speed() -> None:

@@ -68,10 +68,11 @@ def test_the_pulse_widths_make_the_commanded_wrench_where_no_thrust_is_small() -
 
 
 def test_small_thrusts_are_lost_in_the_dead_zone_that_the_pulse_widths_do_not_jump() -> None:
-    hover = autopilot(Mode.ALONE)
     level = Navigation((0.0, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.6, 0)
-    whisper = hover.step(0.0, level, Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6))
-    assert whisper.tau_cmd[0] == pytest.approx(56.24 * 0.05)
+    crawl = Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
+    whisper = autopilot(Mode.OFF).step(0.0, level, crawl)
+    assert whisper.tau_cmd[0] == pytest.approx(whisper.tau_pid[0])
+    assert whisper.tau_pid[0] > 2.0
     assert all(1472 <= pwm <= 1528 for pwm in whisper.pwm_us)
     assert whisper.pwm_us[0] > 1510
 
@@ -233,9 +234,10 @@ def test_together_the_feedforward_leads_by_lag_and_half_a_period_and_is_told_as_
     assert plain.tau_cmd[0] == pytest.approx(plain.tau_ff[0])
 
 
-def test_together_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dead_zone() -> None:
+@pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
+def test_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dead_zone(mode: Mode) -> None:
     level = Navigation((0.05, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.57, 0)
-    whisper = autopilot(Mode.BOTH).step(0.0, level, Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6))
+    whisper = autopilot(mode).step(0.0, level, Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6))
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
     wrench = allocation_matrix(FILE.vehicle.configurations["hovering"]) @ curve.thrust(whisper.pwm_us)
     assert wrench[0] == pytest.approx(56.24 * 0.05)

@@ -122,8 +122,8 @@ def test_an_unknown_gain_table_is_refused_with_the_names_there_are() -> None:
     ("change", "says"),
     [
         ({"speeds_m_s": [1.0, 0.0]}, "must rise"),
-        ({"together": {"gain": 0.0}}, "gain must be above 0"),
-        ({"together": {"straight_below_n": -1.0}}, "straight_below_n not negative"),
+        ({"fed": {"gain": 0.0}}, "gain must be above 0"),
+        ({"fed": {"straight_below_n": -1.0}}, "straight_below_n not negative"),
         ({"yaw": {"kp": [1.0], "ki": [0.0, 0.0], "kd": [0.0, 0.0]}}, "yaw"),
         ({"yaw": {"kp": [1.0, -1.0], "ki": [0.0, 0.0], "kd": [0.0, 0.0]}}, "none negative"),
     ],
