@@ -19,6 +19,9 @@ LARGEST_MOVE = 7000.0
 
 ENOUGH = 1e-3
 
+OVERSHOT = 3.0
+"""A step that gains less than its slope over this has gone more than a third beyond the summit of its parabola."""
+
 
 class Problem(Protocol):
     """A likelihood of parameters theta (p,), with a Gaussian prior on each."""
@@ -112,7 +115,7 @@ def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score =
         while damping < 1e8:
             move = np.linalg.solve(precision + damping * np.diag(scale), gradient)
             move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move) / problem.difference)), 1e-12))
-            trial = log_posterior(problem, theta + move)
+            move, trial = _not_beyond(problem, theta, value, move, float(gradient @ move))
             gain = trial - value
             if np.isfinite(trial) and gain >= 0:
                 theta, value, damping = theta + move, trial, max(damping / 10, 1e-9)
@@ -122,3 +125,20 @@ def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score =
             converged = damping < 1e8
             return Maximum(theta, value, information, precision, step, converged)
     return Maximum(theta, value, information, precision, MOST_STEPS, False)
+
+
+def _not_beyond(
+    problem: Problem, theta: Array, value: float, move: Array, rise: float
+) -> tuple[Array, float]:
+    """A move from theta of slope `rise`, and the log posterior at its end; a shorter one where it leaps the summit.
+
+    Where the readings curve the likelihood twice as much as is expected of them, a whole step lands as far beyond the
+    summit as it began before it, gains nothing, and would pass for the last.
+    """
+    end = log_posterior(problem, theta + move)
+    gain = end - value
+    if not 0.0 <= gain < rise / OVERSHOT:
+        return move, end
+    nearer: Array = move * (rise / (2.0 * (rise - gain)))
+    between = log_posterior(problem, theta + nearer)
+    return (nearer, between) if between > end else (move, end)

@@ -133,6 +133,21 @@ def test_scoring_finds_the_least_squares_answer_and_its_information():
     assert abs(gradient[0]) < 1e-3 * np.sqrt(found.information[0, 0])
 
 
+def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
+    """Half the information that the data have makes every scoring step land on the other side, nearly as high."""
+    line = Line()
+    best = line.x @ line.y / (line.x @ line.x)
+
+    def too_little_information(problem, theta):
+        gradient, information = score(problem, theta)
+        return gradient, 0.55 * information
+
+    started_off = 0.1 / np.sqrt(line.x @ line.x / 0.25)
+    found = climb(line, np.array([best + started_off]), score=too_little_information)
+    assert found.converged
+    assert abs(found.theta[0] - best) < 0.1 * started_off
+
+
 @pytest.mark.skipif(not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout")
 def test_a_dive_made_elsewhere_has_its_truth_in_the_99_percent_intervals():
     truth = {"M_u": 111.6, "M_v": 112.41, "M_w": 134.0, "I_r": 16.0}
