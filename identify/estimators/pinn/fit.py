@@ -10,7 +10,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
@@ -24,7 +23,7 @@ from identify.estimators.pinn.noise import Noise, Prior
 from identify.estimators.pinn.raw import Raw, raw_of
 from identify.estimators.pinn.start import filters_of
 from identify.estimators.pinn.training import Pass, Point, Trained, Trainer
-from identify.estimators.smoothing import smoothed_velocity
+from identify.estimators.solvable import no_solution
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -99,8 +98,7 @@ def task_of(
     trainer = Trainer(data_of(layout, device), map_, prior, guide.curvature, watch)
     raw, noise = guide.start()
     state = torch.zeros(len(layout.time_s), layout.width, dtype=raw.dtype, device=device)
-    nu = smoothed_velocity(dive, layout.time_s)[:, list(layout.dofs)]
-    state[:, : len(layout.dofs)] = torch.as_tensor(nu, device=device)
+    state[:, : len(layout.dofs)] = torch.as_tensor(guide.filters.velocity(layout.time_s), device=device)
     return Task(layout, trainer, trainer.at(raw, noise, state), guide)
 
 
@@ -114,13 +112,10 @@ def fit_network(dive: Dive, file: VehicleFile, configuration: str, built: Axes, 
         with _one_thread():
             task = task_of(dive, file, configuration, built, device, progress)
             trainer, trained = _trained(task)
+            progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
+            return _fit(task, trainer, trained)
     except torch.linalg.LinAlgError as error:  # type: ignore[attr-defined]
-        raise FitError(
-            f"{dive.name}: the network's equations have no solution ({error}); look for readings that are wildly off, "
-            "or identify with --method likelihood"
-        ) from error
-    progress(1.0, f"the network has settled: {trained.reason}" if trained.settled else trained.reason)
-    return _fit(task, trainer, trained)
+        raise no_solution(dive) from error
 
 
 @contextmanager

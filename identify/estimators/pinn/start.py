@@ -50,11 +50,20 @@ class Levels:
 
 @dataclass(frozen=True)
 class Filters:
-    """The filters of all axes, with their channels in the order of the layout, and a start for the network."""
+    """The filters of all axes, with their channels in the order of the layout, and the start that they come to for the
+    network: as `Levels`, and with all else that they fit as their own theta."""
 
     built: Axes
     joint: JointLikelihood
     start: Levels
+    theta: Array
+
+    def velocity(self, time_s: Array) -> Array:
+        """What the filters have of the velocities at the start, (N, n) at `time_s` (N,)."""
+        own = zip(self.joint.at(self.theta), self.joint.places, strict=True)
+        return np.column_stack(
+            [np.interp(time_s, one.axis.time_s, one.speed(self.theta[place])) for one, place in own]
+        )
 
     def curvature(self, at: Levels) -> Array:
         """Of half the loss without priors, in logarithms (trims: as they are), (5 n + C,) squared, ordered as
@@ -105,15 +114,27 @@ class Filters:
 
 
 def filters_of(built: Axes, configuration: Configuration) -> Filters:
-    """The filters of a dive's axes, and the start that each comes to alone."""
+    """The filters of a dive's axes, and the start that they come to: each alone, then roughly together."""
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
-    problems = tuple(likelihood_of(axis, configuration, masses, unmeasured) for axis in built.axes)
-    found = [climb(problem, problem.prior_mean, ROUGHLY, alone).theta for problem in problems]
-    mass, damping, disturbance, time_s = (
-        np.array([np.exp(theta[at]) for theta in found]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
+    joint = JointLikelihood(
+        tuple(likelihood_of(axis, configuration, masses, unmeasured) for axis in built.axes)
     )
-    sensor = [np.exp(theta[problem.noise_place :]) for theta, problem in zip(found, problems, strict=True)]
-    trim = np.array([theta[FORCES] for theta in found])
-    start = Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))
-    return Filters(built, JointLikelihood(problems), start)
+    theta = np.concatenate(
+        [climb(problem, problem.prior_mean, ROUGHLY, alone).theta for problem in joint.problems]
+    )
+    theta = climb(joint, theta, ROUGHLY, JointLikelihood.score).theta
+    joint = joint.with_better_forces(built.motion, theta)
+    theta = climb(joint, theta, ROUGHLY, JointLikelihood.score).theta
+    return Filters(built, joint, _levels(joint, theta), theta)
+
+
+def _levels(joint: JointLikelihood, theta: Array) -> Levels:
+    """What theta says."""
+    found = [theta[place] for place in joint.places]
+    mass, damping, disturbance, time_s = (
+        np.array([np.exp(own[at]) for own in found]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
+    )
+    sensor = [np.exp(own[problem.noise_place :]) for own, problem in zip(found, joint.problems, strict=True)]
+    trim = np.array([own[FORCES] for own in found])
+    return Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))

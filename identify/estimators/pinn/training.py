@@ -16,9 +16,9 @@ from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
 
-SETTLED, LEVELS_SETTLED = 0.2, 1.0
+SETTLED, LEVELS_SETTLED, LEVEL_SHARE = 0.2, 1.0, 0.02
 """Training ends with a step in which no coefficient moves by more than this share of its standard error, no noise level
-by more than that one of its own: what is left after it is several times less, """
+by more than that one of its own or that share of itself: what is left after it is several times less, """
 
 PATIENCE, FLAT = 4, 0.02
 """or once the loss fell by less than FLAT in so many passes: a hundredth of what one standard error costs."""
@@ -107,8 +107,8 @@ class Trainer:
             self.watch(Pass(point, inverse[:count, :count]))
             step = -inverse @ point.slope
             moved = step.abs() / inverse.diagonal().sqrt()
-            settled = float(moved[:count].max()) < SETTLED and float(moved[count:].max()) < LEVELS_SETTLED
-            if settled:
+            still = (moved[count:] < LEVELS_SETTLED) | (step[count:].abs() < LEVEL_SHARE)
+            if float(moved[:count].max()) < SETTLED and bool(still.all()):
                 return Trained(point, point.raw + step[:count], curvature, told, number, True, SETTLED_TEXT)
             if len(losses) > PATIENCE and 0 <= losses[-1 - PATIENCE] - losses[-1] < FLAT:
                 return Trained(point, point.raw, curvature, told, number, True, FLAT_TEXT)
