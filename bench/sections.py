@@ -68,7 +68,7 @@ def _prediction(run: Run) -> str:
 
 
 def _tracking(run: Run) -> str:
-    return tracking.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 3])
+    return tracking.page(run.cache / "bench", CAMPAIGN_SEEDS[: 1 if run.short else 5])
 
 
 def _paper_small(run: Run) -> str:
