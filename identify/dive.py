@@ -33,10 +33,10 @@ class Signal:
 
     @property
     def rate_hz(self) -> float:
-        """Median rate; 0 for fewer than two samples."""
-        if len(self) < 2:
-            return 0.0
-        return float(1.0 / max(np.median(np.diff(self.time_s)), 1e-9))
+        """Median rate of samples at different times; 0 for fewer than two of them."""
+        step_s = np.diff(self.time_s)
+        step_s = step_s[step_s > 0]
+        return float(1.0 / np.median(step_s)) if len(step_s) else 0.0
 
     def between(self, start_s: float, end_s: float) -> "Signal":
         keep = (self.time_s >= start_s) & (self.time_s < end_s)

@@ -120,7 +120,13 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
             if np.std(forces.asked[:, dof]) <= LEAST_DRIVE * configuration.thruster_limit_n:
                 unpushed[dof] = f"the thrusters never pushed in {DOFS[dof]}: there is no force to weigh it by"
             held[dof] = restoring_force(configuration, dof, motion, attitude, place)
-            axes.append(coupled(_pushed(events, configuration, forces, motion, held[dof]), motion))
+            axis = coupled(_pushed(events, configuration, forces, motion, held[dof]), motion)
+            if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
+                axes.append(axis)
+            else:
+                missing[dof] = (
+                    f"the forces in {DOFS[dof]} are no numbers: a thruster command, an attitude or a velocity is none"
+                )
     strange = _strange(dive, forces, vehicle, name)
     return Axes(tuple(axes), missing, forces.notes, strange, motion, held, unpushed)
 

@@ -59,7 +59,7 @@ class AxisLikelihood:
     def innovations(self, theta: Array) -> tuple[Array, Array]:
         """Those of the readings, and last how far the mass is from the others' word."""
         error, variance = self.filtered(theta, np.inf)
-        read = np.isfinite(error)
+        read = np.isfinite(self.reading)
         mean, precision = self.word
         off = (np.exp(theta[MASS]) - mean) * np.sqrt(precision)
         return np.append(error[read], off), np.append(variance[read], 1.0)
@@ -77,7 +77,7 @@ class AxisLikelihood:
         axis, noise, force = self.axis, self.noise_place, self._force(theta)
         table = self._transitions(theta)
         error, variance, gain = self._run(theta, table, force, np.inf)
-        read = np.isfinite(error)
+        read = np.isfinite(self.reading)
 
         def under_that_force(moved: Array) -> tuple[Array, Array]:
             e, s, _ = self._run(moved, self._transitions(moved), force, np.inf)

@@ -1,6 +1,6 @@
 """What the estimators say of a fit in the same words, and how short a dive may be."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
@@ -19,6 +19,12 @@ def long_enough(dive: Dive) -> None:
         )
 
 
+def axes_named(dofs: Sequence[int]) -> str:
+    """Axes in words: surge, sway and yaw."""
+    names = [DOFS[dof] for dof in dofs]
+    return " and ".join(", ".join(part) for part in (names[:-1], names[-1:]) if part)
+
+
 def drag_doubt(dof: int, score: float) -> Doubt:
     """A quadratic drag is missing in an axis, by so many standard errors."""
     return Doubt(
@@ -32,18 +38,16 @@ def drag_doubt(dof: int, score: float) -> Doubt:
 
 def late_doubt(late_s: Mapping[int, float], score: float) -> Doubt:
     """Forces act later than they are taken to, by so many seconds in some axes; `score` in standard errors."""
-    names = [DOFS[dof] for dof in late_s]
-    where = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     least, most = min(late_s.values()), max(late_s.values())
     size = (
         f"{1000 * most:+.0f} ms" if most - least < 0.01 else f"{1000 * least:+.0f} to {1000 * most:+.0f} ms"
     )
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in late_s),
-        f"In {where} thrust acts at another time than the vehicle file's lag and the sensors' stamps say "
-        f"(later by about {size}; {abs(score):.0f} standard errors): masses and dampings there are off by more than "
-        "their intervals; mend the lag in the vehicle file, or the sensors' clocks: seatrial doctor --wet tells how "
-        "late each sensor is.",
+        f"In {axes_named(list(late_s))} thrust acts at another time than the vehicle file's lag and the sensors' "
+        f"stamps say (later by about {size}; {abs(score):.0f} standard errors): masses and dampings there are off by "
+        "more than their intervals; mend the lag in the vehicle file, or the sensors' clocks: seatrial doctor --wet "
+        "tells how late each sensor is.",
         Outcome.DISAGREES,
     )
 

@@ -101,7 +101,10 @@ def weigh(e: Array, s: Array, de: Array, ds: Array) -> tuple[Array, Array]:
 
 
 def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score = score) -> Maximum:
-    """The maximum of the posterior from `start`; converged where a step gains less than `enough` nats."""
+    """The maximum of the posterior from `start`; converged where a step gains less than `enough` nats.
+
+    Raises LinAlgError where the information has no inverse, or is no number.
+    """
     theta = start.copy()
     value = log_posterior(problem, theta)
     damping = 1e-3
@@ -110,10 +113,12 @@ def climb(problem: Problem, start: Array, enough: float = ENOUGH, score: Score =
         gradient, information = score(problem, theta)
         gradient = gradient - problem.prior_precision * (theta - problem.prior_mean)
         precision = information + prior
+        if not np.isfinite(precision).all():
+            raise np.linalg.LinAlgError("the information is no number")
         scale = np.diag(precision) + 1e-12
         gain = 0.0
         while damping < 1e8:
-            move = np.linalg.solve(precision + damping * np.diag(scale), gradient)
+            move: Array = np.asarray(np.linalg.solve(precision + damping * np.diag(scale), gradient))
             move *= min(1.0, LARGEST_MOVE / max(float(np.max(np.abs(move) / problem.difference)), 1e-12))
             move, trial = _not_beyond(problem, theta, value, move, float(gradient @ move))
             gain = trial - value

@@ -8,6 +8,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from identify.answer import answered
 from identify.dive import Dive
+from identify.estimators.solvable import in_numbers, solvable
 from identify.identification import Identification
 
 Progress = Callable[[float, str], None]
@@ -34,9 +35,10 @@ def estimator(method: str) -> Estimator:
 
 
 def judged(fit: Estimator) -> Estimator:
-    """The estimator whose answers have gone through `answered`."""
+    """The estimator whose answers have gone through `answered`, and which refuses a dive without a solution."""
 
     def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-        return answered(fit(dive, file, configuration, progress), dive, file)
+        with solvable(dive):
+            return answered(in_numbers(fit(dive, file, configuration, progress)), dive, file)
 
     return estimate

@@ -1,11 +1,10 @@
 """Speeds that nobody read turn the vehicle all the same: the moments that they make can't be told from inertia."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.estimators.axes import Axes, Axis
+from identify.estimators.said import axes_named
 from identify.identification import Doubt
 
 LONGEST_GAP_S = 5.0
@@ -27,10 +26,10 @@ def unseen_doubts(built: Axes) -> tuple[Doubt, ...]:
     seldom = [dof for dof, share in gaps.items() if share > TELLING_SHARE]
     found = []
     if never:
-        found.append(f"No velocity was recorded in {_named(never)}")
+        found.append(f"No velocity was recorded in {axes_named(never)}")
     if seldom:
         worst = max(gaps[dof] for dof in seldom)
-        found.append(f"For {100 * worst:.0f} % of the dive no velocity was read in {_named(seldom)}")
+        found.append(f"For {100 * worst:.0f} % of the dive no velocity was read in {axes_named(seldom)}")
     return tuple(
         Doubt(
             about,
@@ -47,8 +46,3 @@ def silent_share(axis: Axis) -> float:
     start_s, end_s = axis.time_s[0], axis.time_s[-1]
     gaps_s = np.diff(np.concatenate([[start_s], read, [end_s]]))
     return float(gaps_s[gaps_s > LONGEST_GAP_S].sum() / max(end_s - start_s, 1e-9))
-
-
-def _named(dofs: Sequence[int]) -> str:
-    names = [DOFS[dof] for dof in dofs]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
