@@ -89,7 +89,7 @@ def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
     columns = [nu, target[:, dof], target[:, 6 + dof], np.ones(len(tau))]
     columns += [e for error in errors for e in (error, np.cumsum(np.nan_to_num(error) * step_s))]
     table = np.column_stack([*columns, tau.value[:, dof]])
-    window = round(WINDOW_S * tau.rate_hz)
+    window = max(round(WINDOW_S * tau.rate_hz), 1)
     # Where the loop was open, under a push or a stick, there is nothing that a reading could explain.
     closed = [
         table[i : i + window]
