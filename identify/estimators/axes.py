@@ -118,7 +118,8 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
             if np.std(forces.asked[:, dof]) <= LEAST_DRIVE * configuration.thruster_limit_n:
-                unpushed[dof] = f"the thrusters never pushed in {DOFS[dof]}: there is no force to weigh it by"
+                righted = ", its righting moment alone did" if dof in (ROLL, PITCH) else ""
+                unpushed[dof] = f"the thrusters never pushed in {DOFS[dof]}{righted}"
             held[dof] = restoring_force(configuration, dof, motion, attitude, place)
             axis = coupled(_pushed(events, configuration, forces, motion, held[dof]), motion)
             if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():

@@ -36,7 +36,6 @@ from identify.estimators.said import (
     too_little,
     unsettled_doubt,
 )
-from identify.estimators.scoring import MOST_STEPS
 from identify.estimators.unseen import unseen_doubts
 from identify.feedback import Unrecorded, unrecorded
 from identify.identification import (
@@ -90,7 +89,7 @@ def estimate(
         *strange_doubts(built.strange),
         *unseen_doubts(built),
         *_late(late),
-        *_doubts(fits, doubts, joint.settled),
+        *_doubts(fits, doubts, joint.stopped_at),
         *by_others,
     )
     return Identification(
@@ -151,7 +150,8 @@ def _one(
     reason, widest = "", std * float(max(below, above))
     if widest > LARGEST_RELATIVE_STD:
         told = too_little(name, DOFS[dof], widest, shift, value * float(np.exp(shift)))
-        reason = spoilt[row].found if row in spoilt else built.unpushed.get(dof, told)
+        why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
+        reason = spoilt[row].found if row in spoilt else f"{told}{why}"
     low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
@@ -220,7 +220,7 @@ def _late(late: Mapping[int, Tested]) -> tuple[Doubt, ...]:
     return (late_doubt({dof: one.size for dof, one in late.items()}, worst),)
 
 
-def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], settled: bool) -> tuple[Doubt, ...]:
+def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], stopped_at: str) -> tuple[Doubt, ...]:
     told = [drag_doubt(dof, one.drag.score) for dof, one in doubts.items() if one.lacks_drag]
     told += [
         Doubt(
@@ -231,9 +231,9 @@ def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], settled: 
         for dof, fit in fits.items()
         if (spread := float(np.sqrt(fit.covariance[TIME_CONSTANT, TIME_CONSTANT]))) > VAGUE_TIME_CONSTANT
     ]
-    if not settled:
+    if stopped_at:
         names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
-        told.append(unsettled_doubt(names, "all axes", f"{MOST_STEPS} steps"))
+        told.append(unsettled_doubt(names, "all axes", stopped_at))
     return tuple(told)
 
 

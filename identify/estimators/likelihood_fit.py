@@ -22,11 +22,11 @@ from identify.estimators.likelihood_axis import (
 from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
 from identify.estimators.marginal import integrated
 from identify.estimators.profile import stretches
-from identify.estimators.scoring import Maximum, climb
+from identify.estimators.scoring import MOST_STEPS, Maximum, climb
 
 Array = NDArray[np.float64]
 
-PASSES = 6
+PASSES = 8
 """Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
 
 SETTLED = 0.02
@@ -40,7 +40,8 @@ class JointFit:
     log_value (12,) and covariance (12, 12): the log masses and then the log dampings of the six degrees of freedom,
     the noise levels integrated out, NaN for those that are not fitted. stretch (12, 2): what to multiply the lower and
     the upper half of each one's interval by. information (3 k, 3 k): what the dive alone says of log mass, log damping
-    and trim force of the k axes, in the order of `fits`, all else projected out. settled: the search came to its end.
+    and trim force of the k axes, in the order of `fits`, all else projected out. stopped_at:
+    the bound at which the search stopped, empty where it came to its end.
     """
 
     fits: dict[int, AxisFit]
@@ -48,7 +49,7 @@ class JointFit:
     covariance: Array
     stretch: Array
     information: Array
-    settled: bool
+    stopped_at: str
 
 
 def fit_axes(
@@ -64,7 +65,7 @@ def fit_axes(
     axes = built.axes
     if not axes:
         return JointFit(
-            {}, np.full(12, np.nan), np.full((12, 12), np.nan), np.ones((12, 2)), np.zeros((0, 0)), True
+            {}, np.full(12, np.nan), np.full((12, 12), np.nan), np.ones((12, 2)), np.zeros((0, 0)), ""
         )
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
@@ -90,7 +91,16 @@ def fit_axes(
         settled = bool(turn and np.max(moved[kept]) < SETTLED)
         if settled:
             break
-    return _taken_apart(joint, maximum, settled and maximum.converged)
+    return _taken_apart(joint, maximum, stopped_at(maximum, settled))
+
+
+def stopped_at(maximum: Maximum, settled: bool) -> str:
+    """The bound that the search met: of its passes, or of the steps within the last; empty where it met none."""
+    if not settled:
+        return f"{PASSES} passes"
+    if maximum.converged:
+        return ""
+    return f"{MOST_STEPS} steps" if maximum.steps == MOST_STEPS else "a smallest step"
 
 
 def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> JointLikelihood:
@@ -100,7 +110,7 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
     return JointLikelihood(tuple(problems), tuple(one.axis.dof for one in apart), prior)
 
 
-def _taken_apart(joint: JointLikelihood, maximum: Maximum, settled: bool) -> JointFit:
+def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> JointFit:
     whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     fits = axis_fits(joint, maximum)
     rows = [dof + 6 * kind for kind in range(2) for dof in fits]
@@ -115,7 +125,7 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, settled: bool) -> Joi
             stretch[dof + 6 * kind] = stretches(fit.problem, fit.maximum.theta, at)
     for dof, at in zip(joint.apart, range(joint.places[-1].stop, len(maximum.theta)), strict=True):
         stretch[dof] = stretches(joint, maximum.theta, at, JointLikelihood.score)
-    return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information), settled)
+    return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information), stopped_at)
 
 
 def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:

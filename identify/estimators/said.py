@@ -54,10 +54,11 @@ def late_doubt(late_s: Mapping[int, float], score: float) -> Doubt:
 
 def lateness_note(moved: Mapping[str, float], late_s: float) -> str:
     """What coefficients hang on when thrust acts: by which share each moves, were it `late_s` later."""
-    shares = ", ".join(f"{name} {100 * share:+.1f} %" for name, share in moved.items())
+    first, *others = [(name, f"by {100 * share:+.1f} %") for name, share in moved.items()]
+    shares = [f"{first[0]} would change {first[1]}", *(f"{name} {by}" for name, by in others)]
     return (
         f"The intervals hold given the vehicle file's thruster lag and the sensors' stamps: were thrust "
-        f"{1000 * late_s:.0f} ms later, it would be {shares}."
+        f"{1000 * late_s:.0f} ms later, {', '.join(shares)}."
     )
 
 

@@ -15,6 +15,8 @@ from identify.estimators import likelihood_fit
 from identify.estimators.axes import build_axes
 from identify.estimators.doubts import by_lateness, doubts_of
 from identify.estimators.likelihood import estimate
+from identify.estimators.said import lateness_note
+from identify.estimators.scoring import MOST_STEPS, Maximum
 from identify.estimators.unseen import silent_share, unseen_doubts
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -89,6 +91,12 @@ def test_what_a_later_thrust_would_move_is_told_and_comes_true():
     assert np.log(moved / plain) == pytest.approx(said, rel=0.3)
 
 
+def test_what_a_later_thrust_would_move_is_told_in_a_whole_sentence():
+    told = lateness_note({"I_r": -0.021, "M_u": 0.0134, "D_u": 0.002}, 0.01)
+    assert told.endswith("were thrust 10 ms later, I_r would change by -2.1 %, M_u by +1.3 %, D_u by +0.2 %.")
+    assert lateness_note({"I_r": -0.021}, 0.01).endswith("later, I_r would change by -2.1 %.")
+
+
 def test_a_force_that_is_later_differs_by_its_slope():
     """A ramp of 10 N/s that comes one second later is 10 N less, wherever the ramp was before too."""
     dive = closed_loop.dive(np.random.default_rng(5), 60.0)
@@ -134,3 +142,34 @@ def test_a_search_that_is_cut_off_is_told(monkeypatch):
     mission = draw_one(100_002, seconds=40.0, kind="rocking")
     found = estimate(mission.dive, mission.file, mission.configuration, network_tasks.quiet)
     assert found.outcome is Outcome.AT_BOUND
+    assert any("stopped at its bound of 1 passes before it settled" in told for told in found.sentences)
+
+
+@pytest.mark.parametrize(
+    ("steps", "converged", "settled", "told"),
+    [
+        (1, True, True, ""),
+        (1, True, False, f"{likelihood_fit.PASSES} passes"),
+        (MOST_STEPS, False, True, f"{MOST_STEPS} steps"),
+        (4, False, True, "a smallest step"),
+    ],
+)
+def test_the_bound_that_is_told_is_the_one_that_the_search_met(steps, converged, settled, told):
+    none = np.zeros((0, 0))
+    maximum = Maximum(np.zeros(0), 0.0, none, none, steps, converged)
+    assert likelihood_fit.stopped_at(maximum, settled) == told
+
+
+def test_what_is_not_identifiable_is_so_for_its_width_and_then_for_lack_of_thrust():
+    mission = draw_one(100_002, seconds=30.0, kind="square")
+    dive = replace(mission.dive, pwm=None)
+    for wrench in (dive.tau_cmd, dive.tau_pid):
+        wrench.value[:, 3] = 0.0
+    roll = estimate(dive, mission.file, mission.configuration, network_tasks.quiet)["I_p"]
+    assert roll.reason.startswith("the dive says too little of roll: the relative standard error is ")
+    assert roll.reason.endswith("; the thrusters never pushed in roll, its righting moment alone did")
+    loop = closed_loop.dive(np.random.default_rng(2), seconds=30.0)
+    loop.velocity.value[:] += 0.004 * np.random.default_rng(3).standard_normal(loop.velocity.value.shape)
+    sway = estimate(loop, FILE, "only", network_tasks.quiet)["M_v"]
+    assert sway.reason.startswith("the dive says too little of sway: the relative standard error is ")
+    assert sway.reason.endswith("; the thrusters never pushed in sway")
