@@ -31,6 +31,7 @@ UNITS = {"surge": "mm/s", "sway": "mm/s", "yaw": "mrad/s"}
 SPEED_UNITS = {"surge": "m/s", "sway": "m/s", "yaw": "rad/s"}
 PAPER_MM_S = {("survey", "surge"): 33.6, ("hovering", "surge"): 29.5, ("hovering", "sway"): 2.1}
 GOAL_MM_S = 2.0
+Z95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -130,30 +131,33 @@ def _mean(errors: Array) -> str:
 
 
 def _verdict(speeds: Sequence[Held]) -> list[str]:
-    """Each axis by its worst speed, by either figure."""
+    """Each axis by its worst speed, by each figure."""
     rows = [
-        f"Goal: {GOAL_MM_S:g} mm/s at every speed, judged by either figure at the speed where it is worst:",
+        f"Goal: {GOAL_MM_S:g} mm/s at every speed, judged by each figure at the speed where it is worst:",
         "",
-        "| axis | by the error of the mean speed, as the paper | by the error of one leg | the true parameters there |",
-        "|---|---|---|---|",
+        "| axis | mean speed, as the paper | one leg | one leg, true, there | parameters alone |",
+        "|---|---|---|---|---|",
     ]
     for axis, unit in UNITS.items():
         flown = [one for one in speeds if one.axis == axis]
         if not flown:
-            rows.append(f"| {axis} | was not flown | was not flown | - |")
+            rows.append(f"| {axis} | was not flown | - | - | - |")
             continue
         mean = max(flown, key=lambda one: abs(float(one.identified.mean())))
         leg = max(flown, key=lambda one: size(one.identified))
+        apart = max(flown, key=lambda one: one.apart)
         rows.append(
-            f"| {axis} | {_mean(mean.identified)} {unit} ({mean.place}): {_met(abs(float(mean.identified.mean())))} "
+            f"| {axis} | {_mean(mean.identified)} {unit} ({mean.place}): {_mean_met(mean.identified)} "
             f"| {size(leg.identified):.1f} {unit} ({leg.place}): {_met(size(leg.identified))} "
-            f"| {size(leg.true):.1f} {unit}: {_met(size(leg.true))} |"
+            f"| {size(leg.true):.1f} {unit}: {_met(size(leg.true))} "
+            f"| {apart.apart:.1f} {unit} ({apart.place}): {_met(apart.apart)} |"
         )
     return [
         *rows,
         "",
         *paragraph(
-            "Where the true parameters miss it too, what is missed is the disturbance's and no identification's. Yaw",
+            "Where the true parameters miss it too, what is missed is the disturbance's and no identification's:",
+            "`parameters alone` is what is left to that. Yaw",
             f"is judged by {GOAL_MM_S:g} mrad/s, which is {GOAL_MM_S:g} mm/s at 1 m from the axis of turning; heave",
             "has no feed-forward.",
         ),
@@ -162,3 +166,10 @@ def _verdict(speeds: Sequence[Held]) -> list[str]:
 
 def _met(error: float) -> str:
     return "met" if error <= GOAL_MM_S else "**missed**"
+
+
+def _mean_met(errors: Array) -> str:
+    mean, doubt = abs(float(errors.mean())), Z95 * standard_error(errors)
+    if mean <= GOAL_MM_S < mean + doubt:
+        return "met, though its 95 % interval passes it"
+    return _met(mean)

@@ -88,7 +88,7 @@ def test_a_speed_is_told_by_its_mean_by_one_leg_and_by_what_the_true_parameters_
     assert "| survey | surge | 0.4 | 4 | +1.0 ± 1.7 | +0.0 ± 1.7 | 3.0 | 3.0 | 1.0 | 33.6 |" in page
 
 
-def test_each_axis_is_judged_by_either_figure_at_the_speed_where_that_is_worst() -> None:
+def test_each_axis_is_judged_by_each_figure_at_the_speed_where_that_is_worst() -> None:
     calm, rough = np.array([-1.5, -1.5]), np.array([3.0, -3.0])
     speeds = [
         Held("survey", "surge", "0.2", calm, np.zeros(2)),
@@ -99,9 +99,17 @@ def test_each_axis_is_judged_by_either_figure_at_the_speed_where_that_is_worst()
     surge, sway, yaw = (next(row for row in page.splitlines() if row.startswith(f"| {a} ")) for a in WORDS)
     assert "| -1.5 ± 0.0 mm/s (survey at 0.2 m/s): met |" in surge
     assert "| 3.0 mm/s (hovering at 0.4 m/s): **missed** | 2.7 mm/s: **missed** |" in surge
-    assert sway == "| sway | was not flown | was not flown | - |"
+    assert surge.endswith("| 1.5 mm/s (survey at 0.2 m/s): met |")
+    assert sway == "| sway | was not flown | - | - | - |"
     assert "| -2.5 ± 0.0 mrad/s (survey at 0.2 rad/s): **missed** |" in yaw
-    assert yaw.endswith("| 1.0 mrad/s: met |")
+    assert "| 1.0 mrad/s: met |" in yaw
+    assert yaw.endswith("| 3.5 mrad/s (survey at 0.2 rad/s): **missed** |")
+
+
+def test_a_mean_speed_that_so_few_legs_do_not_prove_is_said_to_be_so() -> None:
+    scattered = np.array([1.0, 2.0, 1.0, 2.0])
+    page = "\n".join(lines([Held("survey", "surge", "0.2", scattered, scattered)], 1))
+    assert "| +1.5 ± 0.3 mm/s (survey at 0.2 m/s): met, though its 95 % interval passes it |" in page
 
 
 def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them() -> None:
