@@ -51,7 +51,7 @@ def no_solution(dive: Dive) -> FitError:
 
 
 def _fastest(dive: Dive) -> dict[int, float]:
-    """The largest speed that was read, m/s or rad/s, by degree of freedom; without what stands still."""
+    """The largest speed that was read, m/s or rad/s, by degree of freedom; without what only read zero."""
     read = [(dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)]
     found: dict[int, float] = {}
     for signal, first in read:
@@ -59,6 +59,6 @@ def _fastest(dive: Dive) -> dict[int, float]:
             continue
         for dof, column in enumerate(signal.value.T, first):
             known = column[np.isfinite(column)]
-            if known.size and np.ptp(known) > 0.0:
+            if known.any():
                 found[dof] = max(found.get(dof, 0.0), float(np.abs(known).max()))
     return found

@@ -60,6 +60,9 @@ def two(signal):
 
 
 SPOILT = {
+    "nothing but what stood still": lambda d: changed(
+        d, values(lambda v: v[:1] * np.ones_like(v)), "velocity", "gyro", "attitude", "depth"
+    ),
     "a channel that stands still": lambda d: changed(d, column(0, 0.3), "velocity"),
     "no thrust in surge": lambda d: changed(d, column(0, 0.0), "tau_cmd", "tau_pid"),
     "two readings": lambda d: changed(d, two, "velocity", "gyro", "attitude", "depth"),
