@@ -50,7 +50,15 @@ def test_a_quadratic_loss_of_known_curvature_is_settled_in_one_pass():
     assert found.settled
     assert float(found.raw) == pytest.approx(0.4)
     assert len(passes) == found.passes == 2
-    assert "20 % of its standard error" in found.reason
+    assert "10 % of its standard error" in found.reason
+
+
+def test_a_curvature_that_is_taken_for_ten_times_too_large_makes_training_creep_for_one_step_alone():
+    """By the curvature given alone, every step would leave nine tenths of the way: here the second ends it."""
+    _, found, _ = train(lambda x: 50 * (x - 0.05) ** 2, 1000.0)
+    assert found.settled
+    assert found.passes == 3
+    assert float(found.raw) == pytest.approx(0.05)
 
 
 def test_a_step_that_leads_up_is_shortened():

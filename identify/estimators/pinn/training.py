@@ -2,7 +2,8 @@
 
 Fisher scoring: the weights are solved for in every pass, so that the loss is one of coefficients and noise levels
 alone, with a slope of its own; the step is that slope over the expected curvature (Gupta and Mehra 1974, IEEE TAC
-19(6), eq. 35), shortened where it leads up. The inverse of the last curvature gives the intervals.
+19(6), eq. 35), bent to what the slope did in the steps before, and shortened where it leads up. The inverse of the last
+expected curvature gives the intervals.
 """
 
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from identify.estimators.pinn.network import Data
 from identify.estimators.pinn.noise import Noise, Prior, of_logarithm, slope
 from identify.estimators.pinn.raw import Raw
 
-SETTLED, LEVELS_SETTLED, LEVEL_SHARE = 0.2, 1.0, 0.02
+SETTLED, LEVELS_SETTLED, LEVEL_SHARE = 0.1, 1.0, 0.02
 """Training ends with a step in which no coefficient moves by more than this share of its standard error, no noise level
 by more than that one of its own or that share of itself: what is left after it is several times less, """
 
@@ -27,6 +28,9 @@ SETTLED_TEXT = f"no coefficient moved by {100 * SETTLED:.0f} % of its standard e
 FLAT_TEXT = f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"
 
 MOST_PASSES = 25
+
+NEAR = 1.0
+"""Standard errors: what the slope does over a longer step says little of the curvature at the end."""
 
 LARGEST_STEP = 1.0
 """Of a raw parameter or the logarithm of a noise level, in one pass."""
@@ -100,19 +104,23 @@ class Trainer:
     def train(self, point: Point) -> Trained:
         """Train from a point."""
         count, losses = len(point.raw), [self.loss(point)]
+        pairs: list[tuple[Tensor, Tensor]] = []
         for number in range(1, MOST_PASSES + 1):
             told = self.curvature_at(point)
             curvature = told + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
             self.watch(Pass(point, inverse[:count, :count]))
-            step = -inverse @ point.slope
+            step = -_bent(inverse, pairs) @ point.slope
             moved = step.abs() / inverse.diagonal().sqrt()
             still = (moved[count:] < LEVELS_SETTLED) | (step[count:].abs() < LEVEL_SHARE)
             if float(moved[:count].max()) < SETTLED and bool(still.all()):
                 return Trained(point, point.raw + step[:count], curvature, told, number, True, SETTLED_TEXT)
             if len(losses) > PATIENCE and 0 <= losses[-1 - PATIENCE] - losses[-1] < FLAT:
                 return Trained(point, point.raw, curvature, told, number, True, FLAT_TEXT)
-            point = self._down(point, step)
+            before, point = point, self._down(point, step)
+            pairs.append((point.where() - before.where(), point.slope - before.slope))
+            if float(moved[:count].max()) > NEAR:
+                pairs.clear()
             losses.append(self.loss(point))
         return Trained(point, point.raw, curvature, told, MOST_PASSES, False, "it had not settled")
 
@@ -137,3 +145,18 @@ class Trainer:
             if self.loss(tried) < self.loss(point) + UPHILL or share < LEAST_SHARE:
                 return tried
             share /= 3
+
+
+def _bent(inverse: Tensor, pairs: list[tuple[Tensor, Tensor]]) -> Tensor:
+    """The inverse curvature bent to what the slope did over steps so far; `pairs` of a step and the slope's change.
+
+    Where a disturbance drives an axis the expected curvature is larger than the loss's own, and steps by it alone would
+    creep (Nocedal and Wright 2006, eq. 6.17: Broyden, Fletcher, Goldfarb and Shanno).
+    """
+    eye = torch.eye(len(inverse), dtype=inverse.dtype, device=inverse.device)
+    for step, change in pairs:
+        along = step @ change
+        if along > 0:
+            across = eye - torch.outer(step, change) / along
+            inverse = across @ inverse @ across.mT + torch.outer(step, step) / along
+    return inverse
