@@ -7,7 +7,7 @@ section 13.4); with others it takes for mass what the controller did about the d
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
+from numba import njit
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Water
@@ -172,9 +172,18 @@ def _left_by(table: Array, fed: Array) -> float:
 def _memories(time_s: Array, read: Array) -> Array:
     """Readings (n,) through low-pass filters of several time constants, (n, k): what filters keep beyond the taps."""
     step_s = float(np.median(np.diff(time_s)))
-    keep = np.exp(-step_s / np.array(MEMORIES_S))
-    kept = [lfilter([1 - k], [1, -k], read - read[0]) + read[0] for k in keep]
-    return np.asarray(np.column_stack(kept), dtype=np.float64)
+    return np.asarray(_kept(read, np.exp(-step_s / np.array(MEMORIES_S))), dtype=np.float64)
+
+
+@njit(cache=True, nogil=True)
+def _kept(read: Array, keep: Array) -> Array:
+    """Readings (n,) through filters that keep these shares (k,) of what they held, (n, k)."""
+    out = np.empty((len(read), len(keep)))
+    held = np.full(len(keep), read[0])
+    for i in range(len(read)):
+        held = keep * held + (1.0 - keep) * read[i]
+        out[i] = held
+    return out
 
 
 def _spread(value: Array) -> float:
