@@ -1,4 +1,4 @@
-"""The estimators by name. A method is imported when it is asked for: torch takes seconds to load."""
+"""The estimators by name. A method is imported when it begins: while torch loads, one beside it is at work already."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -31,7 +31,11 @@ def estimator(method: str) -> Estimator:
     """
     if method not in METHODS:
         raise ConfigError(f"there is no method '{method}'; take one of {', '.join(METHODS)}")
-    return judged(cast(Estimator, import_module(METHODS[method]).estimate))
+
+    def fit(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+        return cast(Estimator, import_module(METHODS[method]).estimate)(dive, file, configuration, progress)
+
+    return judged(fit)
 
 
 def judged(fit: Estimator) -> Estimator:

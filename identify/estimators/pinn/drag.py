@@ -11,7 +11,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from identify.estimators.pinn.blocks import selected_inverse
 from identify.estimators.pinn.equations import eliminated, entangled, stepped
 from identify.estimators.pinn.leaning import by_raw
 from identify.estimators.pinn.network import Data, Pull, between, pull
@@ -33,7 +32,8 @@ class Missing:
 def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
     """Of every fitted axis."""
     raw, noise, n = trained.point.raw, trained.point.noise, data.axes
-    state = trained.point.equations.state
+    settled = trained.point.equations
+    state, on, beside = settled.state, settled.on, settled.beside
     each = torch.arange(n, device=state.device)
 
     def columns(some: Data, near: Tensor, pulled: Pull) -> Tensor:
@@ -42,7 +42,6 @@ def missing_drag(data: Data, map_: Raw, trained: Trained) -> Missing:
         return torch.cat([pulled.residual[:, :, None], by_raw(some, map_, raw, near, pulled), rows], dim=2)
 
     found = eliminated(data, map_, raw, state, noise, columns)
-    on, beside = selected_inverse(found.factor)
 
     def traced(some: Stretch) -> Tensor:
         part = between(data, some.intervals)

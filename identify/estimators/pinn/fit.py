@@ -1,7 +1,9 @@
 """A dive through the network: laid out, started, cleared of wild readings, trained, asked for a missing drag."""
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -161,16 +163,19 @@ def _wild(trainer: Trainer, point: Point) -> Tensor:
 def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
     layout = task.layout
     map_, raw, noise = trainer.map_, trained.point.raw, trained.point.noise
-    missing = missing_drag(trainer.data, map_, trained)
     to_log = map_.to_logarithm(raw)
     per_unit = torch.cat([1 / to_log, torch.ones_like(noise.logarithm())])
     covariance = torch.linalg.inv(trained.curvature)[: len(raw), : len(raw)] * torch.outer(to_log, to_log)
-    fitted = [*layout.dofs, *range(6, 6 + len(layout.dofs))]
+    std = covariance.diagonal()[[*layout.dofs, *range(6, 6 + len(layout.dofs))]].sqrt()
+    with ThreadPoolExecutor(max_workers=1) as beside:
+        # What numpy is told to ignore holds there too.
+        stretch = beside.submit(copy_context().run, task.guide.stretch, trained.raw, noise, std)
+        missing = missing_drag(trainer.data, map_, trained)
     return Fit(
         layout,
         _array(map_.values(trained.raw)),
         _array(covariance),
-        task.guide.stretch(trained.raw, noise, covariance.diagonal()[fitted].sqrt()),
+        stretch.result(),
         _array(trained.told * torch.outer(per_unit, per_unit)),
         missing.score,
         missing.shift * _array(to_log),

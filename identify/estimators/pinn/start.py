@@ -30,6 +30,9 @@ from identify.estimators.scoring import climb
 
 Array = NDArray[np.float64]
 
+NEAR = 1.0
+"""Nats: as far as all axes together are climbed, for the network to go on from, or from where the network ended."""
+
 
 @dataclass(frozen=True)
 class Levels:
@@ -80,21 +83,24 @@ class Filters:
     def stretch(self, at: Levels, std: Array) -> Array:
         """What to multiply the halves of the intervals by, (2 n, 2) of masses and then dampings.
 
-        `std` (2 n,) of their logarithms: only of those that are known loosely the likelihood's shape is asked.
+        `std` (2 n,) of their logarithms: only of those that are known loosely the likelihood's shape is asked. Noise
+        levels are the filters' own, whose readings are not the network's.
         """
         out = np.ones((len(std), 2))
         loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
         if len(loose):
-            theta = self._theta(at)
+            theta = self.theta.copy()
+            coefficients = self._places()[: 3 * len(self.joint.problems)]
+            theta[coefficients] = self._theta(at)[coefficients]
             joint = self.joint.with_better_forces(self.built.motion, theta)
-            fits = list(axis_fits(joint, climb(joint, theta, ROUGHLY, JointLikelihood.score)).values())
+            fits = list(axis_fits(joint, climb(joint, theta, NEAR, JointLikelihood.score)).values())
             for row in loose.tolist():
                 kind, axis = divmod(row, len(fits))
                 out[row] = stretches(fits[axis].problem, fits[axis].maximum.theta, (MASS, DAMPING)[kind])
         return out
 
     def _theta(self, at: Levels) -> Array:
-        theta = self.joint.prior_mean.copy()
+        theta = self.theta.copy()
         n = len(self.joint.problems)
         row = at.row()
         logarithm = np.ones(len(row), np.bool_)
@@ -123,9 +129,9 @@ def filters_of(built: Axes, configuration: Configuration) -> Filters:
     theta = np.concatenate(
         [climb(problem, problem.prior_mean, ROUGHLY, alone).theta for problem in joint.problems]
     )
-    theta = climb(joint, theta, ROUGHLY, JointLikelihood.score).theta
+    theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
     joint = joint.with_better_forces(built.motion, theta)
-    theta = climb(joint, theta, ROUGHLY, JointLikelihood.score).theta
+    theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
     return Filters(built, joint, _levels(joint, theta), theta)
 
 
