@@ -65,7 +65,7 @@ def test_the_networks_other_forms_load_nothing_outside_their_sources() -> None:
 def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage() -> None:
     from bench import coverage
 
-    work = "import bench.coverage\nfrom identify.estimators.table import estimator\nestimator('likelihood')\n"
+    work = "import bench.coverage\nimport identify.estimators.likelihood\n"
     work += "from bridge.simulator.truth import load_truth\nfrom bridge.vehicle.config import load_vehicle\n"
     work += "load_truth(load_vehicle('ruvifist:survey'), 'survey')"
     keeping = {ROOT / "bench" / name for name in ("pooled.py", "remembered.py", "stamp.py", "words.py")}
