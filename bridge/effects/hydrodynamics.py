@@ -1,0 +1,123 @@
+"""Forces of the water on a moving hull that a diagonal, linear damping leaves out."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act, Effect, Parameter
+
+Array = NDArray[np.float64]
+
+DRAG_UNITS = ("N s2/m2",) * 3 + ("N m s2/rad2",) * 3
+
+
+def _drag(course: Course, values: Array) -> Act:
+    return Act(wrench=-values * np.abs(course.nu) * course.nu)
+
+
+QUADRATIC_DRAG = Effect(
+    "quadratic_drag",
+    "drag that grows with the square of the speed",
+    "force",
+    tuple(
+        Parameter(name, unit, start, low=0.0)
+        for name, unit, start in zip(
+            ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"),
+            DRAG_UNITS,
+            (10.0, 10.0, 10.0, 1.0, 1.0, 1.0),
+            strict=True,
+        )
+    ),
+    _drag,
+    "three steady speeds and a coast-down",
+)
+
+
+def _coupled(course: Course, values: Array) -> Act:
+    wrench = np.zeros_like(course.nu)
+    wrench[:, 1] = -values[0] * course.nu[:, 5]
+    wrench[:, 5] = -values[1] * course.nu[:, 1]
+    return Act(wrench=wrench)
+
+
+COUPLED_DAMPING = Effect(
+    "coupled_damping",
+    "damping that couples sway and yaw: a hull that is not the same fore and aft",
+    "force",
+    (Parameter("Y_r", "N s/rad", 1.0), Parameter("N_v", "N s", 1.0)),
+    _coupled,
+    "a spin in place, and legs in sway",
+)
+
+
+def _lift(course: Course, values: Array) -> Act:
+    wrench = np.zeros_like(course.nu)
+    product = np.abs(course.nu[:, 0]) * course.nu[:, 1]
+    wrench[:, 1], wrench[:, 5] = -values[0] * product, -values[1] * product
+    return Act(wrench=wrench)
+
+
+CROSS_FLOW_LIFT = Effect(
+    "cross_flow_lift",
+    "lift of the hull as it drifts sideways while it goes ahead",
+    "force",
+    (Parameter("Y_uv", "N s2/m2", 5.0), Parameter("N_uv", "N s2/m", 5.0)),
+    _lift,
+    "legs at a constant drift angle",
+)
+
+
+def _munk(course: Course, values: Array) -> Act:
+    """Of the Munk moments -(M_j - M_i) nu_i nu_j a share is missing or too much (Fossen 2011, section 6.3)."""
+    u, v, w = course.nu[:, :3].T
+    m_u, m_v, m_w = course.mass[:3].tolist()
+    wrench = np.zeros_like(course.nu)
+    moments = np.column_stack([(m_w - m_v) * v * w, (m_u - m_w) * u * w, (m_v - m_u) * u * v])
+    wrench[:, 3:] = -(values[0] - 1.0) * moments
+    return Act(wrench=wrench)
+
+
+MUNK_MOMENT = Effect(
+    "munk_moment",
+    "a Munk moment other than the masses make it",
+    "force",
+    (Parameter("gain", "1", 1.3, none=1.0),),
+    _munk,
+    "surge and sway at once",
+)
+
+
+def _astern(course: Course, values: Array) -> Act:
+    wrench = np.zeros_like(course.nu)
+    u = course.nu[:, 0]
+    wrench[:, 0] = -values[0] * course.damping[0] * np.minimum(u, 0.0)
+    return Act(wrench=wrench)
+
+
+DRAG_ASYMMETRY = Effect(
+    "drag_asymmetry",
+    "more drag astern than ahead",
+    "force",
+    (Parameter("ratio", "1", 0.3, low=-0.9),),
+    _astern,
+    "a coast-down astern",
+)
+
+
+def _growing(course: Course, values: Array) -> Act:
+    since = course.time_s - course.time_s[0]
+    wrench = np.zeros_like(course.nu)
+    wrench[:, :] = -(values[0] * since)[:, None] * course.damping * course.nu
+    return Act(wrench=wrench)
+
+
+FOULING = Effect(
+    "fouling",
+    "drag that grows with time, as of weed that gathers",
+    "force",
+    (Parameter("rate", "1/s", 5e-4, low=0.0),),
+    _growing,
+    "a coast-down at the beginning and at the end; the battery's voltage and shaft speeds",
+)
+
+EFFECTS = (QUADRATIC_DRAG, COUPLED_DAMPING, CROSS_FLOW_LIFT, MUNK_MOMENT, DRAG_ASYMMETRY, FOULING)

@@ -1,0 +1,1 @@
+"""The gap between model and sea: where it lies, which effect causes it, how far it shrinks."""

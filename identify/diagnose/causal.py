@@ -1,0 +1,84 @@
+"""Velocities and accelerations as the filters expect them, from readings before and none after.
+
+What is to explain an innovation must not know it: a velocity smoothed over the whole dive does, and every force made
+of such ones seems to explain something.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from identify.estimators.innovations import INCREMENT
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.motion import Motion
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Expected:
+    """nu, nu_dot (n, 6) at uniform times (n,), from readings at least one step of these older."""
+
+    time_s: Array
+    nu: Array
+    nu_dot: Array
+
+
+def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
+    """At the times of a motion, which stands for axes that are not fitted."""
+    nu, nu_dot = motion.nu.copy(), np.gradient(motion.nu, motion.time_s, axis=0)
+    step_s = float(motion.time_s[1] - motion.time_s[0])
+    for problem, place in zip(joint.at(theta), joint.places, strict=True):
+        own, dof = theta[place], problem.axis.dof
+        state = _means(problem, own)
+        time_s = problem.axis.time_s
+        last = np.maximum(np.searchsorted(time_s, motion.time_s - step_s, side="right") - 1, 0)
+        # The force of the step that a time lies in is known then: the controller has asked for it.
+        force = problem._force(own).mean(axis=1)
+        now = force[np.minimum(np.searchsorted(time_s, motion.time_s, side="left"), len(time_s) - 1)]
+        mass, damping = np.exp(own[MASS]), np.exp(own[DAMPING])
+        speed, place_, disturbance = state[last].T
+        rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
+        since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
+        nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
+    return Expected(motion.time_s, nu, nu_dot)
+
+
+def _means(problem: AxisLikelihood, theta: Array) -> Array:
+    """The filter's mean of velocity, its integral and the disturbance after each event, (n, 3)."""
+    table, force = problem._transitions(theta), problem._force(theta)
+    error, _, gain = problem._run(theta, table, force, np.inf)
+    axis = problem.axis
+    means = _followed(table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial)
+    return np.asarray(means, dtype=np.float64)
+
+
+@njit(cache=True, nogil=True)
+def _followed(
+    table: Array,
+    step: NDArray[np.int64],
+    force: Array,
+    error: Array,
+    gain: Array,
+    state_read: NDArray[np.int64],
+    initial: Array,
+) -> Array:
+    out = np.empty((step.shape[0], 3))
+    nu, x, d = initial[0], initial[1], 0.0
+    for i in range(step.shape[0]):
+        if step[i] >= 0:
+            t = table[step[i]]
+            early, late = force[i, 0], force[i, 1]
+            nu, x, d = (
+                t[0] * nu + t[1] * x + t[2] * d + t[7] * early + t[9] * late,
+                t[3] * nu + t[4] * x + t[5] * d + t[8] * early + t[10] * late,
+                t[6] * d,
+            )
+        nu, x, d = nu + gain[i, 0] * error[i], x + gain[i, 1] * error[i], d + gain[i, 2] * error[i]
+        out[i, 0], out[i, 1], out[i, 2] = nu, x, d
+        if state_read[i] == INCREMENT:
+            x = 0.0
+    return out

@@ -1,0 +1,176 @@
+"""A dive as one linear regression: what its filters did not expect, over its standard deviation, on what may cause it.
+
+The filters are linear in force and in readings at given gains, so that an unmodelled force, or a reading that is off,
+adds to the innovations what the same filter makes of it alone (Kalman 1960; Mehra and Peschon 1971 for innovations as
+the place to look for a fault). White where the model is right, the innovations need no other weights; and with the
+nominal model's own parameters among the columns, what a refit of these would take up is nobody's evidence.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act
+from identify.estimators.innovations import INCREMENT, POSITION, innovations, responses
+from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.motion import Motion
+
+Array = NDArray[np.float64]
+
+PIECE_S = 20.0
+"""A dive is cut into pieces so long: longer than a disturbance remembers, shorter than most legs."""
+
+
+@dataclass(frozen=True)
+class Own:
+    """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has."""
+
+    problem: AxisLikelihood
+    theta: Array
+    table: Array
+    gain: Array
+    error: Array
+    std: Array
+
+    @cached_property
+    def read(self) -> NDArray[np.bool_]:
+        return np.isfinite(self.problem.reading)
+
+    def by_force(self, force: Array) -> Array:
+        """What forces (n, k) that the filter knows nothing of add to the innovations, (rows, k), whitened."""
+        axis = self.problem.axis
+        out = responses(self.table, axis.step, force, self.problem.reading, axis.state_read, self.gain)
+        return np.asarray(-out[:, self.read].T / self.std[:, None])
+
+    def by_reading(self, off: Array) -> Array:
+        """What readings that are `off` (n, k) add to the innovations, (rows, k), whitened."""
+        axis, problem = self.problem.axis, self.problem
+        variance = np.exp(2 * self.theta[problem.noise_place :])[axis.channel] * axis.scale**2
+        still = np.concatenate([np.zeros(2), axis.initial[2:]])
+        out = np.empty((int(self.read.sum()), off.shape[1]))
+        for k, column in enumerate(off.T):
+            reading = np.where(self.read, column, np.nan)
+            error, _, _ = innovations(
+                self.table, axis.step, np.zeros((len(column), 2)), reading, axis.state_read, variance,
+                float(np.exp(self.theta[DISTURBANCE])), still, np.inf,
+            )  # fmt: skip
+            out[:, k] = error[self.read]
+        return out / self.std[:, None]
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """The regression of a fit: rows of all its axes, one after another.
+
+    value (rows,): innovations over their standard deviations. nominal (rows, m): what a rise of each of the nominal
+    model's parameters would add to them; nominal_precision (m,): what is known of these beforehand. piece (rows,): in
+    which of the dive's `pieces` a row lies; dof (rows,).
+    """
+
+    own: tuple[Own, ...]
+    value: Array
+    nominal: Array
+    nominal_precision: Array
+    piece: NDArray[np.intp]
+    pieces: int
+    dof: NDArray[np.intp]
+    motion: Motion
+
+    def columns(self, acts: Sequence[Act], course: Course) -> Array:
+        """What each act would add to `value`, (rows, acts)."""
+        return np.vstack([self._of_axis(own, acts, course) for own in self.own])
+
+    def _of_axis(self, own: Own, acts: Sequence[Act], course: Course) -> Array:
+        axis = own.problem.axis
+        out = np.zeros((int(own.read.sum()), len(acts)))
+        before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+        motion = Motion(course.time_s, course.nu)
+        pushed, forces, wrong, offs = [], [], [], []
+        for k, act in enumerate(acts):
+            if act.wrench is not None and np.any(act.wrench[:, axis.dof]):
+                pushed.append(k)
+                forces.append(motion.mean_between(act.wrench[:, axis.dof], before, axis.time_s))
+            off = _off(own.problem, act, course)
+            if off is not None:
+                wrong.append(k)
+                offs.append(off)
+        if pushed:
+            out[:, pushed] = own.by_force(np.column_stack(forces))
+        if wrong:
+            out[:, wrong] += own.by_reading(np.column_stack(offs))
+        return out
+
+
+def _off(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
+    """By how much an act spoils the axis's readings (n,); None where by nothing."""
+    axis = problem.axis
+    spoilt = act.velocity if axis.dof < 3 else act.gyro
+    rate = None if spoilt is None else spoilt[:, axis.dof % 3]
+    angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
+    out = np.zeros(len(axis.time_s))
+    if rate is not None and rate.any():
+        at = np.interp(axis.time_s, course.time_s, rate)
+        summed = Motion(course.time_s, course.nu).mean_between(rate, axis.time_s - axis.scale, axis.time_s)
+        out += np.where(axis.state_read == INCREMENT, summed * axis.scale, at) * (axis.state_read != POSITION)
+    if angle is not None and angle.any():
+        out += np.interp(axis.time_s, course.time_s, angle) * (axis.state_read == POSITION)
+    return out if out.any() else None
+
+
+def whitened(joint: JointLikelihood, theta: Array, motion: Motion) -> Whitened:
+    """The regression at the maximum `theta` of a joint fit."""
+    problems = joint.at(theta)
+    masses = joint.mass_places
+    owns, values, pieces, dofs = [], [], [], []
+    width = len(joint.prior_mean)
+    columns = []
+    began_s = min(float(problem.axis.time_s[0]) for problem in problems)
+    all_dofs = [problem.axis.dof for problem in problems]
+    for problem, place in zip(problems, joint.places, strict=True):
+        axis, own_theta = problem.axis, theta[place]
+        table = problem._transitions(own_theta)
+        error, variance, gain = problem._run(own_theta, table, problem._force(own_theta), np.inf)
+        read = np.isfinite(problem.reading)
+        own = Own(problem, own_theta, table, gain, error[read], np.sqrt(variance[read]))
+        _, _, by_theta, _ = problem.sensitivities(own_theta, all_dofs)
+        count = int(read.sum())
+        rows = np.zeros((count, width))
+        rows[:, place] = by_theta[: len(own_theta), :count].T
+        for k, at in enumerate(masses):
+            rows[:, at] += by_theta[len(own_theta) + k, :count]
+        owns.append(own)
+        values.append(own.error / own.std)
+        columns.append(rows / own.std[:, None])
+        pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
+        dofs.append(np.full(count, axis.dof, dtype=np.intp))
+    kept = np.array(
+        sorted({*masses, *(p.start + at for p in joint.places for at in range(FORCES)), *_shapes(joint)})
+    )
+    kept = np.array([at for at in kept if not _is_level(joint, at)])
+    piece = np.concatenate(pieces)
+    return Whitened(
+        tuple(owns),
+        np.concatenate(values),
+        np.vstack(columns)[:, kept],
+        joint.prior_precision[kept],
+        piece,
+        int(piece.max()) + 1,
+        np.concatenate(dofs),
+        motion,
+    )
+
+
+def _shapes(joint: JointLikelihood) -> list[int]:
+    """The places in theta of trims and of the masses that weigh in an axis alone."""
+    pairs = zip(joint.problems, joint.places, strict=True)
+    return [place.start + at for p, place in pairs for at in range(FORCES, p.noise_place)]
+
+
+def _is_level(joint: JointLikelihood, at: int) -> bool:
+    """Whether a place in theta is a disturbance's level or time constant, which move no innovation's mean."""
+    return any(at - place.start in (2, 3) for place in joint.places if place.start <= at < place.stop)
