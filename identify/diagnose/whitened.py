@@ -26,6 +26,10 @@ PIECE_S = 20.0
 """A dive is cut into pieces so long: longer than a disturbance remembers, shorter than most legs."""
 
 
+FOLLOWED_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
+"""How much later a thrust that follows a disturbance unseen is allowed to show."""
+
+
 @dataclass(frozen=True)
 class Own:
     """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has."""
@@ -95,7 +99,7 @@ class Whitened:
             if act.wrench is not None and np.any(act.wrench[:, axis.dof]):
                 pushed.append(k)
                 forces.append(motion.mean_between(act.wrench[:, axis.dof], before, axis.time_s))
-            off = _off(own.problem, act, course)
+            off = spoilt(own.problem, act, course)
             if off is not None:
                 wrong.append(k)
                 offs.append(off)
@@ -106,11 +110,11 @@ class Whitened:
         return out
 
 
-def _off(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
+def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
     """By how much an act spoils the axis's readings (n,); None where by nothing."""
     axis = problem.axis
-    spoilt = act.velocity if axis.dof < 3 else act.gyro
-    rate = None if spoilt is None else spoilt[:, axis.dof % 3]
+    wrong = act.velocity if axis.dof < 3 else act.gyro
+    rate = None if wrong is None else wrong[:, axis.dof % 3]
     angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
     out = np.zeros(len(axis.time_s))
     if rate is not None and rate.any():
@@ -122,8 +126,12 @@ def _off(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
     return out if out.any() else None
 
 
-def whitened(joint: JointLikelihood, theta: Array, motion: Motion) -> Whitened:
-    """The regression at the maximum `theta` of a joint fit."""
+def whitened(joint: JointLikelihood, theta: Array, motion: Motion, doubted: Sequence[int]) -> Whitened:
+    """The regression at the maximum `theta` of a joint fit.
+
+    In a `doubted` degree of freedom the controller used a reading that was not recorded: its thrust then follows the
+    disturbance unseen, and what it did a little before is nobody's evidence there.
+    """
     problems = joint.at(theta)
     masses = joint.mass_places
     owns, values, pieces, dofs = [], [], [], []
@@ -153,16 +161,29 @@ def whitened(joint: JointLikelihood, theta: Array, motion: Motion) -> Whitened:
     )
     kept = np.array([at for at in kept if not _is_level(joint, at)])
     piece = np.concatenate(pieces)
+    follows = [own.by_force(_before(own.problem)) for own in owns if own.problem.axis.dof in doubted]
+    dof = np.concatenate(dofs)
+    unseen = np.zeros((len(dof), len(FOLLOWED_S) * len(follows)))
+    places = [own.problem.axis.dof for own in owns if own.problem.axis.dof in doubted]
+    for k, (at, some) in enumerate(zip(places, follows, strict=True)):
+        unseen[dof == at, k * len(FOLLOWED_S) : (k + 1) * len(FOLLOWED_S)] = some
     return Whitened(
         tuple(owns),
         np.concatenate(values),
-        np.vstack(columns)[:, kept],
-        joint.prior_precision[kept],
+        np.hstack([np.vstack(columns)[:, kept], unseen]),
+        np.concatenate([joint.prior_precision[kept], np.zeros(unseen.shape[1])]),
         piece,
         int(piece.max()) + 1,
-        np.concatenate(dofs),
+        dof,
         motion,
     )
+
+
+def _before(problem: AxisLikelihood) -> Array:
+    """The thrust of an axis (n, k), each k so much later."""
+    force = problem.axis.force.mean(axis=1)
+    late = [np.interp(problem.axis.time_s - late_s, problem.axis.time_s, force) for late_s in FOLLOWED_S]
+    return np.column_stack(late)
 
 
 def _shapes(joint: JointLikelihood) -> list[int]:

@@ -1,0 +1,171 @@
+"""Which causes: added one at a time, changed for better ones, as long as held-out pieces of the dive gain by it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.effect import Act, Effect
+from identify.diagnose.evidence import Evidence
+from identify.diagnose.frame import Cause, Frame, Setting, frame_of
+from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.whitened import whitened
+
+Array = NDArray[np.float64]
+
+LEAST_GAIN = 6.0
+"""Nats on held-out pieces that one more cause must save, among some forty that are tried."""
+
+MOST_CAUSES, MOST_TURNS, MOST_STEPS = 3, 4, 3
+SETTLED = 0.1
+LEAST_Z = 1.5
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A setting with the columns of it that count, and what speaks for it beside the others chosen."""
+
+    setting: Setting
+    columns: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What the search came to: causes, the filters without them, and the frame in which all candidates were weighed."""
+
+    causes: tuple[Cause, ...]
+    now: Nominal
+    frame: Frame
+    chosen: tuple[Chosen, ...]
+
+
+def explain(
+    nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
+) -> Explanation:
+    """The causes of a dive's gap among the effects of a library."""
+    causes: tuple[Cause, ...] = ()
+    now = nominal
+    for turn in range(MOST_TURNS):
+        progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
+        frame = frame_of(nominal, now, causes, library)
+        chosen = select(frame)
+        if _names(chosen) == tuple(cause.effect.label for cause in causes):
+            break
+        sizes = _sizes(frame, chosen)
+        causes = tuple(_cause(one, size) for one, size in zip(chosen, sizes, strict=True))
+        progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_names(chosen)) or 'none of them'}")
+        causes, now = polished(nominal, causes)
+    return Explanation(causes, now, frame, chosen)
+
+
+def _names(chosen: Sequence[Chosen]) -> tuple[str, ...]:
+    return tuple(sorted(one.setting.effect.label for one in chosen))
+
+
+def select(frame: Frame) -> tuple[Chosen, ...]:
+    """Forward, one at a time, each looked at again once another has come; sorted by label."""
+    chosen: tuple[Chosen, ...] = ()
+    total = 0.0
+    while len(chosen) < MOST_CAUSES:
+        gain, more = best_beside(frame, chosen)
+        if more is None or gain - total < LEAST_GAIN:
+            break
+        chosen, total = (*chosen, more), gain
+        for k in range(len(chosen) - 1):
+            others = (*chosen[:k], *chosen[k + 1 :])
+            gain, other = best_beside(frame, others)
+            if other is not None and gain > total + 1.0:
+                chosen, total = (*others, other), gain
+    return tuple(sorted(chosen, key=lambda one: one.setting.effect.label))
+
+
+def best_beside(frame: Frame, chosen: Sequence[Chosen]) -> tuple[float, Chosen | None]:
+    """The held-out gain of all with the best one more, and that one."""
+    taken = {one.setting.effect.label for one in chosen}
+    best: tuple[float, Chosen | None] = (-np.inf, None)
+    for setting in frame.settings:
+        if setting.effect.label not in taken:
+            gain, one = weighed(frame, chosen, setting)
+            if gain > best[0]:
+                best = gain, one
+    return best
+
+
+def weighed(frame: Frame, chosen: Sequence[Chosen], setting: Setting) -> tuple[float, Chosen]:
+    """A setting beside others, less those of its columns that say nothing."""
+    fixed = [column for one in chosen for column in one.columns]
+    columns = list(setting.columns)
+    evidence = frame.sums.evidence([*fixed, *columns])
+    while len(columns) > 1:
+        z = _z(evidence)[len(fixed) :]
+        kept = [column for column, far in zip(columns, z.tolist(), strict=True) if far > LEAST_Z]
+        if len(kept) == len(columns):
+            break
+        columns = kept or [columns[int(np.argmax(z))]]
+        evidence = frame.sums.evidence([*fixed, *columns])
+    return evidence.gain, Chosen(setting, tuple(columns))
+
+
+def _z(evidence: Evidence) -> Array:
+    return np.asarray(np.abs(evidence.size) / np.sqrt(np.maximum(np.diag(evidence.covariance), 1e-30)))
+
+
+def _sizes(frame: Frame, chosen: Sequence[Chosen]) -> list[Array]:
+    evidence = frame.sums.evidence([column for one in chosen for column in one.columns])
+    ends = np.cumsum([len(one.columns) for one in chosen])
+    return list(np.split(evidence.size, ends[:-1])) if chosen else []
+
+
+def _cause(one: Chosen, size: Array) -> Cause:
+    whole = np.zeros(len(one.setting.columns))
+    whole[[one.setting.columns.index(column) for column in one.columns]] = size
+    return one.setting.cause(whole)
+
+
+def polished(nominal: Nominal, causes: tuple[Cause, ...]) -> tuple[tuple[Cause, ...], Nominal]:
+    """The causes' parameters and the nominal model's fitted together (Gauss and Newton)."""
+    now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
+    for _ in range(MOST_STEPS if causes else 0):
+        rows = whitened(now.joint, now.theta, now.motion, now.doubted)
+        acts, at = [], []
+        for k, cause in enumerate(causes):
+            for p in np.flatnonzero(cause.values != cause.effect.none()).tolist():
+                acts.append(_slope(nominal, cause, p))
+                at.append((k, p))
+        columns = rows.columns(acts, now.course)
+        whole = np.column_stack([rows.nominal, columns])
+        known = np.concatenate([rows.nominal_precision, np.zeros(len(at))])
+        square = whole.T @ whole + np.diag(known)
+        step = np.linalg.solve(square + 1e-9 * np.diag(np.diag(square)), whole.T @ rows.value)
+        std = np.sqrt(np.diag(np.linalg.pinv(square)))[-len(at) :]
+        values = [cause.values.copy() for cause in causes]
+        for (k, p), move in zip(at, step[-len(at) :].tolist(), strict=True):
+            one = causes[k].effect.parameters[p]
+            values[k][p] = float(np.clip(values[k][p] + move, one.low, one.high))
+        causes = tuple(Cause(c.effect, v) for c, v in zip(causes, values, strict=True))
+        now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
+        if np.all(np.abs(step[-len(at) :]) < SETTLED * std):
+            break
+    return causes, now
+
+
+def _slope(nominal: Nominal, cause: Cause, p: int) -> Act:
+    """What the act changes by with one unit of its parameter p."""
+    none, start = cause.effect.none()[p], cause.effect.start()[p]
+    h = 0.02 * abs(start - none if np.isfinite(none) else start)
+    up, down = cause.values.copy(), cause.values.copy()
+    up[p] += h
+    down[p] -= h
+    high, low = (cause.effect.act(nominal.course, v) for v in (up, down))
+
+    def diff(name: str) -> Array | None:
+        a, b = getattr(high, name), getattr(low, name)
+        return None if a is None else (a - b) / (2 * h)
+
+    return Act(
+        *(
+            diff(name)
+            for name in ("wrench", "mass", "damping", "velocity", "gyro", "attitude", "specific_force")
+        )
+    )

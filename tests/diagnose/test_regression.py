@@ -1,0 +1,103 @@
+"""The regression of a dive: exact where the filters are linear."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.effects.effect import Act
+from identify.diagnose.causal import expected
+from identify.diagnose.evidence import sums_of
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.whitened import whitened
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    mission = draw_one(100_300, seconds=60.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+@pytest.fixture(scope="module")
+def rows(nominal):
+    return whitened(nominal.joint, nominal.theta, nominal.motion, ())
+
+
+def innovations(problem, theta):
+    error, _ = problem.filtered(theta, np.inf)
+    return error[np.isfinite(problem.reading)]
+
+
+def test_a_force_that_the_filter_knows_takes_out_of_its_innovations_what_its_column_says(rows):
+    own = rows.own[0]
+    force = np.sin(0.7 * own.problem.axis.time_s)
+    told = replace(own.problem, axis=replace(own.problem.axis, force=own.problem.axis.force + force[:, None]))
+    change = innovations(told, own.theta) - innovations(own.problem, own.theta)
+    np.testing.assert_allclose(-change / own.std, own.by_force(force[:, None])[:, 0], atol=1e-9)
+
+
+def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(rows):
+    for own in rows.own:
+        off = np.cos(0.3 * own.problem.axis.time_s)
+        spoilt = replace(own.problem, reading=own.problem.reading + off)
+        change = innovations(spoilt, own.theta) - innovations(own.problem, own.theta)
+        np.testing.assert_allclose(change / own.std, own.by_reading(off[:, None])[:, 0], atol=1e-8)
+
+
+def test_an_act_adds_to_the_axes_that_it_touches_and_to_no_other(nominal, rows):
+    wrench = np.zeros((len(nominal.course.time_s), 6))
+    wrench[:, 1] = 1.0
+    column = rows.columns([Act(wrench=wrench)], nominal.course)[:, 0]
+    assert np.any(column[rows.dof == 1])
+    assert not np.any(column[rows.dof != 1])
+
+
+def test_at_the_maximum_no_nominal_parameter_would_explain_any_more(rows):
+    slope = rows.nominal.T @ rows.value
+    std = np.sqrt(np.diag(rows.nominal.T @ rows.nominal))
+    assert np.abs(slope / std).max() < 1.5
+
+
+def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
+    middle = float(np.median(nominal.course.time_s))
+    problems = tuple(
+        replace(one, reading=one.reading + np.where(one.axis.time_s >= middle, 0.05, 0.0))
+        for one in nominal.joint.problems
+    )
+    joint = replace(nominal.joint, problems=problems)
+    before = expected(nominal.joint, nominal.theta, nominal.motion)
+    after = expected(joint, nominal.theta, nominal.motion)
+    early = before.time_s <= middle
+    np.testing.assert_array_equal(after.nu[early], before.nu[early])
+    assert np.abs(after.nu[~early] - before.nu[~early]).max() > 0.01
+
+
+class TestEvidence:
+    def made(self, size, rng):
+        piece = np.repeat(np.arange(40), 100)
+        nominal, cause, idle = rng.normal(size=(3, 4000))
+        value = 0.5 * nominal + size * cause + rng.normal(size=4000)
+        columns = np.column_stack([cause, idle])
+        return sums_of(value, nominal[:, None], np.zeros(1), columns, piece)
+
+    def test_a_cause_is_found_with_its_size_and_standard_error(self):
+        found = self.made(0.3, np.random.default_rng(0)).evidence([0])
+        std = float(np.sqrt(found.covariance[0, 0]))
+        assert std == pytest.approx(1 / np.sqrt(4000), rel=0.1)
+        assert abs(found.size[0] - 0.3) < 3 * std
+        assert found.gain == pytest.approx(0.5 * 4000 * 0.3**2, rel=0.2)
+        assert found.gain < found.fitted
+
+    def test_a_column_that_explains_nothing_costs_on_pieces_held_out_what_its_error_does(self):
+        rng = np.random.default_rng(1)
+        gains = [self.made(0.0, rng).evidence([1]).gain for _ in range(60)]
+        assert np.mean(gains) == pytest.approx(-0.5 * 5 / 4, abs=0.35)
+        assert max(gains) < 6.0
+
+    def test_a_copy_of_a_nominal_column_is_nobodys_evidence(self):
+        rng = np.random.default_rng(2)
+        nominal = rng.normal(size=(1000, 1))
+        value = 2.0 * nominal[:, 0] + rng.normal(size=1000)
+        sums = sums_of(value, nominal, np.zeros(1), 3.0 * nominal, np.repeat(np.arange(20), 50))
+        assert sums.evidence([0]).gain == pytest.approx(0.0, abs=1e-6)
