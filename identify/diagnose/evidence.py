@@ -10,6 +10,9 @@ Array = NDArray[np.float64]
 
 FOLDS = 5
 
+NOTHING_NEW = 1e-6
+"""Share of a column's square that must be left once the nominal ones are out, for it to tell anything."""
+
 
 @dataclass(frozen=True)
 class Evidence:
@@ -25,58 +28,63 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Sums:
-    """Normal equations of all columns by piece: square (P, K, K), right (P, K); the first `nominal` columns are the
-    nominal model's, with `precision` (nominal,) known beforehand."""
+    """The candidates' c columns with the nominal ones projected out (Frisch and Waugh 1933).
+
+    square (c, c), right (c,): normal equations over all pieces. taught_square (F, c, c), taught_right (F, c): over
+    those that a fold does not hold out. held_square (P, c, c), held_right (P, c): what sizes save in a piece that its
+    fold holds out, size . right - size . square . size / 2, beside the nominal columns refitted on the others.
+    telling (c,): columns that are not made of nominal ones.
+    """
 
     square: Array
     right: Array
-    nominal: int
-    precision: Array
+    taught_square: Array
+    taught_right: Array
+    held_square: Array
+    held_right: Array
+    telling: NDArray[np.bool_]
 
     def evidence(self, columns: Sequence[int]) -> Evidence:
-        """Of some of the candidates' columns, counted from the first after the nominal ones."""
-        base = np.arange(self.nominal)
-        chosen = np.concatenate([base, self.nominal + np.asarray(columns, dtype=np.intp)])
-        with_it, without = self._saved(chosen), self._saved(base)
-        gains = with_it - without
-        theta, covariance = self._solved(chosen, np.arange(len(self.square)))
-        bare, _ = self._solved(base, np.arange(len(self.square)))
-        right = self.right.sum(axis=0)
-        fitted = 0.5 * float(theta @ right[chosen] - bare @ right[base])
-        kept = slice(self.nominal, None)
-        spread = float(np.std(gains) * np.sqrt(len(gains)))
-        return Evidence(float(gains.sum()), spread, fitted, theta[kept], covariance[kept, kept])
-
-    def _solved(self, chosen: NDArray[np.intp], pieces: NDArray[np.intp]) -> tuple[Array, Array]:
-        square = self.square[pieces].sum(axis=0)[np.ix_(chosen, chosen)]
-        known = np.zeros(len(chosen))
-        known[: self.nominal] = self.precision
-        scale = np.sqrt(np.diag(square) + known) + 1e-12
-        inverse = np.linalg.pinv(
-            (square + np.diag(known)) / np.outer(scale, scale), rcond=1e-10, hermitian=True
+        """Of some of the columns together; those that tell nothing get no size."""
+        k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
+        gains = np.zeros(len(self.held_square))
+        pieces = np.arange(len(gains))
+        for fold in range(len(self.taught_square)):
+            size = _solved(self.taught_square[fold][np.ix_(k, k)], self.taught_right[fold][k])
+            held = pieces[pieces % FOLDS == fold]
+            by_square = np.einsum("i,pij,j->p", size, self.held_square[np.ix_(held, k, k)], size)
+            gains[held] = self.held_right[np.ix_(held, k)] @ size - 0.5 * by_square
+        square, right = self.square[np.ix_(k, k)], self.right[k]
+        some = _solved(square, right)
+        place = [list(columns).index(one) for one in k.tolist()]
+        size, covariance = np.zeros(len(columns)), np.full((len(columns), len(columns)), np.inf)
+        size[place] = some
+        covariance[np.ix_(place, place)] = np.linalg.pinv(square, rcond=1e-12, hermitian=True)
+        return Evidence(
+            float(gains.sum()),
+            float(np.std(gains) * np.sqrt(len(gains))),
+            0.5 * float(some @ right),
+            size,
+            covariance,
         )
-        covariance = inverse / np.outer(scale, scale)
-        return np.asarray(covariance @ self.right[pieces].sum(axis=0)[chosen]), np.asarray(covariance)
 
-    def _saved(self, chosen: NDArray[np.intp]) -> Array:
-        """Nats (P,) that each piece is better foretold by columns fitted on the others than by none."""
-        out = np.zeros(len(self.square))
-        every = np.arange(len(self.square))
-        for fold in range(FOLDS):
-            held = every[every % FOLDS == fold]
-            theta, _ = self._solved(chosen, every[every % FOLDS != fold])
-            for piece in held.tolist():
-                square = self.square[piece][np.ix_(chosen, chosen)]
-                out[piece] = theta @ self.right[piece, chosen] - 0.5 * theta @ square @ theta
-        return out
+
+def _solved(square: Array, right: Array) -> Array:
+    """Sizes by the normal equations, in columns of one length."""
+    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
+    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-9, hermitian=True)
+    return np.asarray(inverse @ (right / scale) / scale)
 
 
 def sums_of(
     value: Array, nominal: Array, precision: Array, candidates: Array, piece: NDArray[np.intp]
 ) -> Sums:
-    """The sums of rows `value` (n,), with nominal (n, m) and candidates' (n, c) columns, in pieces (n,)."""
+    """The sums of rows `value` (n,), with nominal (n, m) and candidates' (n, c) columns, in pieces (n,).
+
+    precision (m,): what is known of the nominal sizes beforehand.
+    """
     columns = np.column_stack([nominal, candidates])
-    count = int(piece.max()) + 1
+    m, count = nominal.shape[1], int(piece.max()) + 1
     square = np.zeros((count, columns.shape[1], columns.shape[1]))
     right = np.zeros((count, columns.shape[1]))
     order = np.argsort(piece, kind="stable")
@@ -85,4 +93,45 @@ def sums_of(
         rows = order[ends[k] : ends[k + 1]]
         square[k] = columns[rows].T @ columns[rows]
         right[k] = columns[rows].T @ value[rows]
-    return Sums(square, right, nominal.shape[1], precision)
+    known = np.diag(precision)
+    every = np.arange(count)
+    _, _, whole_square, whole_right = _projected(square.sum(axis=0), right.sum(axis=0), known)
+    own = np.diag(square.sum(axis=0))[m:]
+    telling = np.diag(whole_square) > NOTHING_NEW * np.maximum(own, 1e-300)
+    taught_square, taught_right = [], []
+    held_square = np.zeros((count, candidates.shape[1], candidates.shape[1]))
+    held_right = np.zeros((count, candidates.shape[1]))
+    for fold in range(min(FOLDS, count)):
+        taught = every % FOLDS != fold
+        base, leaning, one_square, one_right = _projected(
+            square[taught].sum(axis=0), right[taught].sum(axis=0), known
+        )
+        taught_square.append(one_square)
+        taught_right.append(one_right)
+        start = np.concatenate([base, np.zeros(len(one_right))])
+        along = np.vstack([-leaning, np.eye(len(one_right))])
+        for k in every[~taught].tolist():
+            held_square[k] = along.T @ square[k] @ along
+            held_right[k] = along.T @ (right[k] - square[k] @ start)
+    return Sums(
+        whole_square,
+        whole_right,
+        np.array(taught_square),
+        np.array(taught_right),
+        held_square,
+        held_right,
+        telling,
+    )
+
+
+def _projected(square: Array, right: Array, known: Array) -> tuple[Array, Array, Array, Array]:
+    """The nominal sizes (m,) without candidates, what they change by with each candidate's size (m, c), and the
+    candidates' equations once they are out."""
+    m = len(known)
+    inner = square[:m, :m] + known
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    inverse = np.linalg.pinv(inner / np.outer(scale, scale), rcond=1e-10, hermitian=True)
+    inverse = inverse / np.outer(scale, scale)
+    base = inverse @ right[:m]
+    leaning = inverse @ square[:m, m:]
+    return base, leaning, square[m:, m:] - square[m:, :m] @ leaning, right[m:] - leaning.T @ right[:m]
