@@ -12,6 +12,9 @@ from bridge.vehicle.thrusters import allocation_matrix
 
 Array = NDArray[np.float64]
 
+BLOCK = 64
+"""So many steps of a lag are one product of matrices."""
+
 
 @dataclass(frozen=True)
 class Course:
@@ -44,6 +47,11 @@ class Course:
         return float(self.time_s[1] - self.time_s[0])
 
     @cached_property
+    def since_s(self) -> Array:
+        """(n,): how long it has been going on."""
+        return np.asarray(self.time_s - self.time_s[0])
+
+    @cached_property
     def thrust_n(self) -> Array:
         """(n, k): what each thruster gives by its nominal curve and lag."""
         return lagged(self.asked_n, self.step_s, self.lag_s)
@@ -53,6 +61,12 @@ class Course:
         """(6, k): the wrench of one newton of each thruster."""
         return allocation_matrix(self.configuration)
 
+    @cached_property
+    def added_mass(self) -> Array:
+        """(6,): what the water adds to the rigid body by the nominal model."""
+        rigid = [self.configuration.dry_mass_kg] * 3 + list(self.configuration.inertia_kgm2)
+        return np.asarray(self.mass - np.array(rigid))
+
     def wrench_of(self, thrust_n: Array) -> Array:
         """(n, 6) of thrusts (n, k)."""
         return np.asarray(thrust_n @ self.allocation.T)
@@ -61,18 +75,19 @@ class Course:
         """C(nu) nu, (n, 6), for diagonal masses (6,)."""
         return np.column_stack([np.broadcast_to(f, len(nu)) for f in coriolis(mass.tolist(), tuple(nu.T))])
 
-    def in_body(self, north: float, east: float) -> Array:
-        """A level world-fixed vector in body axes, (n, 3) (Fossen 2011, eq. 2.18)."""
-        roll, pitch, heading = self.euler.T
-        ahead = north * np.cos(heading) + east * np.sin(heading)
-        aside = -north * np.sin(heading) + east * np.cos(heading)
-        return np.column_stack(
-            [
-                np.cos(pitch) * ahead,
-                np.sin(roll) * np.sin(pitch) * ahead + np.cos(roll) * aside,
-                np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * aside,
-            ]
-        )
+    @cached_property
+    def world(self) -> tuple[Array, Array, Array]:
+        """The unit vectors north, east and down in body axes, each (n, 3) (Fossen 2011, eq. 2.18)."""
+        (sin_r, sin_p, sin_h), (cos_r, cos_p, cos_h) = np.sin(self.euler).T, np.cos(self.euler).T
+        north = [cos_p * cos_h, sin_r * sin_p * cos_h - cos_r * sin_h, cos_r * sin_p * cos_h + sin_r * sin_h]
+        east = [cos_p * sin_h, sin_r * sin_p * sin_h + cos_r * cos_h, cos_r * sin_p * sin_h - sin_r * cos_h]
+        down = [-sin_p, sin_r * cos_p, cos_r * cos_p]
+        return np.column_stack(north), np.column_stack(east), np.column_stack(down)
+
+    def in_body(self, north: float | Array, east: float | Array) -> Array:
+        """A level world-fixed vector in body axes, (n, 3); north, east: one value, or (n,)."""
+        to_north, to_east, _ = self.world
+        return np.asarray(np.multiply(to_north.T, north).T + np.multiply(to_east.T, east).T)
 
 
 def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
@@ -80,8 +95,30 @@ def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
     if lag_s <= 0:
         return asked
     keep = float(np.exp(-step_s / lag_s))
-    out = np.empty_like(asked)
-    out[0] = asked[0]
-    for i in range(1, len(asked)):
-        out[i] = asked[i - 1] + keep * (out[i - 1] - asked[i - 1])
-    return out
+    return np.concatenate([asked[:1], _decaying_sum((1.0 - keep) * asked[:-1], keep, asked[0])])
+
+
+def _decaying_sum(inputs: Array, keep: float, before: Array) -> Array:
+    """y[i] = keep y[i - 1] + inputs[i] with y[-1] = before, (m, k): by blocks, whose ends follow the same law."""
+    steps = np.arange(BLOCK)
+    reach = steps[:, None] - steps
+    within = np.where(reach >= 0, keep ** np.maximum(reach, 0), 0.0)
+    fading = keep ** (steps + 1.0)
+    count, width = inputs.shape
+    if count <= BLOCK:
+        return np.asarray(within[:count, :count] @ inputs + np.outer(fading[:count], before))
+    full = -(-count // BLOCK)
+    padded = np.zeros((full * BLOCK, width))
+    padded[:count] = inputs
+    own = within @ padded.reshape(full, BLOCK, width)
+    ends = _decaying_sum(own[:, -1], keep**BLOCK, before)
+    begins = np.concatenate([before[None], ends[:-1]])
+    return np.asarray((own + fading[:, None] * begins[:, None, :]).reshape(-1, width)[:count])
+
+
+def delayed(values: Array, step_s: float, delay_s: float) -> Array:
+    """What was there `delay_s` ago, (n, k), straight between the instants; the ends are held. Less than 0: ahead."""
+    at = np.clip(np.arange(len(values)) - delay_s / step_s, 0.0, len(values) - 1.0)
+    low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
+    share = (at - low)[:, None]
+    return np.asarray(values[low] + share * (values[np.minimum(low + 1, len(values) - 1)] - values[low]))

@@ -10,14 +10,23 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 
 Array = NDArray[np.float64]
-Place = Literal["force", "thruster", "reading", "water", "body"]
+Place = Literal["force", "thruster", "reading", "water", "body", "log"]
+FeedForward = Literal[
+    "", "nominal", "quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"
+]
+"""The groups of parameters by which the feed-forward on board makes up for an effect."""
 
 
 @dataclass(frozen=True)
 class Act:
     """What an effect adds along a course: to the wrench (n, 6), N and N m, about the origin; to the readings of the
     DVL (n, 3), the gyros (n, 3), the attitude (n, 3) and the accelerometer (n, 3), body axes; and to the total masses
-    and linear dampings (6,) of the nominal model. None: nothing."""
+    and linear dampings (6,) of the nominal model. None: nothing.
+
+    A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
+    what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
+    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds.
+    """
 
     wrench: Array | None = None
     mass: Array | None = None
@@ -26,6 +35,7 @@ class Act:
     gyro: Array | None = None
     attitude: Array | None = None
     specific_force: Array | None = None
+    shaft_n: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -41,13 +51,22 @@ class Parameter:
     none: float = 0.0
 
 
+Told = dict[str, tuple[float, str]]
+"""Parameters by the names of an answer: value and unit of each."""
+
+
 @dataclass(frozen=True)
 class Effect:
-    """An effect of the library. `act` gives what it adds for the values (p,) of its parameters.
+    """An effect of the library. `act` gives what it adds for the values (p,) of its parameters; one without parameters
+    adds nothing that a course could show, and is found by other evidence.
 
     sentence: what it is, for a crew. told_apart: what tells it from those that look like it. linear: what it adds is
-    proportional to its parameters. number: which thruster it is about, from 1; 0 for all. needs: what the recording
-    must hold beside velocity and thrust.
+    proportional to its parameters less what they are at `none`. number: which thruster it is about, from 1; 0 for all.
+    needs: what the recording must hold beside velocity and thrust. seen_in_rpm: it happens before the shaft, which
+    turns otherwise than its pulse asks for (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds alone.
+    feedforward: by which parameters the feed-forward makes up for it, "" where it can't. variant: which of several
+    forms under one name; they are one cause. refit_absorbs: a refit of the nominal model takes it up, all but nothing
+    is left of it. telling: from its values to the parameters of an answer, where these are others.
     """
 
     name: str
@@ -59,11 +78,17 @@ class Effect:
     linear: bool = True
     number: int = 0
     needs: tuple[str, ...] = field(default=())
+    seen_in_rpm: bool = False
+    feedforward: FeedForward = ""
+    variant: str = ""
+    refit_absorbs: bool = False
+    telling: Callable[[Array], Told] | None = None
 
     @property
     def label(self) -> str:
-        """The name, and the thruster's number where it is about one."""
-        return f"{self.name} of thruster {self.number}" if self.number else self.name
+        """The name, the thruster's number where it is about one, and the variant where it has several."""
+        whose = f"{self.name} of thruster {self.number}" if self.number else self.name
+        return f"{whose} ({self.variant})" if self.variant else whose
 
     def none(self) -> Array:
         """(p,) the parameters at which it is absent."""
@@ -72,3 +97,10 @@ class Effect:
     def start(self) -> Array:
         """(p,) parameters at which it shows."""
         return np.array([p.start for p in self.parameters])
+
+    def told(self, values: Array) -> Told:
+        """Its parameters as an answer names them, the thruster's number among them where it is about one."""
+        whose: Told = {"thruster": (float(self.number), "1")} if self.number else {}
+        if self.telling is not None:
+            return whose | self.telling(values)
+        return whose | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}

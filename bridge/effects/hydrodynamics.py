@@ -12,6 +12,7 @@ DRAG_UNITS = ("N s2/m2",) * 3 + ("N m s2/rad2",) * 3
 
 
 def _drag(course: Course, values: Array) -> Act:
+    """Fossen 2011, section 6.4: of the magnitudes of X_u|u| and so on."""
     return Act(wrench=-values * np.abs(course.nu) * course.nu)
 
 
@@ -30,6 +31,7 @@ QUADRATIC_DRAG = Effect(
     ),
     _drag,
     "three steady speeds and a coast-down",
+    feedforward="quadratic_drag",
 )
 
 
@@ -47,6 +49,7 @@ COUPLED_DAMPING = Effect(
     (Parameter("Y_r", "N s/rad", 1.0), Parameter("N_v", "N s", 1.0)),
     _coupled,
     "a spin in place, and legs in sway",
+    feedforward="coupling",
 )
 
 
@@ -64,6 +67,7 @@ CROSS_FLOW_LIFT = Effect(
     (Parameter("Y_uv", "N s2/m2", 5.0), Parameter("N_uv", "N s2/m", 5.0)),
     _lift,
     "legs at a constant drift angle",
+    feedforward="coupling",
 )
 
 
@@ -72,43 +76,54 @@ def _munk(course: Course, values: Array) -> Act:
     u, v, w = course.nu[:, :3].T
     m_u, m_v, m_w = course.mass[:3].tolist()
     wrench = np.zeros_like(course.nu)
-    moments = np.column_stack([(m_w - m_v) * v * w, (m_u - m_w) * u * w, (m_v - m_u) * u * v])
-    wrench[:, 3:] = -(values[0] - 1.0) * moments
+    wrench[:, 3] = (m_w - m_v) * v * w
+    wrench[:, 4] = (m_u - m_w) * u * w
+    wrench[:, 5] = (m_v - m_u) * u * v
+    wrench *= -(values[0] - 1.0)
     return Act(wrench=wrench)
 
 
-MUNK_MOMENT = Effect(
-    "munk_moment",
-    "a Munk moment other than the masses make it",
-    "force",
-    (Parameter("gain", "1", 1.3, none=1.0),),
-    _munk,
-    "surge and sway at once",
+def _munk_in_yaw(course: Course, values: Array) -> Act:
+    wrench = np.zeros_like(course.nu)
+    arm = float(course.mass[1] - course.mass[0])
+    wrench[:, 5] = -(values[0] - 1.0) * arm * course.nu[:, 0] * course.nu[:, 1]
+    return Act(wrench=wrench)
+
+
+MUNK_MOMENT, MUNK_MOMENT_IN_YAW = (
+    Effect(
+        "munk_moment",
+        "a Munk moment other than the masses make it",
+        "force",
+        (Parameter("gain", "1", 1.3, none=1.0),),
+        act,
+        "surge and sway at once",
+        feedforward="coupling",
+        variant=variant,
+    )
+    for act, variant in ((_munk, "all three"), (_munk_in_yaw, "yaw alone"))
 )
 
 
 def _astern(course: Course, values: Array) -> Act:
     wrench = np.zeros_like(course.nu)
-    u = course.nu[:, 0]
-    wrench[:, 0] = -values[0] * course.damping[0] * np.minimum(u, 0.0)
+    wrench[:, 0] = -(values[0] - 1.0) * course.damping[0] * np.minimum(course.nu[:, 0], 0.0)
     return Act(wrench=wrench)
 
 
 DRAG_ASYMMETRY = Effect(
     "drag_asymmetry",
-    "more drag astern than ahead",
+    "more drag astern than ahead: as many times more as the ratio says",
     "force",
-    (Parameter("ratio", "1", 0.3, low=-0.9),),
+    (Parameter("ratio", "1", 1.3, low=0.0, none=1.0),),
     _astern,
     "a coast-down astern",
 )
 
 
 def _growing(course: Course, values: Array) -> Act:
-    since = course.time_s - course.time_s[0]
-    wrench = np.zeros_like(course.nu)
-    wrench[:, :] = -(values[0] * since)[:, None] * course.damping * course.nu
-    return Act(wrench=wrench)
+    """D(t) = D (1 + rate t)."""
+    return Act(wrench=-(values[0] * course.since_s)[:, None] * course.damping * course.nu)
 
 
 FOULING = Effect(
@@ -118,6 +133,24 @@ FOULING = Effect(
     (Parameter("rate", "1/s", 5e-4, low=0.0),),
     _growing,
     "a coast-down at the beginning and at the end; the battery's voltage and shaft speeds",
+    variant="over the dive",
 )
 
-EFFECTS = (QUADRATIC_DRAG, COUPLED_DAMPING, CROSS_FLOW_LIFT, MUNK_MOMENT, DRAG_ASYMMETRY, FOULING)
+FOULING_SINCE = Effect(
+    "fouling",
+    "more drag in all degrees of freedom than when the parameters were accepted",
+    "force",
+    (Parameter("share", "1", 0.2, low=0.0),),
+    lambda course, values: Act(damping=values[0] * course.damping),
+    "the parameters that were accepted before",
+    feedforward="nominal",
+    variant="since the last time",
+    refit_absorbs=True,
+    # How long it took to grow is not in one dive, so that there is no rate to tell.
+    telling=lambda _: {},
+)
+
+EFFECTS = (
+    QUADRATIC_DRAG, COUPLED_DAMPING, CROSS_FLOW_LIFT, MUNK_MOMENT, MUNK_MOMENT_IN_YAW, DRAG_ASYMMETRY, FOULING,
+    FOULING_SINCE,
+)  # fmt: skip

@@ -1,18 +1,36 @@
 """All effects that are tried on a vehicle."""
 
-from bridge.effects import actuators, environment, hydrodynamics, rigid_body, sensors
+from bridge.effects import (
+    actuators,
+    environment,
+    hydrodynamics,
+    nearness,
+    one_thruster,
+    rigid_body,
+    sensors,
+    supply,
+    tether,
+    wake,
+)
 from bridge.effects.effect import Effect
 from bridge.vehicle.config import Configuration
 
 
 def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
-    """The effects for a configuration whose thrusters have a nominal lag of `lag_s`."""
+    """The effects for a configuration whose thrusters have a nominal lag of `lag_s`.
+
+    Several may share a name: forms of one cause, or one for each thruster. `label` is each one's own.
+    """
     return (
         *hydrodynamics.EFFECTS,
         *actuators.EFFECTS,
         actuators.thruster_lag(lag_s),
-        *actuators.of_each_thruster(configuration),
+        *supply.EFFECTS,
+        *wake.EFFECTS,
+        *one_thruster.of_each_thruster(configuration),
         *environment.EFFECTS,
+        *nearness.EFFECTS,
+        tether.TETHER,
         *sensors.EFFECTS,
         *rigid_body.EFFECTS,
     )

@@ -10,11 +10,36 @@ from bridge.vehicle.config import GRAVITY_M_S2
 Array = NDArray[np.float64]
 
 
-def _off_centre(course: Course, values: Array) -> Act:
-    """The forces of first moments (m x, m y), kg m, of the mass about the origin (Fossen 2011, eqs 3.57 and 3.60)."""
-    x, y = values.tolist()
-    u, v, _, _, _, r = course.nu.T
-    du, dv, _, _, _, dr = course.nu_dot.T
+def moments_of_mass(course: Course, first: Array) -> Array:
+    """The wrench (n, 6) of first moments of mass m (x, y, z), kg m, about the origin, beside a body balanced there.
+
+    m (d(v)/dt + omega x v + d(omega)/dt x c + omega x (omega x c)) and c x m (d(v)/dt + omega x v), on the other side
+    of the equation (Fossen 2011, eqs 3.57 and 3.60). The gravity of what is off the middle is no part of it.
+    """
+    (u, v, w, p, q, r), (du, dv, dw, dp, dq, dr) = course.nu.T, course.nu_dot.T
+    x, y, z = first.tolist()
+    ahead, aside, down = du + w * q - v * r, dv + u * r - w * p, dw + v * p - u * q
+    return -np.column_stack(
+        [
+            -x * (q**2 + r**2) + y * (p * q - dr) + z * (p * r + dq),
+            -y * (r**2 + p**2) + z * (q * r - dp) + x * (p * q + dr),
+            -z * (p**2 + q**2) + x * (r * p - dq) + y * (r * q + dp),
+            y * down - z * aside,
+            z * ahead - x * down,
+            x * aside - y * ahead,
+        ]
+    )
+
+
+def _in_space(course: Course, values: Array) -> Act:
+    mass = course.configuration.dry_mass_kg
+    return Act(wrench=moments_of_mass(course, mass * np.array([values[0], values[1], 0.0])))
+
+
+def _level(course: Course, values: Array) -> Act:
+    """Of surge, sway and yaw alone: what an added mass that couples sway and yaw does as well, M23 = m x - Y_rdot."""
+    x, y = (course.configuration.dry_mass_kg * values).tolist()
+    (u, v, _, _, _, r), (du, dv, _, _, _, dr) = course.nu.T, course.nu_dot.T
     wrench = np.zeros_like(course.nu)
     wrench[:, 0] = y * dr + x * r**2
     wrench[:, 1] = -x * dr + y * r**2
@@ -22,44 +47,78 @@ def _off_centre(course: Course, values: Array) -> Act:
     return Act(wrench=wrench)
 
 
-CG_OFFSET = Effect(
-    "cg_offset",
-    "a centre of mass that is off the origin ahead or aside, or added mass that couples sway and yaw",
-    "body",
-    (Parameter("x", "kg m", 0.5), Parameter("y", "kg m", 0.5)),
-    _off_centre,
-    "only its sum with the added mass is told; static trim, or weighing both ends, splits them",
+CG_OFFSET, CG_OFFSET_IN_SPACE = (
+    Effect(
+        "cg_offset",
+        "a centre of mass that is off the origin ahead or aside, or added mass that couples sway and yaw",
+        "body",
+        (Parameter("x", "m", 0.01, -2.0, 2.0), Parameter("y", "m", 0.01, -2.0, 2.0)),
+        act,
+        "only its sum with the added mass is told, over the dry mass; static trim, or weighing both ends, splits them",
+        feedforward="coupling",
+        variant=variant,
+    )
+    for act, variant in ((_level, "surge, sway and yaw"), (_in_space, "all degrees of freedom"))
 )
 
 
-def _height(course: Course, values: Array) -> Act:
-    """Thrust and weight that act higher or lower than taken: pitch with surge, roll with sway, and their righting."""
-    roll, pitch, _ = course.euler.T
+def _righting(course: Course, height_m: float) -> Array:
+    down = course.world[2]
     weight = course.configuration.dry_mass_kg * GRAVITY_M_S2
     wrench = np.zeros_like(course.nu)
-    wrench[:, 3] = -values[0] * weight * np.sin(roll) * np.cos(pitch)
-    wrench[:, 4] = -values[0] * weight * np.sin(pitch)
+    wrench[:, 3], wrench[:, 4] = -height_m * weight * down[:, 1], height_m * weight * down[:, 0]
+    return wrench
+
+
+def _low(course: Course, values: Array) -> Act:
+    """A centre of mass `height` below where it was: its righting, and its inertia about the origin."""
+    first = np.array([0.0, 0.0, course.configuration.dry_mass_kg * values[0]])
+    return Act(wrench=_righting(course, float(values[0])) + moments_of_mass(course, first))
+
+
+def _thrust_line(course: Course, values: Array) -> Act:
+    """Thrust `height` below where it was taken to act: K = -z Y, M = z X of the thrusters."""
+    thrust = course.wrench_of(course.thrust_n)
+    wrench = np.zeros_like(course.nu)
+    wrench[:, 3], wrench[:, 4] = -values[0] * thrust[:, 1], values[0] * thrust[:, 0]
     return Act(wrench=wrench)
 
 
-PITCH_ROLL_COUPLING = Effect(
-    "pitch_roll_coupling",
-    "a centre of mass that is lower or higher than the vehicle file says",
-    "body",
-    (Parameter("height", "m", 0.01, -0.5, 0.5),),
-    _height,
-    "a pitch step, and a weight that tilts it at rest",
-    needs=("attitude",),
+PITCH_ROLL_COUPLING = tuple(
+    Effect(
+        "pitch_roll_coupling",
+        sentence,
+        "body",
+        (Parameter("height", "m", 0.01, -0.5, 0.5),),
+        act,
+        "a pitch step, and a weight that tilts it at rest",
+        needs=("attitude",),
+        variant=variant,
+    )
+    for sentence, act, variant in (
+        (
+            "righting moments other than the vehicle file's: the centre of mass lies lower below that of buoyancy",
+            lambda course, values: Act(wrench=_righting(course, float(values[0]))),
+            "righting",
+        ),
+        (
+            "a centre of mass that lies lower: it rights, and pitches with surge and rolls with sway",
+            _low,
+            "mass",
+        ),
+        (
+            "thrusters that push lower than the vehicle file says: pitch with surge thrust",
+            _thrust_line,
+            "thrust line",
+        ),
+    )
 )
 
 
 def _buoyancy(course: Course, values: Array) -> Act:
-    roll, pitch, _ = course.euler.T
-    up = -values[0]
+    """Upward where above 0, as a vehicle file has it."""
     wrench = np.zeros_like(course.nu)
-    wrench[:, 0] = -up * np.sin(pitch)
-    wrench[:, 1] = up * np.cos(pitch) * np.sin(roll)
-    wrench[:, 2] = up * np.cos(pitch) * np.cos(roll)
+    wrench[:, :3] = -values[0] * course.world[2]
     return Act(wrench=wrench)
 
 
@@ -73,12 +132,25 @@ NET_BUOYANCY = Effect(
 )
 
 
-def _heavier(course: Course, mass: Array) -> Array:
-    return np.asarray(-mass * course.nu_dot - course.coriolis_of(mass, course.nu))
+def _bias(course: Course, values: Array) -> Act:
+    wrench = np.zeros_like(course.nu)
+    wrench[:, [0, 1, 2, 5]] = values
+    return Act(wrench=wrench)
 
 
-def _entrained(course: Course, values: Array) -> Act:
-    return Act(wrench=_heavier(course, np.array([values[0]] * 3 + [0.0] * 3)))
+THRUST_BIAS = Effect(
+    "thrust_bias",
+    "a constant force on the body that no speed explains",
+    "force",
+    tuple(Parameter(n, u, 0.5) for n, u in zip("XYZN", ("N", "N", "N", "N m"), strict=True)),
+    _bias,
+    "a minute at rest, and opposite headings",
+)
+
+
+def _more_mass(mass_kg: float) -> Array:
+    """Equal in surge, sway and heave: inertias change by where it sits, which one number does not say."""
+    return np.array([mass_kg] * 3 + [0.0] * 3)
 
 
 ENTRAINED_WATER = Effect(
@@ -86,16 +158,17 @@ ENTRAINED_WATER = Effect(
     "water that the hull carries along: as much more mass in surge, sway and heave",
     "body",
     (Parameter("mass", "kg", 2.0),),
-    _entrained,
+    lambda _, values: Act(mass=_more_mass(float(values[0]))),
     "the same more in all three; weighing it wet",
+    feedforward="nominal",
+    refit_absorbs=True,
 )
 
 
 def _payload(course: Course, values: Array) -> Act:
-    """More mass, and drag in proportion."""
+    """More mass, and drag in proportion to the dry mass."""
     share = values[0] / course.configuration.dry_mass_kg
-    mass = np.array([values[0]] * 3 + [0.0] * 3)
-    return Act(wrench=_heavier(course, mass) - share * course.damping * course.nu)
+    return Act(mass=_more_mass(float(values[0])), damping=share * course.damping)
 
 
 ADDED_PAYLOAD = Effect(
@@ -105,6 +178,10 @@ ADDED_PAYLOAD = Effect(
     (Parameter("mass", "kg", 2.0),),
     _payload,
     "the parameters that were accepted before",
+    feedforward="nominal",
+    refit_absorbs=True,
 )
 
-EFFECTS = (CG_OFFSET, PITCH_ROLL_COUPLING, NET_BUOYANCY, ENTRAINED_WATER, ADDED_PAYLOAD)
+EFFECTS = (
+    CG_OFFSET, CG_OFFSET_IN_SPACE, *PITCH_ROLL_COUPLING, NET_BUOYANCY, THRUST_BIAS, ENTRAINED_WATER, ADDED_PAYLOAD,
+)  # fmt: skip

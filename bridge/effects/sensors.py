@@ -1,9 +1,9 @@
-"""What a sensor reads otherwise than the vehicle moves."""
+"""What a sensor reads, or a recording holds, otherwise than the vehicle moves."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
+from bridge.effects.course import Course, delayed
 from bridge.effects.effect import Act, Effect, Parameter
 from bridge.vehicle.config import GRAVITY_M_S2
 
@@ -21,6 +21,7 @@ DVL_SCALE = Effect(
     (Parameter("scale", "1", 1.03, low=0.5, high=2.0, none=1.0),),
     _scale,
     "the water's temperature; a taped or surveyed distance",
+    refit_absorbs=True,
 )
 
 
@@ -39,6 +40,7 @@ DVL_BIAS = Effect(
 
 
 def _turned(course: Course, values: Array) -> Act:
+    """v_m = R(yaw) v."""
     u, v, _ = course.nu[:, :3].T
     cos, sin = np.cos(values[0]), np.sin(values[0])
     read = np.column_stack([u * cos - v * sin - u, u * sin + v * cos - v, np.zeros_like(u)])
@@ -52,11 +54,15 @@ DVL_MISALIGNMENT = Effect(
     (Parameter("yaw", "rad", 0.03, -0.8, 0.8),),
     _turned,
     "straight runs on two headings beside a track by satellite",
+    linear=False,
 )
 
 
 def _lever(course: Course, values: Array) -> Act:
-    return Act(velocity=np.cross(course.nu[:, 3:], values))
+    """v_m = v + omega x l."""
+    p, q, r = course.nu[:, 3:].T
+    x, y, z = values.tolist()
+    return Act(velocity=np.column_stack([q * z - r * y, r * x - p * z, p * y - q * x]))
 
 
 DVL_LEVER_ARM = Effect(
@@ -70,9 +76,8 @@ DVL_LEVER_ARM = Effect(
 
 
 def _late(course: Course, values: Array) -> Act:
-    at = course.time_s - values[0]
-    late = np.column_stack([np.interp(at, course.time_s, column) for column in course.nu[:, :3].T])
-    return Act(velocity=late - course.nu[:, :3])
+    velocity = course.nu[:, :3]
+    return Act(velocity=delayed(velocity, course.step_s, float(values[0])) - velocity)
 
 
 DVL_DELAY = Effect(
@@ -103,10 +108,14 @@ GYRO_BIAS = Effect(
 
 
 def _leak(course: Course, values: Array) -> Act:
-    """An IMU tilted by small angles sees gravity ahead and aside."""
-    force = np.zeros((len(course.nu), 3))
-    force[:, 0], force[:, 1] = GRAVITY_M_S2 * values[1], -GRAVITY_M_S2 * values[0]
-    return Act(specific_force=force)
+    """An IMU tilted by small angles t reads f - t x f of the specific force f = d(v)/dt + omega x v - g: at rest and
+    level g pitch ahead and -g roll aside."""
+    (u, v, w, p, q, r), down = course.nu.T, course.world[2]
+    ahead = course.nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
+    aside = course.nu_dot[:, 1] + u * r - w * p - GRAVITY_M_S2 * down[:, 1]
+    below = course.nu_dot[:, 2] + v * p - u * q - GRAVITY_M_S2 * down[:, 2]
+    roll, pitch = values.tolist()
+    return Act(specific_force=np.column_stack([-pitch * below, roll * below, pitch * ahead - roll * aside]))
 
 
 IMU_GRAVITY_LEAK = Effect(
@@ -119,4 +128,23 @@ IMU_GRAVITY_LEAK = Effect(
     needs=("specific_force", "attitude"),
 )
 
-EFFECTS = (DVL_SCALE, DVL_BIAS, DVL_MISALIGNMENT, DVL_LEVER_ARM, DVL_DELAY, GYRO_BIAS, IMU_GRAVITY_LEAK)
+WRONG_FEEDBACK_LOG = Effect(
+    "wrong_feedback_log",
+    "a recording that lacks the very signal that the controller used, or the thrust that was applied",
+    "log",
+    (),
+    lambda _course, _values: Act(),
+    "the applied output and the very signal fed back, recorded",
+)
+"""Velocities alone can't show it: the controller's wrench that no recorded reading explains does."""
+
+EFFECTS = (
+    DVL_SCALE,
+    DVL_BIAS,
+    DVL_MISALIGNMENT,
+    DVL_LEVER_ARM,
+    DVL_DELAY,
+    GYRO_BIAS,
+    IMU_GRAVITY_LEAK,
+    WRONG_FEEDBACK_LOG,
+)

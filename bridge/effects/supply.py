@@ -1,0 +1,93 @@
+"""Thrust that goes with the supply: at one pulse, as the square of the voltage (n goes with V, T with n^2)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course, lagged
+from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.pushing import before_the_shaft
+
+Array = NDArray[np.float64]
+
+RIPPLE_S = 20.0
+"""A recorded voltage is meant over so long: what is quicker is the load's."""
+
+LEAST_FALL = 0.01
+"""A battery that falls by less of its square in a dive drives nothing."""
+
+NOMINAL_V = 16.0
+AHEAD_A_N15, ASTERN_A_N15 = 0.062, 0.095
+"""Current over |thrust|^1.5 of a T200 at `NOMINAL_V`, from Blue Robotics' bollard pull of 2019: within 5 % from 18 N
+to 51 N ahead, and 28 N to 40 N astern."""
+
+
+def _with_time(course: Course, values: Array) -> Act:
+    return before_the_shaft(course, -(values[0] * course.since_s)[:, None] * course.thrust_n)
+
+
+def fall_by_voltage(voltage_v: Array, since_s: Array) -> Array:
+    """How V^2 falls from its beginning, (n,), in seconds: over the rate at which it falls in the mean, 1/s.
+
+    Zero where no voltage is recorded, or where it does not fall. Only what was before is looked at.
+    """
+    known = np.isfinite(voltage_v)
+    if not known.any():
+        return np.zeros_like(since_s)
+    filled = np.interp(since_s, since_s[known], voltage_v[known])
+    slow = lagged(filled[:, None], float(since_s[1] - since_s[0]), RIPPLE_S)[:, 0]
+    fall = 1.0 - (slow / slow[0]) ** 2
+    middle = since_s - since_s.mean()
+    rate = float(middle @ fall) / float(middle @ middle)
+    return np.asarray(fall / rate) if rate * since_s[-1] > LEAST_FALL else np.zeros_like(since_s)
+
+
+def _with_voltage(course: Course, values: Array) -> Act:
+    fall_s = fall_by_voltage(course.voltage_v, course.since_s)
+    return before_the_shaft(course, -(values[0] * fall_s)[:, None] * course.thrust_n)
+
+
+BATTERY_SAG = Effect(
+    "battery_sag",
+    "thrust that falls over the dive as the battery empties",
+    "thruster",
+    (Parameter("rate", "1/s", 2e-4, low=0.0),),
+    _with_time,
+    "the voltage; a leg at the beginning and again at the end; a coast-down",
+    seen_in_rpm=True,
+    variant="with time",
+)
+
+BATTERY_SAG_BY_VOLTAGE = Effect(
+    "battery_sag",
+    "thrust that falls as the square of the recorded voltage",
+    "thruster",
+    (Parameter("rate", "1/s", 2e-4, low=0.0),),
+    _with_voltage,
+    "a leg at the beginning and again at the end; a coast-down",
+    needs=("voltage",),
+    seen_in_rpm=True,
+    feedforward="voltage",
+    variant="with the voltage",
+)
+
+
+def _loaded(course: Course, values: Array) -> Act:
+    """V = V0 - R I, with I going as |T|^1.5 of every thruster as the shaft's power does, of a T200; T as V^2."""
+    thrust = course.thrust_n
+    current = (np.where(thrust > 0, AHEAD_A_N15, ASTERN_A_N15) * np.abs(thrust) ** 1.5).sum(axis=1)
+    left = np.maximum(1.0 - values[0] * current / NOMINAL_V, 0.0) ** 2
+    return before_the_shaft(course, (left - 1.0)[:, None] * thrust)
+
+
+LOAD_SAG = Effect(
+    "load_sag",
+    "thrust that falls while many thrusters push at once",
+    "thruster",
+    (Parameter("resistance", "ohm", 0.05, low=0.0, high=2.0),),
+    _loaded,
+    "surge alone against surge and heave at once; shaft speeds",
+    linear=False,
+    seen_in_rpm=True,
+)
+
+EFFECTS = (BATTERY_SAG, BATTERY_SAG_BY_VOLTAGE, LOAD_SAG)
