@@ -25,6 +25,7 @@ VERBS = {
     "plan": "propose what to dive next, and how well each parameter would be known after it",
     "prior": "take what was identified and accepted into the vehicle file, as known before the next dive",
     "params": "show, compare, upload and roll back the parameters of a vehicle",
+    "export": "write the identified model in the files of other simulators",
     "validate": "tracking errors of dives in acceleration, steady state and deceleration",
     "replay": "send a recorded dive to a link, on its own clock",
     "reproduce": "the source paper's campaigns and figures on the simulated vehicle, on one page",

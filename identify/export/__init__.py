@@ -1,0 +1,1 @@
+"""The identified model in the files of other simulators."""

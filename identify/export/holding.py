@@ -1,0 +1,89 @@
+"""What of a model a target can hold, and what it can't: every part that is there, in words, against its reasons."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from identify.export.model import Model
+
+QUADRATIC_NAMES = ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A part of the model that did not fit in as it is, and why, with what to do where something can be done."""
+
+    what: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Exported:
+    """The text of the file, what did not fit in, and what else to know of the values in it."""
+
+    text: str
+    left_out: tuple[LeftOut, ...]
+    notes: tuple[str, ...] = ()
+
+
+def parts(model: Model) -> dict[str, str]:
+    """The parts of a model that are there and that not every simulator has, in words with their numbers."""
+    moving, turning = range(3), range(3, 6)
+    linear = [f"{c.name} {value:.4g}" for c, value in zip(DAMPINGS, model.linear, strict=True)]
+    squared = [
+        f"{name} {value:.4g}" for name, value in zip(QUADRATIC_NAMES, model.quadratic, strict=True) if value
+    ]
+    told = {
+        "model": "the model as a file",
+        "shape": "the hull's shape",
+        "lag": f"thruster lag {model.lag_s:g} s" if model.lag_s else "",
+        "thrusters": f"{len(model.thrusters)} thrusters" if model.thrusters else "",
+        "gain": _by_thruster("thruster gain", [t.gain for t in model.thrusters], 1.0),
+        "reverse_gain": _by_thruster("gain astern", [t.reverse_gain for t in model.thrusters], 1.0),
+        "dead_zone": _by_thruster("dead zone in N", [t.dead_zone_n for t in model.thrusters], 0.0),
+        "curve": "thrust over pulse width" if model.curve else "",
+        "mass_by_axis": _masses(model),
+        "added": "added mass" if any(model.added) else "",
+        "moving_damping": _listed("linear damping", [linear[i] for i in moving if model.linear[i]]),
+        "turning_damping": _listed(
+            "damping of turns",
+            [linear[i] for i in turning if model.linear[i]]
+            + [s for s in squared if s[:4] in QUADRATIC_NAMES[3:]],
+        ),
+        "oblique": "drag across the axes" if any((*model.linear[:3], *model.quadratic[:3])) else "",
+        "quadratic": _listed("quadratic drag", [s for s in squared if s[:4] in QUADRATIC_NAMES[:3]]),
+        "righting": "centres of gravity and buoyancy"
+        if model.centre_of_gravity_m != model.centre_of_buoyancy_m
+        else "",
+        "net_buoyancy": f"net buoyancy {model.net_buoyancy_n:g} N" if model.net_buoyancy_n else "",
+        "added_in_current": "added mass in a current" if any(model.added) and any(model.current_m_s) else "",
+        "vertical_current": f"current of {model.current_m_s[2]:g} m/s down" if model.current_m_s[2] else "",
+        "intervals": "95 % intervals" if model.intervals else "",
+    }
+    if model.lag_s and told["dead_zone"]:
+        told["dead_zone_before_lag"] = "dead zone before the lag"
+    return {part: words for part, words in told.items() if words}
+
+
+def left_out(model: Model, reasons: Mapping[str, str]) -> tuple[LeftOut, ...]:
+    """The parts that are there and that a target has a reason against; `{model...}` in a reason is filled in."""
+    return tuple(
+        LeftOut(words, reasons[part].format(model=model))
+        for part, words in parts(model).items()
+        if part in reasons
+    )
+
+
+def _by_thruster(words: str, values: list[float], neutral: float) -> str:
+    return _listed(words, [f"thruster {i} {v:.4g}" for i, v in enumerate(values, start=1) if v != neutral])
+
+
+def _listed(words: str, items: list[str]) -> str:
+    return f"{words} ({', '.join(items)})" if items else ""
+
+
+def _masses(model: Model) -> str:
+    if len(set(model.total[:3])) == 1:
+        return ""
+    masses = zip(MASSES, model.total, strict=True)
+    return _listed("mass by direction", [f"{c.name} {value:.4g} kg" for c, value in masses if c.dof < 3])

@@ -1,0 +1,173 @@
+"""`Model`: all that is known of a vehicle's dynamics, as another simulator is to have it. Body frame FRD, earth NED.
+
+M nu_dot + C(nu) nu + (D + D_q |nu|) nu + g(eta) = tau, with diagonal M, D and D_q about the origin (Fossen 2011,
+eqs 6.1 to 6.3). What nothing is known of is zero.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, Vector3, VehicleFile
+from bridge.vehicle.thrusters import Curve, thrust_curve
+
+Six = tuple[float, float, float, float, float, float]
+NONE: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+CURVE_US = range(1100, 1901, 10)
+"""Pulse widths at which the thrust curve is told."""
+
+
+@dataclass(frozen=True)
+class Propeller:
+    """A thruster: place and direction of positive thrust (FRD, from the origin), and what becomes of the force asked.
+
+    Asked for T within `low_n` and `high_n` it gives gain * T, times `reverse_gain` astern, less `dead_zone_n` on
+    either side of zero.
+    """
+
+    direction: Vector3
+    position_m: Vector3
+    low_n: float
+    high_n: float
+    gain: float = 1.0
+    reverse_gain: float = 1.0
+    dead_zone_n: float = 0.0
+
+    def thrust_n(self, asked_n: float) -> float:
+        """What it gives once its lag is over, N."""
+        held = min(max(asked_n, self.low_n), self.high_n)
+        left = max(abs(held) - self.dead_zone_n, 0.0) * self.gain
+        return left if held > 0 else -left * self.reverse_gain
+
+
+@dataclass(frozen=True)
+class Model:
+    """A vehicle's dynamics in SI units.
+
+    `inertia_kgm2`: rigid body, about x y z. `added`: added mass and inertia, positive where it makes the vehicle
+    heavier. `linear` and `quadratic`: damping, positive where it brakes: N/(m/s) and N m/(rad/s), N/(m/s)2 and
+    N m/(rad/s)2. `lag_s`: first-order lag of every thruster. `net_buoyancy_n`: buoyancy less weight.
+    `centre_of_gravity_m`, `centre_of_buoyancy_m`: from the origin, FRD. `current_m_s`: velocity of the water, NED.
+    `curve`: thrust (N) over pulse width (us) before gains. `forward_n_s2`: T = k n |n| with n in rev/s. `intervals`:
+    95 % intervals by coefficient, where there are any. `notes`: what a reader must know of these values, whatever the
+    target.
+    """
+
+    name: str
+    dry_mass_kg: float
+    inertia_kgm2: Vector3
+    added: Six
+    linear: Six
+    quadratic: Six = NONE
+    thrusters: tuple[Propeller, ...] = ()
+    lag_s: float = 0.0
+    net_buoyancy_n: float = 0.0
+    centre_of_gravity_m: Vector3 = (0.0, 0.0, 0.0)
+    centre_of_buoyancy_m: Vector3 = (0.0, 0.0, 0.0)
+    current_m_s: Vector3 = (0.0, 0.0, 0.0)
+    density_kg_m3: float = 1000.0
+    curve: tuple[tuple[float, float], ...] = ()
+    forward_n_s2: float = ThrustCurve.forward_n_s2
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rigid(self) -> Six:
+        """Mass and inertia of the rigid body."""
+        m, (x, y, z) = self.dry_mass_kg, self.inertia_kgm2
+        return m, m, m, x, y, z
+
+    @property
+    def total(self) -> Six:
+        """Rigid body plus added."""
+        a, b, c, d, e, f = (r + more for r, more in zip(self.rigid, self.added, strict=True))
+        return a, b, c, d, e, f
+
+    @property
+    def mean_mass_kg(self) -> float:
+        """Mean of the total masses along x, y and z, for a simulator that has one for all directions."""
+        return sum(self.total[:3]) / 3
+
+    @property
+    def buoyancy_n(self) -> float:
+        """Weight of the water displaced."""
+        return self.dry_mass_kg * GRAVITY_M_S2 + self.net_buoyancy_n
+
+
+def volume_m3(model: Model, mass_kg: float) -> float:
+    """Of a body of `mass_kg` with the model's net buoyancy. Raises ConfigError where nothing would displace water."""
+    volume = (mass_kg + model.net_buoyancy_n / GRAVITY_M_S2) / model.density_kg_m3
+    if volume <= 0:
+        raise ConfigError(
+            f"{model.name}: with {model.net_buoyancy_n:g} N of net buoyancy its {mass_kg:g} kg displace no water; "
+            "correct net_buoyancy_n"
+        )
+    return volume
+
+
+def model_of(
+    values: Mapping[str, float],
+    file: VehicleFile,
+    configuration: str,
+    intervals: Mapping[str, tuple[float, float]] | None = None,
+) -> Model:
+    """The model of a configuration with identified `values`; what lacks comes from the vehicle file's own `model`.
+
+    Where that lacks it too, there is no added mass or no damping, and the notes say so. Raises ConfigError for a thrust
+    table that can't be read.
+    """
+    shape = file.vehicle.configurations[configuration]
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    notes: list[str] = []
+    totals = _six([_value(c.name, values, shape, shape.rigid_body(c.dof)[0], notes) for c in MASSES])
+    damping = _six([_value(c.name, values, shape, 0.0, notes) for c in DAMPINGS])
+    added = _six([total - shape.rigid_body(dof)[0] for dof, total in enumerate(totals)])
+    for dof, more in enumerate(added):
+        if more < 0:
+            notes.append(
+                f"{MASSES[dof].name} lies {-more:.3g} {MASSES[dof].unit} below the rigid body's own, so the added "
+                f"{'mass' if dof < 3 else 'inertia'} in {DOFS[dof]} is negative: check the vehicle file"
+            )
+    arm_nm = shape.centre_of_gravity_below_buoyancy_m * shape.dry_mass_kg * GRAVITY_M_S2
+    up_n = shape.dry_mass_kg * GRAVITY_M_S2 + shape.net_buoyancy_n
+    return Model(
+        name=file.vehicle.name,
+        dry_mass_kg=shape.dry_mass_kg,
+        inertia_kgm2=shape.inertia_kgm2,
+        added=added,
+        linear=damping,
+        thrusters=_propellers(shape, curve),
+        lag_s=file.vehicle.thrust_curve.lag_s,
+        net_buoyancy_n=shape.net_buoyancy_n,
+        # The nominal model has its weight at the origin, and the same righting moment.
+        centre_of_buoyancy_m=(0.0, 0.0, -arm_nm / up_n if up_n else 0.0),
+        density_kg_m3=file.vehicle.water.density_kg_m3,
+        curve=tuple((float(us), float(curve.thrust(us))) for us in CURVE_US) if shape.thrusters else (),
+        forward_n_s2=file.vehicle.thrust_curve.forward_n_s2,
+        intervals=dict(intervals or {}),
+        notes=tuple(notes),
+    )
+
+
+def _value(
+    name: str, values: Mapping[str, float], shape: Configuration, otherwise: float, notes: list[str]
+) -> float:
+    if name in values:
+        return values[name]
+    if name in shape.model:
+        notes.append(f"{name} was not identified: {shape.model[name]:g} is the vehicle file's own")
+        return shape.model[name]
+    lacks = "no damping" if name.startswith("D") else "nothing added to the rigid body"
+    notes.append(f"{name} was not identified and the vehicle file's model has none: {lacks}")
+    return otherwise
+
+
+def _propellers(shape: Configuration, curve: Curve) -> tuple[Propeller, ...]:
+    high, low = min(shape.thruster_limit_n, curve.max_n), max(-shape.thruster_limit_n, curve.min_n)
+    return tuple(Propeller(t.direction, t.position_m, low, high, t.gain) for t in shape.thrusters)
+
+
+def _six(values: list[float]) -> Six:
+    a, b, c, d, e, f = map(float, values)
+    return a, b, c, d, e, f

@@ -1,0 +1,38 @@
+"""XML for other simulators: elements, and numbers that read back to the last bit."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+
+from identify.export.model import Model
+
+
+def number(value: float) -> str:
+    """The shortest text that reads back as the same number; no negative zero."""
+    return repr(float(value) + 0.0)
+
+
+def numbers(values: Iterable[float]) -> str:
+    """Several of them with a space between."""
+    return " ".join(number(value) for value in values)
+
+
+def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: str) -> ET.Element:
+    """A new last child of `parent`."""
+    child = ET.SubElement(parent, tag, attributes)
+    words = text if isinstance(text, str) else number(text)
+    if words:
+        child.text = words
+    return child
+
+
+def told(parent: ET.Element, model: Model, sentence: str) -> None:
+    """A comment: what the file is of, and the intervals, for which there is no element."""
+    intervals = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in model.intervals.items())
+    words = f"{model.name}: {sentence}" + (f" 95 % intervals: {intervals}." if intervals else "")
+    parent.append(ET.Comment(f" {words.replace('--', '- -')} "))
+
+
+def document(root: ET.Element) -> str:
+    """The text of a file."""
+    ET.indent(root)
+    return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -1,0 +1,142 @@
+"""`seatrial export`: the identified model in the files of other simulators, and what did not fit in."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui import exit_codes
+from tui.show import STANDARD_OUTPUT
+
+if TYPE_CHECKING:
+    from identify.export.model import Model
+    from tui.parameter_files import Leave
+
+EXAMPLE = "seatrial export hovering.json --vehicle ruvifist --to gazebo --out hovering.sdf"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "file",
+        metavar="MODEL",
+        help="the JSON of identify, or a vehicle file whose configuration has a model",
+    )
+    parser.add_argument(
+        "--to", required=True, metavar="TARGET", help="the simulator: gazebo, stonefish or ardusub-json"
+    )
+    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where MODEL is JSON")
+    parser.add_argument("--out", metavar="FILE", help="the file (where not given, standard output)")
+    parser.add_argument(
+        "--despite-doubts", action="store_true", help="take an identification that did not converge"
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", help="write what did not fit in as JSON; - for standard output"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from identify.export.targets import TARGETS, export
+    from tui import show
+    from tui.outputs import check_files
+    from tui.parameter_files import Leave
+
+    if arguments.to not in TARGETS:
+        raise exit_codes.UsageError(
+            f"--to {arguments.to}: no such target; the targets are {', '.join(TARGETS)}"
+        )
+    if arguments.out == STANDARD_OUTPUT:
+        arguments.out = None
+    if arguments.json == STANDARD_OUTPUT and arguments.out is None:
+        raise exit_codes.UsageError("--json -: standard output takes the file itself; add --out FILE")
+    check_files({"--out": arguments.out, "--json": arguments.json})
+    leave = Leave(doubts=arguments.despite_doubts)
+    exported = export(_model(arguments.file, arguments.vehicle, arguments.out, leave), arguments.to)
+    console = show.words() if arguments.out is None else show.results(arguments.json)
+    if arguments.out is None:
+        sys.stdout.write(exported.text)
+    else:
+        Path(arguments.out).write_text(exported.text, encoding="utf-8")
+    if exported.left_out:
+        show.say(console, f"what did not fit into {arguments.to} as it is:")
+    for part in exported.left_out:
+        show.say(console, f"{part.what}: {part.reason}")
+    for note in exported.notes:
+        show.say(console, f"note: {note}")
+    show.write_json(
+        {
+            "target": arguments.to,
+            "file": arguments.out,
+            "left_out": [vars(part) for part in exported.left_out],
+            "notes": exported.notes,
+        },
+        arguments.json,
+    )
+    return exit_codes.DONE
+
+
+def _model(given: str, vehicle: str | None, out: str | None, leave: "Leave") -> "Model":
+    """The model that MODEL means. Raises UsageError where it means none."""
+    from bridge.vehicle.config import load_vehicle
+
+    if given.endswith(".json"):
+        return _identified(Path(given), vehicle, leave)
+    if vehicle is not None:
+        raise exit_codes.UsageError(f"{given}: is no identification, so --vehicle says nothing; leave it out")
+    file = load_vehicle(given)
+    if out is not None and Path(out).exists() and Path(out).samefile(file.path):
+        raise exit_codes.UsageError(
+            f"--out {out}: would write over {file.path}, which this command reads: nothing was done; name another file"
+        )
+    from identify.export.model import model_of
+
+    configuration = file.configuration or file.vehicle.configuration_at(None)
+    own = file.vehicle.configurations[configuration].model
+    if not own:
+        raise exit_codes.UsageError(
+            f"{given}: configuration '{configuration}' has no model; give the JSON of seatrial identify, with "
+            f"--vehicle {given}"
+        )
+    return model_of(own, file, configuration)
+
+
+def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
+    from bridge.vehicle.coefficients import BY_NAME
+    from bridge.vehicle.config import load_vehicle
+    from identify.export.model import model_of
+    from tui.parameter_files import check_outcome, read_identification
+
+    if vehicle is None:
+        raise exit_codes.UsageError(
+            f"{path}: an identification needs --vehicle FILE, for thrusters and weight; add it"
+        )
+    data = read_identification(path)
+    check_outcome(path, data["outcome"], leave, "written")
+    file = load_vehicle(vehicle)
+    shape = data["configuration"]
+    if data["vehicle"]["name"] != file.vehicle.name or file.configuration not in (None, shape):
+        raise exit_codes.UsageError(
+            f"{path}: is of vehicle '{data['vehicle']['name']}', configuration '{shape}', and --vehicle {vehicle} is "
+            "not: nothing was written; name its own"
+        )
+    file.vehicle.configuration_named(shape)
+    known = {
+        one["name"]: one
+        for one in data["parameters"]
+        if isinstance(one, dict)
+        and one.get("name") in BY_NAME
+        and one.get("identifiable") is True
+        and _is_number(one.get("value"))
+    }
+    if not known:
+        raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
+    intervals = {
+        name: (float(one["low95"]), float(one["high95"]))
+        for name, one in known.items()
+        if _is_number(one.get("low95")) and _is_number(one.get("high95"))
+    }
+    return model_of({name: float(one["value"]) for name, one in known.items()}, file, shape, intervals)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
