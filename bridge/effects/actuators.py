@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, delayed, lagged
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import SIZES, Act, Effect, Parameter
 from bridge.effects.pushing import before_the_shaft, past_the_shaft
 
 Array = NDArray[np.float64]
@@ -77,6 +77,7 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         act,
         "a slow ramp through zero; shaft speeds",
         linear=False,
+        sizes=SIZES,
         seen_in_rpm=True,
         feedforward="dead_zone",
         variant=variant,
@@ -98,6 +99,7 @@ SATURATION = Effect(
     _saturated,
     "a ladder of amplitudes; shaft speeds",
     linear=False,
+    sizes=SIZES,
     seen_in_rpm=True,
 )
 
@@ -117,6 +119,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         act,
         "shaft speeds, and fast steps in a log of 50 Hz",
         linear=False,
+        sizes=SIZES,
         seen_in_rpm=True,
     )
 
@@ -134,6 +137,7 @@ COMMAND_DELAY = Effect(
     _late,
     "shaft speeds beside the pulses",
     linear=False,
+    sizes=SIZES,
     seen_in_rpm=True,
 )
 

@@ -17,6 +17,10 @@ FeedForward = Literal[
 """The groups of parameters by which the feed-forward on board makes up for an effect."""
 
 
+SIZES = (0.5, 1.0, 2.0, 4.0)
+"""Of an effect whose shape changes with its size."""
+
+
 @dataclass(frozen=True)
 class Act:
     """What an effect adds along a course: to the wrench (n, 6), N and N m, about the origin; to the readings of the
@@ -66,7 +70,9 @@ class Effect:
     turns otherwise than its pulse asks for (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds alone.
     feedforward: by which parameters the feed-forward makes up for it, "" where it can't. variant: which of several
     forms under one name; they are one cause. refit_absorbs: a refit of the nominal model takes it up, all but nothing
-    is left of it. telling: from its values to the parameters of an answer, where these are others.
+    is left of it. telling: from its values to the parameters of an answer, where these are others. sizes: at how
+    many times the way from `none` to `start` it is worth trying (a limit: at `start` over it), more than one where its
+    shape changes with its size.
     """
 
     name: str
@@ -83,6 +89,7 @@ class Effect:
     variant: str = ""
     refit_absorbs: bool = False
     telling: Callable[[Array], Told] | None = None
+    sizes: tuple[float, ...] = (1.0,)
 
     @property
     def label(self) -> str:

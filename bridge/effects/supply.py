@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, lagged
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import SIZES, Act, Effect, Parameter
 from bridge.effects.pushing import before_the_shaft
 
 Array = NDArray[np.float64]
@@ -87,6 +87,7 @@ LOAD_SAG = Effect(
     _loaded,
     "surge alone against surge and heave at once; shaft speeds",
     linear=False,
+    sizes=SIZES,
     seen_in_rpm=True,
 )
 

@@ -1,0 +1,206 @@
+"""Forces of hull, body, water and tether, on motions so simple that they are known by heart."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from bridge.effects import environment, hydrodynamics, nearness, rigid_body, tether
+from bridge.effects.course import Course
+from bridge.effects.effect import Effect
+from bridge.vehicle.config import GRAVITY_M_S2
+from bridge.vehicle.dynamics import coriolis, restoring
+
+Made = Callable[..., Course]
+DRY_KG = 72.0
+
+
+def wrench(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
+    found = effect.act(course, np.array(values)).wrench
+    assert found is not None
+    return found[at]
+
+
+def test_quadratic_drag_holds_back_ahead_and_astern(course: Made) -> None:
+    drag = np.array([30.0, 20.0, 10.0, 1.0, 2.0, 3.0])
+    nu = np.array([0.5, -0.2, 0.1, 0.3, -0.4, 0.5])
+    found = wrench(hydrodynamics.QUADRATIC_DRAG, course(nu=nu), *drag)
+    assert found == pytest.approx([-7.5, 0.8, -0.1, -0.09, 0.32, -0.75])
+
+
+def test_coupled_damping_and_lift_have_the_signs_of_drag(course: Made) -> None:
+    nu = [0.5, 0.2, 0, 0, 0, -0.3]
+    assert wrench(hydrodynamics.COUPLED_DAMPING, course(nu=nu), 2.0, 4.0) == pytest.approx(
+        [0, 0.6, 0, 0, 0, -0.8]
+    )
+    nu = [-0.5, 0.2, 0, 0, 0, 0]
+    assert wrench(hydrodynamics.CROSS_FLOW_LIFT, course(nu=nu), 10.0, 5.0) == pytest.approx(
+        [0, -1.0, 0, 0, 0, -0.5]
+    )
+
+
+def test_a_munk_moment_twice_as_large_adds_what_the_dynamics_hold_already(course: Made) -> None:
+    moving = course(nu=[0.5, 0.2, -0.1, 0, 0, 0])
+    nominal = -np.array(coriolis(moving.mass.tolist(), moving.nu[0]))
+    assert wrench(hydrodynamics.MUNK_MOMENT, moving, 2.0) == pytest.approx(nominal)
+    assert wrench(hydrodynamics.MUNK_MOMENT_IN_YAW, moving, 2.0) == pytest.approx([0] * 5 + [nominal[5]])
+    assert nominal[5] == pytest.approx(-(130.0 - 110.0) * 0.5 * 0.2)
+
+
+def test_drag_asymmetry_is_felt_astern_alone(course: Made) -> None:
+    assert wrench(hydrodynamics.DRAG_ASYMMETRY, course(nu=0.4), 1.5) == pytest.approx([0] * 6)
+    astern = wrench(hydrodynamics.DRAG_ASYMMETRY, course(nu=-0.4), 1.5)
+    assert astern == pytest.approx([0.5 * 50.0 * 0.4, 0, 0, 0, 0, 0])
+
+
+def test_fouling_grows_from_nothing(course: Made) -> None:
+    fouled = course(nu=0.5)
+    assert wrench(hydrodynamics.FOULING, fouled, 0.01, at=0) == pytest.approx([0] * 6)
+    lasts_s = fouled.time_s[-1] - fouled.time_s[0]
+    assert wrench(hydrodynamics.FOULING, fouled, 0.01)[0] == pytest.approx(-0.01 * lasts_s * 50.0 * 0.5)
+
+
+def test_what_a_refit_takes_up_is_told_as_mass_and_damping(course: Made) -> None:
+    still = course()
+    since = hydrodynamics.FOULING_SINCE.act(still, np.array([0.1]))
+    assert since.damping == pytest.approx(0.1 * still.damping)
+    water = rigid_body.ENTRAINED_WATER.act(still, np.array([3.0]))
+    assert water.mass == pytest.approx([3, 3, 3, 0, 0, 0])
+    payload = rigid_body.ADDED_PAYLOAD.act(still, np.array([7.2]))
+    assert payload.mass == pytest.approx([7.2, 7.2, 7.2, 0, 0, 0])
+    assert payload.damping == pytest.approx(0.1 * still.damping)
+
+
+def carried(course: Course, first: np.ndarray) -> np.ndarray:
+    """What a mass at an arm takes to be carried along, less a mass at the origin; from a point's acceleration."""
+    velocity, omega = course.nu[-1, :3], course.nu[-1, 3:]
+    rate, turning = course.nu_dot[-1, :3], course.nu_dot[-1, 3:]
+    origin = rate + np.cross(omega, velocity)
+    force = np.cross(turning, first) + np.cross(omega, np.cross(omega, first))
+    return np.concatenate([force, np.cross(first, origin)])
+
+
+def test_a_mass_off_the_middle_takes_a_point_mass_s_acceleration(rich_course: Course) -> None:
+    found = wrench(rigid_body.CG_OFFSET_IN_SPACE, rich_course, 0.03, -0.02)
+    assert found == pytest.approx(-carried(rich_course, DRY_KG * np.array([0.03, -0.02, 0.0])))
+
+
+def test_level_and_in_space_are_one_where_nothing_rolls_pitches_or_heaves(course: Made) -> None:
+    level = course(nu=[0.5, 0.2, 0, 0, 0, 0.4], nu_dot=[0.1, -0.2, 0, 0, 0, 0.3])
+    one = wrench(rigid_body.CG_OFFSET, level, 0.03, -0.02)
+    assert one == pytest.approx(wrench(rigid_body.CG_OFFSET_IN_SPACE, level, 0.03, -0.02))
+    x, y = DRY_KG * 0.03, -DRY_KG * 0.02
+    assert one[0] == pytest.approx(x * 0.16 + y * 0.3)
+    assert one[1] == pytest.approx(-x * 0.3 + y * 0.16)
+    assert one[5] == pytest.approx(-x * (-0.2 + 0.2) + y * (0.1 - 0.2 * 0.4))
+
+
+def test_a_lower_centre_of_mass_rights_as_the_dynamics_do(course: Made) -> None:
+    tilted = course(euler=[0.2, -0.1, 0.7])
+    half = np.array([0.2, -0.1, 0.7]) / 2
+    (c_r, c_p, c_h), (s_r, s_p, s_h) = np.cos(half), np.sin(half)
+    attitude = (
+        c_r * c_p * c_h + s_r * s_p * s_h,
+        s_r * c_p * c_h - c_r * s_p * s_h,
+        c_r * s_p * c_h + s_r * c_p * s_h,
+        c_r * c_p * s_h - s_r * s_p * c_h,
+    )
+    shape = tilted.configuration
+    moments = np.array(restoring(shape, attitude)) / shape.centre_of_gravity_below_buoyancy_m
+    righting, mass, _ = rigid_body.PITCH_ROLL_COUPLING
+    for effect in (righting, mass):
+        assert wrench(effect, tilted, 0.02)[3:] == pytest.approx(-0.02 * moments[3:])
+    force = np.array(restoring(shape, attitude))[:3] / shape.net_buoyancy_n
+    assert wrench(rigid_body.NET_BUOYANCY, tilted, 3.0)[:3] == pytest.approx(-3.0 * force)
+
+
+def test_the_nose_comes_down_as_a_low_mass_lags_behind_and_up_as_thrust_acts_low(course: Made) -> None:
+    _, mass, thrust_line = rigid_body.PITCH_ROLL_COUPLING
+    faster = wrench(mass, course(nu_dot=[0.5, 0, 0, 0, 0, 0]), 0.02)
+    assert faster == pytest.approx([0, 0, 0, 0, -DRY_KG * 0.02 * 0.5, 0])
+    ahead = course(asked_n=[10, 10, 10, 10, 0, 0, 0, 0])
+    assert wrench(thrust_line, ahead, 0.02) == pytest.approx([0, 0, 0, 0, 0.02 * 40 * 0.82904, 0])
+
+
+def test_buoyancy_pushes_up_and_a_bias_where_it_says(course: Made) -> None:
+    assert wrench(rigid_body.NET_BUOYANCY, course(), 3.0) == pytest.approx([0, 0, -3.0, 0, 0, 0])
+    assert wrench(rigid_body.THRUST_BIAS, course(), 1, 2, 3, 4) == pytest.approx([1, 2, 3, 0, 0, 4])
+
+
+def skew(a: np.ndarray) -> np.ndarray:
+    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def by_matrix(mass: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """C(nu) nu of a mass matrix (Fossen 2011, eq. 3.46)."""
+    momentum = mass @ nu
+    upper, lower = skew(momentum[:3]), skew(momentum[3:])
+    return np.concatenate([-upper @ nu[3:], -upper @ nu[:3] - lower @ nu[3:]])
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, 2.5])
+def test_a_current_does_what_the_equations_through_the_water_say(course: Made, heading: float) -> None:
+    nu = np.array([0.5, -0.2, 0.1, 0.1, -0.2, 0.3])
+    nu_dot = np.array([0.1, 0.2, -0.1, 0.0, 0.1, -0.2])
+    moving = course(nu=nu, nu_dot=nu_dot, euler=[0.1, -0.2, heading])
+    rigid = np.diag([72.0, 72.0, 72.0, 3.2, 9.5, 10.5])
+    whole = np.diag(moving.mass)
+    added, damping = whole - rigid, np.diag(moving.damping)
+    water = np.concatenate([moving.in_body(0.1, -0.2)[0], np.zeros(3)])
+    through = nu - water
+    rate = nu_dot + np.concatenate([np.cross(nu[3:], water[:3]), np.zeros(3)])
+    over_ground = whole @ nu_dot + by_matrix(whole, nu) + damping @ nu
+    in_water = (
+        rigid @ nu_dot + by_matrix(rigid, nu) + added @ rate + by_matrix(added, through) + damping @ through
+    )
+    assert wrench(environment.STEADY_CURRENT, moving, 0.1, -0.2) == pytest.approx(over_ground - in_water)
+
+
+def test_a_current_carries_a_still_body_by_its_drag(course: Made) -> None:
+    east = course(euler=[0, 0, np.pi / 2])
+    assert wrench(environment.STEADY_CURRENT, east, 0.0, 0.1) == pytest.approx([5.0, 0, 0, 0, 0, 0])
+    assert wrench(environment.STEADY_CURRENT, east, 0.1, 0.0) == pytest.approx([0, -6.0, 0, 0, 0, 0])
+
+
+def test_a_current_that_changes_pushes_by_drag_and_by_its_own_acceleration(course: Made) -> None:
+    effect = environment.varying_current(4.0)
+    still = course()
+    rate = 2 * np.pi / 4.0
+    assert wrench(effect, still, 0.1, 0, 0, 0, at=0)[0] == pytest.approx(0.1 * rate * 110.0)
+    assert wrench(effect, still, 0.1, 0, 0, 0, at=20)[0] == pytest.approx(0.1 * 50.0)
+    assert effect.told(np.array([0.03, 0.0, 0.0, -0.04])) == {
+        "amplitude": (pytest.approx(0.05), "m/s"),
+        "period": (4.0, "s"),
+    }
+
+
+def test_waves_push_as_the_world_lies_and_die_with_depth(course: Made) -> None:
+    effect = environment.waves(4.0)
+    depth = np.concatenate([np.full(200, 1.0), np.full(200, 3.0)])
+    east = course(euler=[0, 0, np.pi / 2], depth_m=depth)
+    number = (2 * np.pi / 4.0) ** 2 / GRAVITY_M_S2
+    shallow = wrench(effect, east, 0, 0, 2.0, 0, 0, 1.0, at=20)
+    deep = wrench(effect, east, 0, 0, 2.0, 0, 0, 1.0, at=-60)
+    assert shallow == pytest.approx([2.0 * np.exp(number), 0, 0, 0, 0, 0], abs=1e-12)
+    assert deep == pytest.approx([2.0 * np.exp(-number), 0, 0, 0, 0, 0], abs=1e-12)
+    unknown = wrench(effect, course(), 0, 0, 0, 0, 0, 1.5, at=0)
+    assert unknown == pytest.approx([0, 0, 1.5, 0, 0, 0])
+    told = effect.told(np.array([3.0, 0, 0, 4.0, 1.0, 0]))
+    assert told == {"force_amplitude": (pytest.approx(5.0), "N"), "period": (4.0, "s")}
+
+
+def test_a_boundary_makes_a_body_heavier_by_its_distance_squared(course: Made) -> None:
+    shaken = course(nu_dot=[1, 1, 1, 0, 0, 0], depth_m=0.5, altitude_m=2.0)
+    assert wrench(nearness.FREE_SURFACE, shaken, 0.2) == pytest.approx([0, -0.2 * 58, -0.2 * 68, 0, 0, 0])
+    bottom = wrench(nearness.BOTTOM_OR_WALL, shaken, 0.2)
+    assert bottom == pytest.approx([0, -0.2 * 58 / 16, -0.2 * 68 / 16, 0, 0, 0])
+
+
+def test_a_boundary_that_nobody_measures_does_nothing(course: Made) -> None:
+    assert wrench(nearness.FREE_SURFACE, course(nu_dot=1.0), 0.2) == pytest.approx([0] * 6)
+
+
+def test_a_tether_pulls_back_to_where_the_dive_began(course: Made) -> None:
+    away = course(position_m=[10.0, -4.0], euler=[0, 0, np.pi])
+    found = wrench(tether.TETHER, away, 0.5, 1.0, 0.0)
+    assert found == pytest.approx([-(1.0 - 5.0), -2.0, 0, 0, 0, 0])

@@ -1,0 +1,203 @@
+"""The library holds every effect of the answer's schema, under its names, and each says what it is."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act, Effect
+from bridge.effects.library import library
+from bridge.vehicle.config import load_vehicle
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+HOVERING = load_vehicle("ruvifist:hovering").vehicle.configurations["hovering"]
+LIBRARY = library(HOVERING, 0.05)
+PARAMETERS = {
+    "quadratic_drag": ["X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"],
+    "steady_current": ["north", "east"],
+    "varying_current": ["amplitude", "period"],
+    "waves": ["force_amplitude", "period"],
+    "free_surface": ["mass_change"],
+    "bottom_or_wall": ["mass_change"],
+    "cg_offset": ["x", "y"],
+    "pitch_roll_coupling": ["height"],
+    "net_buoyancy": ["force"],
+    "entrained_water": ["mass"],
+    "thrust_gain": ["gain"],
+    "thrust_curve": ["low_end_loss"],
+    "reverse_thrust_loss": ["gain"],
+    "dead_zone": ["half_width"],
+    "saturation": ["limit"],
+    "inflow_loss": ["slope"],
+    "hull_interaction": ["loss"],
+    "weak_thruster": ["thruster", "gain"],
+    "thruster_misalignment": ["thruster", "angle"],
+    "thruster_lag": ["time_constant"],
+    "command_delay": ["delay"],
+    "dvl_delay": ["delay"],
+    "battery_sag": ["rate"],
+    "load_sag": ["resistance"],
+    "fouling": ["rate"],
+    "added_payload": ["mass"],
+    "tether": ["stiffness", "north", "east"],
+    "dvl_scale": ["scale"],
+    "dvl_bias": ["x", "y", "z"],
+    "dvl_misalignment": ["yaw"],
+    "dvl_lever_arm": ["x", "y", "z"],
+    "imu_gravity_leak": ["roll", "pitch"],
+    "gyro_bias": ["z"],
+    "munk_moment": ["gain"],
+    "cross_flow_lift": ["Y_uv", "N_uv"],
+    "coupled_damping": ["Y_r", "N_v"],
+    "drag_asymmetry": ["ratio"],
+    "propeller_torque": ["K", "N"],
+    "thrust_bias": ["X", "Y", "Z", "N"],
+    "wrong_feedback_log": [],
+}
+BEFORE_THE_SHAFT = {
+    "dead_zone", "saturation", "thruster_lag", "command_delay", "battery_sag", "load_sag",
+}  # fmt: skip
+
+every_effect = pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.label)
+
+
+def parts(act: Act) -> dict[str, np.ndarray]:
+    return {name: value for name, value in vars(act).items() if value is not None}
+
+
+def test_the_names_are_those_of_an_answer() -> None:
+    assert {effect.name for effect in LIBRARY} == set(PARAMETERS)
+
+
+def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
+    path = SHARED / "answers.schema.json"
+    if not path.exists():
+        pytest.skip("the shared schema is not beside the checkout")
+    assert json.loads(path.read_text())["$defs"]["parameters_of_each_effect"] == PARAMETERS
+
+
+def test_no_two_effects_go_by_one_label() -> None:
+    labels = [effect.label for effect in LIBRARY]
+    assert len(set(labels)) == len(labels)
+
+
+def test_each_name_is_told_with_all_its_parameters_by_one_of_its_forms() -> None:
+    fullest: dict[str, list[str]] = {}
+    for effect in LIBRARY:
+        told = list(effect.told(effect.start()))
+        fullest[effect.name] = max(told, fullest.get(effect.name, []), key=len)
+    assert fullest == PARAMETERS
+
+
+@every_effect
+def test_what_is_told_is_finite_has_a_unit_and_no_foreign_name(effect: Effect) -> None:
+    told = effect.told(effect.start())
+    assert set(told) <= set(PARAMETERS[effect.name])
+    assert all(np.isfinite(value) and unit for value, unit in told.values())
+
+
+@every_effect
+def test_every_effect_says_what_it_is_and_what_tells_it_apart(effect: Effect) -> None:
+    assert len(effect.sentence) > 15
+    assert len(effect.told_apart) > 10
+    assert not effect.sentence.endswith(".")
+
+
+@every_effect
+def test_bounds_hold_what_is_absent_and_what_shows(effect: Effect) -> None:
+    for parameter in effect.parameters:
+        assert parameter.low <= parameter.none <= parameter.high
+        assert parameter.low < parameter.start < parameter.high
+        assert parameter.start != parameter.none
+        assert parameter.unit
+
+
+@every_effect
+def test_at_none_it_adds_nothing(effect: Effect, rich_course: Course) -> None:
+    for value in parts(effect.act(rich_course, effect.none())).values():
+        assert not np.any(value)
+
+
+@every_effect
+def test_at_start_it_adds_something_finite_of_the_right_shape(effect: Effect, rich_course: Course) -> None:
+    found = parts(effect.act(rich_course, effect.start()))
+    count, thrusters = rich_course.asked_n.shape
+    wide = {"wrench": 6, "shaft_n": thrusters} | dict.fromkeys(
+        ("velocity", "gyro", "attitude", "specific_force"), 3
+    )
+    assert bool(found) == bool(effect.parameters)
+    for name, value in found.items():
+        assert np.isfinite(value).all()
+        assert np.any(value)
+        assert value.shape == ((6,) if name in ("mass", "damping") else (count, wide[name]))
+
+
+@pytest.mark.parametrize("effect", [e for e in LIBRARY if e.linear and e.parameters], ids=lambda e: e.label)
+@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_linear_effect_adds_in_proportion(effect: Effect, data: st.DataObject, rich_course: Course) -> None:
+    size = st.floats(-3.0, 3.0)
+    first, second = (np.array([data.draw(size) for _ in effect.parameters]) for _ in range(2))
+    one, two, both = (
+        parts(effect.act(rich_course, effect.none() + by)) for by in (first, second, first - 2 * second)
+    )
+    for name, value in both.items():
+        assert np.allclose(value, one[name] - 2 * two[name], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("effect", [e for e in LIBRARY if not e.linear], ids=lambda e: e.label)
+def test_an_effect_that_is_not_linear_does_not_add_in_proportion(effect: Effect, rich_course: Course) -> None:
+    none = np.where(np.isinf(effect.none()), 25.0, effect.none())
+    step = effect.start() - none
+    one, two = (parts(effect.act(rich_course, none + by)) for by in (step, 2 * step))
+    assert any(not np.allclose(two[name], 2 * value, rtol=1e-6, atol=1e-12) for name, value in one.items())
+
+
+@every_effect
+def test_shaft_speeds_show_what_happens_before_the_shaft_and_nothing_else(
+    effect: Effect, rich_course: Course
+) -> None:
+    act = effect.act(rich_course, effect.start())
+    assert effect.seen_in_rpm == (effect.name in BEFORE_THE_SHAFT)
+    assert (act.shaft_n is not None) == effect.seen_in_rpm
+    if act.shaft_n is not None:
+        assert act.wrench == pytest.approx(rich_course.wrench_of(act.shaft_n), abs=1e-12)
+
+
+@every_effect
+def test_what_changes_the_nominal_parameters_alone_is_taken_up_by_a_refit(
+    effect: Effect, rich_course: Course
+) -> None:
+    found = set(parts(effect.act(rich_course, effect.start())))
+    if found & {"mass", "damping"}:
+        assert effect.refit_absorbs
+        assert found <= {"mass", "damping"}
+        assert effect.feedforward == "nominal"
+
+
+def test_the_feed_forward_makes_up_for_these_and_for_no_others() -> None:
+    groups: dict[str, set[str]] = {}
+    for effect in LIBRARY:
+        groups.setdefault(effect.feedforward, set()).add(effect.name)
+    groups.pop("")
+    assert groups == {
+        "nominal": {"added_payload", "entrained_water", "fouling"},
+        "quadratic_drag": {"quadratic_drag"},
+        "coupling": {"coupled_damping", "cross_flow_lift", "munk_moment", "cg_offset"},
+        "thruster_gain": {"thrust_gain", "weak_thruster"},
+        "reverse_loss": {"reverse_thrust_loss"},
+        "dead_zone": {"dead_zone"},
+        "voltage": {"battery_sag"},
+    }
+
+
+def test_a_vehicle_without_thrusters_still_has_a_library() -> None:
+    bare = type(HOVERING)(dry_mass_kg=10.0, inertia_kgm2=(1.0, 1.0, 1.0), thrusters=())
+    assert {e.name for e in library(bare, 0.0)} == set(PARAMETERS) - {
+        "weak_thruster",
+        "thruster_misalignment",
+    }

@@ -1,0 +1,207 @@
+"""What thrusters do: one pushing, all pushing, ahead and astern."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bridge.effects import actuators, one_thruster, supply, wake
+from bridge.effects.course import Course
+from bridge.effects.effect import Effect
+from bridge.vehicle.config import Configuration, Thruster
+
+Made = Callable[..., Course]
+AHEAD, ASIDE = 0.82904, 0.55919
+SURGE = np.array([1.0, 1, 1, 1, 0, 0, 0, 0])
+
+
+def pushed(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
+    """The wrench that it adds at an instant, and by default in the end."""
+    found = effect.act(course, np.array(values)).wrench
+    assert found is not None
+    return found[at]
+
+
+def more(effect: Effect, course: Course, *values: float, at: int = -1) -> np.ndarray:
+    """What each thruster gives more, by an effect that shaft speeds show."""
+    found = effect.act(course, np.array(values)).shaft_n
+    assert found is not None
+    return found[at]
+
+
+def surge(thrust_n: float) -> np.ndarray:
+    """The wrench of the four level thrusters with so many newtons each."""
+    return np.array([4 * AHEAD * thrust_n, 0, 0, 0, 0, 0])
+
+
+def test_a_gain_of_nine_tenths_lacks_a_tenth(course: Made) -> None:
+    assert pushed(actuators.THRUST_GAIN, course(asked_n=10 * SURGE), 0.9) == pytest.approx(surge(-1.0))
+
+
+def test_the_low_end_loses_and_full_thrust_does_not(course: Made) -> None:
+    assert pushed(actuators.THRUST_CURVE, course(asked_n=10 * SURGE), 0.2) == pytest.approx(surge(-1.5))
+    assert pushed(actuators.THRUST_CURVE, course(asked_n=40 * SURGE), 0.2) == pytest.approx(surge(0.0))
+    assert pushed(actuators.THRUST_CURVE, course(asked_n=-10 * SURGE), 0.2) == pytest.approx(surge(1.5))
+
+
+def test_reverse_loss_is_felt_astern_alone(course: Made) -> None:
+    assert pushed(actuators.REVERSE_THRUST_LOSS, course(asked_n=10 * SURGE), 0.7) == pytest.approx([0] * 6)
+    astern = pushed(actuators.REVERSE_THRUST_LOSS, course(asked_n=-10 * SURGE), 0.7)
+    assert astern == pytest.approx(surge(3.0))
+
+
+def test_a_dead_zone_swallows_what_is_below_it_and_one_kind_takes_from_all_above(course: Made) -> None:
+    asked = course(asked_n=[0.3, -0.3, 5.0, -5.0, 0, 0, 0, 0])
+    assert more(actuators.DEAD_ZONE, asked, 0.5) == pytest.approx([-0.3, 0.3, 0, 0, 0, 0, 0, 0])
+    shifted = more(actuators.DEAD_ZONE_SHIFTED, asked, 0.5)
+    assert shifted == pytest.approx([-0.3, 0.3, -0.5, 0.5, 0, 0, 0, 0])
+
+
+def test_a_limit_cuts_peaks_both_ways(course: Made) -> None:
+    asked = course(asked_n=[30.0, -30.0, 5.0, 0, 0, 0, 0, 0])
+    assert more(actuators.SATURATION, asked, 12.0) == pytest.approx([-18, 18, 0, 0, 0, 0, 0, 0])
+
+
+def stepping(course: Made) -> Course:
+    asked = np.zeros((400, 8))
+    asked[200:] = 10 * SURGE
+    return course(asked_n=asked)
+
+
+def test_a_longer_lag_lacks_what_has_not_come_yet(course: Made) -> None:
+    effect = actuators.thruster_lag(0.05)
+    for steps in (0, 1, 5):
+        expected = 10 * (np.exp(-steps * 0.05 / 0.05) - np.exp(-steps * 0.05 / 0.2))
+        assert more(effect, stepping(course), 0.2, at=200 + steps) == pytest.approx(expected * SURGE)
+
+
+def test_a_delay_lacks_the_whole_step_until_it_is_over(course: Made) -> None:
+    sharp = replace(stepping(course), lag_s=0.0)
+    for steps, lacking in ((-1, 0.0), (0, -10.0), (1, -10.0), (2, 0.0)):
+        found = more(actuators.COMMAND_DELAY, sharp, 0.1, at=200 + steps)
+        assert found == pytest.approx(lacking * SURGE, abs=1e-9)
+
+
+def test_a_battery_sags_with_time_or_as_its_voltage_squared(course: Made) -> None:
+    fading = course(asked_n=10 * SURGE, voltage_v=16.0 * np.sqrt(1 - 1e-3 * 0.05 * np.arange(400)), count=400)
+    lasts_s = fading.time_s[-1] - fading.time_s[0]
+    assert pushed(supply.BATTERY_SAG, fading, 1e-3) == pytest.approx(surge(-1e-2 * lasts_s))
+    long = course(asked_n=10 * SURGE, voltage_v=16.0 * np.sqrt(1 - 1e-3 * 0.05 * np.arange(8000)), count=8000)
+    by_voltage = pushed(supply.BATTERY_SAG_BY_VOLTAGE, long, 1e-3, at=-1) - pushed(
+        supply.BATTERY_SAG_BY_VOLTAGE, long, 1e-3, at=4000
+    )
+    assert by_voltage == pytest.approx(surge(-1e-2 * 3999 * 0.05), rel=0.03)
+
+
+def test_the_rate_by_voltage_is_the_mean_rate_at_which_thrust_falls() -> None:
+    since_s = 0.05 * np.arange(8000)
+    voltage_v = 16.0 - 1.5 * (since_s / since_s[-1]) ** 2
+    fall_s = supply.fall_by_voltage(voltage_v, since_s)
+    assert np.polyfit(since_s, fall_s, 1)[0] == pytest.approx(1.0)
+    assert fall_s[0] == 0.0
+    assert fall_s[-1] > 1.5 * since_s[-1] / 2
+
+
+@pytest.mark.parametrize("voltage_v", [np.nan, 15.5, np.linspace(15.0, 16.0, 400)])
+def test_a_voltage_that_is_not_known_or_does_not_fall_drives_nothing(course: Made, voltage_v: object) -> None:
+    still = course(asked_n=10 * SURGE, voltage_v=voltage_v)
+    assert not np.any(pushed(supply.BATTERY_SAG_BY_VOLTAGE, still, 1e-3))
+
+
+def test_a_voltage_with_holes_is_drawn_through_them() -> None:
+    since_s = 0.05 * np.arange(4000)
+    whole = 16.0 - 0.005 * since_s
+    holes = np.where(np.arange(4000) % 3 == 0, whole, np.nan)
+    assert supply.fall_by_voltage(holes, since_s) == pytest.approx(
+        supply.fall_by_voltage(whole, since_s), abs=0.1
+    )
+
+
+def test_load_sags_by_the_current_of_all_thrusters(course: Made) -> None:
+    found = pushed(supply.LOAD_SAG, course(asked_n=25 * SURGE), 0.05)
+    current_a = 4 * 0.062 * 125
+    left = (1 - 0.05 * current_a / 16.0) ** 2
+    assert found == pytest.approx(surge(-25 * (1 - left)))
+
+
+def test_a_supply_never_turns_thrust_round(course: Made) -> None:
+    assert pushed(supply.LOAD_SAG, course(asked_n=40 * SURGE), 2.0) == pytest.approx(surge(-40))
+
+
+def test_inflow_takes_from_thrust_ahead_and_adds_to_thrust_astern(course: Made) -> None:
+    for thrust in (9.0, -9.0):
+        found = pushed(wake.INFLOW_LOSS, course(asked_n=thrust * SURGE, nu=[0.5, 0, 0, 0, 0, 0]), 0.5)
+        assert found == pytest.approx(surge(-0.5 * 3.0 * 0.5 * AHEAD))
+
+
+def test_inflow_is_that_of_the_thrusters_own_place(course: Made) -> None:
+    spinning = course(nu=[0, 0, 0, 0, 0, 1.0])
+    expected = []
+    for thruster in spinning.configuration.thrusters:
+        at = np.cross([0, 0, 1.0], thruster.position_m)
+        expected.append(at @ thruster.direction)
+    assert wake.inflow_m_s(spinning)[0] == pytest.approx(expected)
+
+
+def test_wash_meets_the_hull_of_fore_thrusters_pushing_ahead_and_of_aft_ones_pushing_astern(
+    course: Made,
+) -> None:
+    for thrust, lossy in ((10.0, [0, 1]), (-10.0, [2, 3])):
+        both = course(asked_n=thrust * np.ones(8))
+        lost = np.zeros(8)
+        lost[lossy] = -0.1 * thrust
+        assert pushed(wake.HULL_INTERACTION, both, 0.1) == pytest.approx(both.wrench_of(lost))
+
+
+def test_a_thruster_loses_in_the_wash_of_the_one_before_it(course: Made) -> None:
+    first = np.array([10.0, 0, 4.0, 4.0, 0, 0, 0, 0])
+    for thrust, lost in ((first, [0, 0, -0.4, 0, 0, 0, 0, 0]), (-first, [1.0, 0, 0, 0, 0, 0, 0, 0])):
+        at = course(asked_n=thrust)
+        # Astern, the wash of thruster 3 goes ahead to thruster 1, and that of 4 would go to 2, which rests.
+        assert pushed(wake.THRUSTER_INTERACTION, at, 0.1) == pytest.approx(
+            at.wrench_of(np.array(lost, dtype=float))
+        )
+
+
+def test_reaction_torques_go_with_total_thrust(course: Made) -> None:
+    all_equal = course(asked_n=10.0)
+    found = pushed(wake.PROPELLER_TORQUE, all_equal, 0.01, 0.02)
+    assert found == pytest.approx([0, 0, 0, 0.01 * 40 * AHEAD, 0, 0.02 * 40])
+
+
+def test_one_weak_thruster_lacks_a_share_of_its_own_wrench(course: Made) -> None:
+    pushing = course(asked_n=10 * SURGE)
+    lever = 0.42 * ASIDE - (-0.32) * AHEAD
+    expected = [-2 * AHEAD, -2 * ASIDE, 0, 0, 0, -2 * lever]
+    assert pushed(one_thruster.weak(1), pushing, 0.8) == pytest.approx(expected)
+    assert one_thruster.weak(3).told(np.array([0.8])) == {"thruster": (3.0, "1"), "gain": (0.8, "1")}
+
+
+@pytest.fixture
+def pusher() -> Configuration:
+    thrusters = (
+        Thruster((1.0, 0.0, 0.0), (-0.5, 0.1, 0.0), gain=0.5),
+        Thruster((0.0, 0.0, 1.0), (0.2, 0.0, 0.0)),
+    )
+    return Configuration(dry_mass_kg=10.0, inertia_kgm2=(1.0, 1.0, 1.0), thrusters=thrusters)
+
+
+def test_a_turned_thruster_pushes_elsewhere(course: Made, pusher: Configuration) -> None:
+    at = course(asked_n=[10.0, 0.0], configuration=pusher)
+    cos, sin = np.cos(0.2), np.sin(0.2)
+    expected = np.array([5 * (cos - 1), 5 * sin, 0, 0, 0, -0.5 * 5 * sin - 0.1 * 5 * (cos - 1)])
+    assert pushed(one_thruster.turned(1, "z"), at, 0.2) == pytest.approx(expected)
+    up = course(asked_n=[0.0, 10.0], configuration=pusher)
+    assert pushed(one_thruster.turned(2, "x"), up, 0.2)[:3] == pytest.approx([0, -10 * sin, 10 * (cos - 1)])
+    assert pushed(one_thruster.turned(2, "y"), up, 0.2)[:3] == pytest.approx([10 * sin, 0, 10 * (cos - 1)])
+
+
+def test_a_thruster_that_sits_elsewhere_turns_the_body_and_pushes_no_harder(
+    course: Made, pusher: Configuration
+) -> None:
+    level, upright = (one_thruster.shifted(k + 1, t) for k, t in enumerate(pusher.thrusters))
+    at = course(asked_n=[10.0, 10.0], configuration=pusher)
+    assert pushed(level, at, 0.02) == pytest.approx([0, 0, 0, 0, 0, -0.02 * 5])
+    assert pushed(upright, at, 0.02, 0.03) == pytest.approx([0, 0, 0, 0.3, -0.2, 0])
+    assert upright.told(np.array([0.02, 0.03])) == {"thruster": (2.0, "1")}
