@@ -201,3 +201,12 @@ def test_a_vehicle_without_thrusters_still_has_a_library() -> None:
         "weak_thruster",
         "thruster_misalignment",
     }
+
+
+@every_effect
+def test_one_size_stands_for_all_of_a_linear_effect_and_every_size_tried_is_possible(effect: Effect) -> None:
+    assert effect.sizes == (1.0,) or not effect.linear
+    for size in effect.sizes:
+        for p in effect.parameters:
+            at = p.none + size * (p.start - p.none) if np.isfinite(p.none) else p.start / size
+            assert p.low < at < p.high
