@@ -28,6 +28,7 @@ VERBS = {
     "export": "write the identified model in the files of other simulators",
     "validate": "tracking errors of dives in acceleration, steady state and deceleration",
     "replay": "send a recorded dive to a link, on its own clock",
+    "challenge": "make dives with hidden effects and locked answers, and score those who named them",
     "reproduce": "the source paper's campaigns and figures on the simulated vehicle, on one page",
     "doctor": "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
 }

@@ -1,0 +1,144 @@
+"""Answers of a diagnosis as they are judged: read from `answers.schema.json`'s form, held beside a truth."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bridge.errors import LogError
+from identify.challenge.plants import ABSORBED
+from identify.challenge.vehicles import LAG_S
+
+VERDICTS = ("no_gap", "explained", "ambiguous", "unknown")
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Causes that count as one, with the reason; `without_rpm`: only where no shaft speeds are recorded."""
+
+    names: frozenset[str]
+    reason: str
+    without_rpm: bool = False
+
+
+SAME = (
+    Alike(
+        frozenset({"command_delay", "thruster_lag"}),
+        "a delay and a lag differ in the second order of a short time only: cosine 0.91 to 0.99, with shaft speeds too, "
+        "unless the log is faster than 50 Hz",
+    ),
+    Alike(
+        frozenset({"fouling", "battery_sag"}),
+        "growing drag and falling thrust look alike (cosine 0.86 to 0.96) while nothing tells how fast the shafts turn",
+        without_rpm=True,
+    ),
+    Alike(
+        frozenset({"load_sag", "thrust_curve"}),
+        "both change thrust by how hard is pushed (cosine 0.93 to 0.99) while nothing tells how fast the shafts turn",
+        without_rpm=True,
+    ),
+    Alike(
+        frozenset({"net_buoyancy", "thrust_bias"}),
+        "a vehicle that stays level can't tell weight from a constant push down",
+    ),
+    Alike(frozenset(ABSORBED), "each is taken up by a refit of masses and dampings, and shows in nothing else"),
+)  # fmt: skip
+
+
+def alike(name: str, rpm: bool) -> frozenset[str]:
+    """All names that no method could tell from `name` in such a recording, itself included."""
+    out = {name}
+    for group in SAME:
+        if name in group.names and not (group.without_rpm and rpm):
+            out |= group.names
+    return frozenset(out)
+
+
+@dataclass(frozen=True)
+class Named:
+    """One cause of an answer. parameters: value and 95 % interval (NaN where not given)."""
+
+    name: str
+    also: tuple[str, ...]
+    probability: float
+    parameters: dict[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink on held-out legs and on the check dive,
+    NaN where not given."""
+
+    verdict: str
+    named: tuple[Named, ...]
+    dofs: dict[str, float]
+    predicted: float
+    measured: float
+
+    @property
+    def first_dof(self) -> str | None:
+        return max(self.dofs, key=lambda dof: self.dofs[dof]) if self.dofs else None
+
+
+def read_answer(path: Path) -> Answer | None:
+    """The answer in a file; None where there is no such file. Raises LogError where it is no answer."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError):
+        raise LogError(f"{path}: can't be read; give the JSON that diagnose wrote") from None
+    try:
+        return answer_of(json.loads(text))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LogError(f"{path}: is no answer of diagnose ({error}); give the JSON that it wrote") from None
+
+
+def answer_of(data: dict[str, Any]) -> Answer:
+    """An answer in the schema's form. Raises ValueError, KeyError, TypeError or AttributeError where it is none."""
+    if data["verdict"] not in VERDICTS:
+        raise ValueError(f"the verdict is '{data['verdict']}'")
+    dofs: dict[str, float] = {}
+    for place in data["gap"]["where"]:
+        dofs[place["dof"]] = dofs.get(place["dof"], 0.0) + _number(place["share"])
+    shrink = data["shrink"]
+    return Answer(
+        data["verdict"],
+        tuple(_named(effect) for effect in data["effects"]),
+        dofs,
+        _number((shrink["heldout"] or {}).get("value")),
+        _number((shrink["check"] or {}).get("value")),
+    )
+
+
+def _named(effect: dict[str, Any]) -> Named:
+    parameters = {
+        name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
+        for name, p in effect["parameters"].items()
+    }
+    return Named(effect["name"], tuple(effect["also"]), _number(effect["probability"]), parameters)
+
+
+def _number(value: Any) -> float:
+    return math.nan if value is None else float(value)
+
+
+ABSENT_AT = {"gain": 1.0, "scale": 1.0, "time_constant": LAG_S}
+"""Values at which an effect is absent, where that is not zero."""
+
+VECTORS = ("x", "y", "z", "north", "east", "X", "Y", "Z", "roll", "pitch")
+"""Parts of a vector: an error in one counts by the length of all."""
+
+UNMEASURED = ("thruster", "period")
+
+
+def errors(truth: dict[str, float], named: Named) -> dict[str, float]:
+    """Of each parameter that both tell: how far off, over how large it truly is."""
+    length = math.hypot(*(truth[name] for name in VECTORS if name in truth))
+    out = {}
+    for name, true in truth.items():
+        scale = length if name in VECTORS else abs(true - ABSENT_AT.get(name, 0.0))
+        if name in named.parameters and name not in UNMEASURED and scale > 0:
+            out[name] = abs(named.parameters[name][0] - true) / scale
+    return out

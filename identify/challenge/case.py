@@ -1,0 +1,181 @@
+"""`draw_case(seed)`: a vehicle with hidden effects, and two dives of it; the truth in the words of an answer."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.config import VehicleFile
+from identify.challenge.gap import sizes
+from identify.challenge.missions import LONGEST_S, SHORTEST_S, draw_mission, sampled
+from identify.challenge.novel import NOVEL
+from identify.challenge.plants import ABSORBED, PLANTS
+from identify.challenge.sensors import STEP_S, draw_clock, draw_noise
+from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
+from identify.challenge.site import Planted, Site, site_of
+from identify.challenge.vehicles import DrawnVehicle, draw_vehicle
+from identify.dive import Dive
+
+Array = NDArray[np.float64]
+Kind = Literal["none", "one", "two", "novel"]
+
+SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15}
+
+SPOILT_SHARE = 0.5
+"""A degree of freedom is a right answer to where it lies from this share of the largest on."""
+
+UNSEEN_BESIDE = frozenset([*ABSORBED, "wrong_feedback_log"])
+"""What is not planted as one of two: nobody could tell that it is there."""
+
+TWINS = (frozenset({"command_delay", "thruster_lag"}), frozenset({"fouling", "battery_sag"}),
+         frozenset({"load_sag", "thrust_curve"}), frozenset({"net_buoyancy", "thrust_bias"}))  # fmt: skip
+"""Not planted together: too like for two names to be told."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One vehicle with what it hides. `dive` and `check` are two missions of it, simulated when first asked for."""
+
+    name: str
+    seed: int
+    kind: Kind
+    vehicle: DrawnVehicle
+    planted: tuple[Planted, ...]
+    setup: Setup
+    seconds: tuple[float, float]
+
+    @property
+    def file(self) -> VehicleFile:
+        return self.vehicle.file
+
+    @property
+    def configuration(self) -> str:
+        return str(self.vehicle.file.configuration)
+
+    @cached_property
+    def _dives(self) -> dict[int, tuple[Site, Simulated]]:
+        return {}
+
+    def simulated(self, which: int) -> tuple[Site, Simulated]:
+        """The site and the simulated dive: 0 the one to diagnose, 1 the check."""
+        if which not in self._dives:
+            self._dives[which] = _simulated(self, which)
+        return self._dives[which]
+
+    def truth(self) -> dict[str, Any]:
+        """What is hidden, in plain data: kind, effects with parameters and size, where it lies, the true nominal model.
+
+        `size` is by how much a refit leaves it above the noise floor of the dive to diagnose; `dof` where that is at
+        least half of the largest.
+        """
+        site, simulated = self.simulated(0)
+        by_dof = sizes(site, self.setup.noise, simulated)
+        largest = float(by_dof.max())
+        spoilt = {dof for planted in self.planted for dof in planted.spoils}
+        where = [name for i, name in enumerate(DOFS) if by_dof[i] >= SPOILT_SHARE * largest or i in spoilt]
+        values = np.concatenate([self.vehicle.mass, self.vehicle.damping]).tolist()
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "vehicle": self.configuration,
+            "rpm": self.setup.has_rpm,
+            "effects": [
+                {
+                    "name": p.name,
+                    "number": p.number,
+                    "novel": p.novel,
+                    "drawn": p.size,
+                    "parameters": p.parameters,
+                }
+                for p in self.planted
+            ],
+            "size": largest if self.planted else 0.0,
+            "size_by_dof": dict(zip(DOFS, by_dof.tolist(), strict=True)),
+            "dof": where if self.planted else [],
+            "nominal": dict(zip([c.name for c in (*MASSES, *DAMPINGS)], values, strict=True)),
+        }
+
+
+def dive_of(case: Case) -> Dive:
+    """The dive to diagnose, in memory."""
+    return case.simulated(0)[1].dive
+
+
+def check_of(case: Case) -> Dive:
+    """Another mission of the same vehicle, with what was there still there."""
+    return case.simulated(1)[1].dive
+
+
+def draw_case(
+    seed: int,
+    *,
+    name: str | None = None,
+    names: Sequence[str] | None = None,
+    size: float | None = None,
+    seconds: float | None = None,
+    rpm: bool | None = None,
+) -> Case:
+    """The case of a seed. `names` says what is hidden (of PLANTS and NOVEL; none for an empty list), `size` (0 to 1) how
+    large, `seconds` how long both dives are, `rpm` whether shaft speeds are recorded; each drawn where not given."""
+    rng = np.random.default_rng([seed, 20])
+    name = name or f"case-{seed}"
+    vehicle = draw_vehicle(rng, name)
+    kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
+    chosen = _names(rng, kind)
+    setup = Setup(draw_clock(rng), draw_noise(rng), draw_control(rng, vehicle), bool(rng.random() < 0.5))
+    long_s = rng.uniform(SHORTEST_S, LONGEST_S), rng.uniform(SHORTEST_S, SHORTEST_S + 60.0)
+    drawn = rng.uniform(0.0, 1.0, 4)
+    if names is not None:
+        chosen = tuple(names)
+    if rpm is not None:
+        setup = Setup(setup.clock, setup.noise, setup.control, rpm)
+    known: dict[str, Any] = {**PLANTS, **NOVEL}
+    planted = tuple(
+        known[which](np.random.default_rng([seed, 21, i]), vehicle, float(drawn[i] if size is None else size))
+        for i, which in enumerate(chosen)
+    )
+    pair = long_s if seconds is None else (seconds, seconds)
+    return Case(name, seed, _kind(planted), vehicle, planted, setup, pair)
+
+
+def _names(rng: np.random.Generator, kind: str) -> tuple[str, ...]:
+    if kind == "none":
+        return ()
+    if kind == "novel":
+        return (str(rng.choice(list(NOVEL))),)
+    if kind == "one":
+        return (str(rng.choice(list(PLANTS))),)
+    able = [name for name in PLANTS if name not in UNSEEN_BESIDE]
+    while True:
+        pair = tuple(str(name) for name in rng.choice(able, 2, replace=False))
+        if frozenset(pair) not in TWINS:
+            return pair
+
+
+def _kind(planted: Sequence[Planted]) -> Kind:
+    if any(p.novel for p in planted):
+        return "novel"
+    return "none" if not planted else "one" if len(planted) == 1 else "two"
+
+
+def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
+    rng = np.random.default_rng([case.seed, 22, which])
+    tick_s = STEP_S * case.setup.clock.tick
+    time_s = tick_s * np.arange(int(case.seconds[which] / tick_s))
+    needs = {planted.needs for planted in case.planted}
+    shallow, low = rng.random() < 0.2 or "shallow" in needs, rng.random() < 0.2 or "low" in needs
+    depth_m = rng.uniform(0.4, 0.8) if shallow else rng.uniform(2.5, 5.0)
+    legs = draw_mission(rng, case.vehicle, case.seconds[which])
+    reference = sampled(legs, time_s, depth_m, rng.uniform(-np.pi, np.pi))
+    deepest = float(reference[:, 13].max())
+    floor_m = deepest + (rng.uniform(0.15, 0.4) if low else rng.uniform(2.0, 6.0))
+    site = site_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
+    site.sag, site.ripple = rng.uniform(0.005, 0.04), rng.uniform(0.0, 0.03)
+    for planted in case.planted:
+        planted.apply(site, rng)
+    name = case.name if which == 0 else f"{case.name}-check"
+    return site, simulate(name, site, case.setup, reference, rng)

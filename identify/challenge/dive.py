@@ -1,0 +1,199 @@
+"""One dive of the planted vehicle under feedback, compiled: body, thrusters, sensors and controller in lock-step."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from identify.challenge.control import Control, pulse, wrench
+from identify.challenge.hull import Hull
+from identify.challenge.propellers import Propellers, add_wrench, shafts_want, turn
+from identify.challenge.sensors import STEP_S, Clock, Faults, Readings
+from identify.challenge.world import STATES, WORK, Body, rates
+
+Array = NDArray[np.float64]
+
+LOWEST_US = 1100
+NEUTRAL = 400
+"""Place of 1500 us in a table of thrust by whole microseconds from LOWEST_US on."""
+
+LOAD_S = 0.4
+WAKE_S = 4.0
+
+
+class Ticks(NamedTuple):
+    """A row a control tick, to be filled. state (STATES,), nu_dot (6,), push (6,): the truth as the command is given;
+    nominal, shaft (k,): thrust by the vehicle file's curve and lag, and what turns the shaft; load (1,); pwm (k,);
+    tau_pid, tau_ff, tau_cmd, nu_fb (6,)."""
+
+    state: Array
+    nu_dot: Array
+    push: Array
+    nominal: Array
+    shaft: Array
+    load: Array
+    pwm: Array
+    tau_pid: Array
+    tau_ff: Array
+    tau_cmd: Array
+    nu_fb: Array
+
+
+class Scene(NamedTuple):
+    """What drives a dive beside its reference. push (steps + 1, 6): wrench of the disturbance and of what is planted in
+    time alone; water (steps + 1, 12) or (1, 12), as `rates` has it; fouled: share by which damping has grown at the end,
+    over `fouled_s`; thrust_at (801,) N at each microsecond; matrix (6, k), inverse (k, 6): the crew's allocation; lag_s:
+    the vehicle file's; crew_arm (3,): where the crew takes the DVL to be."""
+
+    push: Array
+    water: Array
+    fouled: float
+    fouled_s: float
+    thrust_at: Array
+    matrix: Array
+    inverse: Array
+    lag_s: float
+    crew_arm: Array
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def dive(
+    body: Body, hull: Hull, prop: Propellers, control: Control, clock: Clock, faults: Faults, scene: Scene,
+    reference: Array, start: Array, readings: Readings, ticks: Ticks,
+) -> None:  # fmt: skip
+    """Dive a reference (n, 14), filling `readings` and `ticks`; fourth-order Runge-Kutta at STEP_S."""
+    h = STEP_S
+    count, k = len(reference) * clock.tick, scene.matrix.shape[1]
+    state, trial = start.copy(), np.empty(STATES)
+    k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
+    work, tau = np.empty(WORK), np.zeros(6)
+    asked, plain, wanted = np.zeros((len(reference), k)), np.zeros(k), np.zeros(k)
+    first, second, middle, nothing = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)
+    before = np.zeros((2, k))
+    integral, fed, velocity, rate = np.zeros(6), np.zeros(6), np.zeros(3), np.zeros(3)
+    seen_nu = np.zeros((count, 6))
+    heading, depth, turned, phase, wake, loaded = 0.0, start[2], 0.0, 0.0, 0.0, 0.0
+    keep = np.exp(-0.5 * h / prop.lag_s) if prop.lag_s > 0 else 0.0
+    keep_second = np.exp(-0.5 * h / prop.second_s) if prop.second_s > 0 else 0.0
+    keep_plain = np.exp(-h / scene.lag_s) if scene.lag_s > 0 else 0.0
+    gain = 1.0 - np.exp(-clock.tick * h / control.memory_s) if control.memory_s > 0 else 1.0
+    full = False
+    tick, given = 0, -1
+    for step in range(count):
+        time_s = step * h
+        breath = 1.0 + faults.wander * np.sin(0.011 * time_s)
+        seen_nu[step] = state[7:13]
+        if step % clock.dvl == 0:
+            row, was = readings.dvl[step // clock.dvl], seen_nu[max(step - faults.late, 0)]
+            x = was[0] + was[4] * faults.arm[2] - was[5] * faults.arm[1]
+            y = was[1] + was[5] * faults.arm[0] - was[3] * faults.arm[2]
+            z = was[2] + was[3] * faults.arm[1] - was[4] * faults.arm[0]
+            for i in range(3):
+                row[i] += faults.seen[i, 0] * x + faults.seen[i, 1] * y + faults.seen[i, 2] * z
+                row[i] += breath * faults.bias[i]
+        if step % clock.imu == 0:
+            row = readings.gyro[step // clock.imu]
+            for i in range(3):
+                row[i] += state[10 + i]
+                if i == 2:
+                    row[i] += breath * faults.gyro
+                if i < 2 or clock.fog == 0:
+                    rate[i] = row[i]
+        if clock.fog > 0 and step % clock.fog == 0:
+            row = readings.fog[step // clock.fog]
+            if step > 0:
+                row[0] += (state[13] - turned) / (clock.fog * h) + breath * faults.gyro
+            turned = state[13]
+            rate[2] = row[0]
+        if step % clock.attitude == 0:
+            row = readings.attitude[step // clock.attitude]
+            qw, qx, qy, qz = state[3], state[4], state[5], state[6]
+            row[0] += np.arctan2(2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
+            row[1] += np.arcsin(2 * (qw * qy - qx * qz))
+            row[2] += np.arctan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
+            heading = row[2]
+        if step % clock.depth == 0:
+            row = readings.depth[step // clock.depth]
+            row[0] += state[2]
+            depth = row[0]
+        if step % clock.dvl == 0 and not np.isnan(readings.dvl[step // clock.dvl, 0]):
+            row = readings.dvl[step // clock.dvl]
+            velocity[0] = row[0] - rate[1] * scene.crew_arm[2] + rate[2] * scene.crew_arm[1]
+            velocity[1] = row[1] - rate[2] * scene.crew_arm[0] + rate[0] * scene.crew_arm[2]
+            velocity[2] = row[2] - rate[0] * scene.crew_arm[1] + rate[1] * scene.crew_arm[0]
+        if step % clock.tick == 0:
+            for i in range(6):
+                measured = velocity[i] if i < 3 else rate[i - 3]
+                ticks.nu_fb[tick, i] = measured
+                if faults.unseen == 1:
+                    measured = state[7 + i]
+                fed[i] += gain * (measured - fed[i])
+                if faults.unseen == 0:
+                    ticks.nu_fb[tick, i] = fed[i]
+            wrench(reference[tick], fed, heading, depth, full, clock.tick * h, integral, control,
+                   ticks.tau_pid[tick], ticks.tau_ff[tick])  # fmt: skip
+            thrust = scene.inverse @ (ticks.tau_pid[tick] + control.ahead * ticks.tau_ff[tick])
+            worst = max(1.0, thrust.max() / control.high_n, thrust.min() / control.low_n)
+            full = worst > 1.0
+            thrust /= worst
+            ticks.tau_cmd[tick] = scene.matrix @ thrust
+            for i in range(k):
+                place = pulse(thrust[i], scene.thrust_at, NEUTRAL)
+                ticks.pwm[tick, i] = LOWEST_US + place
+                asked[tick, i] = scene.thrust_at[place]
+            tick += 1
+        while given + 1 < tick and (given + 1) * clock.tick * h + prop.delay[given + 1] <= time_s + 1e-9:
+            given += 1
+        stuck = prop.stuck >= 0 and prop.stuck_when[min(step, len(prop.stuck_when) - 1)] > 0
+        now = asked[given] if given >= 0 else nothing
+        load = shafts_want(now, time_s, stuck, prop, before, loaded, wanted)
+        loaded += h / LOAD_S * (load - loaded)
+        water = scene.water[min(step, len(scene.water) - 1)]
+        ahead = scene.water[min(step + 1, len(scene.water) - 1)]
+        x = min(time_s / scene.fouled_s, 1.0)
+        grown = scene.fouled * (1.0 - np.exp(-2.0 * x)) / (1.0 - np.exp(-2.0))
+        for i in range(6):
+            tau[i] = scene.push[step, i]
+        add_wrench(second, state[7:13], prop, tau)
+        rates(state, tau, water, grown, body, hull, phase, wake, k1, work)
+        if step % clock.tick == 0:
+            row = ticks.state[tick - 1]
+            row[:] = state
+            ticks.nu_dot[tick - 1] = k1[7:13]
+            ticks.push[tick - 1] = scene.push[step]
+            ticks.nominal[tick - 1] = plain
+            ticks.shaft[tick - 1] = second
+            ticks.load[tick - 1, 0] = loaded
+        if step % clock.imu == 0:
+            row, nu = readings.force[step // clock.imu], state[7:13]
+            qw, qx, qy, qz = state[3], state[4], state[5], state[6]
+            fx = k1[7] + nu[4] * nu[2] - nu[5] * nu[1] - 9.80665 * 2 * (qx * qz - qw * qy)
+            fy = k1[8] + nu[5] * nu[0] - nu[3] * nu[2] - 9.80665 * 2 * (qy * qz + qw * qx)
+            fz = k1[9] + nu[3] * nu[1] - nu[4] * nu[0] - 9.80665 * (1 - 2 * (qx * qx + qy * qy))
+            for i in range(3):
+                row[i] += faults.tilt[i, 0] * fx + faults.tilt[i, 1] * fy + faults.tilt[i, 2] * fz
+        turn(wanted, first, second, keep, keep_second)
+        middle[:] = second
+        turn(wanted, first, second, keep, keep_second)
+        for i in range(k):
+            plain[i] = asked[tick - 1, i] + keep_plain * (plain[i] - asked[tick - 1, i])
+        trial[:] = state + 0.5 * h * k1
+        for i in range(6):
+            tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i])
+        add_wrench(middle, trial[7:13], prop, tau)
+        rates(trial, tau, water, grown, body, hull, phase, wake, k2, work)
+        trial[:] = state + 0.5 * h * k2
+        for i in range(6):
+            tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i])
+        add_wrench(middle, trial[7:13], prop, tau)
+        rates(trial, tau, water, grown, body, hull, phase, wake, k3, work)
+        trial[:] = state + h * k3
+        for i in range(6):
+            tau[i] = scene.push[step + 1, i]
+        add_wrench(second, trial[7:13], prop, tau)
+        rates(trial, tau, ahead, grown, body, hull, phase, wake, k4, work)
+        state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        state[3:7] /= np.sqrt(np.sum(state[3:7] ** 2))
+        phase += h * hull.shed_k * np.abs(state[7])
+        wake += h / WAKE_S * (state[7] - wake)

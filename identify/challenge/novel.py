@@ -1,0 +1,122 @@
+"""Effects that no library has: the honest answer is that something is there, and not what it is."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from identify.challenge.site import Planted, Site, sized
+from identify.challenge.vehicles import DrawnVehicle
+
+
+def vortex_shedding(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A side force whose frequency goes with speed (Strouhal number 0.2 by 0.2 to 0.4 m)."""
+    force = sized(0.6, size) * vehicle.share / vehicle.speed**2
+    wave = 2 * np.pi * 0.2 / rng.uniform(0.2, 0.4)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.hull = site.hull._replace(shed_n=force, shed_k=wave)
+
+    return Planted("vortex_shedding", {}, apply, size, novel=True)
+
+
+def sticking_thruster(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A thruster that freezes at what it gave, for seconds now and then."""
+    index = int(rng.integers(4))
+    del vehicle
+
+    def apply(site: Site, rng: np.random.Generator) -> None:
+        stuck = np.zeros(len(site.time_s))
+        at = 10.0
+        while at < site.time_s[-1]:
+            at += rng.exponential(25.0 - 15.0 * size)
+            long = rng.uniform(1.0, 2.0 + 1.5 * size)
+            stuck[(site.time_s >= at) & (site.time_s < at + long)] = 1.0
+            at += long
+        site.prop = site.prop._replace(stuck=index, stuck_when=stuck)
+
+    return Planted("sticking_thruster", {}, apply, size, novel=True)
+
+
+def swirl_drag(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A force by the rate of heading times depth."""
+    gain = sized(0.5, size) * vehicle.share
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.hull = site.hull._replace(swirl=gain)
+
+    return Planted("swirl_drag", {}, apply, size, novel=True)
+
+
+def own_wake(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """Water that was set moving pushes on for seconds after a reversal."""
+    force = sized(0.8, size) * vehicle.share / vehicle.speed
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.hull = site.hull._replace(trail_n=force)
+
+    return Planted("own_wake", {}, apply, size, novel=True)
+
+
+def backlash(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """Thrust that depends on which way its command came from."""
+    play = sized(0.3, size) * vehicle.share**0.5
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.prop = site.prop._replace(play_n=play)
+
+    return Planted("backlash", {}, apply, size, novel=True)
+
+
+def dragged_chain(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """Dry friction of what hangs down to the bottom, below an altitude."""
+    force, share = sized(0.5, size) * vehicle.share, rng.uniform(-0.1, 0.3)
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        altitude = site.hull.floor_m - site.depth_m
+        site.hull = site.hull._replace(chain_n=force, chain_m=altitude + share)
+
+    return Planted("dragged_chain", {}, apply, size, novel=True)
+
+
+def knocks(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """Blows of about a second from drawn sides, now and then, as of ice or of fish."""
+    force = sized(1.5, size) * vehicle.share
+
+    def apply(site: Site, rng: np.random.Generator) -> None:
+        at = 10.0
+        while True:
+            at += rng.exponential(20.0)
+            long = rng.uniform(0.6, 1.6)
+            part = slice(*np.searchsorted(site.time_s, [at, at + long]))
+            if part.stop >= len(site.time_s):
+                return
+            shape = np.sin(np.pi * (site.time_s[part] - at) / long)
+            way = rng.standard_normal(3)
+            site.push[part, :3] += force * shape[:, None] * way / np.linalg.norm(way)
+            site.push[part, 5] += 0.15 * force * shape * rng.standard_normal()
+
+    return Planted("knocks", {}, apply, size, novel=True)
+
+
+def ballast_pump(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
+    """A pump that runs for ten seconds now and then and shakes the vehicle up and down."""
+    force, beat_s = sized(0.8, size) * vehicle.share, rng.uniform(1.0, 1.8)
+
+    def apply(site: Site, rng: np.random.Generator) -> None:
+        since = np.mod(site.time_s + rng.uniform(0, 40.0), 45.0)
+        site.push[:, 2] += np.where(
+            since < 10.0, force * (0.6 + np.sin(2 * np.pi * site.time_s / beat_s)), 0.0
+        )
+
+    return Planted("ballast_pump", {}, apply, size, novel=True)
+
+
+Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
+
+NOVEL: dict[str, Plant] = {
+    plant.__name__: plant
+    for plant in (
+        vortex_shedding, sticking_thruster, swirl_drag, own_wake, backlash, dragged_chain, knocks, ballast_pump,
+    )
+}  # fmt: skip
+"""By names of their own, which no answer may give."""

@@ -1,0 +1,224 @@
+"""`score`: answers held beside what was truly hidden, as rates with Wilson bounds."""
+
+import math
+import statistics
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from identify.challenge.answers import Answer, Named, alike, errors
+from identify.challenge.plants import ABSORBED
+
+Z95 = 1.959964
+CLEAR = 0.5
+"""Size over the noise floor from which on an effect counts as clear."""
+
+BINS = 10
+"""Of probabilities, to compare with how often they were right."""
+
+
+@dataclass(frozen=True)
+class Rate:
+    """How often something was so."""
+
+    hits: int
+    of: int
+
+    @property
+    def share(self) -> float:
+        return self.hits / self.of if self.of else math.nan
+
+    def bounds(self) -> tuple[float, float]:
+        """The 95 % interval of a share (Wilson 1927)."""
+        if not self.of:
+            return 0.0, 1.0
+        n, p = self.of, self.share
+        middle = (p + Z95**2 / (2 * n)) / (1 + Z95**2 / n)
+        half = Z95 / (1 + Z95**2 / n) * math.sqrt(p * (1 - p) / n + Z95**2 / (4 * n * n))
+        return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+@dataclass(frozen=True)
+class Found:
+    """One effect over all cases in which it hid alone: how often it was named, and at which sizes over the floor."""
+
+    name: str
+    rate: Rate
+    smallest_found: float
+    largest_missed: float
+
+
+@dataclass(frozen=True)
+class Score:
+    """All rates by their sentence, and numbers that are no rates (None where there was nothing to take them from)."""
+
+    rates: dict[str, Rate]
+    numbers: dict[str, float | None]
+    found: tuple[Found, ...]
+    unanswered: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A truth and its answer; an answer that is not there counts as wrong."""
+
+    truth: Mapping[str, Any]
+    answer: Answer | None
+
+    @property
+    def kind(self) -> str:
+        """`absorbed` for what a refit takes up whole, else the kind of the case."""
+        names = [effect["name"] for effect in self.truth["effects"]]
+        return "absorbed" if names and all(name in ABSORBED for name in names) else str(self.truth["kind"])
+
+    @property
+    def verdict(self) -> str:
+        return "" if self.answer is None else self.answer.verdict
+
+    @property
+    def named(self) -> tuple[Named, ...]:
+        return () if self.answer is None else self.answer.named
+
+    def first(self) -> bool:
+        """Whether the cause named first is the hidden one, or in its true class."""
+        return bool(self.named) and self._is(self.truth["effects"][0], self.named[0].name, self.named[0])
+
+    def in_class(self) -> bool:
+        """Whether the cause named first, or one that the answer holds for as likely, is the hidden one."""
+        return bool(self.named) and self._holds(self.truth["effects"][0], self.named[0])
+
+    def both(self) -> bool:
+        """Whether each of two hidden causes is held by a cause of its own."""
+        one, two = self.truth["effects"]
+        return any(
+            self._holds(one, first) and self._holds(two, second)
+            for i, first in enumerate(self.named)
+            for j, second in enumerate(self.named)
+            if i != j
+        )
+
+    def right(self, named: Named) -> bool:
+        """Whether a named cause, or one of its class, is hidden."""
+        return any(self._holds(effect, named) for effect in self.truth["effects"] if not effect["novel"])
+
+    def where(self) -> bool:
+        """Whether most of the gap is put into a degree of freedom in which it truly is."""
+        return self.answer is not None and self.answer.first_dof in self.truth["dof"]
+
+    def _holds(self, effect: Mapping[str, Any], named: Named) -> bool:
+        return any(self._is(effect, name, named) for name in (named.name, *named.also))
+
+    def _is(self, effect: Mapping[str, Any], name: str, named: Named) -> bool:
+        """Names match by true class; of one thruster, the number has to match where it is told."""
+        if name not in alike(effect["name"], bool(self.truth["rpm"])):
+            return False
+        told = named.parameters.get("thruster")
+        same = effect["name"] == name and effect["number"] and told is not None
+        return not same or (told is not None and round(told[0]) == effect["number"])
+
+
+def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) -> Score:
+    """Judge answers by case name."""
+    cases = [Judged(truth, answers.get(truth["name"])) for truth in truths]
+    by = {kind: [c for c in cases if c.kind == kind] for kind in ("none", "one", "two", "novel", "absorbed")}
+    known = by["one"] + by["two"]
+    clear = [case for case in by["one"] if case.truth["size"] >= CLEAR]
+    rates = {
+        "one hidden: named first": _rate(by["one"], Judged.first),
+        "one hidden: in the class named first": _rate(by["one"], Judged.in_class),
+        f"one hidden, {CLEAR:g} or more over the floor: in the class named first": _rate(
+            clear, Judged.in_class
+        ),
+        "two hidden: both named": _rate(by["two"], Judged.both),
+        "right degree of freedom": _rate(known + by["novel"], Judged.where),
+        "false alarms where nothing hides": _rate(by["none"], lambda c: c.verdict not in ("no_gap", "")),
+        "unknown called unknown": _rate(by["novel"], lambda c: c.verdict == "unknown"),
+        "known called unknown": _rate(known, lambda c: c.verdict == "unknown"),
+        "known called no gap": _rate(known, lambda c: c.verdict == "no_gap"),
+        "taken up by a refit: no gap, or named": _rate(
+            by["absorbed"], lambda c: c.verdict == "no_gap" or c.in_class()
+        ),
+    }
+    numbers = {
+        "mean class size": _mean(1.0 + len(named.also) for case in cases for named in case.named),
+        "causes named that do not hide, a case": _mean(
+            float(sum(not case.right(named) for named in case.named)) for case in cases if case.answer
+        ),
+        **_magnitudes(by["one"] + by["absorbed"]),
+        **_shrinks(known),
+        "calibration error of probabilities": _calibration(cases),
+    }
+    unanswered = tuple(str(case.truth["name"]) for case in cases if case.answer is None)
+    return Score(rates, numbers, _found(by["one"]), unanswered)
+
+
+def _rate(cases: Sequence[Judged], so: Callable[[Judged], bool]) -> Rate:
+    return Rate(sum(map(so, cases)), len(cases))
+
+
+def _mean(values: Iterable[float]) -> float | None:
+    finite = [value for value in values if math.isfinite(value)]
+    return statistics.fmean(finite) if finite else None
+
+
+def _median(values: Iterable[float]) -> float | None:
+    finite = [value for value in values if math.isfinite(value)]
+    return statistics.median(finite) if finite else None
+
+
+def _magnitudes(cases: Sequence[Judged]) -> dict[str, float | None]:
+    off: list[float] = []
+    inside: list[float] = []
+    for case in cases:
+        effect = case.truth["effects"][0]
+        if not case.first() or case.named[0].name != effect["name"]:
+            continue
+        named = case.named[0]
+        for name, error in errors(effect["parameters"], named).items():
+            _, low, high = named.parameters[name]
+            off.append(error)
+            if math.isfinite(low) and math.isfinite(high):
+                inside.append(float(low <= effect["parameters"][name] <= high))
+    return {
+        "magnitude error, median": _median(off),
+        "magnitudes within their 95 % intervals": _mean(inside),
+    }
+
+
+def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
+    told = [case.answer for case in cases if case.answer is not None]
+    apart = _mean(abs(answer.predicted - answer.measured) for answer in told)
+    return {
+        "predicted less measured shrink, mean size": apart,
+        "measured shrink, median": _median(answer.measured for answer in told),
+    }
+
+
+def _calibration(cases: Sequence[Judged]) -> float | None:
+    """Expected calibration error over equal bins of probability."""
+    told = [(named.probability, case.right(named)) for case in cases for named in case.named]
+    told = [(p, right) for p, right in told if math.isfinite(p)]
+    total = 0.0
+    for k in range(BINS):
+        bin_ = [(p, right) for p, right in told if min(int(p * BINS), BINS - 1) == k]
+        if bin_:
+            total += abs(sum(p for p, _ in bin_) - sum(right for _, right in bin_))
+    return total / len(told) if told else None
+
+
+def _found(cases: Sequence[Judged]) -> tuple[Found, ...]:
+    names = sorted({case.truth["effects"][0]["name"] for case in cases})
+    out = []
+    for name in names:
+        own = [case for case in cases if case.truth["effects"][0]["name"] == name]
+        found = [float(case.truth["size"]) for case in own if case.in_class()]
+        missed = [float(case.truth["size"]) for case in own if not case.in_class()]
+        out.append(
+            Found(
+                name,
+                Rate(len(found), len(own)),
+                min(found, default=math.nan),
+                max(missed, default=math.nan),
+            )
+        )
+    return tuple(out)

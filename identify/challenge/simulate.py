@@ -1,0 +1,182 @@
+"""A site, a mission and sensors -> one dive: its readings as a `Dive`, and what was true."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.config import Water
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+from identify.challenge import dive as kernel
+from identify.challenge.control import Control
+from identify.challenge.disturbance import coloured
+from identify.challenge.propellers import voltage_share
+from identify.challenge.sensors import STEP_S, Clock, Noise, Readings, noise_of
+from identify.challenge.site import Site
+from identify.challenge.vehicles import LAG_S, DrawnVehicle
+from identify.challenge.world import STATES
+from identify.dive import Dive, Signal
+
+Array = NDArray[np.float64]
+
+FULL_VOLTAGE_V = 16.4
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a vehicle is dived with: its sensors and its crew's controller."""
+
+    clock: Clock
+    noise: Noise
+    control: Control
+    has_rpm: bool
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One dive and its truth: `ticks` as the kernel filled them, `disturbance` (n, 6) at the ticks."""
+
+    dive: Dive
+    ticks: kernel.Ticks
+    disturbance: Array
+    readings: Readings
+
+
+def draw_control(rng: np.random.Generator, vehicle: DrawnVehicle) -> Control:
+    """Gains and a feed-forward that a crew would have found: right for the vehicle within some 25 %."""
+    mass, damping = (v * np.exp(0.25 * rng.standard_normal(6)) for v in (vehicle.mass, vehicle.damping))
+    pace = rng.uniform(0.5, 1.0, 6)
+    kp, ki, kd = mass * pace, 0.5 * damping * pace, np.zeros(6)
+    for dof in (2, 5):
+        kd[dof] = 1.2 * mass[dof] * pace[dof]
+        kp[dof] = 0.6 * pace[dof] * (damping[dof] + kd[dof])
+        ki[dof] = 0.12 * pace[dof] * kp[dof]
+    kp[3:5], ki[3:5], kd[3:5] = 0.0, 0.0, 0.2 * damping[3:5]
+    shape = vehicle.configuration
+    reach = np.abs(allocation_matrix(shape)).sum(axis=1) * shape.thruster_limit_n
+    able = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
+    ahead = float(rng.choice([0.0, 1.0]))
+    limit_n = 0.95 * shape.thruster_limit_n
+    return Control(
+        kp, ki, kd, 0.4 * reach, mass * able, damping * able, ahead, float(rng.choice([0.0, 0.1, 0.25])), -limit_n, limit_n
+    )  # fmt: skip
+
+
+def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.random.Generator) -> Simulated:
+    """Dive the reference (n, 14). `rng` draws disturbance and noise."""
+    vehicle, clock = site.vehicle, setup.clock
+    count, k = len(reference), len(vehicle.configuration.thrusters)
+    steps = count * clock.tick
+    drawn = coloured(rng, len(site.time_s), STEP_S, vehicle.disturbance_s, vehicle.poles, vehicle.disturbance)
+    file = vehicle.file
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    matrix = allocation_matrix(vehicle.configuration)
+    dvl = file.vehicle.sensors.dvl
+    scene = kernel.Scene(
+        site.push + drawn,
+        np.zeros((1, 12)) if site.water is None else site.water,
+        site.fouled,
+        site.fouled_s,
+        curve.thrust(kernel.LOWEST_US + np.arange(2 * kernel.NEUTRAL + 1)),
+        matrix,
+        np.ascontiguousarray(np.linalg.pinv(matrix, rcond=1e-6)),
+        LAG_S,
+        np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m),
+    )
+    start = np.zeros(STATES)
+    heading = float(reference[0, 12])
+    start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
+    readings = noise_of(clock, setup.noise, steps, rng)
+    ticks = kernel.Ticks(
+        np.zeros((count, STATES)), np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, k)),
+        np.zeros((count, k)), np.zeros((count, 1)), np.zeros((count, k)), *(np.zeros((count, 6)) for _ in range(4)),
+    )  # fmt: skip
+    kernel.dive(
+        site.body(),
+        site.hull,
+        site.prop,
+        setup.control,
+        clock,
+        site.faults,
+        scene,
+        reference,
+        start,
+        readings,
+        ticks,
+    )
+    recorded = _recorded(name, site, setup, reference, readings, ticks, rng)
+    return Simulated(recorded, ticks, drawn[:: clock.tick][:count], readings)
+
+
+def _recorded(
+    name: str,
+    site: Site,
+    setup: Setup,
+    reference: Array,
+    readings: Readings,
+    ticks: kernel.Ticks,
+    rng: np.random.Generator,
+) -> Dive:
+    """The dive as a recording gives it."""
+    clock, water = setup.clock, Water()
+    time_s = STEP_S * clock.tick * np.arange(len(reference))
+    curve = site.vehicle.file.vehicle.thrust_curve
+    k = np.where(ticks.shaft >= 0, curve.forward_n_s2, curve.reverse_n_s2)
+    rpm = 60.0 * np.sign(ticks.shaft) * np.sqrt(np.abs(ticks.shaft) / k)
+    rpm = np.round(rpm * (1 + 0.004 * rng.standard_normal(rpm.shape)))
+    seconds = np.arange(0.0, time_s[-1], 1.0)
+    share = np.array([voltage_share(t, site.sag, site.sag_s) for t in seconds])
+    load = np.interp(seconds, time_s, ticks.load[:, 0])
+    volts = FULL_VOLTAGE_V * share * (1 - site.ripple * load) + 0.01 * rng.standard_normal(len(seconds))
+    pressure = 100.0 * water.surface_pressure_hpa + water.density_kg_m3 * water.gravity_m_s2 * readings.depth
+    fog = None
+    if clock.fog:
+        fog = _signal(readings.fog[1:], 0.5 * clock.fog, clock.fog)
+    velocity = _signal(readings.dvl, 0, clock.dvl)
+    depth = np.interp(velocity.time_s, time_s, ticks.state[:, 2])
+    altitude = np.round(
+        np.maximum(site.hull.floor_m - depth + 0.01 * rng.standard_normal(len(depth)), 0.0), 2
+    )
+    flat = np.zeros((len(seconds), 1))
+    return Dive(
+        name,
+        Path(f"{name}.tlog"),
+        hashlib.sha256(ticks.pwm.tobytes() + readings.dvl.tobytes()).hexdigest(),
+        velocity=velocity,
+        gyro=_signal(readings.gyro, 0, clock.imu),
+        fog=fog,
+        specific_force=_signal(readings.force, 0, clock.imu),
+        attitude=_signal(quaternions(readings.attitude), 0, clock.attitude),
+        pressure=_signal(pressure, 0, clock.depth),
+        altitude=Signal(velocity.time_s, altitude[:, None]),
+        pwm=Signal(time_s, ticks.pwm),
+        rpm=Signal(time_s, rpm) if setup.has_rpm else None,
+        voltage=Signal(seconds, np.round(volts, 3)[:, None]),
+        tau_pid=Signal(time_s, ticks.tau_pid),
+        tau_ff=Signal(time_s, ticks.tau_ff),
+        tau_cmd=Signal(time_s, ticks.tau_cmd),
+        nu_fb=Signal(time_s, ticks.nu_fb),
+        nu_ref=Signal(time_s, reference),
+        ff_mode=Signal(seconds, flat + (3.0 if setup.control.ahead else 1.0)),
+        veh_cfg=Signal(seconds, flat),
+        armed=Signal(seconds, flat + 1.0),
+    )
+
+
+def _signal(value: Array, first_steps: float, every_steps: int) -> Signal:
+    return Signal(STEP_S * (first_steps + every_steps * np.arange(len(value))), value)
+
+
+def quaternions(angles: Array) -> Array:
+    """Roll, pitch, yaw (n, 3) as attitudes w x y z (n, 4)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * angles).T, np.sin(0.5 * angles).T
+    return np.column_stack(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ]
+    )

@@ -1,0 +1,125 @@
+"""`seatrial challenge`: dives whose effect is hidden, and the score of those who named it."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui import exit_codes, numbers
+
+if TYPE_CHECKING:
+    from identify.challenge.score import Rate, Score
+
+EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden\n  seatrial challenge score hidden --answers answers"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    seal = actions.add_parser("seal", help="make dives with hidden effects and lock the answers")
+    seal.add_argument("--cases", type=numbers.size, default=20, metavar="N", help="how many (20)")
+    seal.add_argument(
+        "--seed", type=numbers.seed, required=True, metavar="S", help="keep it from who is judged"
+    )
+    seal.add_argument(
+        "--out", required=True, metavar="FOLDER", help="a new folder for cases, answers and hash"
+    )
+    score = actions.add_parser("score", help="open the answers and judge those that were given")
+    score.add_argument("folder", metavar="FOLDER", help="what seal made")
+    score.add_argument("--answers", required=True, metavar="FOLDER", help="with case_001.json and so on")
+    for action in (seal, score):
+        action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    return _seal(arguments) if arguments.action == "seal" else _score(arguments)
+
+
+def _seal(arguments: argparse.Namespace) -> int:
+    import secrets
+
+    from identify.challenge.seal import seal
+    from tui import show
+    from tui.outputs import check_file, check_new_folder
+
+    check_new_folder("--out", arguments.out)
+    check_file("--json", arguments.json)
+    console = show.results(arguments.json)
+    with show.progress("sealing") as tell:
+        digest = seal(Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(16), tell)
+    show.say(console, f"{arguments.cases} cases in {arguments.out}; SHA-256 of the locked answers: {digest}")
+    show.write_json({"cases": arguments.cases, "out": arguments.out, "sha256": digest}, arguments.json)
+    return exit_codes.DONE
+
+
+def _score(arguments: argparse.Namespace) -> int:
+    from bridge.errors import LogError
+    from identify.challenge.answers import read_answer
+    from identify.challenge.score import score
+    from identify.challenge.seal import unsealed
+    from tui import show
+    from tui.outputs import check_file
+
+    check_file("--json", arguments.json)
+    folder = Path(arguments.answers)
+    if not folder.is_dir():
+        raise LogError(f"{folder}: is no folder; give the one that holds case_001.json and so on")
+    truths = unsealed(Path(arguments.folder))
+    given = {truth["name"]: read_answer(folder / f"{truth['name']}.json") for truth in truths}
+    answers = {name: answer for name, answer in given.items() if answer is not None}
+    if not answers:
+        raise LogError(
+            f"{folder}: holds no answer to any case of {arguments.folder}; name them case_001.json"
+        )
+    result = score(truths, answers)
+    _show(result, arguments.json)
+    show.write_json(_plain(result), arguments.json)
+    return exit_codes.DONE if not result.unanswered else exit_codes.PARTLY
+
+
+def _show(result: "Score", json_target: str | None) -> None:
+    from tui import show
+
+    console = show.results(json_target)
+    rows = [(_percent(rate), *_bounds(rate), str(rate.of), name) for name, rate in result.rates.items()]
+    columns = ("%", "low 95", "high 95", "cases", "what")
+    show.put(console, show.table("rates", columns, rows, columns[:4]))
+    found = [
+        (
+            one.name,
+            f"{one.rate.hits}/{one.rate.of}",
+            show.number(one.smallest_found, 2),
+            show.number(one.largest_missed, 2),
+        )
+        for one in result.found
+    ]
+    columns = ("effect", "named", "smallest named", "largest missed")
+    show.put(console, show.table("by effect, sizes over the noise floor", columns, found, columns[1:]))
+    values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
+    show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
+    if result.unanswered:
+        show.say(console, f"no answer, so counted as wrong: {', '.join(result.unanswered)}")
+
+
+def _percent(rate: "Rate") -> str:
+    return f"{100 * rate.share:.1f}" if rate.of else "-"
+
+
+def _bounds(rate: "Rate") -> tuple[str, str]:
+    low, high = rate.bounds()
+    return f"{100 * low:.1f}", f"{100 * high:.1f}"
+
+
+def _plain(result: "Score") -> dict[str, Any]:
+    return {
+        "rates": {
+            name: {"hits": rate.hits, "of": rate.of, "share": rate.share, "low95": rate.bounds()[0],
+                   "high95": rate.bounds()[1]}
+            for name, rate in result.rates.items()
+        },
+        "numbers": result.numbers,
+        "effects": {
+            one.name: {"hits": one.rate.hits, "of": one.rate.of, "smallest_found": one.smallest_found,
+                       "largest_missed": one.largest_missed}
+            for one in result.found
+        },
+        "unanswered": result.unanswered,
+    }  # fmt: skip
