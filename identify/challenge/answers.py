@@ -25,8 +25,8 @@ class Alike:
 SAME = (
     Alike(
         frozenset({"command_delay", "thruster_lag"}),
-        "a delay and a lag differ in the second order of a short time only: cosine 0.91 to 0.99, with shaft speeds too, "
-        "unless the log is faster than 50 Hz",
+        "a delay and a lag differ in the second order of a short time only: cosine 0.91 to 0.99, with shaft speeds "
+        "too, unless the log is faster than 50 Hz",
     ),
     Alike(
         frozenset({"fouling", "battery_sag"}),

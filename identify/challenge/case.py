@@ -119,8 +119,8 @@ def draw_case(
     seconds: float | None = None,
     rpm: bool | None = None,
 ) -> Case:
-    """The case of a seed. `names` says what is hidden (of PLANTS and NOVEL; none for an empty list), `size` (0 to 1) how
-    large, `seconds` how long both dives are, `rpm` whether shaft speeds are recorded; each drawn where not given."""
+    """The case of a seed. `names` says what is hidden (of PLANTS and NOVEL; none for an empty list), `size` (0 to 1)
+    how large, `seconds` how long both dives are, `rpm` whether shaft speeds are recorded; what is None is drawn."""
     rng = np.random.default_rng([seed, 20])
     name = name or f"case-{seed}"
     vehicle = draw_vehicle(rng, name)
@@ -165,7 +165,7 @@ def _kind(planted: Sequence[Planted]) -> Kind:
 def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
     rng = np.random.default_rng([case.seed, 22, which])
     tick_s = STEP_S * case.setup.clock.tick
-    time_s = tick_s * np.arange(int(case.seconds[which] / tick_s))
+    time_s = tick_s * np.arange(int(case.seconds[which] / tick_s), dtype=np.float64)
     needs = {planted.needs for planted in case.planted}
     shallow, low = rng.random() < 0.2 or "shallow" in needs, rng.random() < 0.2 or "low" in needs
     depth_m = rng.uniform(0.4, 0.8) if shallow else rng.uniform(2.5, 5.0)

@@ -41,10 +41,10 @@ class Ticks(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What drives a dive beside its reference. push (steps + 1, 6): wrench of the disturbance and of what is planted in
-    time alone; water (steps + 1, 12) or (1, 12), as `rates` has it; fouled: share by which damping has grown at the end,
-    over `fouled_s`; thrust_at (801,) N at each microsecond; matrix (6, k), inverse (k, 6): the crew's allocation; lag_s:
-    the vehicle file's; crew_arm (3,): where the crew takes the DVL to be."""
+    """What drives a dive beside its reference. push (steps + 1, 6): wrench of the disturbance and of what is
+    planted in time alone; water (steps + 1, 12) or (1, 12), as `rates` has it; fouled: share by which damping has grown
+    at the end, over `fouled_s`; thrust_at (801,) N at each microsecond; matrix (6, k), inverse (k, 6): the crew's
+    allocation; lag_s: the vehicle file's; crew_arm (3,): where the crew takes the DVL to be."""
 
     push: Array
     water: Array

@@ -1,4 +1,4 @@
-"""How large a hidden effect truly is: what it adds to forces and readings that no refit of the nominal model takes up."""
+"""How large a hidden effect truly is: what it adds to forces and readings that a refit does not take up."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -12,8 +12,8 @@ Array = NDArray[np.float64]
 class Hull(NamedTuple):
     """Zero everywhere is a hull that hides nothing. SI units.
 
-    drag (6,): N s^n/m^n of -drag |nu|^drag_power sign(nu). asymmetry: more surge drag astern. lift_y, lift_n: -lift |u| v
-    that stalls at large drift. y_r, n_v: damping that couples. munk: more Munk moment, as a share. grip, slack_m,
+    drag (6,): N s^n/m^n of -drag |nu|^drag_power sign(nu). asymmetry: more surge drag astern. lift_y, lift_n: -lift
+    |u| v that stalls at large drift. y_r, n_v: damping that couples. munk: more Munk moment, as a share. grip, slack_m,
     anchor_n, anchor_e: a tether's stiffness near its anchor, the distance over which it doubles. buoyancy_n, squeeze:
     less weight, falling with depth. surface, surface_m, bottom, bottom_m, floor_m: added mass near a boundary, on the
     degrees of freedom of near_share (6,). wave_number, wave_ref: how waves fade below a depth.
@@ -75,7 +75,7 @@ def hull_wrench(
 ) -> tuple[float, float, float]:
     """Add the wrench of what is planted to `out` (6,); answer the world-fixed pull (north, east, down).
 
-    `through` (6,) is the velocity through the water; `phase` of shed vortices; `wake` the speed that the wake remembers.
+    `through` (6,) is the velocity through the water; `phase` of shed vortices; `wake` the speed that it remembers.
     """
     u, v, w, r = through[0], through[1], through[2], through[5]
     for i in range(6):

@@ -61,7 +61,10 @@ def _arc(rng: np.random.Generator, vehicle: DrawnVehicle) -> list[Leg]:
     rate = vehicle.turn * rng.uniform(0.3, 0.7) * rng.choice([-1.0, 1.0])
     hold_s = _hold_s(rng)
     return [
-        Leg(5.0, speed), Leg(hold_s, speed, turn=rate, ramp_s=1.5), Leg(hold_s, speed, turn=-rate, ramp_s=2.0), Leg(5.0),
+        Leg(5.0, speed),
+        Leg(hold_s, speed, turn=rate, ramp_s=1.5),
+        Leg(hold_s, speed, turn=-rate, ramp_s=2.0),
+        Leg(5.0),
     ]  # fmt: skip
 
 

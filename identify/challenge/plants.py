@@ -1,4 +1,4 @@
-"""The effects that a diagnosis has to name, planted in other forms than the library's; all sizes span a factor of ten."""
+"""The effects that a diagnosis has to name, planted in other forms than the library's."""
 
 from collections.abc import Callable
 

@@ -17,10 +17,10 @@ class Propellers(NamedTuple):
     """k thrusters; what hides nothing is zero, and 1 for gains. SI units.
 
     way, place (k, 3): the true direction and position. each (k,): gain of each. lag_s, second_s: a cascade of two lags.
-    delay (n,): s, by control tick. dead_n: half-width of the soft dead zone. limit_n: soft limit, 0 for none. sag: share
-    of the voltage lost by the end, over `sag_s`, thrust going as its power 1.9. load: voltage lost by full load.
-    full_n: what a thruster can do. low_end: share lost at low thrust. reverse: share lost astern. inflow, inflow_2: loss
-    by sqrt(T) ua and by ua |ua|. wash: share lost where the wash meets the hull. torque: m. play_n: backlash.
+    delay (n,): s, by control tick. dead_n: half-width of the soft dead zone. limit_n: soft limit, 0 for none. sag:
+    share of the voltage lost by the end, over `sag_s`, thrust going as its power 1.9. load: voltage lost by full load.
+    full_n: what a thruster can do. low_end: share lost at low thrust. reverse: share lost astern. inflow, inflow_2:
+    loss by sqrt(T) ua and by ua |ua|. wash: share lost where the wash meets the hull. torque: m. play_n: backlash.
     stuck: the thruster that sticks, -1 for none; stuck_when (steps,) or (1,), 1 while it does.
     """
 
@@ -80,8 +80,7 @@ def shafts_want(
         if prop.limit_n > 0.0:
             thrust /= (1.0 + (np.abs(thrust) / prop.limit_n) ** 6) ** (1.0 / 6.0)
         out[i] = thrust * share
-        if prop.load != 0.0:
-            load += (np.abs(thrust) / prop.full_n) ** 1.4
+        load += (np.abs(thrust) / prop.full_n) ** 1.4
     return load / len(asked)
 
 

@@ -97,7 +97,7 @@ def noise_of(clock: Clock, noise: Noise, steps: int, rng: np.random.Generator) -
 
     def white(period: int, *spread: float) -> Array:
         count = len(range(0, steps, period)) if period else 0
-        return rng.standard_normal((count, len(spread))) * np.array(spread)
+        return np.asarray(rng.standard_normal((count, len(spread))) * np.array(spread))
 
     dvl = white(clock.dvl, *[noise.dvl] * 3)
     dvl[rng.random(len(dvl)) < noise.loss] = np.nan

@@ -58,9 +58,11 @@ def draw_control(rng: np.random.Generator, vehicle: DrawnVehicle) -> Control:
     reach = np.abs(allocation_matrix(shape)).sum(axis=1) * shape.thruster_limit_n
     able = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
     ahead = float(rng.choice([0.0, 1.0]))
+    memory_s = float(rng.choice([0.0, 0.1, 0.25]))
     limit_n = 0.95 * shape.thruster_limit_n
     return Control(
-        kp, ki, kd, 0.4 * reach, mass * able, damping * able, ahead, float(rng.choice([0.0, 0.1, 0.25])), -limit_n, limit_n
+        kp, ki, kd, 0.4 * reach, mass * able, damping * able, ahead, memory_s, -limit_n,
+        limit_n,
     )  # fmt: skip
 
 
@@ -121,24 +123,24 @@ def _recorded(
 ) -> Dive:
     """The dive as a recording gives it."""
     clock, water = setup.clock, Water()
-    time_s = STEP_S * clock.tick * np.arange(len(reference))
+    time_s = _times(0.0, clock.tick, len(reference))
     curve = site.vehicle.file.vehicle.thrust_curve
     k = np.where(ticks.shaft >= 0, curve.forward_n_s2, curve.reverse_n_s2)
     rpm = 60.0 * np.sign(ticks.shaft) * np.sqrt(np.abs(ticks.shaft) / k)
-    rpm = np.round(rpm * (1 + 0.004 * rng.standard_normal(rpm.shape)))
-    seconds = np.arange(0.0, time_s[-1], 1.0)
+    rpm = np.round(rpm * (1 + 0.004 * rng.standard_normal(rpm.shape))).astype(np.float64)
+    seconds = np.arange(0.0, time_s[-1], 1.0, dtype=np.float64)
     share = np.array([voltage_share(t, site.sag, site.sag_s) for t in seconds])
     load = np.interp(seconds, time_s, ticks.load[:, 0])
-    volts = FULL_VOLTAGE_V * share * (1 - site.ripple * load) + 0.01 * rng.standard_normal(len(seconds))
+    volts: Array = FULL_VOLTAGE_V * share * (1 - site.ripple * load) + 0.01 * rng.standard_normal(
+        len(seconds)
+    )
     pressure = 100.0 * water.surface_pressure_hpa + water.density_kg_m3 * water.gravity_m_s2 * readings.depth
     fog = None
     if clock.fog:
         fog = _signal(readings.fog[1:], 0.5 * clock.fog, clock.fog)
     velocity = _signal(readings.dvl, 0, clock.dvl)
     depth = np.interp(velocity.time_s, time_s, ticks.state[:, 2])
-    altitude = np.round(
-        np.maximum(site.hull.floor_m - depth + 0.01 * rng.standard_normal(len(depth)), 0.0), 2
-    )
+    altitude = np.maximum(site.hull.floor_m - depth + 0.01 * rng.standard_normal(len(depth)), 0.0)
     flat = np.zeros((len(seconds), 1))
     return Dive(
         name,
@@ -153,7 +155,7 @@ def _recorded(
         altitude=Signal(velocity.time_s, altitude[:, None]),
         pwm=Signal(time_s, ticks.pwm),
         rpm=Signal(time_s, rpm) if setup.has_rpm else None,
-        voltage=Signal(seconds, np.round(volts, 3)[:, None]),
+        voltage=Signal(seconds, volts[:, None]),
         tau_pid=Signal(time_s, ticks.tau_pid),
         tau_ff=Signal(time_s, ticks.tau_ff),
         tau_cmd=Signal(time_s, ticks.tau_cmd),
@@ -166,7 +168,11 @@ def _recorded(
 
 
 def _signal(value: Array, first_steps: float, every_steps: int) -> Signal:
-    return Signal(STEP_S * (first_steps + every_steps * np.arange(len(value))), value)
+    return Signal(_times(first_steps, every_steps, len(value)), value)
+
+
+def _times(first_steps: float, every_steps: int, count: int) -> Array:
+    return STEP_S * (first_steps + every_steps * np.arange(count, dtype=np.float64))
 
 
 def quaternions(angles: Array) -> Array:

@@ -62,7 +62,7 @@ def site_of(vehicle: DrawnVehicle, ticks: int, tick_steps: int, depth_m: float, 
     """A vehicle that hides nothing."""
     shape = vehicle.configuration
     rigid = np.array([shape.dry_mass_kg] * 3 + list(shape.inertia_kgm2))
-    time_s = STEP_S * np.arange(ticks * tick_steps + 1)
+    time_s = STEP_S * np.arange(ticks * tick_steps + 1, dtype=np.float64)
     k = len(shape.thrusters)
     dvl = vehicle.file.vehicle.sensors.dvl
     arm = np.zeros(3) if dvl is None else np.array(dvl.mounting.position_m)

@@ -9,7 +9,7 @@ from tui import exit_codes, numbers
 if TYPE_CHECKING:
     from identify.challenge.score import Rate, Score
 
-EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden\n  seatrial challenge score hidden --answers answers"
+EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,8 +91,8 @@ def _show(result: "Score", json_target: str | None) -> None:
         )
         for one in result.found
     ]
-    columns = ("effect", "named", "smallest named", "largest missed")
-    show.put(console, show.table("by effect, sizes over the noise floor", columns, found, columns[1:]))
+    heads = ("effect", "named", "smallest named", "largest missed")
+    show.put(console, show.table("by effect, sizes over the noise floor", heads, found, heads[1:]))
     values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
     show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:

@@ -1,0 +1,191 @@
+"""The planting simulator against answers that are known exactly."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from identify.challenge.hull import Hull, bare_hull
+from identify.challenge.propellers import Propellers, shafts_want, turn
+from identify.challenge.world import STATES, WORK, Body, add_coriolis, body, rates, solve6
+
+Array = NDArray[np.float64]
+
+
+def full_mass(rng: np.random.Generator) -> Array:
+    """A symmetric positive 6 x 6 matrix with everything off its diagonal."""
+    half = rng.standard_normal((6, 6))
+    return half @ half.T + 6 * np.eye(6)
+
+
+def floating(rigid: Array, added: Array, damping: Array, weight_n: float = 0.0, low_m: float = 0.0) -> Body:
+    return body(rigid, added, damping, np.array([0.0, 0.0, low_m]), weight_n, 0.0, 0.0)
+
+
+def moved(
+    thing: Body, start: Array, tau: Array, seconds: float, step_s: float, water: Array | None = None,
+    hull: Hull | None = None,
+) -> Array:  # fmt: skip
+    """States (n, STATES) by fourth-order Runge-Kutta under a constant wrench."""
+    water = np.zeros(12) if water is None else water
+    hull = bare_hull(1e3) if hull is None else hull
+    work = np.empty(WORK)
+    out = [start]
+    for _ in range(round(seconds / step_s)):
+        slopes, state = [], out[-1]
+        for share in (0.0, 0.5, 0.5, 1.0):
+            slope = np.empty(STATES)
+            trial = state + share * step_s * slopes[-1] if slopes else state
+            rates(trial, tau, water, 0.0, thing, hull, 0.0, 0.0, slope, work)
+            slopes.append(slope)
+        out.append(state + step_s / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3]))
+    return np.array(out)
+
+
+def level(**nu: float) -> Array:
+    state = np.zeros(STATES)
+    state[3] = 1.0
+    for name, value in nu.items():
+        state[7 + "uvwpqr".index(name)] = value
+    return state
+
+
+def test_coriolis_forces_do_no_work_for_any_mass_matrix() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        mass, nu, force = full_mass(rng), rng.standard_normal(6), np.zeros(6)
+        add_coriolis(mass, nu, force)
+        assert np.abs(force).max() > 0.1
+        assert nu @ force == pytest.approx(0.0, abs=1e-12 * float(np.abs(force).max()))
+
+
+def test_energy_is_kept_without_forces() -> None:
+    rng = np.random.default_rng(2)
+    rigid, added = full_mass(rng), 0.5 * full_mass(rng)
+    start = level(u=0.5, v=-0.3, w=0.2, p=0.4, q=-0.5, r=0.6)
+    nu = moved(floating(rigid, added, np.zeros((6, 6))), start, np.zeros(6), 20.0, 0.01)[:, 7:13]
+    energy = 0.5 * np.einsum("ni,ij,nj->n", nu, rigid + added, nu)
+    assert np.ptp(nu, axis=0).min() > 0.05
+    assert energy == pytest.approx(np.full(len(nu), energy[0]), rel=1e-8)
+
+
+def test_momentum_over_ground_is_kept_without_forces() -> None:
+    rng = np.random.default_rng(3)
+    mass = full_mass(rng)
+    states = moved(
+        floating(mass, np.zeros((6, 6)), np.zeros((6, 6))),
+        level(u=0.5, q=0.3, r=0.6),
+        np.zeros(6),
+        10.0,
+        0.01,
+    )
+    w, x, y, z = states[-1, 3:7] / np.linalg.norm(states[-1, 3:7])
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    before, after = (mass @ states[i, 7:13] for i in (0, -1))
+    assert rotation @ after[:3] == pytest.approx(before[:3], abs=1e-7)
+
+
+def test_a_constant_push_comes_to_the_push_over_the_damping() -> None:
+    thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0, 60.0, 90.0, 20.0, 20.0, 20.0]))
+    states = moved(thing, level(), np.array([20.0, 0, 0, 0, 0, 0]), 60.0, 0.05)
+    assert states[-1, 7] == pytest.approx(20.0 / 50.0, rel=1e-9)
+    after_s = 100.0 / 50.0
+    assert states[round(after_s / 0.05), 7] == pytest.approx(0.4 * (1 - math.exp(-1)), rel=1e-6)
+
+
+def test_it_rolls_with_the_period_of_a_pendulum() -> None:
+    weight_n, low_m, inertia = 700.0, 0.05, 5.0
+    thing = floating(np.diag([70.0] * 3 + [inertia] * 3), np.zeros((6, 6)), np.zeros((6, 6)), weight_n, low_m)
+    start = level()
+    start[3], start[4] = math.cos(0.005), math.sin(0.005)
+    period_s = 2 * math.pi * math.sqrt(inertia / (weight_n * low_m))
+    roll = moved(thing, start, np.zeros(6), period_s, period_s / 500)[:, 4]
+    assert roll[-1] == pytest.approx(roll[0], rel=1e-3)
+    assert roll[250] == pytest.approx(-roll[0], rel=1e-3)
+
+
+def test_a_free_body_drifts_with_the_current() -> None:
+    thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.diag([50.0] * 6))
+    water = np.zeros(12)
+    water[:3] = 0.2, -0.1, 0.0
+    start = level()
+    start[3], start[6] = math.cos(0.4), math.sin(0.4)
+    last = moved(thing, start, np.zeros(6), 60.0, 0.05, water)[-1]
+    over_ground = (last[:3] - moved(thing, start, np.zeros(6), 59.0, 0.05, water)[-1][:3]) / 1.0
+    assert over_ground == pytest.approx([0.2, -0.1, 0.0], abs=1e-6)
+
+
+def test_water_that_speeds_up_carries_a_body_of_its_own_density_along() -> None:
+    rigid, added = np.diag([70.0] * 6), np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
+    thing = body(rigid, added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
+    water, slope = np.zeros(12), np.empty(STATES)
+    water[3] = 0.3
+    rates(level(), np.zeros(6), water, 0.0, thing, bare_hull(1e3), 0.0, 0.0, slope, np.empty(WORK))
+    assert slope[7:10] == pytest.approx([0.3, 0.0, 0.0])
+
+
+def test_planted_drag_has_its_own_power() -> None:
+    thing = floating(np.eye(6), np.zeros((6, 6)), np.zeros((6, 6)))
+    hull = bare_hull(1e3)._replace(drag=np.array([7.0, 0, 0, 0, 0, 0]))
+    slope = np.empty(STATES)
+    for u in (-0.4, 0.4):
+        rates(level(u=u), np.zeros(6), np.zeros(12), 0.0, thing, hull, 0.0, 0.0, slope, np.empty(WORK))
+        assert slope[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
+
+
+def test_a_heavier_added_mass_near_the_surface_slows_the_same_push() -> None:
+    thing = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.zeros((6, 6)))
+    hull = bare_hull(1e3)._replace(surface=0.5, surface_m=0.5)
+    slope = np.empty(STATES)
+    rates(
+        level(),
+        np.array([0, 10.0, 0, 0, 0, 0]),
+        np.zeros(12),
+        0.0,
+        thing,
+        hull,
+        0.0,
+        0.0,
+        slope,
+        np.empty(WORK),
+    )
+    assert slope[8] == pytest.approx(10.0 / (100.0 + 0.5 * 30.0))
+
+
+def test_the_hand_written_solver_solves() -> None:
+    rng = np.random.default_rng(4)
+    matrix, right = full_mass(rng), rng.standard_normal(6)
+    answer = right.copy()
+    solve6(matrix.copy(), answer)
+    assert matrix @ answer == pytest.approx(right)
+
+
+def propellers(**hidden: float) -> Propellers:
+    one = Propellers(
+        np.array([[1.0, 0.0, 0.0]]), np.zeros((1, 3)), np.ones(1), np.zeros(4), np.zeros(1), 0.03, 40.0
+    )
+    return one._replace(**hidden)
+
+
+def test_the_dead_zone_is_soft_inside_and_takes_its_width_outside() -> None:
+    out = np.empty(1)
+    for asked, given in ((20.0, 19.2), (-20.0, -19.2), (0.0, 0.0)):
+        shafts_want(np.array([asked]), 0.0, False, propellers(dead_n=0.8), np.zeros((2, 1)), 0.0, out)
+        assert out[0] == pytest.approx(given, abs=1e-9)
+    shafts_want(np.array([0.4]), 0.0, False, propellers(dead_n=0.8), np.zeros((2, 1)), 0.0, out)
+    assert 0.0 < out[0] < 0.05
+
+
+def test_two_lags_in_a_row_delay_a_ramp_by_their_sum() -> None:
+    first, second, half_s = np.zeros(1), np.zeros(1), 0.0005
+    keep = math.exp(-half_s / 0.1)
+    for i in range(8000):
+        turn(np.array([i * half_s]), first, second, keep, keep)
+    assert 8000 * half_s - second[0] == pytest.approx(0.2, abs=0.002)

@@ -1,0 +1,231 @@
+"""Locked answers and the judging of those that were given."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.errors import LogError
+from identify.challenge.answers import Answer, answer_of, errors, read_answer
+from identify.challenge.score import Rate, Score, score
+from identify.challenge.seal import seal, unsealed
+from tui.cli import main
+
+
+def truth(
+    name: str, kind: str, *effects: str, rpm: bool = True, size: float = 2.0, number: int = 0
+) -> dict[str, Any]:
+    planted = [
+        {
+            "name": effect,
+            "number": number,
+            "novel": kind == "novel",
+            "drawn": 0.5,
+            "parameters": {"delay": 0.1},
+        }
+        for effect in effects
+    ]
+    return {"name": name, "kind": kind, "rpm": rpm, "effects": planted, "size": size, "dof": ["surge"]}
+
+
+def answer(
+    verdict: str, *names: str, also: tuple[str, ...] = (), dof: str = "surge", probability: float = 0.9,
+    parameters: dict[str, Any] | None = None, shrink: tuple[float, float] | None = None,
+) -> Answer:  # fmt: skip
+    effects = [
+        {"name": name, "also": list(also), "probability": probability, "parameters": parameters or {}}
+        for name in names
+    ]
+    held = None if shrink is None else {"value": shrink[0]}
+    check = None if shrink is None else {"value": shrink[1]}
+    where = [{"dof": dof, "phase": "steady", "share": 0.7}, {"dof": "yaw", "phase": "steady", "share": 0.3}]
+    return answer_of(
+        {
+            "verdict": verdict,
+            "gap": {"where": where},
+            "effects": effects,
+            "shrink": {"heldout": held, "check": check},
+        }
+    )
+
+
+def judged(*pairs: tuple[dict[str, Any], Answer | None]) -> Score:
+    answers = {one["name"]: given for one, given in pairs if given is not None}
+    return score([one for one, _ in pairs], answers)
+
+
+def hits(result: Score, beginning: str) -> tuple[int, int]:
+    (rate,) = [rate for name, rate in result.rates.items() if name.startswith(beginning)]
+    return rate.hits, rate.of
+
+
+def test_a_cause_counts_by_its_name_or_its_true_class() -> None:
+    result = judged(
+        (truth("a", "one", "tether"), answer("explained", "tether")),
+        (truth("b", "one", "tether"), answer("explained", "waves")),
+        (truth("c", "one", "thruster_lag"), answer("explained", "command_delay")),
+        (truth("d", "one", "fouling", rpm=False), answer("explained", "battery_sag")),
+        (truth("e", "one", "fouling", rpm=True), answer("explained", "battery_sag")),
+        (truth("f", "one", "waves"), answer("ambiguous", "tether", also=("waves", "dead_zone"))),
+    )
+    assert hits(result, "one hidden: named first") == (3, 6)
+    assert hits(result, "one hidden: in the class") == (4, 6)
+    assert result.numbers["mean class size"] == pytest.approx((5 * 1 + 3) / 6)
+
+
+def test_a_weak_thruster_counts_only_with_its_number() -> None:
+    right, wrong = ({"thruster": {"value": number, "unit": "1"}} for number in (3.0, 4.0))
+    result = judged(
+        (
+            truth("a", "one", "weak_thruster", number=3),
+            answer("explained", "weak_thruster", parameters=right),
+        ),
+        (
+            truth("b", "one", "weak_thruster", number=3),
+            answer("explained", "weak_thruster", parameters=wrong),
+        ),
+    )
+    assert hits(result, "one hidden: named first") == (1, 2)
+
+
+def test_both_of_two_need_a_cause_each() -> None:
+    result = judged(
+        (truth("a", "two", "waves", "tether"), answer("explained", "tether", "waves")),
+        (truth("b", "two", "waves", "tether"), answer("explained", "tether")),
+        (truth("c", "two", "waves", "tether"), answer("explained", "tether", also=("waves",))),
+        (truth("d", "two", "waves", "tether"), None),
+    )
+    assert hits(result, "two hidden") == (1, 4)
+    assert result.unanswered == ("d",)
+
+
+def test_verdicts_are_counted_where_they_belong() -> None:
+    result = judged(
+        (truth("a", "none"), answer("no_gap")),
+        (truth("b", "none"), answer("explained", "waves")),
+        (truth("c", "novel", "knocks"), answer("unknown")),
+        (truth("d", "novel", "knocks"), answer("explained", "waves", dof="sway")),
+        (truth("e", "one", "waves"), answer("unknown")),
+        (truth("f", "two", "waves", "tether"), answer("no_gap", dof="sway")),
+        (truth("g", "one", "thrust_gain"), answer("no_gap")),
+        (truth("h", "one", "thrust_gain"), answer("explained", "dvl_scale")),
+        (truth("i", "one", "thrust_gain"), answer("explained", "waves")),
+    )
+    assert hits(result, "false alarms") == (1, 2)
+    assert hits(result, "unknown called") == (1, 2)
+    assert hits(result, "known called unknown") == (1, 2)
+    assert hits(result, "known called no gap") == (1, 2)
+    assert hits(result, "taken up by a refit") == (2, 3)
+    assert hits(result, "right degree of freedom") == (2, 4)
+    assert hits(result, "one hidden: named first") == (0, 1)
+
+
+def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:
+    result = judged(
+        (truth("a", "one", "waves", size=0.4), answer("no_gap")),
+        (truth("b", "one", "waves", size=0.7), answer("explained", "waves")),
+        (truth("c", "one", "waves", size=3.0), answer("explained", "waves")),
+    )
+    (waves,) = result.found
+    assert (waves.rate, waves.smallest_found, waves.largest_missed) == (Rate(2, 3), 0.7, 0.4)
+    assert hits(result, "one hidden, 0.5 or more") == (2, 2)
+
+
+def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
+    told = {"delay": {"value": 0.12, "unit": "s", "low95": 0.09, "high95": 0.15}}
+    result = judged(
+        (
+            truth("a", "one", "dvl_delay"),
+            answer("explained", "dvl_delay", parameters=told, shrink=(0.9, 0.86), probability=0.8),
+        )
+    )
+    assert result.numbers["magnitude error, median"] == pytest.approx(0.2)
+    assert result.numbers["magnitudes within their 95 % intervals"] == 1.0
+    assert result.numbers["predicted less measured shrink, mean size"] == pytest.approx(0.04)
+    assert result.numbers["calibration error of probabilities"] == pytest.approx(0.2)
+
+
+def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_vector() -> None:
+    gain = answer("explained", "weak_thruster", parameters={"gain": {"value": 0.85, "unit": "1"}}).named[0]
+    assert errors({"gain": 0.8, "thruster": 2.0}, gain) == {"gain": pytest.approx(0.25)}
+    place = {"north": {"value": 0.0, "unit": "m/s"}, "east": {"value": 0.04, "unit": "m/s"}}
+    current = answer("explained", "steady_current", parameters=place).named[0]
+    assert errors({"north": 0.03, "east": 0.04}, current) == pytest.approx({"north": 0.6, "east": 0.0})
+
+
+def test_wilson_bounds_are_those_of_the_book() -> None:
+    low, high = Rate(8, 10).bounds()
+    assert (low, high) == pytest.approx((0.4902, 0.9433), abs=1e-4)
+    assert Rate(0, 300).bounds()[1] == pytest.approx(0.01264, abs=1e-5)
+
+
+def test_what_is_no_answer_is_refused_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "case_001.json"
+    assert read_answer(path) is None
+    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}'):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(LogError, match=r"case_001\.json: is no answer of diagnose"):
+            read_answer(path)
+
+
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = tmp_path_factory.mktemp("hidden") / "cases"
+    return folder, seal(folder, 1, 31, "a nonce", lambda *_: None)
+
+
+def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed: tuple[Path, str]) -> None:
+    folder, digest = sealed
+    assert {path.name for path in (folder / "case_001").iterdir()} == {
+        "dive.tlog",
+        "check.tlog",
+        "vehicle.yaml",
+    }
+    assert (folder / "SHA256").read_text(encoding="ascii").split()[0] == digest
+    assert unsealed(folder)[0]["name"] == "case_001"
+    assert b"310001" not in (folder / "case_001" / "dive.tlog").read_bytes()
+    assert "310001" not in (folder / "case_001" / "vehicle.yaml").read_text(encoding="utf-8")
+
+
+def test_an_existing_folder_is_never_sealed_over(sealed: tuple[Path, str]) -> None:
+    with pytest.raises(LogError, match="exists already"):
+        seal(sealed[0], 1, 31, "a nonce", lambda *_: None)
+
+
+def test_changed_answers_are_not_scored(sealed: tuple[Path, str], tmp_path: Path) -> None:
+    for name in ("SHA256", "answers.sealed"):
+        (tmp_path / name).write_bytes((sealed[0] / name).read_bytes())
+    with (tmp_path / "answers.sealed").open("ab") as file:
+        file.write(b" ")
+    with pytest.raises(LogError, match="the answers were changed after sealing"):
+        unsealed(tmp_path)
+    with pytest.raises(LogError, match="give a folder of challenge seal"):
+        unsealed(tmp_path / "nowhere")
+
+
+def test_the_command_scores_a_folder_of_answers(
+    sealed: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = [
+        "challenge",
+        "score",
+        str(sealed[0]),
+        "--answers",
+        str(tmp_path),
+        "--json",
+        str(tmp_path / "out.json"),
+    ]
+    assert main(line) == 2
+    assert "holds no answer to any case" in capsys.readouterr().err
+    given = {
+        "verdict": "no_gap",
+        "gap": {"where": []},
+        "effects": [],
+        "shrink": {"heldout": None, "check": None},
+    }
+    (tmp_path / "case_001.json").write_text(json.dumps(given), encoding="utf-8")
+    assert main(line) == 0
+    assert "false alarms where nothing hides" in capsys.readouterr().out
+    result = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert sum(rate["of"] for rate in result["rates"].values()) > 0
