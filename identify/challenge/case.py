@@ -174,7 +174,7 @@ def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
     deepest = float(reference[:, 13].max())
     floor_m = deepest + (rng.uniform(0.15, 0.4) if low else rng.uniform(2.0, 6.0))
     site = site_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
-    site.sag, site.ripple = rng.uniform(0.005, 0.04), rng.uniform(0.0, 0.03)
+    site.sag, site.ripple = rng.uniform(0.005, 0.1), rng.uniform(0.0, 0.2)
     for planted in case.planted:
         planted.apply(site, rng)
     name = case.name if which == 0 else f"{case.name}-check"
