@@ -83,6 +83,7 @@ class Case:
             "kind": self.kind,
             "vehicle": self.configuration,
             "rpm": self.setup.has_rpm,
+            "poles": self.vehicle.poles,
             "effects": [
                 {
                     "name": p.name,

@@ -131,7 +131,11 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         ),
         "two hidden: both named": _rate(by["two"], Judged.both),
         "right degree of freedom": _rate(known + by["novel"], Judged.where),
-        "false alarms where nothing hides": _rate(by["none"], lambda c: c.verdict not in ("no_gap", "")),
+        "false alarms where nothing hides": _rate(by["none"], lambda c: c.verdict != "no_gap"),
+        "false alarms where the disturbance has one pole, as the nominal model takes it": _rate(
+            [case for case in by["none"] if case.truth["poles"] == 1],
+            lambda c: c.verdict != "no_gap",
+        ),
         "unknown called unknown": _rate(by["novel"], lambda c: c.verdict == "unknown"),
         "known called unknown": _rate(known, lambda c: c.verdict == "unknown"),
         "known called no gap": _rate(known, lambda c: c.verdict == "no_gap"),

@@ -26,7 +26,15 @@ def truth(
         }
         for effect in effects
     ]
-    return {"name": name, "kind": kind, "rpm": rpm, "effects": planted, "size": size, "dof": ["surge"]}
+    return {
+        "name": name,
+        "kind": kind,
+        "rpm": rpm,
+        "poles": 1 + (name > "a"),
+        "effects": planted,
+        "size": size,
+        "dof": ["surge"],
+    }
 
 
 def answer(
@@ -112,13 +120,18 @@ def test_verdicts_are_counted_where_they_belong() -> None:
         (truth("h", "one", "thrust_gain"), answer("explained", "dvl_scale")),
         (truth("i", "one", "thrust_gain"), answer("explained", "waves")),
     )
-    assert hits(result, "false alarms") == (1, 2)
+    assert hits(result, "false alarms where nothing") == (1, 2)
+    assert hits(result, "false alarms where the disturbance") == (0, 1)
     assert hits(result, "unknown called") == (1, 2)
     assert hits(result, "known called unknown") == (1, 2)
     assert hits(result, "known called no gap") == (1, 2)
     assert hits(result, "taken up by a refit") == (2, 3)
     assert hits(result, "right degree of freedom") == (2, 4)
     assert hits(result, "one hidden: named first") == (0, 1)
+
+
+def test_an_answer_that_is_missing_is_wrong_where_nothing_hides_too() -> None:
+    assert hits(judged((truth("a", "none"), None)), "false alarms where nothing") == (1, 1)
 
 
 def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:
