@@ -76,8 +76,9 @@ DVL_LEVER_ARM = Effect(
 
 
 def _late(course: Course, values: Array) -> Act:
-    velocity = course.nu[:, :3]
-    return Act(velocity=delayed(velocity, course.step_s, float(values[0])) - velocity)
+    """By the integral of its rate: a filter's velocity jumps with every reading, which is no motion of the vehicle."""
+    way = np.cumsum(course.nu_dot[:, :3], axis=0) * course.step_s
+    return Act(velocity=delayed(way, course.step_s, float(values[0])) - way)
 
 
 DVL_DELAY = Effect(

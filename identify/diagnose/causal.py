@@ -17,10 +17,13 @@ from identify.estimators.motion import Motion
 
 Array = NDArray[np.float64]
 
+APART_S = 1e-4
+"""Times nearer than this are one: those of readings are rounded."""
+
 
 @dataclass(frozen=True)
 class Expected:
-    """nu, nu_dot (n, 6) at uniform times (n,), from readings at least one step of these older."""
+    """nu, nu_dot (n, 6) at uniform times (n,), from readings before these."""
 
     time_s: Array
     nu: Array
@@ -35,7 +38,7 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
         own, dof = theta[place], problem.axis.dof
         state = _means(problem, own)
         time_s = problem.axis.time_s
-        last = np.maximum(np.searchsorted(time_s, motion.time_s - step_s, side="right") - 1, 0)
+        last = np.maximum(np.searchsorted(time_s, motion.time_s - APART_S, side="left") - 1, 0)
         # The force of the step that a time lies in is known then: the controller has asked for it.
         force = problem._force(own).mean(axis=1)
         now = force[np.minimum(np.searchsorted(time_s, motion.time_s, side="left"), len(time_s) - 1)]
@@ -54,6 +57,35 @@ def _means(problem: AxisLikelihood, theta: Array) -> Array:
     axis = problem.axis
     means = _followed(table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial)
     return np.asarray(means, dtype=np.float64)
+
+
+def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
+    """(m,) means over intervals of what is given at uniform times (n,); none knows a value later than its end.
+
+    What happened since the last of the times is drawn out from the two before; the next interval makes up for it. 0
+    where an interval is empty.
+    """
+    total = _drawn(time_s, values, end_s) - _drawn(time_s, values, start_s)
+    span_s = end_s - start_s
+    return np.asarray(np.where(span_s > 0, total / np.where(span_s > 0, span_s, 1.0), 0.0))
+
+
+def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
+    """(m,) drawn out from the two last of uniform times (n,) that are not later."""
+    step_s = time_s[1] - time_s[0]
+    last = np.clip(((at_s - time_s[0]) / step_s + 1e-6).astype(np.intp), 1, len(time_s) - 1)
+    since = np.clip((at_s - time_s[last]) / step_s, -1.0, 1.0)
+    return np.asarray(values[last] + since * (values[last] - values[last - 1]))
+
+
+def _drawn(time_s: Array, values: Array, at_s: Array) -> Array:
+    """The integral up to each time."""
+    step_s = time_s[1] - time_s[0]
+    total = np.concatenate([[0.0], np.cumsum(0.5 * step_s * (values[1:] + values[:-1]))])
+    last = np.clip(((at_s - time_s[0]) / step_s + 1e-6).astype(np.intp), 1, len(time_s) - 1)
+    since = np.clip(at_s - time_s[last], -step_s, step_s)
+    slope = (values[last] - values[last - 1]) / step_s
+    return np.asarray(total[last] + since * values[last] + 0.5 * since**2 * slope)
 
 
 @njit(cache=True, nogil=True)

@@ -44,13 +44,22 @@ def course_of(
         _at(depth, time_s),
         _at(dive.altitude, time_s),
         _position(Motion(time_s, at.nu), euler),
-        np.nan_to_num(asked.held_at(time_s)),
+        _mean_ahead(asked, time_s),
         np.full((len(time_s), count), np.nan) if dive.rpm is None else dive.rpm.at(time_s)[:, :count],
         _at(dive.voltage, time_s),
         file.vehicle.thrust_curve.lag_s,
         mass,
         damping,
     )
+
+
+def _mean_ahead(held: Signal, time_s: Array) -> Array:
+    """The mean (n, k) of what holds until it changes, over the step that follows each time."""
+    steps = np.diff(held.time_s)[:, None] * held.value[:-1]
+    total = np.vstack([np.zeros((1, held.value.shape[1])), np.cumsum(steps, axis=0)])
+    ends = np.append(time_s, 2 * time_s[-1] - time_s[-2])
+    area = np.column_stack([np.interp(ends, held.time_s, column) for column in total.T])
+    return np.asarray(np.diff(area, axis=0) / np.diff(ends)[:, None])
 
 
 def _at(signal: Signal | None, time_s: Array) -> Array:

@@ -14,9 +14,6 @@ from identify.diagnose.whitened import Whitened, whitened
 
 Array = NDArray[np.float64]
 
-SIZES = (0.5, 1.0, 2.0, 4.0)
-"""Times its start: where an effect that is not proportional to its parameters is tried."""
-
 
 @dataclass(frozen=True)
 class Cause:
@@ -64,7 +61,7 @@ def frame_of(original: Nominal, now: Nominal, causes: Sequence[Cause], library: 
     acts: list[Act] = []
     settings = []
     for effect in library:
-        for size in SIZES if not effect.linear else (1.0,):
+        for size in effect.sizes:
             steps = _steps(effect, size)
             settings.append(Setting(effect, tuple(range(len(acts), len(acts) + len(steps))), steps))
             acts += [effect.act(course, _at(effect, step)) for step in steps]

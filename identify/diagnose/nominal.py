@@ -10,7 +10,7 @@ from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
-from identify.diagnose.causal import expected
+from identify.diagnose.causal import expected, mean_before
 from identify.diagnose.course import course_of
 from identify.diagnose.whitened import spoilt
 from identify.dive import Dive
@@ -96,11 +96,10 @@ def _climbed(
 def _without(problem: AxisLikelihood, acts: Sequence[Act], course: Course) -> AxisLikelihood:
     axis = problem.axis
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-    grid = Motion(course.time_s, course.nu)
     force, reading = axis.force.copy(), problem.reading.copy()
     for act in acts:
         if act.wrench is not None:
-            force += grid.mean_between(act.wrench[:, axis.dof], before, axis.time_s)[:, None]
+            force += mean_before(course.time_s, act.wrench[:, axis.dof], before, axis.time_s)[:, None]
         off = spoilt(problem, act, course)
         if off is not None:
             reading -= off

@@ -82,14 +82,19 @@ def select(frame: Frame) -> tuple[Chosen, ...]:
 
 def best_beside(frame: Frame, chosen: Sequence[Chosen]) -> tuple[float, Chosen | None]:
     """The held-out gain of all with the best one more, and that one."""
-    taken = {one.setting.effect.label for one in chosen}
+    taken = {_cause_of(one.setting.effect) for one in chosen}
     best: tuple[float, Chosen | None] = (-np.inf, None)
     for setting in frame.settings:
-        if setting.effect.label not in taken:
+        if _cause_of(setting.effect) not in taken:
             gain, one = weighed(frame, chosen, setting)
             if gain > best[0]:
                 best = gain, one
     return best
+
+
+def _cause_of(effect: Effect) -> tuple[str, int]:
+    """Effects with the same are one cause in several forms."""
+    return effect.name, effect.number
 
 
 def weighed(frame: Frame, chosen: Sequence[Chosen], setting: Setting) -> tuple[float, Chosen]:

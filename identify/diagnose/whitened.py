@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
+from identify.diagnose.causal import mean_before, value_before
 from identify.estimators.innovations import INCREMENT, POSITION, innovations, responses
 from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -89,16 +90,21 @@ class Whitened:
         """What each act would add to `value`, (rows, acts)."""
         return np.vstack([self._of_axis(own, acts, course) for own in self.own])
 
+    def columns_of(self, dof: int, acts: Sequence[Act], course: Course) -> Array:
+        """The same of the rows of one degree of freedom."""
+        return np.vstack(
+            [self._of_axis(own, acts, course) for own in self.own if own.problem.axis.dof == dof]
+        )
+
     def _of_axis(self, own: Own, acts: Sequence[Act], course: Course) -> Array:
         axis = own.problem.axis
         out = np.zeros((int(own.read.sum()), len(acts)))
         before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-        motion = Motion(course.time_s, course.nu)
         pushed, forces, wrong, offs = [], [], [], []
         for k, act in enumerate(acts):
             if act.wrench is not None and np.any(act.wrench[:, axis.dof]):
                 pushed.append(k)
-                forces.append(motion.mean_between(act.wrench[:, axis.dof], before, axis.time_s))
+                forces.append(mean_before(course.time_s, act.wrench[:, axis.dof], before, axis.time_s))
             off = spoilt(own.problem, act, course)
             if off is not None:
                 wrong.append(k)
@@ -118,11 +124,11 @@ def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
     angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
     out = np.zeros(len(axis.time_s))
     if rate is not None and rate.any():
-        at = np.interp(axis.time_s, course.time_s, rate)
-        summed = Motion(course.time_s, course.nu).mean_between(rate, axis.time_s - axis.scale, axis.time_s)
+        at = value_before(course.time_s, rate, axis.time_s)
+        summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
         out += np.where(axis.state_read == INCREMENT, summed * axis.scale, at) * (axis.state_read != POSITION)
     if angle is not None and angle.any():
-        out += np.interp(axis.time_s, course.time_s, angle) * (axis.state_read == POSITION)
+        out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
     return out if out.any() else None
 
 

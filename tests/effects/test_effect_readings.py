@@ -38,7 +38,7 @@ def test_a_dvl_off_the_middle_reads_the_turn(course: Made) -> None:
 def test_a_late_dvl_reads_what_the_speed_was(course: Made) -> None:
     nu = np.zeros((400, 6))
     nu[:, 0] = 0.2 * 0.05 * np.arange(400)
-    found = sensors.DVL_DELAY.act(course(nu=nu), np.array([0.15])).velocity
+    found = sensors.DVL_DELAY.act(course(nu=nu, nu_dot=[0.2, 0, 0, 0, 0, 0]), np.array([0.15])).velocity
     assert found is not None
     assert found[-1] == pytest.approx([-0.03, 0, 0])
     assert found[0] == pytest.approx([0, 0, 0])

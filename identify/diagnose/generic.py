@@ -1,0 +1,153 @@
+"""A broad set of forces of no particular cause: what is left goes with one of them, or it is noise.
+
+Not whiteness: with noise levels learnt from the same dive the innovations are white enough whatever is missing. That
+they can be foretold on pieces held out, by anything at all, is what tells of something unexplained.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act
+from identify.diagnose.evidence import sums_of
+from identify.diagnose.whitened import Whitened
+
+Array = NDArray[np.float64]
+Variable = Literal[
+    "speed", "acceleration", "yaw_rate", "heading", "depth", "altitude", "time", "voltage", "thrust", "thrust_sign",
+    "position",
+]  # fmt: skip
+Parity = Literal["odd", "even", "neither"]
+
+LEAST_GAIN = 12.0
+"""Nats on held-out pieces, the best of some two hundred forces: pure noise stays below it (see the benchmark)."""
+
+LEAST_STEP = 3.0
+MOST = 4
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A force (n,) in one degree of freedom: what it goes with, and whether it turns its sign with that."""
+
+    dof: int
+    variable: Variable
+    parity: Parity | None
+    force: Array
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left unexplained: the shapes that foretell it on held-out pieces, strongest first, with the nats (k,)
+    that each saves in its axis beside those before it, and the standard deviation (k,) of its force, N or N m."""
+
+    shapes: tuple[Shape, ...]
+    gains: tuple[float, ...]
+    forces: tuple[float, ...]
+
+    @property
+    def significant(self) -> bool:
+        return bool(self.gains) and self.gains[0] > LEAST_GAIN
+
+
+def left_over(rows: Whitened, course: Course) -> Left:
+    """What generic forces foretell of a dive's innovations beyond the causes that are out of them."""
+    shapes = list(_unit(course, [own.problem.axis.dof for own in rows.own]))
+    found = [one for own in rows.own for one in _of_axis(rows, own.problem.axis.dof, shapes, course)]
+    found.sort(key=lambda one: -one[1])
+    return Left(*map(tuple, zip(*found[:MOST], strict=True))) if found else Left((), (), ())
+
+
+def _of_axis(
+    rows: Whitened, dof: int, forces: list[tuple[Variable, Parity | None, Array]], course: Course
+) -> list[tuple[Shape, float, float]]:
+    """The shapes that foretell one axis, one after another, with the nats and the force of each."""
+    mine = rows.dof == dof
+    shapes = [Shape(dof, variable, parity, force) for variable, parity, force in forces]
+    acts = [_act(shape, course) for shape in shapes]
+    columns = rows.columns_of(dof, acts, course)
+    sums = sums_of(rows.value[mine], rows.nominal[mine], rows.nominal_precision, columns, rows.piece[mine])
+    kept: list[int] = []
+    gains: list[float] = []
+    while len(kept) < MOST:
+        tried = [
+            (sums.evidence([*kept, k]).gain, k)
+            for k in range(len(shapes))
+            if k not in kept and sums.telling[k]
+        ]
+        gain, best = max(tried, default=(-np.inf, -1))
+        if gain - sum(gains) < LEAST_STEP:
+            break
+        kept.append(best)
+        gains.append(gain - sum(gains))
+    sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
+    return [(shapes[k], gain, float(size)) for k, gain, size in zip(kept, gains, sizes, strict=True)]
+
+
+def _act(shape: Shape, course: Course) -> Act:
+    wrench = np.zeros((len(course.time_s), 6))
+    wrench[:, shape.dof] = shape.force
+    return Act(wrench=wrench)
+
+
+def _unit(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:
+    """All forces of unit spread, without those that stand still."""
+    for variable, parity, force in _forces(course, dofs):
+        spread = float(np.std(force)) if np.isfinite(force).all() else 0.0
+        if spread > 0:
+            yield variable, parity, force / spread
+
+
+def _forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:
+    nu, since = course.nu, course.since_s / max(float(course.since_s[-1]), 1e-9)
+    for dof in dofs:
+        speed = nu[:, dof]
+        name: Variable = "yaw_rate" if dof == 5 else "speed"
+        yield name, "odd", speed * np.abs(speed)
+        yield name, "odd", speed**3
+        yield name, "even", speed**2
+        yield name, "even", np.abs(speed)
+        yield name, "odd", np.sign(speed) * np.sqrt(np.abs(speed))
+        yield "acceleration", "odd", course.nu_dot[:, dof]
+    for i, one in enumerate(dofs):
+        for other in dofs[i + 1 :]:
+            yield "speed", "even", nu[:, one] * nu[:, other]
+            yield "speed", "odd", np.abs(nu[:, one]) * nu[:, other]
+            yield "speed", "odd", nu[:, one] * np.abs(nu[:, other])
+    wrench = course.wrench_of(course.thrust_n)
+    for dof in dofs:
+        if np.std(wrench[:, dof]) > 0:
+            yield "thrust", "odd", wrench[:, dof]
+            yield "thrust", "even", np.abs(wrench[:, dof])
+            yield "thrust", "odd", wrench[:, dof] * np.abs(wrench[:, dof])
+            yield "thrust_sign", "odd", np.tanh(wrench[:, dof] / (0.1 * np.std(wrench[:, dof])))
+            yield "thrust", "odd", wrench[:, dof] * np.abs(nu[:, dof])
+    heading = course.euler[:, 2]
+    for k in (1, 2):
+        yield "heading", None, np.sin(k * heading)
+        yield "heading", None, np.cos(k * heading)
+    for k in (1, 2, 3):
+        yield "time", None, since**k
+    for dof in dofs:
+        yield "time", None, since * nu[:, dof]
+        yield "time", None, since * wrench[:, dof]
+    heights: tuple[tuple[Variable, Array], ...] = (("depth", course.depth_m), ("altitude", course.altitude_m))
+    for name, values in heights:
+        if np.isfinite(values).all():
+            yield name, None, values
+            yield name, None, values**2
+            yield name, None, values * nu[:, 0]
+    if np.isfinite(course.voltage_v).all():
+        yield "voltage", None, course.voltage_v
+        for dof in dofs:
+            yield "voltage", None, course.voltage_v * wrench[:, dof]
+    north, east = course.position_m.T
+    to_north, to_east, _ = course.world
+    for axis in range(2):
+        yield "position", None, north * to_north[:, axis]
+        yield "position", None, east * to_east[:, axis]
+        yield "position", None, np.hypot(north, east) * np.sign(nu[:, axis])
