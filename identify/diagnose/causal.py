@@ -38,10 +38,11 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
         own, dof = theta[place], problem.axis.dof
         state = _means(problem, own)
         time_s = problem.axis.time_s
-        last = np.maximum(np.searchsorted(time_s, motion.time_s - APART_S, side="left") - 1, 0)
+        just_before = motion.time_s - APART_S
+        last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
         # The force of the step that a time lies in is known then: the controller has asked for it.
         force = problem._force(own).mean(axis=1)
-        now = force[np.minimum(np.searchsorted(time_s, motion.time_s, side="left"), len(time_s) - 1)]
+        now = force[np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)]
         mass, damping = np.exp(own[MASS]), np.exp(own[DAMPING])
         speed, place_, disturbance = state[last].T
         rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass

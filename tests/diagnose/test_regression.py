@@ -7,10 +7,11 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.effect import Act
-from identify.diagnose.causal import expected
+from identify.diagnose.causal import expected, mean_before, value_before
 from identify.diagnose.evidence import sums_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.whitened import whitened
+from identify.estimators.motion import Motion
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +72,40 @@ def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
     early = before.time_s <= middle
     np.testing.assert_array_equal(after.nu[early], before.nu[early])
     assert np.abs(after.nu[~early] - before.nu[~early]).max() > 0.01
+
+
+def test_nor_does_it_know_a_thrust_that_a_controller_gives_in_answer_to_a_reading_of_that_time(nominal):
+    """Readings and the grid share times here: the commands that follow a reading carry its noise."""
+    own = nominal.joint.problems[0]
+    read = own.axis.time_s[np.isfinite(own.reading)]
+    at = float(read[len(read) // 2])
+    problems = tuple(
+        replace(
+            one,
+            axis=replace(one.axis, force=one.axis.force + np.where(one.axis.time_s > at, 5.0, 0.0)[:, None]),
+        )
+        for one in nominal.joint.problems
+    )
+    joint = replace(nominal.joint, problems=problems)
+    step_s = float(nominal.motion.time_s[1] - nominal.motion.time_s[0])
+    near = at + 1e-9 + step_s * np.arange(-40, 40)
+    motion = Motion(near, np.zeros((80, 6)))
+    before, after = (expected(one, nominal.theta, motion) for one in (nominal.joint, joint))
+    known = near < at + 1e-6
+    np.testing.assert_array_equal(after.nu_dot[known], before.nu_dot[known])
+    assert np.abs(after.nu_dot - before.nu_dot).max() > 0
+
+
+def test_a_mean_up_to_a_time_is_the_same_whatever_comes_after_and_exact_for_straight_lines():
+    time_s = np.arange(0.0, 2.0, 0.02)
+    line = 3.0 - 2.0 * time_s
+    ends = np.array([0.5, 0.777, 1.31])
+    starts = ends - 0.1
+    np.testing.assert_allclose(mean_before(time_s, line, starts, ends), 3.0 - (starts + ends))
+    np.testing.assert_allclose(value_before(time_s, line, ends), 3.0 - 2.0 * ends)
+    later = np.where(time_s > 0.777, 100.0, line)
+    assert mean_before(time_s, later, starts[1:2], ends[1:2]) == pytest.approx(3.0 - (0.677 + 0.777))
+    assert value_before(time_s, later, ends[1:2]) == pytest.approx(3.0 - 2.0 * 0.777)
 
 
 class TestEvidence:
