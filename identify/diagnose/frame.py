@@ -54,8 +54,8 @@ class Frame:
     columns: Array
 
 
-def frame_of(original: Nominal, now: Nominal, causes: Sequence[Cause], library: Sequence[Effect]) -> Frame:
-    """The frame in which the filters of `now`, fitted without what the causes add, see all that `original` holds."""
+def frame_of(now: Nominal, library: Sequence[Effect]) -> Frame:
+    """The frame in which the filters of `now` see all that the dive holds, what was taken out of it put back."""
     course = now.course
     rows = whitened(now.joint, now.theta, now.motion, now.doubted)
     acts: list[Act] = []
@@ -66,7 +66,7 @@ def frame_of(original: Nominal, now: Nominal, causes: Sequence[Cause], library: 
             settings.append(Setting(effect, tuple(range(len(acts), len(acts) + len(steps))), steps))
             acts += [effect.act(course, _at(effect, step)) for step in steps]
     columns = rows.columns(acts, course)
-    back = rows.columns([cause.act(original.course) for cause in causes], course).sum(axis=1)
+    back = rows.columns(now.acts, course).sum(axis=1)
     rows = replace(rows, value=rows.value + back)
     sums = sums_of(rows.value, rows.nominal, rows.nominal_precision, columns, rows.piece)
     return Frame(sums, tuple(settings), rows, columns)

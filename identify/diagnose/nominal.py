@@ -44,6 +44,7 @@ class Nominal:
     motion: Motion
     course: Course
     doubted: tuple[int, ...]
+    acts: tuple[Act, ...] = ()
 
 
 def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
@@ -79,7 +80,7 @@ def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
     motion = _smoothed(joint, theta, nominal.motion)
     at = expected(joint, theta, motion)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
-    return replace(nominal, joint=joint, theta=theta, motion=motion, course=course)
+    return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
 
 
 def _climbed(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.course import Course
 from bridge.effects.effect import Act, Effect
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.frame import Cause, Frame, Setting, frame_of
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 LEAST_GAIN = 6.0
 """Nats on held-out pieces that one more cause must save, among some forty that are tried."""
 
-MOST_CAUSES, MOST_TURNS, MOST_STEPS = 3, 4, 3
+MOST_CAUSES, MOST_TURNS, MOST_STEPS = 3, 4, 6
 SETTLED = 0.1
 LEAST_Z = 1.5
 
@@ -48,7 +49,7 @@ def explain(
     now = nominal
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
-        frame = frame_of(nominal, now, causes, library)
+        frame = frame_of(now, library)
         chosen = select(frame)
         if _names(chosen) == tuple(cause.effect.label for cause in causes):
             break
@@ -129,40 +130,56 @@ def _cause(one: Chosen, size: Array) -> Cause:
 
 
 def polished(nominal: Nominal, causes: tuple[Cause, ...]) -> tuple[tuple[Cause, ...], Nominal]:
-    """The causes' parameters and the nominal model's fitted together (Gauss and Newton)."""
-    now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
-    for _ in range(MOST_STEPS if causes else 0):
-        rows = whitened(now.joint, now.theta, now.motion, now.doubted)
-        acts, at = [], []
-        for k, cause in enumerate(causes):
-            for p in np.flatnonzero(cause.values != cause.effect.none()).tolist():
-                acts.append(_slope(nominal, cause, p))
-                at.append((k, p))
-        columns = rows.columns(acts, now.course)
-        whole = np.column_stack([rows.nominal, columns])
-        known = np.concatenate([rows.nominal_precision, np.zeros(len(at))])
-        square = whole.T @ whole + np.diag(known)
-        step = np.linalg.solve(square + 1e-9 * np.diag(np.diag(square)), whole.T @ rows.value)
-        std = np.sqrt(np.diag(np.linalg.pinv(square)))[-len(at) :]
+    """The causes' parameters and the nominal model's fitted together (Gauss and Newton); those that end where they are
+    absent are gone."""
+    now = _without(nominal, causes, nominal.course)
+    for _ in range(MOST_STEPS):
+        at = [(k, p) for k, cause in enumerate(causes) for p in np.flatnonzero(_present(cause)).tolist()]
+        if not at:
+            break
+        step, std = _step(now, [_slope(now.course, causes[k], p) for k, p in at])
         values = [cause.values.copy() for cause in causes]
-        for (k, p), move in zip(at, step[-len(at) :].tolist(), strict=True):
+        for (k, p), move in zip(at, step.tolist(), strict=True):
             one = causes[k].effect.parameters[p]
             values[k][p] = float(np.clip(values[k][p] + move, one.low, one.high))
-        causes = tuple(Cause(c.effect, v) for c, v in zip(causes, values, strict=True))
-        now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
-        if np.all(np.abs(step[-len(at) :]) < SETTLED * std):
+        moved = (Cause(cause.effect, value) for cause, value in zip(causes, values, strict=True))
+        causes = tuple(cause for cause in moved if _present(cause).any())
+        now = _without(nominal, causes, now.course)
+        if np.all(np.abs(step) < SETTLED * std):
             break
     return causes, now
 
 
-def _slope(nominal: Nominal, cause: Cause, p: int) -> Act:
+def _without(nominal: Nominal, causes: Sequence[Cause], course: Course) -> Nominal:
+    """The dive less what the causes add along the best course so far: a worse model expects other velocities."""
+    return refitted(nominal, [cause.act(course) for cause in causes])
+
+
+def _present(cause: Cause) -> NDArray[np.bool_]:
+    """Which of its parameters are not where it is absent, (p,)."""
+    return np.asarray(cause.values != cause.effect.none())
+
+
+def _step(now: Nominal, slopes: Sequence[Act]) -> tuple[Array, Array]:
+    """What to change parameters with these slopes by, beside the nominal ones, and their standard errors (k,)."""
+    rows = whitened(now.joint, now.theta, now.motion, now.doubted)
+    whole = np.column_stack([rows.nominal, rows.columns(slopes, now.course)])
+    known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
+    square = whole.T @ whole + np.diag(known)
+    kept = slice(rows.nominal.shape[1], None)
+    step = np.linalg.solve(square + 1e-9 * np.diag(np.diag(square)), whole.T @ rows.value)
+    std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(square, hermitian=True)), 0.0))
+    return np.asarray(step[kept]), np.asarray(std[kept])
+
+
+def _slope(course: Course, cause: Cause, p: int) -> Act:
     """What the act changes by with one unit of its parameter p."""
     none, start = cause.effect.none()[p], cause.effect.start()[p]
     h = 0.02 * abs(start - none if np.isfinite(none) else start)
     up, down = cause.values.copy(), cause.values.copy()
     up[p] += h
     down[p] -= h
-    high, low = (cause.effect.act(nominal.course, v) for v in (up, down))
+    high, low = (cause.effect.act(course, v) for v in (up, down))
 
     def diff(name: str) -> Array | None:
         a, b = getattr(high, name), getattr(low, name)

@@ -1,0 +1,54 @@
+"""Causes that were put in by hand are found by name, with their size, and nothing else is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.effects.actuators import DEAD_ZONE
+from bridge.effects.environment import STEADY_CURRENT
+from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.diagnose.frame import Cause
+from identify.diagnose.nominal import nominal_of, refitted
+from identify.diagnose.search import explain, polished
+
+LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
+
+
+def quiet(_share, _words):
+    pass
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    mission = draw_one(100_300, seconds=120.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def test_a_dive_that_obeys_the_nominal_model_has_no_cause(nominal):
+    assert explain(nominal, LIBRARY, quiet).causes == ()
+
+
+def test_a_drag_of_which_the_model_is_told_the_opposite_is_found_with_its_size(nominal):
+    """A model that takes a drag for a push: to it the vehicle has that drag more."""
+    size = (
+        0.3
+        * nominal.course.damping[0]
+        / np.abs(nominal.course.nu[:, 0]).max()
+        * np.array([5.0, 0, 0, 0, 0, 0])
+    )
+    spoilt = replace(refitted(nominal, [QUADRATIC_DRAG.act(nominal.course, -size)]), acts=())
+    found = explain(spoilt, LIBRARY, quiet)
+    (cause,) = found.causes
+    assert cause.effect is QUADRATIC_DRAG
+    assert cause.values[0] == pytest.approx(size[0], rel=0.15)
+    assert found.now.course.mass[0] == pytest.approx(nominal.course.mass[0], rel=0.02)
+
+
+def test_a_cause_whose_size_ends_at_nothing_is_gone(nominal):
+    causes, now = polished(nominal, (Cause(QUADRATIC_DRAG, np.array([0.0, 0, 0, 0, 0, 1e-6])),))
+    assert all(cause.values[5] > 0 for cause in causes)
+    assert now.course.mass[0] == pytest.approx(nominal.course.mass[0], rel=0.01)
+    none = Cause(DEAD_ZONE, DEAD_ZONE.none())
+    assert polished(nominal, (none,))[0] in ((), (none,))
