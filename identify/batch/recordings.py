@@ -2,6 +2,7 @@
 
 import glob
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -65,7 +66,19 @@ def find_recordings(
     cut = {twin.path: twin for twin in _cut(recordings.values())}
     told = [replace(cut[t.counted], path=t.path) if t.counted in cut else t for t in (twins | cut).values()]
     whole = tuple(one for one in recordings.values() if one.path not in cut)
-    return Found(whole, tuple(told), tuple(unreadable))
+    return Found(told_apart(whole), tuple(told), tuple(unreadable))
+
+
+def told_apart(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """The recordings; those of one name with their folders before it, as many as tell them apart."""
+    out = list(recordings)
+    for depth in range(1, max((len(one.path.resolve().parts) for one in out), default=1) - 1):
+        often = Counter(one.name for one in out)
+        for k, one in enumerate(out):
+            if often[one.name] > 1:
+                folders = one.path.resolve().parts[-1 - depth : -1]
+                out[k] = replace(one, name="/".join((*folders, name_of(one.path))))
+    return tuple(out)
 
 
 def _cut(recordings: Iterable[Recording]) -> list[Twin]:

@@ -6,7 +6,8 @@ import batch_jobs
 import pytest
 
 from bridge.errors import LogError
-from identify.batch.recordings import BEGINNING, find_recordings, name_of
+from identify.batch.jobs import Recording
+from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart
 from identify.dates import date_in_name, utc
 from identify.ingest.identity import OPENING_BYTES
 
@@ -134,3 +135,9 @@ def test_jobs_differ_by_what_their_answers_depend_on(dives):
         batch_jobs.job_on(dives / "lake" / "1.BIN", "size", batch_jobs.load_vehicle("ruvifist:survey")),
     ]
     assert len({job.key, *(other.key for other in others)}) == 4
+
+
+def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_them_apart(tmp_path):
+    paths = [tmp_path / way / "dive.tlog" for way in ("a/x", "b/x", "b/y")] + [tmp_path / "other.tlog"]
+    recordings = [Recording(path.stem, path, (path,), str(k)) for k, path in enumerate(paths)]
+    assert [one.name for one in told_apart(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]
