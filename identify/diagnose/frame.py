@@ -54,8 +54,11 @@ class Frame:
     columns: Array
 
 
-def frame_of(now: Nominal, library: Sequence[Effect]) -> Frame:
-    """The frame in which the filters of `now` see all that the dive holds, what was taken out of it put back."""
+def frame_of(now: Nominal, library: Sequence[Effect], causes: Sequence[Cause] = ()) -> Frame:
+    """The frame in which the filters of `now` see all that the dive holds, what was taken out of it put back.
+
+    The causes so far are tried as they were fitted too: one whose shape changes with its size is nowhere else as it is.
+    """
     course = now.course
     rows = whitened(now.joint, now.theta, now.motion, now.doubted)
     acts: list[Act] = []
@@ -65,6 +68,11 @@ def frame_of(now: Nominal, library: Sequence[Effect]) -> Frame:
             steps = _steps(effect, size)
             settings.append(Setting(effect, tuple(range(len(acts), len(acts) + len(steps))), steps))
             acts += [effect.act(course, _at(effect, step)) for step in steps]
+    for cause in causes:
+        none = cause.effect.none()
+        step = np.where(np.isfinite(none), cause.values - none, cause.values)
+        settings.append(Setting(cause.effect, (len(acts),), step[None]))
+        acts.append(cause.act(course))
     columns = rows.columns(acts, course)
     back = rows.columns(now.acts, course).sum(axis=1)
     rows = replace(rows, value=rows.value + back)

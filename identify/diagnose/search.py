@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect
+from bridge.effects.effect import Act, Effect, Parameter
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.frame import Cause, Frame, Setting, frame_of
 from identify.diagnose.nominal import Nominal, refitted
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 LEAST_GAIN = 6.0
 """Nats on held-out pieces that one more cause must save, among some forty that are tried."""
 
-MOST_CAUSES, MOST_TURNS, MOST_STEPS = 3, 4, 6
+MOST_CAUSES, MOST_TURNS, MOST_STEPS = 3, 6, 6
 SETTLED = 0.1
 LEAST_Z = 1.5
 
@@ -49,8 +49,9 @@ def explain(
     now = nominal
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
-        frame = frame_of(now, library)
-        chosen = select(frame)
+        frame = frame_of(now, library, causes)
+        # One more at a time: what the noise is without the first is known only once that has been fitted.
+        chosen = select(frame, min(len(causes) + 1, MOST_CAUSES))
         if _names(chosen) == tuple(cause.effect.label for cause in causes):
             break
         sizes = _sizes(frame, chosen)
@@ -64,11 +65,11 @@ def _names(chosen: Sequence[Chosen]) -> tuple[str, ...]:
     return tuple(sorted(one.setting.effect.label for one in chosen))
 
 
-def select(frame: Frame) -> tuple[Chosen, ...]:
-    """Forward, one at a time, each looked at again once another has come; sorted by label."""
+def select(frame: Frame, most: int) -> tuple[Chosen, ...]:
+    """At most so many, forward, each looked at again once another has come; sorted by label."""
     chosen: tuple[Chosen, ...] = ()
     total = 0.0
-    while len(chosen) < MOST_CAUSES:
+    while len(chosen) < most:
         gain, more = best_beside(frame, chosen)
         if more is None or gain - total < LEAST_GAIN:
             break
@@ -141,13 +142,19 @@ def polished(nominal: Nominal, causes: tuple[Cause, ...]) -> tuple[tuple[Cause, 
         values = [cause.values.copy() for cause in causes]
         for (k, p), move in zip(at, step.tolist(), strict=True):
             one = causes[k].effect.parameters[p]
-            values[k][p] = float(np.clip(values[k][p] + move, one.low, one.high))
+            far = _scale(one)
+            values[k][p] = float(np.clip(values[k][p] + np.clip(move, -far, far), one.low, one.high))
         moved = (Cause(cause.effect, value) for cause, value in zip(causes, values, strict=True))
         causes = tuple(cause for cause in moved if _present(cause).any())
         now = _without(nominal, causes, now.course)
         if np.all(np.abs(step) < SETTLED * std):
             break
     return causes, now
+
+
+def _scale(one: Parameter) -> float:
+    """The way from where a parameter means nothing to where it shows; a limit's is the limit itself."""
+    return abs(one.start - one.none) if np.isfinite(one.none) else abs(one.start)
 
 
 def _without(nominal: Nominal, causes: Sequence[Cause], course: Course) -> Nominal:
@@ -167,15 +174,16 @@ def _step(now: Nominal, slopes: Sequence[Act]) -> tuple[Array, Array]:
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
     square = whole.T @ whole + np.diag(known)
     kept = slice(rows.nominal.shape[1], None)
-    step = np.linalg.solve(square + 1e-9 * np.diag(np.diag(square)), whole.T @ rows.value)
-    std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(square, hermitian=True)), 0.0))
+    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
+    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
+    step = inverse @ (whole.T @ rows.value / scale) / scale
+    std = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale
     return np.asarray(step[kept]), np.asarray(std[kept])
 
 
 def _slope(course: Course, cause: Cause, p: int) -> Act:
     """What the act changes by with one unit of its parameter p."""
-    none, start = cause.effect.none()[p], cause.effect.start()[p]
-    h = 0.02 * abs(start - none if np.isfinite(none) else start)
+    h = 0.02 * _scale(cause.effect.parameters[p])
     up, down = cause.values.copy(), cause.values.copy()
     up[p] += h
     down[p] -= h
