@@ -2,7 +2,8 @@
 
 From each second of a dive on the model is given the recorded velocity, the recorded thrust and attitude, and nothing
 more. What it is off by after so many seconds is the gap; the floor is what a stationary disturbance of the fitted
-strength and memory alone would drive it to, from a start that is as uncertain as the filters say.
+strength and memory alone would drive it to. Sensors' noise is in no floor: in
+roll and pitch, where it is larger than what disturbs, a model without a gap drifts by more than that.
 """
 
 from collections.abc import Sequence
@@ -52,7 +53,7 @@ def drifts(model: Nominal, acts: Sequence[Act], noise: Nominal) -> tuple[Drift, 
     """The drifts of a model with what the acts add to its forces; the floors are by the noise levels of `noise`."""
     course, dofs = model.course, [problem.axis.dof for problem in model.joint.problems]
     force = _force(model, acts)
-    true = _true(model.motion, acts, course)
+    true = _true(model.motion, acts)
     step_s = EACH * course.step_s
     grid = slice(None, None, EACH)
     force, true = force[grid], true[grid]
@@ -89,7 +90,7 @@ def _force(model: Nominal, acts: Sequence[Act]) -> Array:
     return force
 
 
-def _true(motion: Motion, acts: Sequence[Act], course: Course) -> Array:
+def _true(motion: Motion, acts: Sequence[Act]) -> Array:
     """The recorded velocity (n, 6), smoothed, less what the acts add to its readings."""
     nu = motion.nu.copy()
     for act in acts:
@@ -97,7 +98,7 @@ def _true(motion: Motion, acts: Sequence[Act], course: Course) -> Array:
             nu[:, :3] -= act.velocity
         if act.gyro is not None:
             nu[:, 3:] -= act.gyro
-    return nu if len(nu) == len(course.time_s) else nu[: len(course.time_s)]
+    return nu
 
 
 def _stepped(nu: Array, read: Array, force: Array, course: Course, dofs: list[int], step_s: float) -> Array:

@@ -46,12 +46,11 @@ class Setting:
 
 @dataclass(frozen=True)
 class Frame:
-    """A dive's regression with the causes put back into what is to be explained, and all candidates' columns."""
+    """A dive's regression with the causes put back into what is to be explained, and the sums of all candidates."""
 
     sums: Sums
     settings: tuple[Setting, ...]
     rows: Whitened
-    columns: Array
 
 
 def frame_of(now: Nominal, library: Sequence[Effect], causes: Sequence[Cause] = ()) -> Frame:
@@ -60,7 +59,7 @@ def frame_of(now: Nominal, library: Sequence[Effect], causes: Sequence[Cause] = 
     The causes so far are tried as they were fitted too: one whose shape changes with its size is nowhere else as it is.
     """
     course = now.course
-    rows = whitened(now.joint, now.theta, now.motion, now.doubted)
+    rows = whitened(now.joint, now.theta, now.doubted)
     acts: list[Act] = []
     settings = []
     for effect in library:
@@ -77,7 +76,7 @@ def frame_of(now: Nominal, library: Sequence[Effect], causes: Sequence[Cause] = 
     back = rows.columns(now.acts, course).sum(axis=1)
     rows = replace(rows, value=rows.value + back)
     sums = sums_of(rows.value, rows.nominal, rows.nominal_precision, columns, rows.piece)
-    return Frame(sums, tuple(settings), rows, columns)
+    return Frame(sums, tuple(settings), rows)
 
 
 def _steps(effect: Effect, size: float) -> Array:

@@ -23,10 +23,10 @@ Variable = Literal[
 ]  # fmt: skip
 Parity = Literal["odd", "even", "neither"]
 
-LEAST_GAIN = 12.0
-"""Nats on held-out pieces, the best of some two hundred forces: pure noise stays below it (see the benchmark)."""
-
 LEAST_STEP = 3.0
+"""Nats on held-out pieces below which a further force of an axis is not looked at. It is no threshold of
+significance: the best of so many forces saves more than that on a dive that hides nothing."""
+
 MOST = 4
 
 
@@ -48,10 +48,6 @@ class Left:
     shapes: tuple[Shape, ...]
     gains: tuple[float, ...]
     forces: tuple[float, ...]
-
-    @property
-    def significant(self) -> bool:
-        return bool(self.gains) and self.gains[0] > LEAST_GAIN
 
 
 def left_over(rows: Whitened, course: Course) -> Left:

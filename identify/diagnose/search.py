@@ -169,7 +169,7 @@ def _present(cause: Cause) -> NDArray[np.bool_]:
 
 def _step(now: Nominal, slopes: Sequence[Act]) -> tuple[Array, Array]:
     """What to change parameters with these slopes by, beside the nominal ones, and their standard errors (k,)."""
-    rows = whitened(now.joint, now.theta, now.motion, now.doubted)
+    rows = whitened(now.joint, now.theta, now.doubted)
     whole = np.column_stack([rows.nominal, rows.columns(slopes, now.course)])
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
     square = whole.T @ whole + np.diag(known)

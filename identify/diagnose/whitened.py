@@ -17,9 +17,8 @@ from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.causal import mean_before, value_before
 from identify.estimators.innovations import INCREMENT, POSITION, innovations, responses
-from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, AxisLikelihood
+from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.motion import Motion
 
 Array = NDArray[np.float64]
 
@@ -74,7 +73,7 @@ class Whitened:
 
     value (rows,): innovations over their standard deviations. nominal (rows, m): what a rise of each of the nominal
     model's parameters would add to them; nominal_precision (m,): what is known of these beforehand. piece (rows,): in
-    which of the dive's `pieces` a row lies; dof (rows,).
+    which piece of the dive a row lies; dof (rows,).
     """
 
     own: tuple[Own, ...]
@@ -82,9 +81,7 @@ class Whitened:
     nominal: Array
     nominal_precision: Array
     piece: NDArray[np.intp]
-    pieces: int
     dof: NDArray[np.intp]
-    motion: Motion
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
         """What each act would add to `value`, (rows, acts)."""
@@ -132,7 +129,7 @@ def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
     return out if out.any() else None
 
 
-def whitened(joint: JointLikelihood, theta: Array, motion: Motion, doubted: Sequence[int]) -> Whitened:
+def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Whitened:
     """The regression at the maximum `theta` of a joint fit.
 
     In a `doubted` degree of freedom the controller used a reading that was not recorded: its thrust then follows the
@@ -162,42 +159,34 @@ def whitened(joint: JointLikelihood, theta: Array, motion: Motion, doubted: Sequ
         columns.append(rows / own.std[:, None])
         pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
         dofs.append(np.full(count, axis.dof, dtype=np.intp))
-    kept = np.array(
-        sorted({*masses, *(p.start + at for p in joint.places for at in range(FORCES)), *_shapes(joint)})
-    )
-    kept = np.array([at for at in kept if not _is_level(joint, at)])
-    piece = np.concatenate(pieces)
-    follows = [own.by_force(_before(own.problem)) for own in owns if own.problem.axis.dof in doubted]
+    kept = np.array(sorted({*masses, *_of_the_mean(joint)}))
     dof = np.concatenate(dofs)
-    unseen = np.zeros((len(dof), len(FOLLOWED_S) * len(follows)))
-    places = [own.problem.axis.dof for own in owns if own.problem.axis.dof in doubted]
-    for k, (at, some) in enumerate(zip(places, follows, strict=True)):
-        unseen[dof == at, k * len(FOLLOWED_S) : (k + 1) * len(FOLLOWED_S)] = some
+    unseen = [_unseen(own, dof) for own in owns if own.problem.axis.dof in doubted]
+    nominal = np.hstack([np.vstack(columns)[:, kept], *unseen])
     return Whitened(
         tuple(owns),
         np.concatenate(values),
-        np.hstack([np.vstack(columns)[:, kept], unseen]),
-        np.concatenate([joint.prior_precision[kept], np.zeros(unseen.shape[1])]),
-        piece,
-        int(piece.max()) + 1,
+        nominal,
+        np.concatenate([joint.prior_precision[kept], np.zeros(nominal.shape[1] - len(kept))]),
+        np.concatenate(pieces),
         dof,
-        motion,
     )
 
 
-def _before(problem: AxisLikelihood) -> Array:
-    """The thrust of an axis (n, k), each k so much later."""
-    force = problem.axis.force.mean(axis=1)
-    late = [np.interp(problem.axis.time_s - late_s, problem.axis.time_s, force) for late_s in FOLLOWED_S]
-    return np.column_stack(late)
+def _of_the_mean(joint: JointLikelihood) -> list[int]:
+    """The places in theta of what moves the innovations' mean: masses, dampings, trims, masses of one axis alone."""
+    return [
+        place.start + at
+        for one, place in zip(joint.problems, joint.places, strict=True)
+        for at in (MASS, DAMPING, *range(FORCES, one.noise_place))
+    ]
 
 
-def _shapes(joint: JointLikelihood) -> list[int]:
-    """The places in theta of trims and of the masses that weigh in an axis alone."""
-    pairs = zip(joint.problems, joint.places, strict=True)
-    return [place.start + at for p, place in pairs for at in range(FORCES, p.noise_place)]
-
-
-def _is_level(joint: JointLikelihood, at: int) -> bool:
-    """Whether a place in theta is a disturbance's level or time constant, which move no innovation's mean."""
-    return any(at - place.start in (2, 3) for place in joint.places if place.start <= at < place.stop)
+def _unseen(own: Own, dof: NDArray[np.intp]) -> Array:
+    """The columns (rows, k) of an axis's thrust, each k so much later."""
+    axis = own.problem.axis
+    force = axis.force.mean(axis=1)
+    late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in FOLLOWED_S]
+    out = np.zeros((len(dof), len(FOLLOWED_S)))
+    out[dof == axis.dof] = own.by_force(np.column_stack(late))
+    return out

@@ -22,7 +22,7 @@ def nominal():
 
 @pytest.fixture(scope="module")
 def rows(nominal):
-    return whitened(nominal.joint, nominal.theta, nominal.motion, ())
+    return whitened(nominal.joint, nominal.theta, ())
 
 
 def innovations(problem, theta):
