@@ -15,9 +15,10 @@ from identify.diagnose.course import course_of
 from identify.diagnose.whitened import spoilt
 from identify.dive import Dive
 from identify.estimators.axes import Axes, build_axes
-from identify.estimators.likelihood_axis import DAMPING, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
-from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
+from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
+from identify.estimators.pinn.start import filters_of
 from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
 
@@ -59,11 +60,8 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
             "velocity and thruster commands"
         )
     shape = file.vehicle.configurations[configuration]
-    masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
-    unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
-    joint = JointLikelihood(tuple(likelihood_of(axis, shape, masses, unmeasured) for axis in built.axes))
-    start = np.concatenate([climb(one, one.prior_mean, ROUGHLY, alone).theta for one in joint.problems])
-    joint, theta = _climbed(joint, start, built.motion, ROUGHLY)
+    start = filters_of(built, shape)
+    joint, theta = _climbed(start.joint, start.theta, built.motion)
     doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
@@ -75,7 +73,7 @@ def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
     """The same dive less what the acts add to forces and readings, its parameters and noise levels found anew."""
     problems = tuple(_without(problem, acts, nominal.course) for problem in nominal.joint.problems)
     joint = replace(nominal.joint, problems=problems)
-    joint, theta = _climbed(joint, nominal.theta, nominal.motion, NEARLY)
+    joint, theta = _climbed(joint, nominal.theta, nominal.motion)
     mass, damping = _coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
     at = expected(joint, theta, motion)
@@ -83,15 +81,12 @@ def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
     return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
 
 
-def _climbed(
-    joint: JointLikelihood, theta: Array, motion: Motion, enough: float
-) -> tuple[JointLikelihood, Array]:
+def _climbed(joint: JointLikelihood, theta: Array, motion: Motion) -> tuple[JointLikelihood, Array]:
     """Climbed with the Coriolis forces of ever better velocities."""
-    theta = climb(joint, theta, enough, JointLikelihood.score).theta
     for _ in range(PASSES):
-        joint = joint.with_better_forces(motion, theta)
         theta = climb(joint, theta, NEARLY, JointLikelihood.score).theta
-    return joint, theta
+        joint = joint.with_better_forces(motion, theta)
+    return joint, climb(joint, theta, NEARLY, JointLikelihood.score).theta
 
 
 def _without(problem: AxisLikelihood, acts: Sequence[Act], course: Course) -> AxisLikelihood:

@@ -54,7 +54,7 @@ class Own:
     def by_reading(self, off: Array) -> Array:
         """What readings that are `off` (n, k) add to the innovations, (rows, k), whitened."""
         axis, problem = self.problem.axis, self.problem
-        variance = np.exp(2 * self.theta[problem.noise_place :])[axis.channel] * axis.scale**2
+        variance = problem._variance(self.theta)
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
         out = np.empty((int(self.read.sum()), off.shape[1]))
         for k, column in enumerate(off.T):
