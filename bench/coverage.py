@@ -17,6 +17,7 @@ from bench.words import paragraph
 from bridge.errors import FitError
 from identify.estimators.table import DEFAULT, estimator
 
+GOAL = 0.93, 0.97
 SOURCES = (*SIMULATED, *LEARNT, "bench/campaigns.py", "bench/coverage.py")
 
 
@@ -139,6 +140,7 @@ def _tables(found: Sequence[Trial]) -> list[str]:
             f"Pooled: {sum(inside)} of {len(found)} inside, {100 * share:.1f} %",
             f"({100 * low:.1f} to {100 * high:.1f} %, the coefficients of one dive taken as they hang together,",
             f"`bench/pooled.py`); spread of z {z.std():.2f}; {np.sum(abs(z) > 3)} beyond 3 standard errors,",
-            f"the largest {abs(z).max():.1f}.",
+            f"the largest {abs(z).max():.1f}. Goal of {100 * GOAL[0]:.0f} to {100 * GOAL[1]:.0f} %:",
+            f"{'met' if GOAL[0] <= share <= GOAL[1] else '**missed** by the share itself'}.",
         ),
     ]
