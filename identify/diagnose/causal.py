@@ -41,7 +41,7 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
         just_before = motion.time_s - APART_S
         last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
         # The force of the step that a time lies in is known then: the controller has asked for it.
-        force = problem._force(own).mean(axis=1)
+        force = problem.mean_force(own).mean(axis=1)
         now = force[np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)]
         mass, damping = np.exp(own[MASS]), np.exp(own[DAMPING])
         speed, place_, disturbance = state[last].T
@@ -53,8 +53,8 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
 
 def _means(problem: AxisLikelihood, theta: Array) -> Array:
     """The filter's mean of velocity, its integral and the disturbance after each event, (n, 3)."""
-    table, force = problem._transitions(theta), problem._force(theta)
-    error, _, gain = problem._run(theta, table, force, np.inf)
+    table, force = problem.transition_table(theta), problem.mean_force(theta)
+    error, _, gain = problem.run_filter(theta, table, force, np.inf)
     axis = problem.axis
     means = _followed(table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial)
     return np.asarray(means, dtype=np.float64)

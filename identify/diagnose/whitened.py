@@ -54,7 +54,7 @@ class Own:
     def by_reading(self, off: Array) -> Array:
         """What readings that are `off` (n, k) add to the innovations, (rows, k), whitened."""
         axis, problem = self.problem.axis, self.problem
-        variance = problem._variance(self.theta)
+        variance = problem.noise_variance(self.theta)
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
         out = np.empty((int(self.read.sum()), off.shape[1]))
         for k, column in enumerate(off.T):
@@ -144,8 +144,8 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
     all_dofs = [problem.axis.dof for problem in problems]
     for problem, place in zip(problems, joint.places, strict=True):
         axis, own_theta = problem.axis, theta[place]
-        table = problem._transitions(own_theta)
-        error, variance, gain = problem._run(own_theta, table, problem._force(own_theta), np.inf)
+        table = problem.transition_table(own_theta)
+        error, variance, gain = problem.run_filter(own_theta, table, problem.mean_force(own_theta), np.inf)
         read = np.isfinite(problem.reading)
         own = Own(problem, own_theta, table, gain, error[read], np.sqrt(variance[read]))
         _, _, by_theta, _ = problem.sensitivities(own_theta, all_dofs)

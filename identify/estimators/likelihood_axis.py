@@ -66,7 +66,9 @@ class AxisLikelihood:
 
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
         """Innovations and variances of all events, (n,); beyond the gate they are clipped and change nothing."""
-        error, variance, _ = self._run(theta, self._transitions(theta), self._force(theta), gate_sigma)
+        error, variance, _ = self.run_filter(
+            theta, self.transition_table(theta), self.mean_force(theta), gate_sigma
+        )
         return error, variance
 
     def sensitivities(self, theta: Array, dofs: Sequence[int]) -> tuple[Array, Array, Array, Array]:
@@ -74,13 +76,13 @@ class AxisLikelihood:
 
         Ordered as `innovations` has them.
         """
-        axis, noise, force = self.axis, self.noise_place, self._force(theta)
-        table = self._transitions(theta)
-        error, variance, gain = self._run(theta, table, force, np.inf)
+        axis, noise, force = self.axis, self.noise_place, self.mean_force(theta)
+        table = self.transition_table(theta)
+        error, variance, gain = self.run_filter(theta, table, force, np.inf)
         read = np.isfinite(self.reading)
 
         def under_that_force(moved: Array) -> tuple[Array, Array]:
-            e, s, _ = self._run(moved, self._transitions(moved), force, np.inf)
+            e, s, _ = self.run_filter(moved, self.transition_table(moved), force, np.inf)
             return e[read], s[read]
 
         columns = np.column_stack([self.shapes, axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
@@ -106,8 +108,8 @@ class AxisLikelihood:
         axis = self.axis
         return np.asarray(
             smoothed_velocity(
-                self._transitions(theta), axis.step, self._force(theta), self.reading, axis.state_read,
-                self._variance(theta), float(np.exp(theta[DISTURBANCE])), axis.initial,
+                self.transition_table(theta), axis.step, self.mean_force(theta), self.reading, axis.state_read,
+                self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), axis.initial,
             )
         )  # fmt: skip
 
@@ -122,24 +124,30 @@ class AxisLikelihood:
         """Where in theta the noise of the first channel stands."""
         return FORCES + int(self.shapes.shape[1])
 
-    def _transitions(self, theta: Array) -> Array:
+    def transition_table(self, theta: Array) -> Array:
+        """One transition for each of the axis's different steps; an event's is the row that `axis.step` names."""
         mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
         different_s = self.axis.different_s
         return np.asarray(
             transitions(different_s, mass, damping, self.axis.stiffness, disturbance, time_constant)
         )
 
-    def _force(self, theta: Array) -> Array:
+    def mean_force(self, theta: Array) -> Array:
+        """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
         by_shapes = self.shapes @ theta[FORCES : self.noise_place]
         return np.asarray(self.axis.force + (self.axis.coriolis @ self.masses + by_shapes)[:, None])
 
-    def _variance(self, theta: Array) -> Array:
+    def noise_variance(self, theta: Array) -> Array:
+        """Of the noise of every event's reading (n,), in its own unit squared."""
         return np.asarray(np.exp(2 * theta[self.noise_place :])[self.axis.channel] * self.axis.scale**2)
 
-    def _run(self, theta: Array, table: Array, force: Array, gate_sigma: float) -> tuple[Array, Array, Array]:
+    def run_filter(
+        self, theta: Array, table: Array, force: Array, gate_sigma: float
+    ) -> tuple[Array, Array, Array]:
+        """Innovations (n,), their variances (n,) and gains under a `table` and a `force` already made of `theta`."""
         axis = self.axis
         error, variance, gain = innovations(
-            table, axis.step, force, self.reading, axis.state_read, self._variance(theta),
+            table, axis.step, force, self.reading, axis.state_read, self.noise_variance(theta),
             float(np.exp(theta[DISTURBANCE])), axis.initial, gate_sigma,
         )  # fmt: skip
         return error, variance, gain
