@@ -1,0 +1,161 @@
+"""What a diagnosis says: verdict, where the gap lies, what causes it, how far it shrinks, what to dive next."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnose.drift import Drift
+from identify.diagnose.frame import Cause
+from identify.diagnose.generic import Parity, Variable
+
+Array = NDArray[np.float64]
+
+Verdict = Literal["no_gap", "explained", "ambiguous", "unknown"]
+Phase = Literal["rest", "accelerating", "decelerating", "steady", "turning", "reversing"]
+Fixed = Literal["body", "world", "neither"]
+Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]
+
+
+@dataclass(frozen=True)
+class Value:
+    """A parameter of a cause, SI; NaN ends where the dive gives no interval."""
+
+    value: float
+    unit: str
+    low95: float
+    high95: float
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Root mean square velocity error of the feed-forward alone, m/s, without and with what makes up for a cause."""
+
+    before_m_s: float
+    after_m_s: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """An accepted cause. also: names of causes that this dive can't tell from it, likeness: |cosine| of each;
+    probability: that it, or one of `also`, is present; gain_nats: what it saves on held-out pieces beside the others."""
+
+    cause: Cause
+    also: tuple[str, ...]
+    likeness: dict[str, float]
+    probability: float
+    parameters: dict[str, Value]
+    gain_nats: float
+    feedforward: Gain | None = None
+
+    @property
+    def name(self) -> str:
+        return self.cause.effect.name
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One candidate of the library, beside the accepted ones: its label and the nats it would save or saves."""
+
+    name: str
+    label: str
+    gain_nats: float
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class Share:
+    """A part of the squared gap; shares sum to 1. dof: surge to yaw."""
+
+    dof: str
+    phase: Phase
+    share: float
+
+
+@dataclass(frozen=True)
+class Slice:
+    """A part of the squared gap by another regime. by: "speed", "heading", "depth", "time", "voltage", "distance";
+    low, high: its range, SI."""
+
+    dof: str
+    by: str
+    low: float
+    high: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """What the missing force of a degree of freedom goes with; strength 0 to 1."""
+
+    dof: str
+    variable: Variable
+    parity: Parity | None
+    strength: float
+
+
+@dataclass(frozen=True)
+class Gap:
+    """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s, after: the same once the causes are
+    in. force: rms of the missing force by degree of freedom, N and N m."""
+
+    before: float
+    drifts: tuple[Drift, ...]
+    after: tuple[Drift, ...]
+    force: dict[str, float]
+    where: tuple[Share, ...]
+    slices: tuple[Slice, ...]
+    depends_on: tuple[Dependence, ...]
+
+
+@dataclass(frozen=True)
+class Character:
+    """Of what no candidate explains."""
+
+    dof: tuple[str, ...]
+    frame: Fixed
+    parity: Parity
+    timing: Timing
+    depends_on: tuple[Variable, ...]
+
+
+@dataclass(frozen=True)
+class Shrink:
+    """before, after: rms drifts in floors; value = (before - after) / (before - 1), NaN where there is nothing to
+    shrink; low95, high95: of the value, NaN where not known."""
+
+    before: float
+    after: float
+    value: float
+    low95: float
+    high95: float
+
+
+@dataclass(frozen=True)
+class Next:
+    """What to dive, or to fit, to split causes that this dive can't tell apart."""
+
+    manoeuvre: str
+    sensor: str
+    splits: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer to where, what, and how far. heldout: the prediction for a further dive; check: measured on one;
+    None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond."""
+
+    dive: str
+    vehicle: str
+    configuration: str
+    verdict: Verdict
+    gap: Gap
+    found: tuple[Found, ...]
+    tried: tuple[Tried, ...]
+    character: Character | None
+    heldout: Shrink | None
+    check: Shrink | None
+    next: Next | None
+    notes: tuple[str, ...]
+    seconds: float
