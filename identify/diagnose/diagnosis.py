@@ -39,7 +39,8 @@ class Gain:
 @dataclass(frozen=True)
 class Found:
     """An accepted cause. also: names of causes that this dive can't tell from it, likeness: |cosine| of each;
-    probability: that it, or one of `also`, is present; gain_nats: what it saves on held-out pieces beside the others."""
+    probability: that it, or one of `also`, is present; gain_nats: what it saves on held-out pieces beside the
+    others."""
 
     cause: Cause
     also: tuple[str, ...]
@@ -97,8 +98,8 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Gap:
-    """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s, after: the same once the causes are
-    in. force: rms of the missing force by degree of freedom, N and N m."""
+    """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s, after: the same once the causes
+    are in. force: rms of the missing force by degree of freedom, N and N m."""
 
     before: float
     drifts: tuple[Drift, ...]
