@@ -55,8 +55,8 @@ def count(number: int) -> str:
 
 
 def unit(text: str) -> str:
-    """A unit with its powers raised: `kg m2` reads `kg m²`."""
-    return re.sub(r"(?<=m)[23]", lambda power: {"2": "²", "3": "³"}[power[0]], text)
+    """A unit with its powers raised: `N s2/m2` reads `N s²/m²`."""
+    return re.sub(r"(?<=[a-z])[23]", lambda power: {"2": "²", "3": "³"}[power[0]], text)
 
 
 def seconds(duration_s: float) -> str:

@@ -1,0 +1,280 @@
+"""A diagnosis in sentences: what the verb prints and the page shows."""
+
+import math
+from collections.abc import Sequence
+
+from bridge.effects.effect import Effect
+from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
+from identify.report.text import fixed, significant, unit, with_interval
+
+DRIFT_S = 5.0
+"""The horizon of the drift that sentences speak of."""
+
+MOST_OF_IT = 0.75
+"""Of a degree of freedom's gap, what counts as most of it."""
+
+STANDS_OUT = 0.4
+"""The share of the gap from which one degree of freedom in one phase is named together."""
+
+NO_SHRINK = "there is too little gap to shrink"
+
+PHASES: dict[Phase, str] = {
+    "rest": "at rest",
+    "accelerating": "accelerating",
+    "decelerating": "decelerating",
+    "steady": "steady",
+    "turning": "turning",
+    "reversing": "reversing",
+}
+CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
+VARIABLES = {"yaw_rate": "yaw rate", "thrust_sign": "the sign of the thrust"}
+FRAMES = {
+    "body": "fixed to the body",
+    "world": "fixed to the world",
+    "neither": "fixed to neither body nor world",
+}
+PARITIES = {
+    "odd": "odd in speed: it turns its sign with it",
+    "even": "even in speed: it keeps its sign",
+    "neither": "neither odd nor even in speed",
+}
+UNITLESS = ("", "1")
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """The verdict, where the gap lies and how far it shrinks."""
+    gap = diagnosis.gap
+    if diagnosis.verdict == "no_gap":
+        return (
+            f"No gap: the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give 1, "
+            "and no candidate explains any of it."
+        )
+    where = where_sentence(gap)
+    if diagnosis.verdict == "unknown":
+        part = f" {_capital(_all(diagnosis.found))} explains part of it." if diagnosis.found else ""
+        told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
+        return f"Something is there that no candidate explains: {where}{told}.{part}"
+    causes = _all(diagnosis.found)
+    several = len(diagnosis.found) > 1
+    verb = "explain" if several else "explains"
+    doubt = ", and this dive can't tell which" if diagnosis.verdict == "ambiguous" else ""
+    shrink = _falls(diagnosis, "them" if several else "it")
+    return f"{_capital(causes)} {verb} the gap{doubt}: {where}{shrink}."
+
+
+def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
+    """The largest parts of the squared gap, `71 % surge, steady`, no more than `most` of them."""
+    largest = sorted(diagnosis.gap.where, key=lambda one: -one.share)[:most]
+    return tuple(
+        f"{percent(one.share)} {one.dof}, {PHASES[one.phase]}" for one in largest if one.share >= 0.005
+    )
+
+
+def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """A line a cause: name and probability, what it is, its parameters, and what it can't be told from."""
+    return tuple(_cause_line(one) for one in diagnosis.found)
+
+
+def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """How far the gap shrinks on pieces held out, and on the check dive where one was given."""
+    told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
+    return tuple(f"{where}: {_shrink(one)}." for where, one in told if one is not None)
+
+
+def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What the feed-forward alone would gain by each cause that it can make up for."""
+    return tuple(
+        f"{_capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
+        f"instead of {mm_s(one.feedforward.before_m_s)} (rms velocity error)."
+        for one in diagnosis.found
+        if one.feedforward is not None
+    )
+
+
+def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What to dive or to fit next; empty where nothing is left to split."""
+    return () if diagnosis.next is None else _next(diagnosis.next)
+
+
+def name_of(found: Found) -> str:
+    """The cause and those that it can't be told from: `thruster lag or command delay`."""
+    return " or ".join((effect_words(found.cause.effect), *map(words, found.also)))
+
+
+def effect_words(effect: Effect) -> str:
+    """Its name in words, with the thruster's number where it is about one."""
+    return f"{words(effect.name)} (thruster {effect.number})" if effect.number else words(effect.name)
+
+
+def words(name: str) -> str:
+    """The name of an effect as a reader has it: `dvl_bias` is a DVL bias."""
+    return " ".join(CAPITALS.get(part, part) for part in name.split("_"))
+
+
+def label_words(name: str, label: str) -> str:
+    """The label of a candidate as a reader has it: the name in words, then what its label says beyond the name."""
+    return f"{words(name)}{label.removeprefix(name)}"
+
+
+def value_words(name: str, value: Value) -> str:
+    """`X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)`; angles in degrees too, rates of change by the minute too."""
+    number, interval = with_interval(value.value, value.low95, value.high95)
+    known = math.isfinite(value.low95) and math.isfinite(value.high95)
+    sure = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
+    return f"{name.replace('_', ' ') if name.islower() else name} {number}{unit_after(value.unit)}{sure}{_else(value)}"
+
+
+def unit_after(text: str) -> str:
+    """A unit as it follows a number; nothing for a bare number."""
+    return "" if text in UNITLESS else f" {unit(text)}"
+
+
+def where_sentence(gap: Gap) -> str:
+    """`71 % of it is in surge, steady, mostly above 0.3 m/s`."""
+    if not gap.where:
+        return "no degree of freedom was compared"
+    first = max(gap.where, key=lambda one: one.share)
+    if first.share >= STANDS_OUT:
+        return (
+            f"{percent(first.share)} of it is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
+        )
+    by_dof = shares_by_dof(gap.where)
+    dof = max(by_dof, key=lambda name: by_dof[name])
+    mine = [one for one in gap.where if one.dof == dof]
+    phase = max(mine, key=lambda one: one.share).phase
+    return f"{percent(by_dof[dof])} of it is in {dof}, most of that {PHASES[phase]}{_above(gap, dof)}"
+
+
+def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
+    """The share of each degree of freedom, in the order in which they come."""
+    out: dict[str, float] = {}
+    for one in where:
+        out[one.dof] = out.get(one.dof, 0.0) + one.share
+    return out
+
+
+def percent(share: float) -> str:
+    return f"{fixed(100 * share, 0)} %"
+
+
+def mm_s(value_m_s: float) -> str:
+    return f"{significant(1000 * value_m_s, 2)} mm/s"
+
+
+def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What is known of that which no candidate explains."""
+    one = diagnosis.character
+    if one is None:
+        return ()
+    goes = f"It goes with {_listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
+    lines = (
+        f"It acts in {_listed(one.dof)}." if one.dof else "",
+        f"It is {FRAMES[one.frame]}.",
+        f"It is {PARITIES[one.parity]}.",
+        f"In time it is {one.timing}.",
+        goes,
+    )
+    return tuple(line for line in lines if line)
+
+
+def variable(name: str) -> str:
+    """What a force goes with, as a reader has it."""
+    return VARIABLES.get(name, name)
+
+
+def _told(one: Character) -> str:
+    goes = f", and goes with {_listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
+    return f"it is {FRAMES[one.frame]}, {PARITIES[one.parity].split(':')[0]}, {one.timing}{goes}"
+
+
+def _cause_line(found: Found) -> str:
+    effect = found.cause.effect
+    values = [value_words(name, one) for name, one in found.parameters.items() if name != "thruster"]
+    parameters = f"; {', '.join(values)}" if values else ""
+    alike = ", ".join(
+        f"{words(name)} (likeness {fixed(found.likeness[name], 2)})"
+        if name in found.likeness
+        else words(name)
+        for name in found.also
+    )
+    doubt = f". This dive can't tell it from {alike}" if alike else ""
+    who = _capital(effect_words(effect))
+    return f"{who}, {percent_sure(found.probability)} probable: {effect.sentence}{parameters}{doubt}."
+
+
+def percent_sure(probability: float) -> str:
+    """A probability in per cent that never says that anything is certain."""
+    if probability >= 0.995:
+        return "over 99 %"
+    return "under 1 %" if probability < 0.005 else percent(probability)
+
+
+def _shrink(one: Shrink) -> str:
+    falls = f"the {DRIFT_S:g} s drift goes from {_floors(one.before)} to {_floors(one.after)}"
+    if not math.isfinite(one.value):
+        return f"{falls}; {NO_SHRINK}"
+    known = math.isfinite(one.low95) and math.isfinite(one.high95)
+    sure = f" (95 %: {percent(one.low95)} to {percent(one.high95)})" if known else ""
+    return f"{falls}, {percent(one.value)}{sure} of what can be closed"
+
+
+def _falls(diagnosis: Diagnosis, causes: str) -> str:
+    """What the drift falls to, by the best evidence there is: the check dive, pieces held out, the dive itself."""
+    if diagnosis.check is not None:
+        before, after, where = diagnosis.check.before, diagnosis.check.after, " on the check dive"
+    elif diagnosis.heldout is not None:
+        before, after, where = diagnosis.heldout.before, diagnosis.heldout.after, " on pieces held out"
+    else:
+        at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+        if not at:
+            return ""
+        before, after, where = diagnosis.gap.before, at[0], ""
+    goes = "falls" if after < before else "goes"
+    change = f"{goes} from {significant(before, 2)} to {_floors(after)}{where}"
+    return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
+
+
+def _next(one: Next) -> tuple[str, ...]:
+    splits = f" It splits {_listed([words(name) for name in one.splits])}." if one.splits else ""
+    dive = f"Dive next: {one.manoeuvre}.{splits}" if one.manoeuvre else ""
+    sensor = f"Record as well: {one.sensor}." if one.sensor else ""
+    return tuple(line for line in (dive, sensor) if line)
+
+
+def _above(gap: Gap, dof: str) -> str:
+    """The speed above which most of a degree of freedom's gap lies, where there is such a one."""
+    slices = sorted(
+        (one for one in gap.slices if one.dof == dof and one.by == "speed"), key=lambda one: -one.low
+    )
+    whole = sum(one.share for one in slices)
+    held = 0.0
+    for one in slices[:-1]:
+        held += one.share
+        if whole > 0 and held >= MOST_OF_IT * whole:
+            angular = dof in ("roll", "pitch", "yaw")
+            return f", mostly above {significant(one.low, 2)} {'rad/s' if angular else 'm/s'}"
+    return ""
+
+
+def _all(found: Sequence[Found]) -> str:
+    return " and ".join(name_of(one) for one in found)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+def _else(value: Value) -> str:
+    if value.unit == "rad":
+        return f", {significant(math.degrees(value.value), 2)}°"
+    if value.unit == "1/s":
+        return f", {significant(6000 * value.value, 2)} % a minute"
+    return ""
+
+
+def _floors(value: float) -> str:
+    return f"{significant(value, 2)} floors"
+
+
+def _capital(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
