@@ -67,14 +67,16 @@ class Named:
 
 @dataclass(frozen=True)
 class Answer:
-    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink on held-out legs and on the check dive,
-    NaN where not given."""
+    """dofs: shares of the gap by degree of freedom. predicted, measured: shrink on held-out legs and on the check dive;
+    before, after: drifts on the check dive in floors; NaN where not given."""
 
     verdict: str
     named: tuple[Named, ...]
     dofs: dict[str, float]
     predicted: float
     measured: float
+    before: float = math.nan
+    after: float = math.nan
 
     @property
     def first_dof(self) -> str | None:
@@ -103,12 +105,15 @@ def answer_of(data: dict[str, Any]) -> Answer:
     for place in data["gap"]["where"]:
         dofs[place["dof"]] = dofs.get(place["dof"], 0.0) + _number(place["share"])
     shrink = data["shrink"]
+    check = shrink["check"] or {}
     return Answer(
         data["verdict"],
         tuple(_named(effect) for effect in data["effects"]),
         dofs,
         _number((shrink["heldout"] or {}).get("value")),
-        _number((shrink["check"] or {}).get("value")),
+        _number(check.get("value")),
+        _number(check.get("before")),
+        _number(check.get("after")),
     )
 
 

@@ -1,15 +1,17 @@
 """`draw_case(seed)`: a vehicle with hidden effects, and two dives of it; the truth in the words of an answer."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
+from identify.challenge.answers import alike
 from identify.challenge.gap import sizes
 from identify.challenge.missions import LONGEST_S, SHORTEST_S, draw_mission, sampled
 from identify.challenge.novel import NOVEL
@@ -38,7 +40,11 @@ TWINS = (frozenset({"command_delay", "thruster_lag"}), frozenset({"fouling", "ba
 
 @dataclass(frozen=True)
 class Case:
-    """One vehicle with what it hides. `dive` and `check` are two missions of it, simulated when first asked for."""
+    """One vehicle with what it hides. `dive` and `check` are two missions of it, simulated when first asked for.
+
+    without: effects that the library of whoever diagnoses it has to lack; planted, they are as unknown as those of
+    NOVEL.
+    """
 
     name: str
     seed: int
@@ -47,6 +53,7 @@ class Case:
     planted: tuple[Planted, ...]
     setup: Setup
     seconds: tuple[float, float]
+    without: tuple[str, ...] = ()
 
     @property
     def file(self) -> VehicleFile:
@@ -97,6 +104,7 @@ class Case:
             "size": largest if self.planted else 0.0,
             "size_by_dof": dict(zip(DOFS, by_dof.tolist(), strict=True)),
             "dof": where if self.planted else [],
+            "without": list(self.without),
             "nominal": dict(zip([c.name for c in (*MASSES, *DAMPINGS)], values, strict=True)),
         }
 
@@ -111,22 +119,37 @@ def check_of(case: Case) -> Dive:
     return case.simulated(1)[1].dive
 
 
+def left_out(name: str) -> tuple[str, ...]:
+    """The names that a library has to lack, for an effect to be unknown to it: its own, and those of its true class.
+
+    Raises LogError where no such effect is planted, or where a refit takes it up whole.
+    """
+    if name not in PLANTS or name in UNSEEN_BESIDE:
+        able = ", ".join(sorted(set(PLANTS) - UNSEEN_BESIDE))
+        raise LogError(f"'{name}' is no effect that can be planted as unknown; name one of {able}")
+    return tuple(sorted(alike(name, rpm=False)))
+
+
 def draw_case(
     seed: int,
     *,
     name: str | None = None,
+    kind: Kind | None = None,
     names: Sequence[str] | None = None,
+    without: Sequence[str] = (),
     size: float | None = None,
     seconds: float | None = None,
     rpm: bool | None = None,
 ) -> Case:
-    """The case of a seed. `names` says what is hidden (of PLANTS and NOVEL; none for an empty list), `size` (0 to 1)
-    how large, `seconds` how long both dives are, `rpm` whether shaft speeds are recorded; what is None is drawn."""
+    """The case of a seed. `kind` says how many effects are hidden, `names` which (of PLANTS and NOVEL; none for an
+    empty list), `size` (0 to 1) how large, `seconds` how long both dives are, `rpm` whether shaft speeds are recorded;
+    what is None is drawn. What `without` names (see `left_out`) is drawn for half of what is unknown, and nowhere else.
+    """
     rng = np.random.default_rng([seed, 20])
     name = name or f"case-{seed}"
     vehicle = draw_vehicle(rng, name)
-    kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
-    chosen = _names(rng, kind)
+    drawn_kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
+    chosen = _names(rng, kind or drawn_kind, without)
     setup = Setup(draw_clock(rng), draw_noise(rng), draw_control(rng, vehicle), bool(rng.random() < 0.5))
     long_s = rng.uniform(SHORTEST_S, LONGEST_S), rng.uniform(SHORTEST_S, SHORTEST_S + 60.0)
     drawn = rng.uniform(0.0, 1.0, 4)
@@ -139,18 +162,20 @@ def draw_case(
         known[which](np.random.default_rng([seed, 21, i]), vehicle, float(drawn[i] if size is None else size))
         for i, which in enumerate(chosen)
     )
+    planted = tuple(replace(p, novel=p.novel or p.name in without) for p in planted)
     pair = long_s if seconds is None else (seconds, seconds)
-    return Case(name, seed, _kind(planted), vehicle, planted, setup, pair)
+    return Case(name, seed, _kind(planted), vehicle, planted, setup, pair, tuple(without))
 
 
-def _names(rng: np.random.Generator, kind: str) -> tuple[str, ...]:
+def _names(rng: np.random.Generator, kind: str, without: Sequence[str]) -> tuple[str, ...]:
     if kind == "none":
         return ()
     if kind == "novel":
-        return (str(rng.choice(list(NOVEL))),)
+        lacking = bool(without) and rng.random() < 0.5
+        return (str(rng.choice(list(without if lacking else NOVEL))),)
     if kind == "one":
-        return (str(rng.choice(list(PLANTS))),)
-    able = [name for name in PLANTS if name not in UNSEEN_BESIDE]
+        return (str(rng.choice([name for name in PLANTS if name not in without])),)
+    able = [name for name in PLANTS if name not in UNSEEN_BESIDE and name not in without]
     while True:
         pair = tuple(str(name) for name in rng.choice(able, 2, replace=False))
         if frozenset(pair) not in TWINS:

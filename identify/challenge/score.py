@@ -137,6 +137,10 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
             lambda c: c.verdict != "no_gap",
         ),
         "unknown called unknown": _rate(by["novel"], lambda c: c.verdict == "unknown"),
+        f"unknown, {CLEAR:g} or more over the floor: called unknown": _rate(
+            [case for case in by["novel"] if case.truth["size"] >= CLEAR], lambda c: c.verdict == "unknown"
+        ),
+        "unknown: called no gap": _rate(by["novel"], lambda c: c.verdict == "no_gap"),
         "known called unknown": _rate(known, lambda c: c.verdict == "unknown"),
         "known called no gap": _rate(known, lambda c: c.verdict == "no_gap"),
         "taken up by a refit: no gap, or named": _rate(
@@ -191,10 +195,16 @@ def _magnitudes(cases: Sequence[Judged]) -> dict[str, float | None]:
 
 def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
     told = [case.answer for case in cases if case.answer is not None]
-    apart = _mean(abs(answer.predicted - answer.measured) for answer in told)
+    apart = [abs(answer.predicted - answer.measured) for answer in told]
+    known = [(answer.before, answer.after) for answer in told if math.isfinite(answer.before - answer.after)]
+    gap = sum(max(before - 1.0, 0.0) for before, _ in known)
     return {
-        "predicted less measured shrink, mean size": apart,
+        "predicted less measured shrink, mean size": _mean(apart),
+        "predicted less measured shrink, median size": _median(apart),
         "measured shrink, median": _median(answer.measured for answer in told),
+        "share of all gaps on check dives that is closed": (
+            sum(before - after for before, after in known) / gap if gap > 0 else None
+        ),
     }
 
 

@@ -11,7 +11,7 @@ Who knows the seed can make the answers again: keep it from those who are judged
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,17 @@ def case_name(number: int) -> str:
     return f"case_{number:03d}"
 
 
-def seal(folder: Path, cases: int, seed: int, nonce: str, progress: Callable[[float, str], None]) -> str:
+def seal(
+    folder: Path,
+    cases: int,
+    seed: int,
+    nonce: str,
+    progress: Callable[[float, str], None],
+    without: Sequence[str] = (),
+) -> str:
     """Make `cases` cases of a seed in a new folder; answers the SHA-256 of the locked answers.
+
+    What `without` names is hidden as something unknown, and nowhere else: who diagnoses leaves it out of the library.
 
     Raises LogError where the folder exists or can't be written.
     """
@@ -39,11 +48,11 @@ def seal(folder: Path, cases: int, seed: int, nonce: str, progress: Callable[[fl
     try:
         folder.mkdir(parents=True)
         for number in range(1, cases + 1):
-            case = draw_case(seed * SEEDS + number, name=case_name(number))
+            case = draw_case(seed * SEEDS + number, name=case_name(number), without=without)
             _write(folder / case.name, case)
             truths.append(case.truth())
             progress(number / cases, f"sealing {case.name}")
-        sealed = {"version": 1, "nonce": nonce, "seed": seed, "cases": truths}
+        sealed = {"version": 1, "nonce": nonce, "seed": seed, "without": list(without), "cases": truths}
         data = (json.dumps(sealed, indent=1, allow_nan=False) + "\n").encode()
         digest = hashlib.sha256(data).hexdigest()
         (folder / HASH).write_text(f"{digest}  {ANSWERS}\n", encoding="ascii")

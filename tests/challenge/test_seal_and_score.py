@@ -1,6 +1,7 @@
 """Locked answers and the judging of those that were given."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,8 @@ import pytest
 
 from bridge.errors import LogError
 from identify.challenge.answers import Answer, answer_of, errors, read_answer
+from identify.challenge.case import draw_case, left_out
+from identify.challenge.novel import NOVEL
 from identify.challenge.score import Rate, Score, score
 from identify.challenge.seal import seal, unsealed
 from tui.cli import main
@@ -165,6 +168,29 @@ def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_
     place = {"north": {"value": 0.0, "unit": "m/s"}, "east": {"value": 0.04, "unit": "m/s"}}
     current = answer("explained", "steady_current", parameters=place).named[0]
     assert errors({"north": 0.03, "east": 0.04}, current) == pytest.approx({"north": 0.6, "east": 0.0})
+
+
+def test_the_gap_that_is_closed_is_pooled_over_check_dives() -> None:
+    wide, narrow = answer("explained", "waves"), answer("explained", "waves")
+    wide, narrow = replace(wide, before=5.0, after=1.4), replace(narrow, before=1.5, after=1.5)
+    result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
+    assert result.numbers["share of all gaps on check dives that is closed"] == pytest.approx(3.6 / 4.5)
+
+
+def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else() -> None:
+    lacking = left_out("thruster_lag")
+    assert lacking == ("command_delay", "thruster_lag")
+    assert draw_case(300_400, names=["thruster_lag"], without=lacking).kind == "novel"
+    drawn = [draw_case(300_400 + i, without=lacking) for i in range(60)]
+    hidden = {case.kind: set() for case in drawn}
+    for case in drawn:
+        hidden[case.kind] |= {planted.name for planted in case.planted}
+    assert hidden["novel"] & set(lacking)
+    assert hidden["novel"] - set(lacking) <= set(NOVEL)
+    assert not (hidden["one"] | hidden["two"]) & set(lacking)
+    for name in ("thrust_gain", "knocks"):
+        with pytest.raises(LogError, match="no effect that can be planted as unknown"):
+            left_out(name)
 
 
 def test_wilson_bounds_are_those_of_the_book() -> None:

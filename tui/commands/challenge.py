@@ -22,6 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     seal.add_argument(
         "--out", required=True, metavar="FOLDER", help="a new folder for cases, answers and hash"
     )
+    seal.add_argument(
+        "--without",
+        metavar="EFFECT",
+        help="also hide this effect, as one that the library lacks: diagnose --without it",
+    )
     score = actions.add_parser("score", help="open the answers and judge those that were given")
     score.add_argument("folder", metavar="FOLDER", help="what seal made")
     score.add_argument("--answers", required=True, metavar="FOLDER", help="with case_001.json and so on")
@@ -36,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _seal(arguments: argparse.Namespace) -> int:
     import secrets
 
+    from identify.challenge.case import left_out
     from identify.challenge.seal import seal
     from tui import show
     from tui.outputs import check_file, check_new_folder
@@ -43,10 +49,16 @@ def _seal(arguments: argparse.Namespace) -> int:
     check_new_folder("--out", arguments.out)
     check_file("--json", arguments.json)
     console = show.results(arguments.json)
+    without = left_out(arguments.without) if arguments.without else ()
     with show.progress("sealing") as tell:
-        digest = seal(Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(16), tell)
+        digest = seal(
+            Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(16), tell, without
+        )
     show.say(console, f"{arguments.cases} cases in {arguments.out}; SHA-256 of the locked answers: {digest}")
-    show.write_json({"cases": arguments.cases, "out": arguments.out, "sha256": digest}, arguments.json)
+    if without:
+        show.say(console, f"leave out of the library: {', '.join(without)}")
+    sealed = {"cases": arguments.cases, "out": arguments.out, "sha256": digest, "without": without}
+    show.write_json(sealed, arguments.json)
     return exit_codes.DONE
 
 
