@@ -146,6 +146,29 @@ def test_every_pass_is_told_with_values_and_intervals_and_the_end_with_its_reaso
     assert texts[-1].startswith("the network has settled: ")
 
 
+@pytest.mark.parametrize("most", [3, 5])
+def test_the_bound_of_passes_holds_over_all_trainings_and_is_told(monkeypatch, most):
+    """Readings that are wild by turns make it train again and again."""
+    dive = closed_loop.dive(np.random.default_rng(3), seconds=60.0)
+    told, looks = [], iter(range(1000))
+
+    def wild(trainer, _point):
+        found = torch.zeros_like(trainer.data.known)
+        found[next(looks) % 7] = True
+        return found
+
+    monkeypatch.setattr(pinn_fit, "_wild", wild)
+    monkeypatch.setattr(pinn_fit, "MOST_PASSES", most)
+    found = pinn_fit.fit_network(
+        dive, FILE, "only", build_axes(dive, FILE, "only"), lambda _, text: told.append(text)
+    )
+    assert len(told) == most + 1
+    assert told[-2].startswith(f"pass {most}: ")
+    assert not found.settled
+    assert told[-1] == found.reason
+    assert "had not settled" in found.reason
+
+
 class _Asked(Exception):
     pass
 

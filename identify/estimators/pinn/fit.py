@@ -24,7 +24,7 @@ from identify.estimators.pinn.network import data_of, wild, without
 from identify.estimators.pinn.noise import Noise, Prior
 from identify.estimators.pinn.raw import Raw, raw_of
 from identify.estimators.pinn.start import filters_of
-from identify.estimators.pinn.training import Pass, Point, Trained, Trainer
+from identify.estimators.pinn.training import MOST_PASSES, UNSETTLED_TEXT, Pass, Point, Trained, Trainer
 from identify.estimators.solvable import no_solution
 from identify.identification import Z95
 
@@ -139,18 +139,20 @@ def _step_s(dive: Dive) -> float:
 
 
 def _trained(task: Task) -> tuple[Trainer, Trained]:
-    """Trained on all readings but those that are wild where it ended."""
-    trainer, point = task.trainer, task.start
+    """Trained on all readings but those that are wild where it ended, in MOST_PASSES over all trainings."""
+    trainer, point, passes = task.trainer, task.start, 0
     left_out = torch.zeros_like(trainer.data.known)
     for _ in range(MOST_TRAININGS):
         before, left_out = left_out, _wild(task.trainer, point)
         if not torch.equal(left_out, before):
             trainer = replace(trainer, data=without(task.trainer.data, left_out))
             point = trainer.at(point.raw, point.noise, point.equations.state)
-        trained = trainer.train(point)
-        point = trained.point
-        if torch.equal(_wild(task.trainer, point), left_out):
+        trained = trainer.train(point, MOST_PASSES - passes)
+        point, passes = trained.point, passes + trained.passes
+        if not trained.settled or torch.equal(_wild(task.trainer, point), left_out):
             break
+        if passes == MOST_PASSES:
+            return trainer, replace(trained, settled=False, reason=UNSETTLED_TEXT)
     return trainer, trained
 
 

@@ -27,7 +27,10 @@ PATIENCE, FLAT = 4, 0.02
 SETTLED_TEXT = f"no coefficient moved by {100 * SETTLED:.0f} % of its standard error in the last pass"
 FLAT_TEXT = f"the loss fell by less than {FLAT:g} in {PATIENCE} passes"
 
-MOST_PASSES = 25
+MOST_PASSES = 40
+"""Of one dive, over all its trainings."""
+
+UNSETTLED_TEXT = f"the network had not settled after {MOST_PASSES} passes"
 
 NEAR = 1.0
 """Standard errors: what the slope does over a longer step says little of the curvature at the end."""
@@ -101,11 +104,11 @@ class Trainer:
         levels = levels + self.prior.residual(noise) / self.prior.spread()
         return Point(raw, noise, here, torch.cat([here.gradient, levels]))
 
-    def train(self, point: Point) -> Trained:
-        """Train from a point."""
+    def train(self, point: Point, most_passes: int = MOST_PASSES) -> Trained:
+        """Train from a point, in so many passes at most, one at least."""
         count, losses = len(point.raw), [self.loss(point)]
         pairs: list[tuple[Tensor, Tensor]] = []
-        for number in range(1, MOST_PASSES + 1):
+        for number in range(1, most_passes + 1):
             told = self.curvature_at(point)
             curvature = told + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
@@ -122,7 +125,7 @@ class Trainer:
             if float(moved[:count].max()) > NEAR:
                 pairs.clear()
             losses.append(self.loss(point))
-        return Trained(point, point.raw, curvature, told, MOST_PASSES, False, "it had not settled")
+        return Trained(point, point.raw, curvature, told, most_passes, False, UNSETTLED_TEXT)
 
     def loss(self, point: Point) -> float:
         """Minus twice the logarithm of the probability of readings and priors, but for a constant."""
