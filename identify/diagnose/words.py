@@ -51,13 +51,14 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         )
     where = where_sentence(gap)
     if diagnosis.verdict == "unknown":
-        part = f" {_capital(_all(diagnosis.found))} explains part of it." if diagnosis.found else ""
+        some = "explain" if len(diagnosis.found) > 1 else "explains"
+        part = f" {_capital(_all(diagnosis.found))} {some} part of it." if diagnosis.found else ""
         told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
         return f"Something is there that no candidate explains: {where}{told}.{part}"
     causes = _all(diagnosis.found)
     several = len(diagnosis.found) > 1
     verb = "explain" if several else "explains"
-    doubt = ", and this dive can't tell which" if diagnosis.verdict == "ambiguous" else ""
+    doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in diagnosis.found if one.also)
     shrink = _falls(diagnosis, "them" if several else "it")
     return f"{_capital(causes)} {verb} the gap{doubt}: {where}{shrink}."
 
@@ -121,7 +122,34 @@ def value_words(name: str, value: Value) -> str:
     number, interval = with_interval(value.value, value.low95, value.high95)
     known = math.isfinite(value.low95) and math.isfinite(value.high95)
     sure = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
-    return f"{name.replace('_', ' ') if name.islower() else name} {number}{unit_after(value.unit)}{sure}{_else(value)}"
+    return f"{parameter(name)} {number}{unit_after(value.unit)}{sure}{_else(value)}"
+
+
+def parameter(name: str) -> str:
+    """Its name as a reader has it: a word without its underscores, a symbol as it is."""
+    return name.replace("_", " ") if name.islower() else name
+
+
+def told_parameters(found: Found) -> dict[str, Value]:
+    """Its parameters without the thruster's number, which its name says."""
+    return {name: one for name, one in found.parameters.items() if name != "thruster"}
+
+
+def cause_sentence(found: Found) -> str:
+    """What a cause is, and how probable."""
+    effect = found.cause.effect
+    return f"{_capital(effect_words(effect))}, {percent_sure(found.probability)} probable: {effect.sentence}."
+
+
+def alike_sentence(found: Found) -> str:
+    """What this dive can't tell a cause from."""
+    alike = " or ".join(
+        f"{words(name)} (likeness {fixed(found.likeness[name], 2)})"
+        if name in found.likeness
+        else words(name)
+        for name in found.also
+    )
+    return f"This dive can't tell it from {alike}; what would: {found.cause.effect.told_apart}."
 
 
 def unit_after(text: str) -> str:
@@ -177,6 +205,11 @@ def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
+def speed_unit(dof: str) -> str:
+    """Of the speed in a degree of freedom."""
+    return "rad/s" if dof in ("roll", "pitch", "yaw") else "m/s"
+
+
 def variable(name: str) -> str:
     """What a force goes with, as a reader has it."""
     return VARIABLES.get(name, name)
@@ -188,18 +221,10 @@ def _told(one: Character) -> str:
 
 
 def _cause_line(found: Found) -> str:
-    effect = found.cause.effect
-    values = [value_words(name, one) for name, one in found.parameters.items() if name != "thruster"]
-    parameters = f"; {', '.join(values)}" if values else ""
-    alike = ", ".join(
-        f"{words(name)} (likeness {fixed(found.likeness[name], 2)})"
-        if name in found.likeness
-        else words(name)
-        for name in found.also
-    )
-    doubt = f". This dive can't tell it from {alike}" if alike else ""
-    who = _capital(effect_words(effect))
-    return f"{who}, {percent_sure(found.probability)} probable: {effect.sentence}{parameters}{doubt}."
+    values = [value_words(name, one) for name, one in told_parameters(found).items()]
+    parameters = f" Fitted: {', '.join(values)}." if values else ""
+    doubt = f" {alike_sentence(found)}" if found.also else ""
+    return f"{cause_sentence(found)}{parameters}{doubt}"
 
 
 def percent_sure(probability: float) -> str:
@@ -251,13 +276,16 @@ def _above(gap: Gap, dof: str) -> str:
     for one in slices[:-1]:
         held += one.share
         if whole > 0 and held >= MOST_OF_IT * whole:
-            angular = dof in ("roll", "pitch", "yaw")
-            return f", mostly above {significant(one.low, 2)} {'rad/s' if angular else 'm/s'}"
+            return f", mostly above {significant(one.low, 2)} {speed_unit(dof)}"
     return ""
 
 
 def _all(found: Sequence[Found]) -> str:
-    return " and ".join(name_of(one) for one in found)
+    return _listed([name_of(one) for one in found])
+
+
+def _told_from(one: Found) -> str:
+    return f"{effect_words(one.cause.effect)} from {' or '.join(map(words, one.also))}"
 
 
 def _listed(names: Sequence[str]) -> str:

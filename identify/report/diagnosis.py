@@ -1,0 +1,196 @@
+"""The page of a diagnosis, as a crew reads it on a boat: verdict, where, what, how far, what next."""
+
+import math
+import re
+
+from bridge.effects.effect import FeedForward
+from bridge.vehicle.coefficients import DOFS
+from identify.diagnose import words
+from identify.diagnose.diagnosis import Diagnosis, Found, Shrink
+from identify.diagnose.search import LEAST_GAIN
+from identify.report import diagnosis_figures as figures
+from identify.report.page import Report, Section, Table, render_report
+from identify.report.text import MISSING, fixed, seconds, significant, unit, with_interval
+
+FLOOR = (
+    "Drift is told in floors: 1 floor is what sensor noise and stationary disturbance alone would give on this very "
+    "dive, so 1 is as good as any model gets."
+)
+NATS = (
+    "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
+    f"cause as without it. A cause is accepted from {LEAST_GAIN:g} nats on (about "
+    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1)."
+)
+LIKENESS = (
+    "Likeness: at 1 no method could tell the two apart in this dive, at 0 they have nothing in common. The "
+    "probability is that the cause, or one of those, is there."
+)
+MADE_UP: dict[FeedForward, str] = {
+    "nominal": "masses and dampings",
+    "quadratic_drag": "quadratic drag",
+    "coupling": "coupling terms",
+    "thruster_gain": "a gain for each thruster",
+    "reverse_loss": "the loss in reverse",
+    "dead_zone": "the dead zone",
+    "voltage": "the measured voltage",
+}
+
+
+def diagnosis_page(diagnosis: Diagnosis) -> str:
+    """The page as HTML."""
+    return render_report(diagnosis_report(diagnosis))
+
+
+def diagnosis_report(diagnosis: Diagnosis) -> Report:
+    """The page's verdict and parts."""
+    d = diagnosis
+    sections = [_where(d), _by_dof(d), _depends(d), _what(d), _candidates(d), _how_far(d), _next(d)]
+    if d.notes:
+        sections.append(Section("Notes", "\n\n".join(d.notes)))
+    return Report(
+        f"{d.vehicle}: diagnosis of {d.dive}",
+        f"Configuration {d.configuration}, computed in {seconds(d.seconds)}. {FLOOR}",
+        _unbroken(words.verdict_sentence(d)),
+        tuple(section for section in sections if section is not None),
+    )
+
+
+def _unbroken(sentence: str) -> str:
+    """The sentence with each number and its unit on one line."""
+    return re.sub(r"(?<=\d) (?=%|floors|mm/s|m/s|rad/s|s\b)", "\N{NO-BREAK SPACE}", sentence)
+
+
+def _where(d: Diagnosis) -> Section:
+    if not d.gap.where:
+        return Section("Where it lies", "No degree of freedom could be compared with the model.")
+    largest = "; ".join(words.where_lines(d))
+    text = f"The largest parts of the squared gap: {largest}." if largest else ""
+    return Section("Where it lies", text, (), (figures.where_map(d.gap), *figures.slices(d.gap)))
+
+
+def _depends(d: Diagnosis) -> Section | None:
+    if not d.gap.depends_on:
+        return None
+    rows = tuple(
+        (words.variable(one.variable), one.dof, one.parity or MISSING, words.percent(one.strength))
+        for one in d.gap.depends_on
+    )
+    caption = (
+        "What the missing force goes with, whatever its cause, and how much of what can be foretold goes with it. Odd: "
+        "it turns its sign with that; even: it keeps it."
+    )
+    return Section("What it goes with", "", (Table(("Goes with", "In", "Sign", "Strength"), rows, caption),))
+
+
+def _by_dof(d: Diagnosis) -> Section:
+    shares = words.shares_by_dof(d.gap.where)
+    present = [i for i, dof in enumerate(DOFS) if dof in shares]
+    horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
+    rows = tuple(
+        (
+            DOFS[i],
+            words.percent(shares[DOFS[i]]),
+            _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m"),
+            *(_before_after(d, k, i) for k in range(len(d.gap.drifts))),
+        )
+        for i in present
+    )
+    caption = (
+        "Share of the squared gap; missing force or moment, root mean square; drift of the simulated velocity without "
+        "→ with the causes."
+    )
+    table = Table(("Degree of freedom", "Share", "Missing", *horizons), rows, caption)
+    time = figures.over_time(d)
+    drawn = (*((time,) if time else ()), figures.growth(d.gap)) if d.gap.drifts else ()
+    return Section("How large it is", "", (table,), drawn)
+
+
+def _force(value: float, of: str) -> str:
+    return f"{significant(value, 2)} {of}" if math.isfinite(value) else MISSING
+
+
+def _before_after(d: Diagnosis, k: int, dof: int) -> str:
+    before = fixed(float(d.gap.drifts[k].by_axis[dof]), 1)
+    if before == MISSING or k >= len(d.gap.after):
+        return before
+    return f"{before} → {fixed(float(d.gap.after[k].by_axis[dof]), 1)}"
+
+
+def _what(d: Diagnosis) -> Section:
+    lines = [part for one in d.found for part in _cause(one)]
+    lines += [LIKENESS] if any(one.also for one in d.found) else []
+    lines += [" ".join(("What no candidate explains:", *words.character_lines(d)))] if d.character else []
+    if not lines:
+        lines = ["No candidate of the library explains anything that noise would not."]
+    columns = ("Cause", "Parameter", "Value", "95 % interval", "Unit")
+    tables = (Table(columns, _parameters(d)),) if d.found else ()
+    return Section("What causes it", "\n\n".join(lines), tables)
+
+
+def _cause(one: Found) -> tuple[str, ...]:
+    return (words.cause_sentence(one), *((words.alike_sentence(one),) if one.also else ()))
+
+
+def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
+    rows = []
+    for one in d.found:
+        cause = words.effect_words(one.cause.effect)
+        told = words.told_parameters(one)
+        if not told:
+            rows.append((cause, MISSING, MISSING, MISSING, MISSING))
+        for name, value in told.items():
+            number, interval = with_interval(value.value, value.low95, value.high95)
+            of = unit(value.unit) if value.unit != "1" else "share"
+            rows.append((cause, words.parameter(name), number, interval, of))
+    return tuple(rows)
+
+
+def _candidates(d: Diagnosis) -> Section | None:
+    return Section("All candidates", NATS, (), (figures.candidates(d.tried),)) if d.tried else None
+
+
+def _how_far(d: Diagnosis) -> Section:
+    told = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
+    rows = tuple((where, *_shrunk(one)) for where, one in told if one is not None)
+    caption = (
+        f"{words.DRIFT_S:g} s drift, root mean square over degrees of freedom, in floors. Shrink: (before − after) / "
+        "(before − 1), the part of what can be closed that the causes close."
+    )
+    columns = ("Where", "Before, floors", "After, floors", "Shrink", "95 % interval")
+    tables = [Table(columns, rows, caption)] if rows else []
+    gains = tuple(_gained(one) for one in d.found)
+    if gains:
+        caption = (
+            "What the feed-forward alone would gain: root mean square error of the velocity, without and with what "
+            "makes up for the cause on board."
+        )
+        tables.append(Table(("Cause", "Before", "After", "Made up for by"), gains, caption))
+    text = _apart(d.heldout, d.check) if tables else "Nothing was found that could shrink it."
+    return Section("How far it shrinks", text, tuple(tables))
+
+
+def _shrunk(one: Shrink) -> tuple[str, ...]:
+    known = math.isfinite(one.low95) and math.isfinite(one.high95)
+    interval = f"{words.percent(one.low95)} to {words.percent(one.high95)}" if known else MISSING
+    value = words.percent(one.value) if math.isfinite(one.value) else MISSING
+    return significant(one.before), significant(one.after), value, interval
+
+
+def _gained(one: Found) -> tuple[str, ...]:
+    cause, by = words.effect_words(one.cause.effect), one.cause.effect.feedforward
+    made_up = MADE_UP[by] if by else "nothing: the feed-forward can't"
+    if one.feedforward is None:
+        return cause, MISSING, MISSING, made_up
+    return cause, words.mm_s(one.feedforward.before_m_s), words.mm_s(one.feedforward.after_m_s), made_up
+
+
+def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
+    if predicted is None or measured is None or not math.isfinite(predicted.value - measured.value):
+        return ""
+    points = fixed(100 * abs(predicted.value - measured.value), 0)
+    return f"What was predicted and what was measured are {points} points apart."
+
+
+def _next(d: Diagnosis) -> Section | None:
+    lines = words.next_lines(d)
+    return Section("What to dive next", "\n\n".join(lines)) if lines else None

@@ -1,0 +1,187 @@
+"""The figures of a diagnosis: the map of where, its slices, the candidates, the drifts before and after."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DOFS
+from identify.diagnose import words
+from identify.diagnose.diagnosis import Diagnosis, Gap, Slice, Tried
+from identify.diagnose.drift import Drift
+from identify.dive import Array
+from identify.report import plot
+from identify.report.axes import Axis, close_axis, roomy_axis
+from identify.report.bars import Bar, bars, folded, side_by_side
+from identify.report.heatmap import heatmap
+from identify.report.page import Figure
+from identify.report.plot import Line, Panel
+from identify.report.text import fixed, significant
+
+SHOWN = 12
+"""Candidates that stand open on the page, strongest first; the others are folded away beneath."""
+
+SLICED = 0.15
+"""The share of the gap from which a degree of freedom is sliced."""
+
+BINS = 60
+SLICES = {
+    "speed": "by speed",
+    "heading": "by heading",
+    "depth": "by depth",
+    "time": "by time into the dive",
+    "voltage": "by battery voltage",
+    "distance": "by distance from the start",
+}
+UNITS = {"depth": "m", "time": "s", "voltage": "V", "distance": "m"}
+LINES = ("before", "after", "floor: noise alone")
+
+
+def where_map(gap: Gap) -> Figure:
+    """Shares of the squared gap by phase and degree of freedom."""
+    dofs = [dof for dof in DOFS if any(one.dof == dof for one in gap.where)]
+    shares = np.zeros((len(words.PHASES), len(dofs)))
+    phases = list(words.PHASES)
+    for one in gap.where:
+        shares[phases.index(one.phase), dofs.index(one.dof)] += one.share
+    return Figure(
+        "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the darker, "
+        "the larger. The last row and column are sums.",
+        heatmap([words.PHASES[phase] for phase in phases], dofs, shares),
+    )
+
+
+def slices(gap: Gap) -> tuple[Figure, ...]:
+    """A figure for each degree of freedom that holds enough of the gap: bars by speed, heading and so on."""
+    by_dof = words.shares_by_dof(gap.where)
+    held = [dof for dof in sorted(by_dof, key=lambda name: -by_dof[name]) if by_dof[dof] >= SLICED]
+    return tuple(drawn for dof in held if (drawn := _slices_of(gap, dof)) is not None)
+
+
+def _slices_of(gap: Gap, dof: str) -> Figure | None:
+    parts = []
+    for by, title in SLICES.items():
+        mine = sorted((one for one in gap.slices if one.dof == dof and one.by == by), key=lambda one: one.low)
+        whole = sum(one.share for one in mine)
+        if whole > 0 and len(mine) > 1:
+            rows = [Bar(_range(one), one.share / whole, words.percent(one.share / whole)) for one in mine]
+            parts.append(bars(rows, f"{dof}, {title}"))
+    if not parts:
+        return None
+    return Figure(
+        f"The gap in {dof}, sliced: each set of bars is the whole of it, 100 %.", side_by_side(parts)
+    )
+
+
+def _range(one: Slice) -> str:
+    if one.by == "heading":
+        low, high = (f"{fixed(math.degrees(angle), 0)}°" for angle in (one.low, one.high))
+        return f"{low} to {high}"
+    unit = words.speed_unit(one.dof) if one.by == "speed" else UNITS[one.by]
+    return f"{significant(one.low, 2)} to {significant(one.high, 2)} {unit}"
+
+
+def candidates(tried: Sequence[Tried]) -> Figure:
+    """The evidence for each candidate of the library, in its best form, strongest first."""
+    best: dict[tuple[str, str], Tried] = {}
+    for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
+        best.setdefault((one.name, _thruster(one)), one)
+    order = sorted(best.values(), key=lambda t: (-t.gain_nats, t.label))
+    longest = max((one.gain_nats for one in order), default=0.0)
+    rows = [
+        Bar(
+            words.label_words(one.name, one.label),
+            one.gain_nats / longest if longest > 0 else 0.0,
+            f"{_nats(one.gain_nats)} nats",
+            "accepted" if one.accepted else "",
+        )
+        for one in order
+    ]
+    first = max(SHOWN, sum(one.accepted for one in order))
+    rest = folded(f"{len(rows) - first} more candidates", bars(rows[first:])) if len(rows) > first else ""
+    return Figure(
+        "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled) beside "
+        "the other accepted ones, any other (hollow) on top of them. Of several forms of one the best is shown. "
+        "Below 0 a candidate foretells worse than none.",
+        bars(rows[:first]) + rest,
+    )
+
+
+def _thruster(one: Tried) -> str:
+    return one.label.removeprefix(one.name).partition("(")[0].strip()
+
+
+def _nats(value: float) -> str:
+    return fixed(value, 0 if abs(value) >= 10 else 1)
+
+
+def growth(gap: Gap) -> Figure:
+    """Root mean square drift of each degree of freedom by horizon, before, after and floor."""
+    present = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in gap.drifts)]
+    panels = [_growth_panel(gap, dof) for dof in present]
+    legend = plot.legend(panels[0].lines) if panels else ""
+    return Figure(
+        "How far the simulated velocity is off after 1, 5 and 20 s on the model alone (root mean square): with the "
+        "plain model (before), with the causes in it (after), and what noise alone would give (floor).",
+        legend + plot.side_by_side(panels),
+    )
+
+
+def _growth_panel(gap: Gap, dof: int) -> Panel:
+    unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
+    at = np.log10([one.horizon_s for one in gap.drifts])
+    ticks = tuple((float(x), f"{one.horizon_s:g}") for x, one in zip(at, gap.drifts, strict=True))
+    curves = (_rms(gap.drifts, dof), _rms(gap.after, dof), np.array([one.floor[dof] for one in gap.drifts]))
+    lines = tuple(
+        Line(at[: len(y)], scale * y, label, style)
+        for style, (label, y) in enumerate(zip(LINES, curves, strict=True))
+        if len(y)
+    )
+    y = roomy_axis(f"{DOFS[dof]}, {unit}", [np.zeros(1), *(line.y for line in lines)], 2)
+    x = Axis("horizon, s", float(at[0]) - 0.1, float(at[-1]) + 0.1, ticks)
+    return Panel(x, y, lines, height_px=130)
+
+
+def _rms(drifts: Sequence[Drift], dof: int) -> Array:
+    return np.array([math.sqrt(np.mean(one.off[:, dof] ** 2)) for one in drifts])
+
+
+def over_time(diagnosis: Diagnosis) -> Figure | None:
+    """The 5 s drift over the dive, in floors, before and after; None where none was computed."""
+    before = _at_horizon(diagnosis.gap.drifts)
+    if before is None or not len(before.starts_s):
+        return None
+    start_s = float(before.starts_s[0])
+    lines = [_binned(before, LINES[0], 0, start_s)]
+    after = _at_horizon(diagnosis.gap.after)
+    if after is not None:
+        lines.append(_binned(after, LINES[1], 1, start_s))
+    x = close_axis("time, s", 0.0, float(before.starts_s[-1]) - start_s, at_least=5)
+    lines.append(Line(np.array([x.low, x.high]), np.ones(2), LINES[2], 2))
+    panel = Panel(
+        x, roomy_axis("5 s drift, floors", [np.zeros(1), *(line.y for line in lines)]), tuple(lines)
+    )
+    return Figure(
+        "The 5 s drift along the dive, all degrees of freedom together, in floors; a floor is what noise alone would "
+        "give.",
+        plot.legend(lines) + plot.render(panel),
+    )
+
+
+def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
+    return next((one for one in drifts if one.horizon_s == words.DRIFT_S), None)
+
+
+def _binned(drift: Drift, label: str, style: int, start_s: float) -> Line:
+    """Rms over the fitted axes and over each of so many stretches of the dive."""
+    known = np.isfinite(drift.floor)
+    square = ((drift.off[:, known] / drift.floor[known]) ** 2).mean(axis=1)
+    parts = np.array_split(np.arange(len(square)), min(BINS, len(square)))
+    value = _over(parts, lambda part: math.sqrt(square[part].mean()))
+    time_s = _over(parts, lambda part: drift.starts_s[part].mean() - start_s)
+    return Line(time_s, value, label, style)
+
+
+def _over(parts: Sequence[NDArray[np.intp]], mean: Callable[[NDArray[np.intp]], float]) -> Array:
+    return np.array([mean(part) for part in parts], dtype=np.float64)

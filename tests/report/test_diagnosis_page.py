@@ -1,0 +1,358 @@
+"""The page of a diagnosis: every answer has its place, its unit and its words."""
+
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from bridge.effects.effect import Effect
+from bridge.effects.library import library
+from bridge.vehicle.config import load_vehicle
+from identify.diagnose import words
+from identify.diagnose.diagnosis import (
+    Character,
+    Dependence,
+    Diagnosis,
+    Found,
+    Gain,
+    Gap,
+    Next,
+    Share,
+    Shrink,
+    Slice,
+    Tried,
+    Value,
+)
+from identify.diagnose.drift import Drift
+from identify.diagnose.frame import Cause
+from identify.report.bars import Bar, bars
+from identify.report.diagnosis import diagnosis_page
+from identify.report.heatmap import heatmap
+
+FILE = load_vehicle("ruvifist:hovering")
+LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)
+NAN = math.nan
+NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
+
+
+def effect(name: str, number: int = 0) -> Effect:
+    return next(one for one in LIBRARY if one.name == name and one.number == number)
+
+
+def found(name: str, number: int = 0, **other: object) -> Found:
+    one = effect(name, number)
+    told = {key: Value(v, unit, 0.9 * v, 1.1 * v) for key, (v, unit) in one.told(one.start()).items()}
+    made = Found(Cause(one, one.start()), (), {}, 0.999, told, 60.0)
+    return replace(made, **other)  # type: ignore[arg-type]
+
+
+def drift(horizon_s: float, size: float) -> Drift:
+    """Surge, sway and yaw fitted; off by `size` floors, a little more in surge."""
+    starts_s = np.arange(100.0, 400.0)
+    floor = np.array([0.01, 0.012, NAN, NAN, NAN, 0.005]) * horizon_s**0.5
+    wave = np.sqrt(2) * np.sin(2 * np.pi * starts_s / 10)
+    off = size * wave[:, None] * floor * np.array([1.0, 0.5, 1, 1, 1, 0.5])
+    return Drift(horizon_s, starts_s, off, floor)
+
+
+def gap(before: float = 3.4, after: float = 1.2) -> Gap:
+    where = (
+        Share("surge", "steady", 0.71),
+        Share("surge", "accelerating", 0.12),
+        Share("sway", "turning", 0.15),
+        Share("yaw", "rest", 0.02),
+    )
+    slices = (
+        Slice("surge", "speed", 0.0, 0.15, 0.02),
+        Slice("surge", "speed", 0.15, 0.3, 0.08),
+        Slice("surge", "speed", 0.3, 0.6, 0.73),
+        Slice("surge", "heading", 0.0, math.pi, 0.4),
+        Slice("surge", "heading", math.pi, 2 * math.pi, 0.43),
+        Slice("surge", "voltage", 14.0, 16.8, 0.83),
+        Slice("sway", "depth", 2.0, 5.0, 0.15),
+        Slice("sway", "depth", 5.0, 7.5, 0.01),
+    )
+    depends = (Dependence("surge", "speed", "odd", 0.8), Dependence("yaw", "thrust_sign", None, 0.1))
+    return Gap(
+        before,
+        tuple(drift(h, before) for h in (1.0, 5.0, 20.0)),
+        tuple(drift(h, after) for h in (1.0, 5.0, 20.0)),
+        {"surge": 2.4, "sway": 0.31, "yaw": 0.12},
+        where,
+        slices,
+        depends,
+    )
+
+
+def diagnosis(**other: object) -> Diagnosis:
+    tried = [Tried(one.name, one.label, 5.0 - 0.2 * k, False) for k, one in enumerate(LIBRARY)]
+    tried[0] = replace(tried[0], gain_nats=61.2, accepted=True)
+    drag = found("quadratic_drag", feedforward=Gain(0.0234, 0.0051))
+    made = Diagnosis(
+        "lap-3",
+        "ruvifist",
+        "hovering",
+        "explained",
+        gap(),
+        (drag,),
+        tuple(tried),
+        None,
+        Shrink(3.4, 1.25, 0.896, 0.84, 0.94),
+        Shrink(3.1, 1.3, 0.857, 0.79, 0.92),
+        None,
+        ("The battery's voltage was not recorded.",),
+        4.2,
+    )
+    return replace(made, **other)  # type: ignore[arg-type]
+
+
+class Text(HTMLParser):
+    """What a reader sees, a line an element, and the attributes of every element."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+        self.attributes: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.attributes.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        if data.strip():
+            self.lines.append(data.strip())
+
+
+def read(one: Diagnosis) -> str:
+    return "\n".join(Text(diagnosis_page(one)).lines)
+
+
+UNKNOWN = Character(("yaw",), "world", "even", "intermittent", ("heading", "yaw_rate"))
+
+
+def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
+    said = words.verdict_sentence(diagnosis(check=None, heldout=None))
+    assert said == (
+        "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
+        "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "ending"),
+    [
+        ({}, "falls from 3.1 to 1.3 floors on the check dive."),
+        ({"check": None}, "falls from 3.4 to 1.2 floors on pieces held out."),
+        ({"check": Shrink(3.0, 3.5, -0.25, NAN, NAN)}, "goes from 3.0 to 3.5 floors on the check dive."),
+    ],
+)
+def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
+    assert words.verdict_sentence(diagnosis(**other)).endswith(ending)
+
+
+def test_two_causes_are_named_as_two():
+    said = words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3))))
+    assert said.startswith("Quadratic drag and weak thruster (thruster 3) explain the gap: ")
+
+
+def test_causes_that_can_not_be_told_apart_are_named_together():
+    lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
+    said = diagnosis(verdict="ambiguous", found=(lag,))
+    assert words.verdict_sentence(said).startswith(
+        "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
+    )
+    (line,) = words.cause_lines(said)
+    told = (
+        "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
+        "log of 50 Hz."
+    )
+    assert line.endswith(told)
+    assert f"{told}\nLikeness: at 1 no method could tell" in read(said)
+
+
+def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
+    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), heldout=NOTHING, check=None)
+    assert words.verdict_sentence(quiet) == (
+        "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1, and no candidate explains any "
+        "of it."
+    )
+    assert words.cause_lines(quiet) == ()
+    assert words.shrink_lines(quiet) == (
+        "On pieces held out: the 5 s drift goes from 1.0 floors to 1.0 floors; there is too little gap to shrink.",
+    )
+    assert "No candidate of the library explains anything that noise would not." in read(quiet)
+
+
+def test_what_no_candidate_explains_is_described():
+    said = diagnosis(verdict="unknown", character=UNKNOWN)
+    assert words.verdict_sentence(said) == (
+        "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
+        "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
+        "part of it."
+    )
+    page = read(said)
+    assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
+    assert "It goes with heading and yaw rate." in page
+
+
+def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
+    spread = tuple(
+        Share(dof, phase, share)
+        for dof, phase, share in (
+            ("surge", "steady", 0.35),
+            ("surge", "turning", 0.25),
+            ("sway", "steady", 0.4 - 1e-9),
+        )
+    )
+    where = words.where_sentence(replace(gap(), where=spread, slices=()))
+    assert where == "60 % of it is in surge, most of that steady"
+
+
+def test_speed_is_not_named_where_the_gap_does_not_go_with_it():
+    even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
+    assert words.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
+
+
+def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none():
+    assert words.where_lines(diagnosis()) == (
+        "71 % surge, steady",
+        "15 % sway, turning",
+        "12 % surge, accelerating",
+    )
+    tiny = replace(gap(), where=(Share("surge", "rest", 0.998), Share("yaw", "rest", 0.002)))
+    assert words.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
+
+
+def test_parameters_have_units_and_intervals_that_a_crew_reads():
+    assert (
+        words.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
+        == "X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)"
+    )
+    assert words.value_words("yaw", Value(0.0349, "rad", NAN, NAN)) == "yaw 0.03490 rad, 2.0°"
+    assert words.value_words("rate", Value(2e-4, "1/s", NAN, NAN)).endswith("1/s, 1.2 % a minute")
+    assert (
+        words.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
+        == "low end loss 0.20 (95 %: 0.10 to 0.30)"
+    )
+
+
+def test_no_cause_is_ever_told_as_certain():
+    assert words.percent_sure(1.0) == "over 99 %"
+    assert words.percent_sure(0.0) == "under 1 %"
+    assert words.percent_sure(0.87) == "87 %"
+
+
+def test_the_page_stands_alone_and_runs_nothing():
+    page = Text(diagnosis_page(diagnosis()))
+    tags = {tag for tag, _ in page.attributes}
+    assert not {"script", "link", "img", "iframe", "object", "form"} & tags
+    assert not [
+        a
+        for _, a in page.attributes
+        for key, value in a.items()
+        if "http" in (value or "") and key != "xmlns"
+    ]
+
+
+def test_the_parts_come_in_the_order_in_which_a_crew_asks():
+    html = diagnosis_page(diagnosis(next=Next("a coast-down", "", ("quadratic_drag", "inflow_loss"))))
+    assert re.findall(r"<h2>(.*?)</h2>", html) == [
+        "Where it lies",
+        "How large it is",
+        "What it goes with",
+        "What causes it",
+        "All candidates",
+        "How far it shrinks",
+        "What to dive next",
+        "Notes",
+    ]
+    assert html.index("explains the gap") < html.index("<h2>")
+
+
+def test_the_map_shows_each_share_and_its_sums_and_shades_the_largest():
+    html = heatmap(("at rest", "steady"), ("surge", "yaw"), np.array([[0.0, 0.1], [0.7, 0.2]]))
+    cells = re.findall(r'<td class="(\w+)">(\d*)</td>', html)
+    assert cells == [
+        *(("heat0", ""), ("heat1", "10"), ("sum", "10")),
+        *(("heat5", "70"), ("heat2", "20"), ("sum", "90")),
+        *(("sum", "70"), ("sum", "30"), ("sum", "100")),
+    ]
+
+
+def test_a_map_of_nothing_is_a_map():
+    assert "heat0" in heatmap(("steady",), ("surge",), np.zeros((1, 1)))
+
+
+def test_bars_are_no_longer_than_their_room_and_never_negative():
+    html = bars((Bar("a", 1.3, "7 N", "accepted"), Bar("b", -0.2, "−1 N"), Bar("<c>", 0.5, "1 N")))
+    assert re.findall(r"(\w+bar)\" style=\"width:([\d.]+)%", html) == [
+        ("filledbar", "100.0"),
+        ("hollowbar", "50.0"),
+    ]
+    assert "<b>accepted</b>" in html
+    assert "&lt;c&gt;" in html
+
+
+def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_marked():
+    page = Text(diagnosis_page(diagnosis()))
+    names = [line for line in page.lines if line.startswith(("munk moment", "quadratic drag"))]
+    assert sum(line.startswith("munk moment (") for line in names) == 1
+    assert page.lines[page.lines.index("accepted") + 1] == "61 nats"
+    thrusters = len(FILE.vehicle.configurations["hovering"].thrusters)
+    assert sum(line.startswith("weak thruster of thruster") for line in page.lines) == thrusters
+    assert any("2.7 times as likely" in line for line in page.lines)
+
+
+def test_slices_are_in_the_units_of_what_they_slice_by():
+    page = read(diagnosis())
+    for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m"):
+        assert told in page
+
+
+def test_a_slice_that_is_the_whole_says_nothing_and_is_not_shown():
+    assert "voltage\n" not in read(diagnosis())
+
+
+def test_the_drift_stands_before_and_after_by_degree_of_freedom():
+    page = read(diagnosis())
+    assert "surge\n83 %\n2.4 N\n3.4 → 1.2\n3.4 → 1.2\n3.4 → 1.2" in page
+    assert "yaw\n2 %\n0.12 N m\n1.7 → 0.6" in page
+
+
+def test_predicted_and_measured_shrink_stand_side_by_side():
+    page = read(diagnosis())
+    assert "predicted: pieces held out\n3.40\n1.25\n90 %\n84 % to 94 %" in page
+    assert "measured: the check dive\n3.10\n1.30\n86 %\n79 % to 92 %" in page
+    assert "What was predicted and what was measured are 4 points apart." in page
+
+
+def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
+    gained = diagnosis(found=(found("quadratic_drag", feedforward=Gain(0.0234, 0.0051)), found("dvl_bias")))
+    page = read(gained)
+    assert "quadratic drag\n23 mm/s\n5.1 mm/s\nquadratic drag" in page
+    assert "DVL bias\n—\n—\nnothing: the feed-forward can't" in page
+    assert words.gain_lines(gained) == (
+        "Quadratic drag: the feed-forward alone would track to 5.1 mm/s instead of 23 mm/s (rms velocity error).",
+    )
+
+
+def test_what_to_dive_next_says_what_it_splits():
+    said = diagnosis(next=Next("a coast-down", "shaft speeds", ("thruster_lag", "command_delay")))
+    assert words.next_lines(said) == (
+        "Dive next: a coast-down. It splits thruster lag and command delay.",
+        "Record as well: shaft speeds.",
+    )
+    assert "Record as well: shaft speeds." in read(said)
+
+
+def test_a_diagnosis_of_nothing_at_all_is_still_a_page():
+    empty = Gap(NAN, (), (), {}, (), (), ())
+    bare = diagnosis(
+        verdict="no_gap", gap=empty, found=(), tried=(), heldout=None, check=None, next=None, notes=()
+    )
+    page = read(bare)
+    assert "No degree of freedom could be compared with the model." in page
+    assert "nan" not in page
