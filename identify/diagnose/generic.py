@@ -52,7 +52,7 @@ class Left:
 
 def left_over(rows: Whitened, course: Course) -> Left:
     """What generic forces foretell of a dive's innovations beyond the causes that are out of them."""
-    shapes = list(_unit(course, [own.problem.axis.dof for own in rows.own]))
+    shapes = list(unit_forces(course, [own.problem.axis.dof for own in rows.own]))
     found = [one for own in rows.own for one in _of_axis(rows, own.problem.axis.dof, shapes, course)]
     found.sort(key=lambda one: -one[1])
     return Left(*map(tuple, zip(*found[:MOST], strict=True))) if found else Left((), (), ())
@@ -90,7 +90,7 @@ def _act(shape: Shape, course: Course) -> Act:
     return Act(wrench=wrench)
 
 
-def _unit(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:
+def unit_forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:
     """All forces of unit spread, without those that stand still."""
     for variable, parity, force in _forces(course, dofs):
         spread = float(np.std(force)) if np.isfinite(force).all() else 0.0
