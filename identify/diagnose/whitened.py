@@ -159,7 +159,7 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
         columns.append(rows / own.std[:, None])
         pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
         dofs.append(np.full(count, axis.dof, dtype=np.intp))
-    kept = np.array(sorted({*masses, *_of_the_mean(joint)}))
+    kept = np.array(sorted({*masses, *of_the_mean(joint)}))
     dof = np.concatenate(dofs)
     unseen = [_unseen(own, dof) for own in owns if own.problem.axis.dof in doubted]
     nominal = np.hstack([np.vstack(columns)[:, kept], *unseen])
@@ -173,7 +173,7 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
     )
 
 
-def _of_the_mean(joint: JointLikelihood) -> list[int]:
+def of_the_mean(joint: JointLikelihood) -> list[int]:
     """The places in theta of what moves the innovations' mean: masses, dampings, trims, masses of one axis alone."""
     return [
         place.start + at
