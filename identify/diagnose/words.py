@@ -205,11 +205,6 @@ def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
-def speed_unit(dof: str) -> str:
-    """Of the speed in a degree of freedom."""
-    return "rad/s" if dof in ("roll", "pitch", "yaw") else "m/s"
-
-
 def variable(name: str) -> str:
     """What a force goes with, as a reader has it."""
     return VARIABLES.get(name, name)
@@ -276,7 +271,7 @@ def _above(gap: Gap, dof: str) -> str:
     for one in slices[:-1]:
         held += one.share
         if whole > 0 and held >= MOST_OF_IT * whole:
-            return f", mostly above {significant(one.low, 2)} {speed_unit(dof)}"
+            return f", mostly above {significant(one.low, 2)} m/s"
     return ""
 
 

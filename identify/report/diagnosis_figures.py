@@ -34,7 +34,7 @@ SLICES = {
     "voltage": "by battery voltage",
     "distance": "by distance from the start",
 }
-UNITS = {"depth": "m", "time": "s", "voltage": "V", "distance": "m"}
+UNITS = {"speed": "m/s", "depth": "m", "time": "s", "voltage": "V", "distance": "m"}
 LINES = ("before", "after", "floor: noise alone")
 
 
@@ -62,7 +62,8 @@ def slices(gap: Gap) -> tuple[Figure, ...]:
 def _slices_of(gap: Gap, dof: str) -> Figure | None:
     parts = []
     for by, title in SLICES.items():
-        mine = sorted((one for one in gap.slices if one.dof == dof and one.by == by), key=lambda one: one.low)
+        mine = [one for one in gap.slices if one.dof == dof and one.by == by]
+        mine.sort(key=_bearing if by == "heading" else lambda one: one.low)
         whole = sum(one.share for one in mine)
         if whole > 0 and len(mine) > 1:
             rows = [Bar(_range(one), one.share / whole, words.percent(one.share / whole)) for one in mine]
@@ -76,10 +77,14 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
 
 def _range(one: Slice) -> str:
     if one.by == "heading":
-        low, high = (f"{fixed(math.degrees(angle), 0)}°" for angle in (one.low, one.high))
-        return f"{low} to {high}"
-    unit = words.speed_unit(one.dof) if one.by == "speed" else UNITS[one.by]
-    return f"{significant(one.low, 2)} to {significant(one.high, 2)} {unit}"
+        low = _bearing(one)
+        return f"{fixed(low, 0)}° to {fixed(low + math.degrees(one.high - one.low), 0)}°"
+    return f"{significant(one.low, 2)} to {significant(one.high, 2)} {UNITS[one.by]}"
+
+
+def _bearing(one: Slice) -> float:
+    """Where a slice by heading begins, in degrees clockwise from north, 0 to 360."""
+    return round(math.degrees(one.low), 6) % 360.0
 
 
 def candidates(tried: Sequence[Tried]) -> Figure:
