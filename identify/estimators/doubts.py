@@ -1,15 +1,17 @@
 """Why an interval might be wrong: a drag that the model lacks, thrust that acts at another time than it says."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from identify.estimators.axes import Axis
 from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisFit
-from identify.estimators.multiplier import Tested, with_force
-from identify.estimators.scoring import climb
+from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.multiplier import Force, Tested, with_forces
 
 Array = NDArray[np.float64]
 
@@ -17,26 +19,19 @@ DOUBTFUL_SCORE = 5.0
 DEAF_NOISE = 1e6
 
 LATER_S = 0.03
-"""Short beside what moves a vehicle. Only forces that come later are asked: one that came sooner would answer, through
-the controller, to noise in readings that were yet to be."""
+"""Short beside what moves a vehicle, and of the size of a thruster's lag."""
 
 
 @dataclass(frozen=True)
 class Doubts:
     """What speaks against the fit of one axis.
 
-    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2. shift (2,): by how much log mass and log damping move once
-    it is let in, 0 where nothing calls for it. late: of seconds by which forces act later than they are taken to.
+    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2. late: of seconds by which forces act later than they are
+    taken to. Their leanings (12,) are of the logarithms of all coefficients, masses first, 0 for those not fitted.
     """
 
     drag: Tested
-    shift: Array
     late: Tested
-
-    @property
-    def by_late(self) -> Array:
-        """What log mass and log damping (2,) move by with each second."""
-        return np.asarray(self.late.leaning[[MASS, DAMPING]])
 
     @property
     def lacks_drag(self) -> bool:
@@ -47,40 +42,71 @@ class Doubts:
         return abs(self.late.score) > DOUBTFUL_SCORE
 
 
-def doubts_of(fit: AxisFit) -> Doubts:
-    """The doubts about a fit."""
-    speed = simulated_speed(fit)
-    wider = with_force(fit, -speed * np.abs(speed))
-    drag, shift = wider.tested(), np.zeros(2)
-    if abs(drag.score) > DOUBTFUL_SCORE:
-        shift = climb(wider.problem, wider.start).theta[[MASS, DAMPING]] - fit.maximum.theta[[MASS, DAMPING]]
-    return Doubts(drag, shift, with_force(fit, by_lateness(fit.problem.axis)).tested())
+def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
+    """The doubts about a fit that is near its maximum, by degree of freedom."""
+    if not joint.problems:
+        return {}
+    forces = []
+    for problem, place in zip(joint.at(theta), joint.places, strict=True):
+        forces += [
+            Force(problem.axis.dof, by_drag(simulated_speed(problem, theta[place]))),
+            Force(problem.axis.dof, by_lateness(problem.axis)),
+        ]
+    rows, where = coefficients(joint)
+    tested = [_of_all(one, rows, where) for one in with_forces(joint, theta, forces).tested()]
+    dofs = [problem.axis.dof for problem in joint.problems]
+    return {dof: Doubts(*tested[2 * i : 2 * i + 2]) for i, dof in enumerate(dofs)}
+
+
+def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
+    """The coefficients that are fitted, as rows of the twelve with the masses first, and where theta has them."""
+    dofs = [problem.axis.dof for problem in joint.problems]
+    dampings = [place.start + DAMPING for place in joint.places]
+    return [*dofs, *(6 + dof for dof in dofs)], [*joint.mass_places, *dampings]
+
+
+def _of_all(one: Tested, rows: Sequence[int], where: Sequence[int]) -> Tested:
+    leaning = np.zeros(12)
+    leaning[list(rows)] = one.leaning[list(where)]
+    return Tested(one.score, one.size, leaning)
+
+
+def by_drag(speed: Array) -> Array:
+    """The force (n,) of a quadratic damping of one at these speeds."""
+    return np.asarray(-speed * np.abs(speed))
 
 
 def by_lateness(axis: Axis) -> Array:
-    """What each step's mean force (n,) changes by, per second that the forces come later."""
-    moving = axis.step_s > 0
-    step_s, end_s = axis.step_s[moving], axis.time_s[moving]
-    start_s = end_s - step_s
-    knot_s = np.concatenate([start_s[:1], np.column_stack([end_s - 0.5 * step_s, end_s]).ravel()])
-    impulse = np.concatenate([[0.0], np.cumsum((0.5 * step_s[:, None] * axis.force[moving]).ravel())])
+    """What each step's mean force (n,) changes by, per second that the forces come later.
 
-    def mean(later_s: float) -> Array:
-        until, since = (np.interp(time_s - later_s, knot_s, impulse) for time_s in (end_s, start_s))
-        return np.asarray((until - since) / step_s)
+    Less the slope of the forces behind a first-order lag of LATER_S: exactly what a longer lag of a thruster changes,
+    to first order, and made of what came before alone. A force that came sooner would answer, through the controller,
+    to noise in readings that were yet to be.
+    """
+    return np.asarray(_slope(axis.force, 0.5 * axis.step_s, LATER_S))
 
-    out = np.zeros(len(axis.step_s))
-    out[moving] = (4 * mean(LATER_S) - 3 * mean(0.0) - mean(2 * LATER_S)) / (2 * LATER_S)
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
+    out = np.zeros(len(half_s))
+    after = force[0, 0]
+    for i in range(len(half_s)):
+        if half_s[i] > 0:
+            before = after
+            keep = np.exp(-half_s[i] / lag_s)
+            for k in range(2):
+                after = force[i, k] + (after - force[i, k]) * keep
+            out[i] = (before - after) / (2 * half_s[i])
     return out
 
 
-def simulated_speed(fit: AxisFit) -> Array:
+def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
     """Speed (n,) at the events as the model alone gives it from the forces: it shares no noise with the readings."""
-    axis = fit.problem.axis
-    theta = fit.maximum.theta.copy()
-    theta[FORCES + fit.problem.shapes.shape[1] :] = np.log(DEAF_NOISE)
-    error, _ = fit.problem.filtered(theta, np.inf)
+    axis = problem.axis
+    theta = theta.copy()
+    theta[problem.noise_place :] = np.log(DEAF_NOISE)
+    error, _ = problem.filtered(theta, np.inf)
     moving = np.isfinite(error) & (axis.state_read != POSITION)
-    said = ((fit.problem.reading - error) / axis.scale)[moving]
+    said = ((problem.reading - error) / axis.scale)[moving]
     speed: Array = np.interp(axis.time_s, axis.time_s[moving], said)
     return speed

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
+from identify.estimators.admitted import Admitted, admitted
 from identify.estimators.axes import Axes, build_axes
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
@@ -26,12 +27,12 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
-from identify.estimators.multiplier import Tested
 from identify.estimators.said import (
-    drag_doubt,
-    late_doubt,
+    drag_doubts,
+    late_doubts,
     lateness_note,
     long_enough,
+    missing_forces,
     strange_doubts,
     too_little,
     unsettled_doubt,
@@ -75,21 +76,24 @@ def estimate(
     spoilt = {one.dof: one for one in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, shape, progress, spoilt)
     fits = joint.fits
-    doubts = {dof: doubts_of(fit) for dof, fit in fits.items()}
+    doubts = doubts_of(joint.joint, joint.theta)
+    lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
     # Where the thrust follows the disturbance unseen, it seems to come late.
     late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
+    let_in = admitted(joint.joint, joint.theta, lacking, late)
     progress(1.0, "done")
-    shift = _shift(doubts, spoilt)
+    missing = missing_forces(tuple(lacking), tuple(late))
     totals = tuple(
-        _one(c, row, joint, float(shift[row]), built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
+        _one(c, row, joint, let_in, missing, built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, shift)
+    names, covariance = _covariance(totals, joint, let_in.shift)
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
     told = (
         *strange_doubts(built.strange),
         *unseen_doubts(built),
-        *_late(late),
-        *_doubts(fits, doubts, joint.stopped_at),
+        *late_doubts(late),
+        *drag_doubts(lacking),
+        *_doubts(fits, joint.stopped_at),
         *by_others,
     )
     return Identification(
@@ -128,31 +132,27 @@ def _innovations(fit: AxisFit) -> Signal:
     return Signal(fit.problem.axis.time_s[read], (error[read] / np.sqrt(variance[read]))[:, None])
 
 
-def _shift(doubts: Mapping[int, Doubts], spoilt: Collection[int]) -> Array:
-    """By how much a missing drag would move the logarithms (12,), in the order of `JointFit.log_value`."""
-    shift = np.zeros(12)
-    for dof, one in doubts.items():
-        shift[[dof, 6 + dof]] = one.shift
-    shift[list(spoilt)] = 0.0  # a drag of that axis is nothing to the other axes' Coriolis forces
-    return shift
-
-
 def _one(
-    of: Coefficient, row: int, joint: JointFit, shift: float, built: Axes, spoilt: Mapping[int, Unrecorded]
+    of: Coefficient,
+    row: int,
+    joint: JointFit,
+    let_in: Admitted,
+    missing: str,
+    built: Axes,
+    spoilt: Mapping[int, Unrecorded],
 ) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
-    value = float(np.exp(joint.log_value[row]))
-    std = float(np.hypot(np.sqrt(joint.covariance[row, row]), shift))
-    below, above = joint.stretch[row]
-    reason, widest = "", std * float(max(below, above))
+    value, own_std = float(np.exp(joint.log_value[row])), float(np.sqrt(joint.covariance[row, row]))
+    std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, joint.stretch[row])
+    reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
-        told = too_little(name, DOFS[dof], widest, shift, value * float(np.exp(shift)))
+        told = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
         why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
         reason = spoilt[row].found if row in spoilt else f"{told}{why}"
-    low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
+    low, high = value * np.exp(-below), value * np.exp(above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
 
@@ -170,10 +170,12 @@ def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configur
 def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) -> tuple[str, ...]:
     """What thrust that acts TELLING_LATE_S later than it is taken to would move by a good part of its interval."""
     moved = {
-        t.name: TELLING_LATE_S * one.by_late[kind]
+        totals[row].name: by
         for dof, one in doubts.items()
-        for kind, t in enumerate((totals[dof], totals[6 + dof]))
-        if t.identifiable and abs(TELLING_LATE_S * one.by_late[kind]) > TELLING_SHARE * t.relative_std
+        for row in (dof, 6 + dof)
+        if totals[row].identifiable
+        and abs(by := TELLING_LATE_S * float(one.late.leaning[row]))
+        > TELLING_SHARE * totals[row].relative_std
     }
     return (lateness_note(moved, TELLING_LATE_S),) if moved else ()
 
@@ -181,11 +183,7 @@ def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) ->
 def _covariance(totals: tuple[Estimate, ...], joint: JointFit, shift: Array) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
     kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
-    relative = joint.covariance[np.ix_(kept, kept)].copy()
-    for row, i in enumerate(kept):
-        for column, k in enumerate(kept):
-            if i % 6 == k % 6:
-                relative[row, column] += shift[i] * shift[k]
+    relative = joint.covariance[np.ix_(kept, kept)] + np.outer(shift[kept], shift[kept])
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 
@@ -213,16 +211,8 @@ def _usual_force(fit: AxisFit) -> float:
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
 
 
-def _late(late: Mapping[int, Tested]) -> tuple[Doubt, ...]:
-    if not late:
-        return ()
-    worst = max(abs(one.score) for one in late.values())
-    return (late_doubt({dof: one.size for dof, one in late.items()}, worst),)
-
-
-def _doubts(fits: Mapping[int, AxisFit], doubts: Mapping[int, Doubts], stopped_at: str) -> tuple[Doubt, ...]:
-    told = [drag_doubt(dof, one.drag.score) for dof, one in doubts.items() if one.lacks_drag]
-    told += [
+def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
+    told = [
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"The dive is too short to tell how slowly what disturbs {DOFS[dof]} changes, within a factor of "

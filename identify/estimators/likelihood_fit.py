@@ -41,7 +41,8 @@ class JointFit:
     the noise levels integrated out, NaN for those that are not fitted. stretch (12, 2): what to multiply the lower and
     the upper half of each one's interval by. information (3 k, 3 k): what the dive alone says of log mass, log damping
     and trim force of the k axes, in the order of `fits`, all else projected out. stopped_at:
-    the bound at which the search stopped, empty where it came to its end.
+    the bound at which the search stopped, empty where it came to its end. joint, theta: the likelihood of all axes, and
+    where its maximum lies.
     """
 
     fits: dict[int, AxisFit]
@@ -50,6 +51,8 @@ class JointFit:
     stretch: Array
     information: Array
     stopped_at: str
+    joint: JointLikelihood
+    theta: Array
 
 
 def fit_axes(
@@ -64,8 +67,10 @@ def fit_axes(
     """
     axes = built.axes
     if not axes:
+        nothing, none = np.full(12, np.nan), np.zeros(0)
+        unknown = np.full((12, 12), np.nan)
         return JointFit(
-            {}, np.full(12, np.nan), np.full((12, 12), np.nan), np.ones((12, 2)), np.zeros((0, 0)), ""
+            {}, nothing, unknown, np.ones((12, 2)), np.zeros((0, 0)), "", JointLikelihood(()), none
         )
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
@@ -125,7 +130,8 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
             stretch[dof + 6 * kind] = stretches(fit.problem, fit.maximum.theta, at)
     for dof, at in zip(joint.apart, range(joint.places[-1].stop, len(maximum.theta)), strict=True):
         stretch[dof] = stretches(joint, maximum.theta, at, JointLikelihood.score)
-    return JointFit(fits, log_value, covariance, stretch, _projected(joint, maximum.information), stopped_at)
+    information = _projected(joint, maximum.information)
+    return JointFit(fits, log_value, covariance, stretch, information, stopped_at, joint, maximum.theta)
 
 
 def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:

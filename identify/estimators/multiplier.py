@@ -1,17 +1,19 @@
 """Would one more force of a known shape explain more? Asked of a fit without making another.
 
 The Lagrange-multiplier test (Engle 1984, eq. 13): the gradient of the likelihood in the force's size at zero, over the
-root of its information with the fitted parameters projected out.
+root of its information with the fitted parameters projected out. Their own gradient is projected out with them (Neyman
+1959, C(alpha)), so that the fit need only be near its maximum.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimators.likelihood_axis import FORCES, AxisFit, AxisLikelihood
-from identify.estimators.scoring import score
+from identify.estimators.likelihood_axis import AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
 
 Array = NDArray[np.float64]
 
@@ -27,36 +29,79 @@ class Tested:
 
 
 @dataclass(frozen=True)
+class Force:
+    """Of one of the fitted degrees of freedom: its shape (n,) by event, in N or N m for a size of one."""
+
+    dof: int
+    shape: Array
+
+
+@dataclass(frozen=True)
 class Wider:
-    """The likelihood with one more force beside all else, `start` (p,) the maximum without it, and its place there."""
+    """The likelihood of all axes with more forces beside all else, theta (q,) with none of them yet, and the places of
+    their sizes there, in the order in which they were given."""
 
-    problem: AxisLikelihood
+    problem: JointLikelihood
     start: Array
-    place: int
+    places: tuple[int, ...]
 
-    def tested(self) -> Tested:
-        gradient, information = score(self.problem, self.start)
-        information = information + np.diag(self.problem.prior_precision)
-        others = np.arange(len(gradient)) != self.place
-        cross = information[self.place, others]
-        leaning: Array = -np.linalg.solve(information[np.ix_(others, others)], cross)
-        left = float(information[self.place, self.place] + cross @ leaning)
-        if not left > 0:
-            return Tested(0.0, 0.0, 0.0 * leaning)
-        pull = float(gradient[self.place])
-        return Tested(pull / math.sqrt(left), pull / left, leaning)
+    def tested(self) -> tuple[Tested, ...]:
+        """Each of the forces, as if it alone were missing."""
+        gradient, information = self.problem.score(self.start)
+        prior = self.problem.prior_precision
+        gradient = gradient - prior * (self.start - self.problem.prior_mean)
+        information = information + np.diag(prior)
+        kept = self.kept
+        cross = information[np.ix_(kept, np.array(self.places))]
+        own: Array = np.asarray(information[np.ix_(kept, kept)], dtype=np.float64)
+        leanings = -np.linalg.solve(own, np.asarray(cross, dtype=np.float64)).T
+        return tuple(
+            _tested(
+                float(gradient[place] + leaning @ gradient[kept]),
+                float(information[place, place] + information[place, kept] @ leaning),
+                leaning,
+            )
+            for place, leaning in zip(self.places, leanings, strict=True)
+        )
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """Where the parameters (p,) stand that were there without the forces."""
+        return np.setdiff1d(np.arange(len(self.start)), self.places)
 
 
-def with_force(fit: AxisFit, shape: Array) -> Wider:
-    """The fit's likelihood with a force of `shape` (n,) by event, in N or N m for a size of one."""
-    problem = fit.problem
-    size = max(float(np.sqrt(np.mean(shape**2))), 1e-9)
-    place = FORCES + int(problem.shapes.shape[1])
-    wider = replace(
+def with_forces(joint: JointLikelihood, theta: Array, forces: Sequence[Force]) -> Wider:
+    """The likelihood with forces beside all else."""
+    problems: list[AxisLikelihood] = []
+    starts: list[Array] = []
+    places: dict[int, int] = {}
+    for problem, place in zip(joint.problems, joint.places, strict=True):
+        start = theta[place]
+        first = sum(map(len, starts))
+        for which, force in enumerate(forces):
+            if force.dof == problem.axis.dof:
+                places[which] = first + problem.noise_place
+                start = np.insert(start, problem.noise_place, 0.0)
+                problem = _with_force(problem, force)
+        problems.append(problem)
+        starts.append(start)
+    apart = theta[joint.places[-1].stop :]
+    wider = replace(joint, problems=tuple(problems))
+    return Wider(wider, np.concatenate([*starts, apart]), tuple(places[i] for i in range(len(forces))))
+
+
+def _with_force(problem: AxisLikelihood, force: Force) -> AxisLikelihood:
+    size, place = max(float(np.sqrt(np.mean(force.shape**2))), 1e-9), problem.noise_place
+    return replace(
         problem,
-        shapes=np.column_stack([problem.shapes, shape]),
+        shapes=np.column_stack([problem.shapes, force.shape]),
         prior_mean=np.insert(problem.prior_mean, place, 0.0),
         prior_precision=np.insert(problem.prior_precision, place, 0.0),
         difference=np.insert(problem.difference, place, 1e-3 / size),
     )
-    return Wider(wider, np.insert(fit.maximum.theta, place, 0.0), place)
+
+
+def _tested(pull: float, left: float, leaning: Array) -> Tested:
+    if not left > 0:
+        return Tested(0.0, 0.0, 0.0 * leaning)
+    return Tested(pull / math.sqrt(left), pull / left, leaning)

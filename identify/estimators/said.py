@@ -1,10 +1,12 @@
 """What the estimators say of a fit in the same words, and how short a dive may be."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
 from identify.dive import Dive
+from identify.estimators.multiplier import Tested
 from identify.identification import Doubt, Outcome
 
 SHORTEST_DIVE_S = 20.0
@@ -25,29 +27,39 @@ def axes_named(dofs: Sequence[int]) -> str:
     return " and ".join(", ".join(part) for part in (names[:-1], names[-1:]) if part)
 
 
-def drag_doubt(dof: int, score: float) -> Doubt:
-    """A quadratic drag is missing in an axis, by so many standard errors."""
-    return Doubt(
-        (MASSES[dof].name, DAMPINGS[dof].name),
-        f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
-        f"({score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
-        "alone; their intervals are widened by what such a force would change.",
-        Outcome.DISAGREES,
+def drag_doubts(lacking: Mapping[int, Tested]) -> tuple[Doubt, ...]:
+    """A quadratic drag is missing in each of these axes."""
+    return tuple(
+        Doubt(
+            (MASSES[dof].name, DAMPINGS[dof].name),
+            f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
+            f"({one.score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
+            "alone; the intervals of all that it bears on are widened by what such a force would change.",
+            Outcome.DISAGREES,
+        )
+        for dof, one in lacking.items()
     )
 
 
-def late_doubt(late_s: Mapping[int, float], score: float) -> Doubt:
-    """Forces act later than they are taken to, by so many seconds in some axes; `score` in standard errors."""
-    least, most = min(late_s.values()), max(late_s.values())
-    size = (
-        f"{1000 * most:+.0f} ms" if most - least < 0.01 else f"{1000 * least:+.0f} to {1000 * most:+.0f} ms"
-    )
+def late_doubts(late: Mapping[int, Tested]) -> tuple[Doubt, ...]:
+    """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two."""
+    later = {dof: one for dof, one in late.items() if one.size > 0}
+    earlier = {dof: one for dof, one in late.items() if one.size <= 0}
+    told = (("later", later), ("earlier", earlier))
+    return tuple(_late_doubt(way, found) for way, found in told if found)
+
+
+def _late_doubt(way: str, found: Mapping[int, Tested]) -> Doubt:
+    by_ms = [1000 * abs(one.size) for one in found.values()]
+    least, most = min(by_ms), max(by_ms)
+    size = f"{most:.0f} ms" if most - least < 10 else f"{least:.0f} to {most:.0f} ms"
+    sigma = max(abs(one.score) for one in found.values())
     return Doubt(
-        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in late_s),
-        f"In {axes_named(list(late_s))} thrust acts at another time than the vehicle file's lag and the sensors' "
-        f"stamps say (later by about {size}; {abs(score):.0f} standard errors): masses and dampings there are off by "
-        "more than their intervals; mend the lag in the vehicle file, or the sensors' clocks: seatrial doctor --wet "
-        "tells how late each sensor is.",
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
+        f"In {axes_named(list(found))} thrust acts at another time than the vehicle file's lag and the sensors' "
+        f"stamps say ({way} by about {size}; {sigma:.0f} standard errors): masses and dampings there are off by that, "
+        "and the intervals of all that it bears on are widened by it; mend the lag in the vehicle file, or the "
+        "sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
         Outcome.DISAGREES,
     )
 
@@ -80,11 +92,19 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
     return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
 
 
-def too_little(name: str, axis: str, std: float, shift: float, value: float) -> str:
-    """Why a coefficient of relative standard error `std`, `shift` of it from a missing drag, is not identifiable."""
+def missing_forces(lacking: Sequence[int], late: Sequence[int]) -> str:
+    """What the model lacks in these axes, as part of a sentence; empty where that is nothing."""
+    told = []
+    if lacking:
+        told.append(f"a drag that grows as the speed squared in {axes_named(lacking)}")
+    if late:
+        told.append(f"thrust at another time in {axes_named(late)}")
+    return " and ".join(told)
+
+
+def too_little(name: str, axis: str, std: float, shift: float, value: float, missing: str) -> str:
+    """Why a coefficient of relative standard error `std` is not identifiable; `shift` is what its logarithm would
+    change by with the forces that are `missing`."""
     if abs(shift) > 0.5 * std:
-        return (
-            f"{axis} has a drag that grows as the speed squared, which the model lacks: with it {name} would be "
-            f"{value:.3g}"
-        )
+        return f"the model lacks {missing}: with that {name} would be {value * math.exp(shift):.3g}"
     return f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"

@@ -34,8 +34,8 @@ def later(dive, late_s):
 
 def surge(dive):
     built = build_axes(dive, FILE, "only")
-    fits = likelihood_fit.fit_axes(built, FILE.vehicle.configurations["only"], network_tasks.quiet).fits
-    return doubts_of(fits[0])
+    fit = likelihood_fit.fit_axes(built, FILE.vehicle.configurations["only"], network_tasks.quiet)
+    return doubts_of(fit.joint, fit.theta)[0]
 
 
 def test_thrust_at_its_own_time_is_not_called_late():
@@ -58,7 +58,7 @@ def test_late_thrust_makes_data_and_model_disagree_and_says_by_how_much_and_what
     (doubt,) = [doubt for doubt in found.doubts if "acts at another time" in doubt.sentence]
     assert doubt.about == ("M_u", "D_u")
     assert found.outcome is Outcome.DISAGREES
-    assert "later by about +" in doubt.sentence
+    assert "(later by about 1" in doubt.sentence
     assert " ms; " in doubt.sentence
     assert "doctor --wet" in doubt.sentence
 
@@ -87,7 +87,7 @@ def test_what_a_later_thrust_would_move_is_told_and_comes_true():
         estimate(later(dive, late_s), FILE, "only", network_tasks.quiet)["M_u"].value
         for late_s in (0.0, 0.01)
     )
-    said = 0.01 * surge(dive).by_late[0]
+    said = 0.01 * surge(dive).late.leaning[0]
     assert np.log(moved / plain) == pytest.approx(said, rel=0.3)
 
 

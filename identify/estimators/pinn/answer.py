@@ -1,20 +1,32 @@
 """`estimate`: what the trained network says of a dive, as an Identification."""
 
 import time
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
+from identify.estimators.admitted import NOTHING, Admitted, admitted
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import DOUBTFUL_SCORE
+from identify.estimators.doubts import doubts_of
 from identify.estimators.innovations import POSITION
+from identify.estimators.multiplier import Tested
 from identify.estimators.pinn.fit import Fit, Progress, fit_network
 from identify.estimators.pinn.training import MOST_PASSES
-from identify.estimators.said import drag_doubt, long_enough, strange_doubts, too_little, unsettled_doubt
+from identify.estimators.said import (
+    drag_doubts,
+    late_doubts,
+    long_enough,
+    missing_forces,
+    strange_doubts,
+    too_little,
+    unsettled_doubt,
+)
 from identify.estimators.unseen import unseen_doubts
+from identify.feedback import unrecorded
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
@@ -40,9 +52,20 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     built = build_axes(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
     fit = fit_network(dive, file, configuration, built, progress) if built.axes else None
-    totals = tuple(_one(c.name, c.dof, fit, built.missing) for c in (*MASSES, *DAMPINGS))
-    doubts = (*strange_doubts(built.strange), *unseen_doubts(built), *(() if fit is None else _doubts(fit)))
-    names, covariance = ((), np.zeros((0, 0))) if fit is None else _covariance(fit, totals)
+    lacking, late = ({}, {}) if fit is None else _doubted(fit, dive, file)
+    let_in = NOTHING if fit is None else admitted(fit.filters.joint, fit.filters.theta, lacking, late)
+    missing = missing_forces(tuple(lacking), tuple(late))
+    totals = tuple(
+        _one(row, c, fit, let_in, missing, built.missing) for row, c in enumerate((*MASSES, *DAMPINGS))
+    )
+    doubts = (
+        *strange_doubts(built.strange),
+        *unseen_doubts(built),
+        *late_doubts(late),
+        *drag_doubts(lacking),
+        *(() if fit is None else _unsettled(fit)),
+    )
+    names, covariance = ((), np.zeros((0, 0))) if fit is None else _covariance(fit, totals, let_in.shift)
     return Identification(
         "pinn",
         outcome_of(totals, doubts),
@@ -72,41 +95,44 @@ def _place(fit: Fit, name: str) -> int:
     return coefficient.dof if coefficient.kind == "mass" else 6 + axis
 
 
-def _shift(fit: Fit, dof: int, place: int) -> float:
-    """By what share a value changes once the quadratic drag of its own axis is let in, where one is missing."""
-    axis = fit.layout.dofs.index(dof)
-    return float(fit.drag_shift[axis, place]) if abs(fit.drag_score[axis]) > DOUBTFUL_SCORE else 0.0
+def _doubted(fit: Fit, dive: Dive, file: VehicleFile) -> tuple[dict[int, Tested], dict[int, Tested]]:
+    """The axes that lack a quadratic drag, and those where thrust acts at another time, as the filters have it."""
+    doubts = doubts_of(fit.filters.joint, fit.filters.theta)
+    lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
+    late = {dof: one.late for dof, one in doubts.items() if one.is_late}
+    # Where the thrust follows the disturbance unseen, it seems to come late.
+    spoilt = {one.dof for one in unrecorded(dive, file.vehicle.water)} if late else set()
+    return lacking, {dof: one for dof, one in late.items() if dof not in spoilt}
 
 
-def _one(name: str, dof: int, fit: Fit | None, missing: dict[int, str]) -> Estimate:
+def _one(
+    row: int, of: Coefficient, fit: Fit | None, let_in: Admitted, missing: str, unfitted: Mapping[int, str]
+) -> Estimate:
     """A coefficient with the interval of its logarithm, or the reason why it has none."""
+    name, dof = of.name, of.dof
     if fit is None or dof not in fit.layout.dofs:
         nan = float("nan")
-        return as_estimate(name, nan, nan, nan, nan, missing[dof])
+        return as_estimate(name, nan, nan, nan, nan, unfitted[dof])
     place = _place(fit, name)
-    value, shift = float(fit.values[place]), _shift(fit, dof, place)
-    std = float(np.hypot(np.sqrt(fit.covariance[place, place]), shift))
+    value, own_std = float(fit.values[place]), float(np.sqrt(fit.covariance[place, place]))
     axis = fit.layout.dofs.index(dof)
-    below, above = fit.stretch[axis if place == dof else len(fit.layout.dofs) + axis]
-    reason, widest = "", std * float(max(below, above))
+    stretch = fit.stretch[axis if place == dof else len(fit.layout.dofs) + axis]
+    std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, stretch)
+    reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
-        reason = too_little(name, DOFS[dof], widest, shift, value * float(np.exp(shift)))
-    low, high = value * np.exp(-Z95 * std * below), value * np.exp(Z95 * std * above)
+        reason = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
+    low, high = value * np.exp(-below), value * np.exp(above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
 
-def _covariance(fit: Fit, totals: tuple[Estimate, ...]) -> tuple[tuple[str, ...], Array]:
+def _covariance(fit: Fit, totals: tuple[Estimate, ...], shift: Array) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
-    fitted = [total for total in totals if BY_NAME[total.name].dof in fit.layout.dofs]
-    places = [_place(fit, total.name) for total in fitted]
-    relative = fit.covariance[np.ix_(places, places)].copy()
-    for row, (one, place) in enumerate(zip(fitted, places, strict=True)):
-        for column, (other, beside) in enumerate(zip(fitted, places, strict=True)):
-            dof = BY_NAME[one.name].dof
-            if dof == BY_NAME[other.name].dof:
-                relative[row, column] += _shift(fit, dof, place) * _shift(fit, dof, beside)
-    values = np.array([total.value for total in fitted])
-    return tuple(total.name for total in fitted), relative * np.outer(values, values)
+    rows = [row for row, total in enumerate(totals) if BY_NAME[total.name].dof in fit.layout.dofs]
+    names = tuple(totals[row].name for row in rows)
+    places = [_place(fit, name) for name in names]
+    relative = fit.covariance[np.ix_(places, places)] + np.outer(shift[rows], shift[rows])
+    values = np.array([totals[row].value for row in rows])
+    return names, relative * np.outer(values, values)
 
 
 def _information(fit: Fit) -> Information:
@@ -121,16 +147,11 @@ def _information(fit: Fit) -> Information:
     return Information(tuple(of), fit.information_of(places) * np.outer(scale, scale))
 
 
-def _doubts(fit: Fit) -> tuple[Doubt, ...]:
-    told = [
-        drag_doubt(dof, float(score))
-        for dof, score in zip(fit.layout.dofs, fit.drag_score, strict=True)
-        if abs(score) > DOUBTFUL_SCORE
-    ]
-    if not fit.settled:
-        names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fit.layout.dofs)
-        told.append(unsettled_doubt(names, "the network", f"{MOST_PASSES} passes"))
-    return tuple(told)
+def _unsettled(fit: Fit) -> tuple[Doubt, ...]:
+    if fit.settled:
+        return ()
+    names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fit.layout.dofs)
+    return (unsettled_doubt(names, "the network", f"{MOST_PASSES} passes"),)
 
 
 def _nuisance(fit: Fit) -> dict[str, float]:

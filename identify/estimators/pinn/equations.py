@@ -30,7 +30,6 @@ from identify.estimators.pinn.network import (
     spent,
 )
 from identify.estimators.pinn.noise import Moments, Noise
-from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
 from identify.estimators.pinn.stretches import Stretch, stretches, worked
 
@@ -165,13 +164,6 @@ def _expected(
 
     parts = worked(told, stretches(len(beside), state.device))
     return _Told(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
-
-
-def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
-    """Covariance (N, n, n) of the velocities before and after each interval with its balances."""
-    before = on[:-1, :n] @ own.before.mT + beside[:, :n] @ own.after.mT
-    after = beside[:, :, :n].mT @ own.before.mT + on[1:, :n] @ own.after.mT
-    return before, after
 
 
 def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:

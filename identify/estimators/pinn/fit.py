@@ -1,9 +1,7 @@
-"""A dive through the network: laid out, started, cleared of wild readings, trained, asked for a missing drag."""
+"""A dive through the network: laid out, started, cleared of wild readings, trained."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from contextvars import copy_context
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -17,13 +15,12 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes import Axes
 from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
-from identify.estimators.pinn.drag import missing_drag
 from identify.estimators.pinn.guide import Guide
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import data_of, wild, without
 from identify.estimators.pinn.noise import Noise, Prior
 from identify.estimators.pinn.raw import Raw, raw_of
-from identify.estimators.pinn.start import filters_of
+from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.pinn.training import MOST_PASSES, UNSETTLED_TEXT, Pass, Point, Trained, Trainer
 from identify.estimators.solvable import no_solution
 from identify.identification import Z95
@@ -48,9 +45,8 @@ class Fit:
 
     values (6 + 2 n,): six masses, n dampings, n trims, SI units. covariance: of their logarithms, trims as they are.
     stretch (2 n, 2): what to multiply the lower and the upper half of the interval by, of each fitted mass and then
-    damping. information (p, p): what the dive alone tells of these and of the noise levels. drag_score (n,),
-    drag_shift (n, p): see `drag.Missing`, in the same logarithms. sensor (C,), disturbance, time_constant_s (n,): the
-    noise levels.
+    damping. information (p, p): what the dive alone tells of these and of the noise levels. filters: those of all axes
+    at these values. sensor (C,), disturbance, time_constant_s (n,): the noise levels.
     """
 
     layout: Layout
@@ -58,8 +54,7 @@ class Fit:
     covariance: Array
     stretch: Array
     information: Array
-    drag_score: Array
-    drag_shift: Array
+    filters: Filters
     sensor: Array
     disturbance: Array
     time_constant_s: Array
@@ -169,18 +164,14 @@ def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
     per_unit = torch.cat([1 / to_log, torch.ones_like(noise.logarithm())])
     covariance = torch.linalg.inv(trained.curvature)[: len(raw), : len(raw)] * torch.outer(to_log, to_log)
     std = covariance.diagonal()[[*layout.dofs, *range(6, 6 + len(layout.dofs))]].sqrt()
-    with ThreadPoolExecutor(max_workers=1) as beside:
-        # What numpy is told to ignore holds there too.
-        stretch = beside.submit(copy_context().run, task.guide.stretch, trained.raw, noise, std)
-        missing = missing_drag(trainer.data, map_, trained)
+    filters = task.guide.near(trained.raw, noise)
     return Fit(
         layout,
         _array(map_.values(trained.raw)),
         _array(covariance),
-        stretch.result(),
+        filters.stretch(std.cpu().numpy()),
         _array(trained.told * torch.outer(per_unit, per_unit)),
-        missing.score,
-        missing.shift * _array(to_log),
+        filters,
         _array(noise.sensor),
         _array(noise.disturbance),
         _array(noise.time_constant_s),

@@ -60,9 +60,9 @@ class Guide:
         out[np.ix_(place, place)] = torch.as_tensor(found, device=like.device) * torch.outer(unit, unit)
         return out
 
-    def stretch(self, raw: Tensor, noise: Noise, std: Tensor) -> Array:
-        """See `Filters.stretch`."""
-        return self.filters.stretch(self._levels(raw, noise), std.cpu().numpy())
+    def near(self, raw: Tensor, noise: Noise) -> Filters:
+        """See `Filters.near`."""
+        return self.filters.near(self._levels(raw, noise))
 
     def _levels(self, raw: Tensor, noise: Noise) -> Levels:
         values, n = self.map_.values(raw), len(self.dofs)

@@ -6,7 +6,7 @@ what coefficients are worth at given noise levels, but where a disturbance drive
 levels and coefficients are found out together.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,20 +80,24 @@ class Filters:
         cross = information[np.ix_(kept, others)]
         return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(rest, cross.T))
 
-    def stretch(self, at: Levels, std: Array) -> Array:
+    def near(self, at: Levels) -> "Filters":
+        """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay their
+        own, for their readings are not the network's."""
+        theta = self.theta.copy()
+        coefficients = self._places()[: 3 * len(self.joint.problems)]
+        theta[coefficients] = self._theta(at)[coefficients]
+        return replace(self, joint=self.joint.with_better_forces(self.built.motion, theta), theta=theta)
+
+    def stretch(self, std: Array) -> Array:
         """What to multiply the halves of the intervals by, (2 n, 2) of masses and then dampings.
 
-        `std` (2 n,) of their logarithms: only of those that are known loosely the likelihood's shape is asked. Noise
-        levels are the filters' own, whose readings are not the network's.
+        `std` (2 n,) of their logarithms: only of those that are known loosely the likelihood's shape is asked.
         """
         out = np.ones((len(std), 2))
         loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
         if len(loose):
-            theta = self.theta.copy()
-            coefficients = self._places()[: 3 * len(self.joint.problems)]
-            theta[coefficients] = self._theta(at)[coefficients]
-            joint = self.joint.with_better_forces(self.built.motion, theta)
-            fits = list(axis_fits(joint, climb(joint, theta, NEAR, JointLikelihood.score)).values())
+            maximum = climb(self.joint, self.theta, NEAR, JointLikelihood.score)
+            fits = list(axis_fits(self.joint, maximum).values())
             for row in loose.tolist():
                 kind, axis = divmod(row, len(fits))
                 out[row] = stretches(fits[axis].problem, fits[axis].maximum.theta, (MASS, DAMPING)[kind])

@@ -1,0 +1,94 @@
+"""What coefficients would be, were the forces let in that a fit is doubted for."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.estimators.doubts import by_drag, by_lateness, coefficients
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.multiplier import Force, Wider, with_forces
+from identify.estimators.scoring import climb
+from identify.identification import Z95
+
+Array = NDArray[np.float64]
+
+TURNS, SETTLED = 6, 0.1
+"""A drag is made of speeds that the fit with that drag came to, so often at most, or until no coefficient moves by
+more than this share of its standard error."""
+
+
+@dataclass(frozen=True)
+class Admitted:
+    """What letting forces in changes of the coefficients, (12,) with the masses first: `shift` of their logarithms, 0
+    where nothing is let in, and `looser`, what their standard errors are multiplied by."""
+
+    shift: Array
+    looser: Array
+
+    def std(self, row: int, std: float) -> float:
+        """The standard error of a logarithm with what the model without those forces is off by."""
+        return float(np.hypot(std, self.shift[row]))
+
+    def reach(self, row: int, std: float, stretch: Array) -> tuple[float, float]:
+        """How far the 95 % interval of a logarithm reaches below and above; `stretch` (2,): see `JointFit`.
+
+        As far as the shift as one more error takes it, for the form of those forces is a guess; and no less than the
+        interval of the model with them reaches, should the guess be right.
+        """
+        whole, loose, shift = self.std(row, std), std * self.looser[row], self.shift[row]
+        below, above = Z95 * stretch
+        return float(max(whole * below, loose * below - shift)), float(
+            max(whole * above, loose * above + shift)
+        )
+
+
+NOTHING = Admitted(np.zeros(12), np.ones(12))
+
+
+def admitted(
+    joint: JointLikelihood, theta: Array, lacking: Collection[int], late: Collection[int]
+) -> Admitted:
+    """All axes fitted again from theta with the forces that are missing: a quadratic drag in the degrees of freedom
+    that are `lacking` it, thrust at another time in those that are `late`.
+
+    All together, because a mass also weighs in the Coriolis forces of other axes, and with noise levels of their own.
+    Drag is made of the posterior mean of the speeds, as Coriolis forces are: what is unknown of that does not depend on
+    what is known (Berkson 1950).
+    """
+    if not lacking and not late:
+        return NOTHING
+    without = climb(joint, theta, score=JointLikelihood.score)
+    rows, where = coefficients(joint)
+    lateness = [
+        Force(problem.axis.dof, by_lateness(problem.axis))
+        for problem in joint.problems
+        if problem.axis.dof in late
+    ]
+    wider, at = Wider(joint, without.theta, ()), without.theta
+    coefficient = at[where]
+    for _ in range(TURNS):
+        before = coefficient
+        drag = _drag(wider.problem, at, lacking)
+        wider = with_forces(joint, without.theta, [*lateness, *drag])
+        found = climb(wider.problem, wider.start, score=JointLikelihood.score)
+        at, kept = found.theta, wider.kept
+        coefficient, variance = at[kept][where], np.diag(np.linalg.inv(found.precision))[kept][where]
+        if not lacking or np.max(np.abs(coefficient - before) / np.sqrt(variance)) < SETTLED:
+            break
+    narrow = np.diag(np.linalg.inv(without.precision))[where]
+    shift, looser = np.zeros(12), np.ones(12)
+    shift[rows] = coefficient - without.theta[where]
+    looser[rows] = np.maximum(np.sqrt(variance / narrow), 1.0)
+    return Admitted(shift, looser)
+
+
+def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
+    """The quadratic drags at theta's speeds."""
+    own = zip(joint.at(theta), joint.places, strict=True)
+    return [
+        Force(problem.axis.dof, by_drag(problem.speed(theta[place])))
+        for problem, place in own
+        if problem.axis.dof in lacking
+    ]
