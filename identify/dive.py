@@ -72,7 +72,8 @@ class Dive:
     (n, thrusters), signed. voltage: (n, 1) V. tau_pid, tau_ff, tau_cmd: (n, 6) N and N m. nu_fb: (n, 6).
     nu_ref: (n, 14) velocity, acceleration, heading, depth. ff_mode, veh_cfg: (n, 1). armed: (n, 1), 1 for armed.
     gnss: (n, 4) latitude deg, longitude deg, speed m/s, course rad.
-    notes: what could not be recovered, in sentences for the user. sha256, opening: as `ingest.identity` has them.
+    notes: what could not be recovered, in sentences for the user. frozen: by signal, from when to when in s its
+    readings stood still, so that they were left out. sha256, opening: as `ingest.identity` has them.
     """
 
     name: str
@@ -102,6 +103,7 @@ class Dive:
     unix_at_boot_s: float | None = None
     opening: str = ""
     notes: tuple[str, ...] = ()
+    frozen: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
 
     def signals(self) -> dict[str, Signal]:

@@ -4,6 +4,7 @@ A likelihood of a closed loop is right only where it is given the readings that 
 section 13.4); with others it takes for mass what the controller did about the disturbance.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from numba import njit
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive
+from identify.estimators.said import axes_named
 from identify.identification import Doubt
 
 LARGEST_UNEXPLAINED = 0.25
@@ -30,6 +32,9 @@ MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
 LATEST_S, LATE_STEP_S = 0.3, 0.01
 SAME = 1e-5
 """m/s: two velocities nearer than this are one."""
+
+AFTER_S = 1.0
+"""What a filter still makes of the readings before a stretch in which they stand still is over by then."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,41 @@ def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
             continue
         out.append(Unrecorded(dof, found))
     return tuple(out)
+
+
+def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
+    """A warning where the recorded velocity stood still while the one that the controller used went on."""
+    stretches = dive.frozen.get("velocity", ())
+    dofs = [dof for dof in range(3) if _went_on(dive, dof, stretches)]
+    if not dofs:
+        return ()
+    named = tuple(group[dof].name for dof in dofs for group in (MASSES, DAMPINGS))
+    seconds = sum(end_s - start_s for start_s, end_s in stretches)
+    share = seconds / max(dive.duration_s, 1e-9)
+    sentence = (
+        f"For {seconds:.0f} s ({100 * share:.1f} % of the dive) the recorded velocity stood still while the "
+        f"controller's own (NU_FB) went on in {axes_named(dofs)}: the logged velocity can't be the one that the "
+        f"controller used, so {', '.join(named)} rest on the rest of the dive, and their intervals may be too narrow; "
+        "record the very velocity that the controller uses."
+    )
+    return (Doubt(named, sentence),)
+
+
+def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> bool:
+    """Whether NU_FB moved in these stretches by more than the lever arm's turning, and the velocity's noise, tell."""
+    used = dive.nu_fb
+    if used is None:
+        return False
+    parts = [used.between(start_s + AFTER_S, end_s).value for start_s, end_s in stretches]
+    parts = [part[np.isfinite(part).all(axis=1)] for part in parts]
+    table = np.concatenate([part - part.mean(axis=0) for part in parts if len(part)] or [np.zeros((0, 6))])
+    if len(table) < 2 * TAPS:
+        return False
+    turning, fed = table[:, 3:], table[:, dof]
+    fitted, *_ = np.linalg.lstsq(turning, fed, rcond=None)
+    read = np.zeros((0, 3)) if dive.velocity is None else dive.velocity.value
+    noise = _noise(read[np.isfinite(read).all(axis=1), dof])
+    return _spread(fed - turning @ fitted) > max(LARGEST_FOREIGN * noise, SAME)
 
 
 def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
@@ -137,13 +177,16 @@ def foreign_velocity(dive: Dive, dof: int) -> float | None:
         return None
     good = np.isfinite(dive.velocity.value).all(axis=1)
     time_s, read = dive.velocity.time_s[good], dive.velocity.value[good, dof]
-    noise = _spread(np.diff(read, 2)) / np.sqrt(6.0) if len(read) > TAPS else 0.0
+    noise = _noise(read)
     table = np.column_stack([_past(read), _memories(time_s, read)]) if noise > 0 else np.zeros((0, 0))
     fed = dive.nu_fb.value[:, dof]
+    frozen = np.zeros(len(fed), dtype=np.bool_)  # `frozen_doubts` tells of those
+    for start_s, end_s in dive.frozen.get("velocity", ()):
+        frozen |= (dive.nu_fb.time_s >= start_s) & (dive.nu_fb.time_s <= end_s + LATEST_S)
     left = []
     for late_s in np.arange(0.0, LATEST_S, LATE_STEP_S) if noise > 0 else ():
         latest = np.searchsorted(time_s, dive.nu_fb.time_s - late_s + 1e-6, side="right") - 1
-        known = (latest >= TAPS) & np.isfinite(fed)
+        known = (latest >= TAPS) & np.isfinite(fed) & ~frozen
         if np.count_nonzero(known) < 10 * TAPS:
             return None
         columns = table
@@ -184,6 +227,11 @@ def _kept(read: Array, keep: Array) -> Array:
         held = keep * held + (1.0 - keep) * read[i]
         out[i] = held
     return out
+
+
+def _noise(read: Array) -> float:
+    """Standard deviation of the white noise on readings (n,); 0 where they are too few."""
+    return _spread(np.diff(read, 2)) / float(np.sqrt(6.0)) if len(read) > TAPS else 0.0
 
 
 def _spread(value: Array) -> float:

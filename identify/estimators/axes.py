@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
@@ -92,8 +93,13 @@ class Axes:
 def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     """The axes that this dive has readings and forces for.
 
-    Raises FitError where the dive holds no thruster command at all.
+    Raises FitError where the dive holds no thruster command at all, or no reading that does not stand still.
     """
+    if dive.frozen and dive.velocity is dive.gyro is dive.fog is None:
+        raise FitError(
+            f"{dive.name}: every velocity and rate of turn in it repeats one value while the thrusters push: nothing "
+            "can be identified; check the sensors, and what passes their readings on"
+        )
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]
     forces = wrench(dive, file, name)
@@ -113,7 +119,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
         place = places.get(dof)
         found = channels(dive, dof, velocity, None if place is None else place.reading)
         if not found:
-            missing[dof] = f"no {'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]} was recorded"
+            missing[dof] = _unread(dive, dof)
         elif (events := _events(dof, found, (start, end))) is None:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
@@ -130,6 +136,14 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
                 )
     strange = _strange(dive, forces, vehicle, name)
     return Axes(tuple(axes), missing, forces.notes, strange, motion, held, unpushed)
+
+
+def _unread(dive: Dive, dof: int) -> str:
+    """Why a dive has no readings of an axis."""
+    what = f"{'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]}"
+    if ("velocity" if dof < 3 else "gyro") in dive.frozen:
+        return f"the recorded {what} stands still at one value while the vehicle goes on"
+    return f"no {what} was recorded"
 
 
 def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> str:

@@ -18,7 +18,8 @@ def gaps(dive: Dive) -> tuple[str, ...]:
 def _velocity(dive: Dive) -> list[str]:
     signal = dive.velocity
     if signal is None or not np.isfinite(signal.value).any():
-        return ["No velocity is recorded: mass and damping in surge, sway and heave can't be identified."]
+        lacks = "left" if "velocity" in dive.frozen else "recorded"
+        return [f"No velocity is {lacks}: mass and damping in surge, sway and heave can't be identified."]
     notes = []
     if signal.rate_hz < SLOWEST_VELOCITY_HZ:
         notes.append(f"Velocity comes at {signal.rate_hz:.1f} Hz, too slow to identify masses.")
@@ -35,13 +36,14 @@ def _velocity(dive: Dive) -> list[str]:
 
 def _rates(dive: Dive) -> list[str]:
     fastest = max((s.rate_hz for s in (dive.gyro, dive.fog) if s is not None), default=0.0)
+    lacks = "left" if {"gyro", "fog"} & dive.frozen.keys() else "recorded"
     if fastest == 0.0:
         if dive.attitude is not None:
             return [
-                f"No rate of turn is recorded, and heading at {dive.attitude.rate_hz:.1f} Hz can't stand in "
+                f"No rate of turn is {lacks}, and heading at {dive.attitude.rate_hz:.1f} Hz can't stand in "
                 "for it: inertia and damping in yaw can't be identified."
             ]
-        return ["No rate of turn is recorded: inertia and damping in yaw can't be identified."]
+        return [f"No rate of turn is {lacks}: inertia and damping in yaw can't be identified."]
     if fastest < SLOWEST_GYRO_HZ:
         return [f"Rates of turn come at {fastest:.1f} Hz, too slow to identify inertia in yaw."]
     return []

@@ -10,6 +10,7 @@ from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.ingest.dataflash import read_dataflash
+from identify.ingest.frozen import without_frozen
 from identify.ingest.gaps import gaps
 from identify.ingest.identity import identity_of
 from identify.ingest.table import column_map, read_table
@@ -19,7 +20,7 @@ FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
-    """The dive that a recording holds, with notes on what it lacks.
+    """The dive that a recording holds, without readings that stand still, and with notes on what it lacks.
 
     `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns; a dive folder
     made from a `.csv` holds its own, `columns.yaml`. With `vehicle` the notes also say whether the recording
@@ -30,7 +31,7 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     beside = path / "columns.yaml"
     columns = beside if columns is None and beside.exists() else columns
     fields, known_by = _fields(files, columns, str(path)), identity_of(files)
-    dive = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
+    dive = without_frozen(Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields))
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
 

@@ -1,0 +1,185 @@
+"""Readings that stand still while the vehicle goes on: a sensor, or what passes it on, that repeats its last value.
+
+A value that comes again proves nothing by itself: a sensor of coarse steps repeats at rest, one that is passed on
+faster than it reads repeats by nature, and a simulated one without noise is as still as its vehicle. So a long run of
+one value in all axes is taken for frozen only while the thrusters push, and only where either the signal's own noise
+never repeats so long by chance, or something else that was recorded says that the vehicle moved meanwhile.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.thrusters import NEUTRAL_US
+from identify.dive import Array, Dive, Signal
+
+SHORTEST_S, FEWEST = 2.0, 8
+"""Of one value in all axes: what repeats for less, or less often, is left alone."""
+
+ENOUGH = 20
+"""Different values from which on the noise of a signal is known."""
+
+CHANCE = 1e-3
+"""Runs as long as this one that a dive may hold by chance where it is called frozen."""
+
+SETTLING_S = 1.0
+"""Before the end of a run nothing is asked: a push of that moment moves the vehicle only later."""
+
+IDLE_US = 30.0
+FORCE_SHARE = 0.1
+MOVED, TURNED_RAD = 0.03, 0.2
+"""Thrust as a share of its range in the dive, velocity in m/s or rad/s, angle: more than one reading has room for."""
+
+WORDS = {
+    "velocity": "The velocity",
+    "gyro": "The rate of turn of the gyro",
+    "fog": "The rate of turn of the fibre-optic gyro",
+    "attitude": "The attitude",
+    "pressure": "The pressure of the depth sensor",
+    "depth": "The depth",
+}
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs of one value in all axes of a signal: the first and the last sample (k,) of each, and their times."""
+
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    start_s: Array
+    end_s: Array
+
+    @property
+    def count(self) -> NDArray[np.int64]:
+        return self.last - self.first + 1
+
+    @property
+    def long(self) -> NDArray[np.bool_]:
+        return (self.count >= FEWEST) & (self.end_s - self.start_s >= SHORTEST_S)
+
+
+def without_frozen(dive: Dive) -> Dive:
+    """The dive without the readings that stand still, with a note for each sensor; the first of each run stays.
+
+    A signal of which no more than that is left is none.
+    """
+    kept: dict[str, Any] = {}
+    stretches: dict[str, tuple[tuple[float, float], ...]] = {}
+    notes = []
+    for name, words in WORDS.items():
+        signal = dive.signals().get(name)
+        known = _known(signal) if signal is not None else None
+        runs = _runs(known) if known is not None and len(known) >= FEWEST else None
+        if signal is None or known is None or runs is None or not runs.long.any():
+            continue
+        frozen = _frozen(dive, name, known, runs)
+        if not frozen.any():
+            continue
+        stretches[name] = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
+        index = np.concatenate(
+            [np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)]
+        )
+        stays = ~np.isin(signal.time_s, known.time_s[index])
+        left = Signal(signal.time_s[stays], signal.value[stays])
+        kept[name] = left if np.isfinite(left.value).all(axis=1).sum() > np.count_nonzero(frozen) else None
+        notes.append(_note(words, stretches[name], len(index) / len(known)))
+    return replace(dive, **kept, frozen=stretches, notes=dive.notes + tuple(notes)) if stretches else dive
+
+
+def _note(words: str, stretches: tuple[tuple[float, float], ...], share: float) -> str:
+    seconds = sum(end - start for start, end in stretches)
+    where = "" if len(stretches) == 1 else f" in {len(stretches)} stretches"
+    return (
+        f"{words} repeats one value for {seconds:.0f} s{where} ({100 * share:.1f} % of its readings) while the vehicle "
+        "goes on: what stands still is left out; check that sensor, and what passes its readings on."
+    )
+
+
+def _known(signal: Signal) -> Signal:
+    known = np.isfinite(signal.value).all(axis=1)
+    return Signal(signal.time_s[known], signal.value[known])
+
+
+def _runs(signal: Signal) -> Runs:
+    changed = np.concatenate([[True], (signal.value[1:] != signal.value[:-1]).any(axis=1), [True]])
+    edges = np.flatnonzero(changed)
+    first, last = edges[:-1], edges[1:] - 1
+    return Runs(first, last, signal.time_s[first], signal.time_s[last])
+
+
+def _frozen(dive: Dive, name: str, signal: Signal, runs: Runs) -> NDArray[np.bool_]:
+    """Which runs (k,) are frozen."""
+    likely = _log_chance(signal, runs)
+    found = np.zeros(len(runs.first), dtype=np.bool_)
+    for i in np.flatnonzero(runs.long):
+        span_s = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
+        by_noise = likely is not None and (runs.count[i] - 1) * likely + np.log(len(signal)) < np.log(CHANCE)
+        found[i] = _pushed(dive, span_s) and (by_noise or _moved(dive, name, span_s))
+    return found
+
+
+def _log_chance(signal: Signal, runs: Runs) -> float | None:
+    """Logarithm of the chance that a sample repeats the one before, beside the long runs; None where no noise is seen.
+
+    Noise makes third differences larger than first ones, motion makes them smaller.
+    """
+    usual = ~runs.long
+    if np.count_nonzero(usual) < ENOUGH:
+        return None
+    fresh = signal.value[runs.first[usual]]
+    slope, third = (np.median(np.abs(np.diff(fresh, n, axis=0)), axis=0) for n in (1, 3))
+    if not (third > slope).any():
+        return None
+    count = runs.count[usual]
+    again = int((count - 1).sum())
+    # What repeated once may well do so again, where a sensor's steps are coarse.
+    twice = int(np.maximum(count - 2, 0).sum())
+    likely = max(again / int(count.sum()), twice / again if again else 0.0)
+    return float(np.log(max(likely, 1e-3)))
+
+
+def _pushed(dive: Dive, span_s: tuple[float, float]) -> bool:
+    """Whether thrust was asked for in a span of time."""
+    if dive.pwm is not None and len(dive.pwm):
+        pushed = np.abs(dive.pwm.between(*span_s).value - NEUTRAL_US)
+        return bool((pushed[np.isfinite(pushed)] > IDLE_US).any())
+    return dive.tau_cmd is not None and bool(
+        (np.nan_to_num(dive.tau_cmd.between(*span_s).value) != 0.0).any()
+    )
+
+
+def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
+    """Whether something else that was recorded shows that what a signal reads can't have stood still."""
+    if name == "attitude":
+        return _turn_rad(dive.gyro, span_s) > TURNED_RAD
+    columns = {"velocity": slice(0, 3), "gyro": slice(3, 6), "fog": slice(5, 6)}.get(name)
+    if columns is None:
+        return False  # at the surface or at the bottom, depth stands still whatever the vehicle does
+    used, thrust = dive.nu_fb, dive.tau_cmd
+    if used is not None and _range(used.between(*span_s).value[:, columns]) > MOVED:
+        return True
+    if thrust is not None:
+        return _range(thrust.between(*span_s).value[:, columns]) > FORCE_SHARE * _range(
+            thrust.value[:, columns]
+        )
+    if name != "velocity" or dive.pwm is None:
+        return False
+    return _range(dive.pwm.between(*span_s).value) > FORCE_SHARE * _range(dive.pwm.value)
+
+
+def _turn_rad(gyro: Signal | None, span_s: tuple[float, float]) -> float:
+    """The largest angle that the rates of a span of time come to, about any axis; 0 where they stand still too."""
+    part = None if gyro is None else gyro.between(*span_s)
+    if part is None or _range(part.value) == 0.0:
+        return 0.0
+    step_s = np.diff(part.time_s, prepend=part.time_s[:1])
+    return _range(np.cumsum(np.nan_to_num(part.value) * step_s[:, None], axis=0))
+
+
+def _range(value: Array) -> float:
+    """The largest difference within a column of (n, k); 0 where there is nothing."""
+    if not len(value) or not np.isfinite(value).any():
+        return 0.0
+    return float(np.nanmax(np.fmax.reduce(value, axis=0) - np.fmin.reduce(value, axis=0)))
