@@ -30,6 +30,7 @@ from identify.estimators.pinn.network import (
     spent,
 )
 from identify.estimators.pinn.noise import Moments, Noise
+from identify.estimators.pinn.physics import Balance
 from identify.estimators.pinn.raw import Raw
 from identify.estimators.pinn.stretches import Stretch, stretches, worked
 
@@ -149,21 +150,30 @@ def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, beside: Tensor
 ) -> _Told:
     """The loss at the best state, and by automatic differentiation the slope of its expectation about that."""
+    half = torch.full((), 0.5, dtype=raw.dtype, device=raw.device)
 
     def told(some: Stretch) -> tuple[Tensor, ...]:
         with torch.enable_grad():
             asked = raw.detach().clone().requires_grad_()
             there = pull(between(data, some.intervals), map_, asked, state[some.nodes], noise)
-            squares = expected_squares(there, on[some.nodes], beside[some.intervals])
             _, turned = stepped(there, data.axes)
             cost = spent(there) - 2 * turned.sum()
-            slope = torch.autograd.grad(0.5 * (squares.sum() + cost), asked)[0]
+        hangs = (there.before, there.after, there.residual, cost)
         with torch.no_grad():
+            squares, by_before, by_after = expected_squares(there, on[some.nodes], beside[some.intervals])
+            slope = torch.autograd.grad(hangs, asked, (by_before, by_after, there.residual, half))[0]
             loss = (there.residual**2).sum() + cost
             return loss, slope, *short_of_one(there, squares, data.axes)
 
     parts = worked(told, stretches(len(beside), state.device))
     return _Told(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
+
+
+def entangled(own: Balance, on: Tensor, beside: Tensor, n: int) -> tuple[Tensor, Tensor]:
+    """Covariance (N, n, n) of the velocities before and after each interval with its balances."""
+    before = on[:-1, :n] @ own.before.mT + beside[:, :n] @ own.after.mT
+    after = beside[:, :, :n].mT @ own.before.mT + on[1:, :n] @ own.after.mT
+    return before, after
 
 
 def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:

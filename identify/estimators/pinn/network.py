@@ -113,7 +113,6 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     first, second = state[:-1], state[1:]
     owner = torch.tensor([*range(n), *range(n), *placed, *data.channel_axis.tolist()], device=state.device)
     position, reading = slice(2 * n, 2 * n + x), slice(2 * n + x, None)
-    each = torch.arange(n, device=state.device)
 
     kept = torch.exp(-h / noise.time_constant_s)
     sensor = (data.scale * noise.sensor) ** 2
@@ -134,27 +133,19 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     there = torch.ones_like(variance)
     there[:, reading] = data.known.to(variance)
 
-    before = torch.zeros(count, len(owner), width, dtype=state.dtype, device=state.device)
-    after = torch.zeros_like(before)
-    before[:, :n], after[:, :n] = own.before, own.after
-    before[:, n + each, n + each], after[:, n + each, n + each] = -kept, torch.ones_like(kept)
-    place = torch.arange(x, device=state.device)
-    before[:, 2 * n + place, 2 * n + place], after[:, 2 * n + place, 2 * n + place] = -1.0, 1.0
-    before[:, 2 * n + place, placed] = after[:, 2 * n + place, placed] = -0.5 * h
-    before[:, reading], after[:, reading] = data.before, data.after
     # What hangs on mass: the velocity swings under the thrust and bends under the disturbance.
-    bent = torch.cat([-(h**2) / 12 * torch.ones_like(wander[:, position]), data.bent], dim=1)
+    rows = owner[2 * n :]
+    bent = torch.cat([-(h**2) / 12 * torch.ones_like(wander[:, position]), data.bent], dim=1) / mass[rows]
     swung = torch.cat([-0.5 * h * torch.ones_like(wander[:, position]), data.swung], dim=1)
-    rows = torch.arange(2 * n, len(owner), device=state.device)
-    bent, swung = bent / mass[owner[rows]], swung * known.swing[:, owner[rows]] / mass[owner[rows]]
-    bend = bending(known, given.damping, width)[owner[rows]]
-    before[:, rows] += bent[:, :, None] * bend
-    after[:, rows] -= bent[:, :, None] * bend
+    swung = swung * known.swing[:, rows] / mass[rows]
+    bend = bent[:, :, None] * bending(known, given.damping, width)[rows]
+    straight_before, straight_after = _straight(data, kept, width)
+    before = torch.cat([own.before, straight_before[:, :n], straight_before[:, n:] + bend], dim=1)
+    after = torch.cat([own.after, straight_after[:, :n], straight_after[:, n:] - bend], dim=1)
 
-    residual = torch.einsum("nrs,ns->nr", before, first) + torch.einsum("nrs,ns->nr", after, second)
-    residual[:, :n] = own.residual
-    residual[:, rows] += swung
-    residual[:, reading] -= data.value
+    read = torch.einsum("nrs,ns->nr", before[:, n:], first) + torch.einsum("nrs,ns->nr", after[:, n:], second)
+    value = torch.cat([torch.zeros_like(wander[:, position]), data.value], dim=1)
+    residual = torch.cat([own.residual, read[:, :n], read[:, n:] + swung - value], dim=1)
     std = variance.sqrt()
     weight = there / std
     return Pull(
@@ -170,6 +161,21 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     )
 
 
+def _straight(data: Data, kept: Tensor, width: int) -> tuple[Tensor, Tensor]:
+    """Slopes (N, n + x + C, s) in the states at both ends of all residuals but the physics', as they are where nothing
+    bends the velocity; of the disturbance the share `kept` (N, n) stays."""
+    known, n = data.interval, data.axes
+    placed, x = list(known.placed), len(known.placed)
+    before = torch.zeros(len(kept), n + x + data.value.shape[1], width, dtype=kept.dtype, device=kept.device)
+    after = torch.zeros_like(before)
+    each, place = torch.arange(n, device=kept.device), torch.arange(x, device=kept.device)
+    before[:, each, n + each], after[:, each, n + each] = -kept, torch.ones_like(kept)
+    before[:, n + place, 2 * n + place], after[:, n + place, 2 * n + place] = -1.0, 1.0
+    before[:, n + place, placed] = after[:, n + place, placed] = -0.5 * known.step_s[:, None]
+    before[:, n + x :], after[:, n + x :] = data.before, data.after
+    return before, after
+
+
 def first_precision(noise: Noise, placed: int) -> Tensor:
     """One over the variance of the first state, (s,)."""
     d = noise.disturbance**-2.0
@@ -182,12 +188,14 @@ def first_precision(noise: Noise, placed: int) -> Tensor:
     )
 
 
-def expected_squares(pulled: Pull, on: Tensor, beside: Tensor) -> Tensor:
+def expected_squares(pulled: Pull, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Of the residuals, (N, R), over the network's own uncertainty: blocks of its covariance `on` and `beside` the
-    diagonal."""
+    diagonal; and half the slopes (N, R, s) of their sum in the pull's `before` and `after`."""
     before, after = pulled.before, pulled.after
-    spread = ((before @ on[:-1] + 2 * after @ beside.mT) * before).sum(dim=2)
-    return pulled.residual**2 + spread + (after @ on[1:] * after).sum(dim=2)
+    by_before = before @ on[:-1] + after @ beside.mT
+    by_after = before @ beside + after @ on[1:]
+    spread = (by_before * before).sum(dim=2) + (by_after * after).sum(dim=2)
+    return pulled.residual**2 + spread, by_before, by_after
 
 
 def short_of_one(pulled: Pull, squares: Tensor, axes: int) -> tuple[Tensor, Tensor]:
