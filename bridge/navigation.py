@@ -15,7 +15,7 @@ class Navigation:
     """The latest values (SI, FRD) with their times of validity; NaN until first heard.
 
     `velocity` is that of the body's origin, held through dropouts. `rate` takes yaw from the fibre-optic gyro
-    where there is one. `heading_rad` is unwrapped.
+    where there is one. `heading_rad` is unwrapped. `voltage_v` is the battery's of late, NaN where none is heard.
     """
 
     velocity: Vector3 = NAN3
@@ -27,6 +27,7 @@ class Navigation:
     attitude_time_s: float = math.nan
     depth_m: float = math.nan
     depth_time_s: float = math.nan
+    voltage_v: float = math.nan
 
 
 def known_at(navigation: Navigation, now_s: float) -> Navigation:

@@ -20,6 +20,7 @@ from bridge.errors import ConfigError, ParamError
 from bridge.messages.readings import CONTRACT_VERSION
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from bridge.vehicle.config import Configuration, Vehicle
+from bridge.vehicle.effect_coefficients import effect_coefficients
 
 MODE: Final = "FF_MODE"
 COMMIT: Final = "FF_COMMIT"
@@ -68,7 +69,8 @@ class Refusal(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One row of the vehicle's table. `optional` also takes 0.0, which means: not set."""
+    """One row of the vehicle's table. `optional` also takes 0.0, which means: not set. `later`: a store of an earlier
+    version lacks it."""
 
     name: str
     low: float
@@ -77,13 +79,15 @@ class Parameter:
     optional: bool = False
     veh_cfg: int = 0
     coefficient: str = ""
+    later: bool = False
 
     def admits(self, value: float) -> bool:
         return self.low <= value <= self.high or (self.optional and value == 0.0)
 
 
 def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
-    """The coefficients of every configuration; what the vehicle file gives as its model is the default.
+    """The coefficients of every configuration, what the vehicle file gives as its model being the default; behind them
+    those of effects, which are absent at first.
 
     Their bounds are those of the coefficients, drawn in to what a vehicle of this mass and thrust can have.
     Raises ConfigError where that model is out of bounds.
@@ -107,7 +111,22 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
                 f"vehicle '{vehicle.name}': model: {row.coefficient} is {row.default:g}; "
                 f"give a value from {row.low:g} to {row.high:g}"
             )
-    return table
+    effects = tuple(
+        Parameter(
+            one.parameter_id(veh_cfg),
+            to_float32(one.low),
+            to_float32(one.high),
+            0.0,
+            True,
+            veh_cfg,
+            one.name,
+            True,
+        )
+        for name, shape in vehicle.configurations.items()
+        for veh_cfg in (vehicle.veh_cfg(name),)
+        for one in effect_coefficients(shape)
+    )
+    return table + effects
 
 
 def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float]:
@@ -322,7 +341,7 @@ class ParameterServer:
             return
         self._mode = stored.mode
         if stored.active is not None:
-            self._active = {name: stored.active[name] for name in self._table}
+            self._active = {name: stored.active.get(name, row.default) for name, row in self._table.items()}
 
     def _put_aside(self, path: Path) -> None:
         try:
@@ -342,7 +361,8 @@ class ParameterServer:
             return False
         if stored.active is None:
             return True
-        return set(stored.active) == set(self._table) and all(
+        needed = {name for name, row in self._table.items() if not row.later}
+        return needed <= set(stored.active) <= set(self._table) and all(
             self._table[name].admits(value) and to_float32(value) == value
             for name, value in stored.active.items()
         )

@@ -6,7 +6,7 @@ bytes with their time of arrival, and calls `step` at the control rate.
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -123,7 +123,7 @@ class Bridge:
     @property
     def navigation(self) -> Navigation:
         """The latest of every sensor."""
-        return self._navigator.navigation
+        return replace(self._navigator.navigation, voltage_v=self._feedback.voltage_v(self._clock.boot_s()))
 
     @property
     def link_faults(self) -> dict[str, str]:

@@ -43,11 +43,18 @@ class ThrustFeedback:
 
     def battery_reading(self, now_s: float) -> Reading | None:
         """Mean voltage and total current of the controllers heard of late; None for none."""
-        heard = [sample for sample in self._latest.values() if now_s - sample.time_s < STALE_S]
+        heard = self._heard(now_s)
         if not heard:
             return None
-        voltage = sum(sample.voltage_v for sample in heard) / len(heard)
-        return Reading("battery", now_s, (voltage, sum(sample.current_a for sample in heard)))
+        return Reading("battery", now_s, (self.voltage_v(now_s), sum(sample.current_a for sample in heard)))
+
+    def voltage_v(self, now_s: float) -> float:
+        """Mean voltage of the controllers heard of late, NaN for none."""
+        heard = self._heard(now_s)
+        return sum(sample.voltage_v for sample in heard) / len(heard) if heard else math.nan
+
+    def _heard(self, now_s: float) -> list[EscSample]:
+        return [sample for sample in self._latest.values() if now_s - sample.time_s < STALE_S]
 
     def _speed(self, index: int, time_s: float) -> float:
         sample = self._latest.get(index)

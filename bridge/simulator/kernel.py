@@ -16,6 +16,7 @@ def derivative(
     tau: Array,
     mass: Array,
     damping: Array,
+    quadratic: Array,
     weight_arm: float,
     net_up: float,
     surface_stiffness: float,
@@ -49,12 +50,12 @@ def derivative(
     c_k = (m_w - m_v) * v * w + (i_r - i_q) * q * r
     c_m = (m_u - m_w) * u * w + (i_p - i_r) * p * r
     c_n = (m_v - m_u) * u * v + (i_q - i_p) * p * q
-    out[7] = (tau[0] - c_x - damping[0] * u - up * down_x) / m_u
-    out[8] = (tau[1] - c_y - damping[1] * v - up * down_y) / m_v
-    out[9] = (tau[2] - c_z - damping[2] * w - up * down_z) / m_w
-    out[10] = (tau[3] - c_k - damping[3] * p - weight_arm * down_y) / i_p
-    out[11] = (tau[4] - c_m - damping[4] * q + weight_arm * down_x) / i_q
-    out[12] = (tau[5] - c_n - damping[5] * r) / i_r
+    out[7] = (tau[0] - c_x - (damping[0] + quadratic[0] * abs(u)) * u - up * down_x) / m_u
+    out[8] = (tau[1] - c_y - (damping[1] + quadratic[1] * abs(v)) * v - up * down_y) / m_v
+    out[9] = (tau[2] - c_z - (damping[2] + quadratic[2] * abs(w)) * w - up * down_z) / m_w
+    out[10] = (tau[3] - c_k - (damping[3] + quadratic[3] * abs(p)) * p - weight_arm * down_y) / i_p
+    out[11] = (tau[4] - c_m - (damping[4] + quadratic[4] * abs(q)) * q + weight_arm * down_x) / i_q
+    out[12] = (tau[5] - c_n - (damping[5] + quadratic[5] * abs(r)) * r) / i_r
 
 
 @njit(cache=True, error_model="numpy")
@@ -68,6 +69,7 @@ def advance(
     keep: float,
     mass: Array,
     damping: Array,
+    quadratic: Array,
     weight_arm: float,
     net_up: float,
     surface_stiffness: float,
@@ -94,19 +96,29 @@ def advance(
         tau_start = matrix @ thrust + disturbance
         tau_middle = matrix @ middle + disturbance
         tau_end = matrix @ end + disturbance
-        derivative(state, tau_start, mass, damping, weight_arm, net_up, surface_stiffness, k1)
+        derivative(state, tau_start, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k1)
         rates[i] = k1[7:]
         trial[:] = state + 0.5 * dt_s * k1
-        derivative(trial, tau_middle, mass, damping, weight_arm, net_up, surface_stiffness, k2)
+        derivative(trial, tau_middle, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k2)
         trial[:] = state + 0.5 * dt_s * k2
-        derivative(trial, tau_middle, mass, damping, weight_arm, net_up, surface_stiffness, k3)
+        derivative(trial, tau_middle, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k3)
         trial[:] = state + dt_s * k3
-        derivative(trial, tau_end, mass, damping, weight_arm, net_up, surface_stiffness, k4)
+        derivative(trial, tau_end, mass, damping, quadratic, weight_arm, net_up, surface_stiffness, k4)
         state += dt_s / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         norm = np.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
         state[3:7] /= norm
         thrust[:] = end
         disturbance[:] = keep * disturbance + noise[i]
         states[i + 1] = state
-    derivative(state, matrix @ thrust + disturbance, mass, damping, weight_arm, net_up, surface_stiffness, k1)
+    derivative(
+        state,
+        matrix @ thrust + disturbance,
+        mass,
+        damping,
+        quadratic,
+        weight_arm,
+        net_up,
+        surface_stiffness,
+        k1,
+    )
     rates[noise.shape[0]] = k1[7:]

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import ConfigError
 from bridge.simulator.kernel import advance
 from bridge.simulator.truth import Truth
+from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration
 from bridge.vehicle.thrusters import Curve, allocation_matrix
 
@@ -55,6 +57,13 @@ class Plant:
         self._rate_hz = rate_hz
         self._matrix = allocation_matrix(configuration)
         self._mass, self._damping = np.array(truth.mass), np.array(truth.damping)
+        self._quadratic = np.array(truth.quadratic)
+        planted = known_effects(truth.effects, configuration)
+        if planted.faults:
+            raise ConfigError(
+                f"the truth's effects can't be simulated: {'; '.join(planted.faults)}; mend them"
+            )
+        self._losses = planted.losses
         weight = configuration.dry_mass_kg * GRAVITY_M_S2
         self._arm = configuration.centre_of_gravity_below_buoyancy_m * weight
         self._net_up = configuration.net_buoyancy_n
@@ -90,17 +99,21 @@ class Plant:
         count = round(duration_s * self._rate_hz)
         if count < 1 or abs(count - duration_s * self._rate_hz) > 1e-6:
             raise ValueError(f"{duration_s} s is no whole number of physics steps at {self._rate_hz} Hz")
+        target = self._curve.thrust(pwm_us)
+        if self._losses is not None:
+            target = self._losses.given(target)
         states, rates = np.empty((count + 1, 13)), np.empty((count + 1, 6))
         advance(
             self._state,
             self._thrust,
             self._disturbance,
-            self._curve.thrust(pwm_us),
+            target,
             self._matrix,
             self._kick * self._rng.standard_normal((count, 6)),
             self._keep,
             self._mass,
             self._damping,
+            self._quadratic,
             self._arm,
             self._net_up,
             self._stiffness,

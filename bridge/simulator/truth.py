@@ -1,27 +1,34 @@
 """What a simulated vehicle really is: coefficients and disturbance, from `<vehicle file>.truth.yaml`."""
 
-from dataclasses import dataclass, replace
+import math
+import re
+from dataclasses import dataclass, field, replace
 
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.effect_coefficients import ASTERN, LEAST, QUADRATIC, START
 from bridge.vehicle.references import Six
 
 DISTURBANCE_N_PER_KG = 0.35 / 72.0
+PLANTED = (*QUADRATIC, ASTERN, START, LEAST)
+GAIN = re.compile(r"T\d+_gain")
 
 
 @dataclass(frozen=True)
 class Truth:
     """The true coefficients by name (all twelve), and a stationary first-order coloured disturbance.
 
-    `disturbance_n` and `disturbance_nm` are its standard deviations in every force and every moment.
+    `disturbance_n` and `disturbance_nm` are its standard deviations in every force and every moment. `effects`: what it
+    has beyond a linear model, by the names of `vehicle/effect_coefficients`, those of coupling and supply left out.
     """
 
     model: dict[str, float]
     disturbance_n: float
     disturbance_nm: float
     disturbance_time_s: float = 1.5
+    effects: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         missing = [name for name in BY_NAME if name not in self.model]
@@ -36,6 +43,13 @@ class Truth:
         for name, value in self.model.items():
             if not BY_NAME[name].low <= value <= BY_NAME[name].high:
                 raise ValueError(f"model: {name} is {value}, outside its bounds")
+        for name, value in self.effects.items():
+            if name not in PLANTED and not GAIN.fullmatch(name):
+                raise ValueError(
+                    f"effects: '{name}' can't be simulated; known: {', '.join(PLANTED)}, T1_gain ..."
+                )
+            if not 0 <= value < math.inf:
+                raise ValueError(f"effects: {name} is {value}, outside its bounds")
         if min(self.disturbance_n, self.disturbance_nm) < 0 or self.disturbance_time_s <= 0:
             raise ValueError("disturbance: standard deviations can't be negative, its time must be positive")
 
@@ -49,6 +63,12 @@ class Truth:
     def damping(self) -> Six:
         """Linear damping, N/(m/s) and N m/(rad/s)."""
         a, b, c, d, e, f = (self.model[coefficient.name] for coefficient in DAMPINGS)
+        return a, b, c, d, e, f
+
+    @property
+    def quadratic(self) -> Six:
+        """Quadratic drag, N s2/m2 and N m s2/rad2."""
+        a, b, c, d, e, f = (self.effects.get(name, 0.0) for name in QUADRATIC)
         return a, b, c, d, e, f
 
     def calm(self) -> "Truth":

@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from bridge.navigation import OLDEST_S, Navigation, known_at
+from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
-from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Lead, Mode, feedforward
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Mode, feedforward
 from bridge.vehicle.pulses import Pulses
 from bridge.vehicle.references import ZERO6, Reference, Six, Trail
+from bridge.vehicle.supply import Supply
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, thrust_curve
 
 RATE_HZ = 20.0
@@ -49,7 +51,8 @@ class Autopilot:
     `parameters(veh_cfg)` gives the active coefficients by name. `directory` is where the vehicle file lies.
     Below the gain table's `straight_below_n`, thrusts run straight to 1500 us and are lost in the dead zone. Where
     the feed-forward is applied, the thrusters that it drives pass the dead zone (the table's `fed`): it is the
-    vehicle's own model that asks for small thrusts, and nothing else makes up for what they lose.
+    vehicle's own model that asks for small thrusts, and nothing else makes up for what they lose. There, too, accepted
+    effects of the thrusters are made up for: they are asked for what it takes to give the thrust that is wanted.
 
     Where PID and feed-forward fly together, the vehicle is to be where the reference is, not a lag behind: the
     feed-forward leads by the propellers' lag and half a period, and the PID compares each reading with what was
@@ -80,11 +83,18 @@ class Autopilot:
         self._parameters = parameters
         self._allocator = Allocator(shape, curve)
         self._reach = tuple(float(limit) for limit in self._allocator.reach())
+        self._limits_n = (self._allocator.low_n, self._allocator.high_n)
         self._controller = Controller(table, shape, self._reach)
+        self._shape = shape
+        self._effects = known_effects({}, shape)
+        self._without: tuple[str, ...] = ()
+        self._coefficients: Mapping[str, float] = {}
+        self._supply = Supply()
         self._pulses = Pulses(curve, table.straight_below_n)
         self._gain_beside = table.fed.gain
         driven = np.abs(self._allocator.matrix[list(FEEDFORWARD_DOFS)]).max(axis=0) > NO_ARM
         below_n = np.where(driven, table.fed.straight_below_n, table.straight_below_n)
+        self._gentle_n = below_n
         self._pulses_fed = Pulses(curve, below_n)
         self._lead = Lead(vehicle.thrust_curve.lag_s + 0.5 / RATE_HZ, self._reach)
         self._trail = Trail(OLDEST_S)
@@ -111,8 +121,8 @@ class Autopilot:
         if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
-        term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
-        self._report((*_blind(known), *lost, *term.faults))
+        term = self._feedforward(reference)
+        self._report((*_blind(known), *lost, *term.faults, *self._without))
         led = self._lead.step(term.tau, dt_s)
         applied = self.mode.applies_feedforward and not lost
         ff = np.array(led if together else term.tau) if applied else np.zeros(6)
@@ -125,6 +135,11 @@ class Autopilot:
             still = FEEDFORWARD_DOFS if lost else ()
             push[pushed] = [0.0 if dof in still else reference.push[dof] for dof in pushed]
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
+        supply = self._supplied(navigation.voltage_v, dt_s)
+        losses = self._effects.losses if self.mode.applies_feedforward else None
+        if losses is not None:
+            thrust, share = losses.made_up(thrust, supply, self._gentle_n, self._limits_n)
+            commanded, scale = share * commanded, share * scale
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
         pulses = self._pulses_fed if self.mode.applies_feedforward else self._pulses
@@ -137,10 +152,24 @@ class Autopilot:
         self._saturated = False
         self._controller.reset(range(6))
         self._lead.reset()
-        term = feedforward(self._parameters(self.veh_cfg), reference, self._reach)
-        self._report(term.faults)
+        term = self._feedforward(reference)
+        self._report((*term.faults, *self._without))
         neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
         return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
+
+    def _feedforward(self, reference: Reference) -> FeedForward:
+        """The term of this tick, with the effects that are now in force."""
+        coefficients = self._parameters(self.veh_cfg)
+        if coefficients != self._coefficients:
+            self._coefficients = dict(coefficients)
+            self._effects = known_effects(coefficients, self._shape)
+            self._without = tuple(f"FF without {fault}" for fault in self._effects.faults)
+        return feedforward(coefficients, reference, self._reach, self._effects.hull)
+
+    def _supplied(self, voltage_v: float, dt_s: float) -> float:
+        """The share of all thrust that the battery's voltage leaves."""
+        law = self._effects.voltage
+        return 1.0 if law is None else self._supply.step(law, voltage_v, dt_s)
 
     def _wanted_then(self, reference: Reference, known: Navigation) -> Reference:
         """The reference, in surge, sway and yaw that of the moment at which each reading was true."""

@@ -1,19 +1,21 @@
 """The feed-forward term: tau_ff = M nu_dot_d + D nu_d in surge, sway and yaw (paper eqs 14 to 16, M total).
 
-In yaw the inertia is in it, which the paper left out.
+In yaw the inertia is in it, which the paper left out. Accepted effects of the hull add to it.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from types import MappingProxyType
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS
-from bridge.vehicle.references import Reference, Six
+from bridge.vehicle.references import ZERO6, Reference, Six
 
 AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
 FEEDFORWARD_DOFS = tuple(dof for dof, _, _ in AXES)
 LEAD_SHARE = 0.1
+NO_EFFECTS: Mapping[str, float] = MappingProxyType({})
 
 
 class Mode(IntEnum):
@@ -43,15 +45,19 @@ class FeedForward:
 
 
 def feedforward(
-    coefficients: Mapping[str, float], reference: Reference, reach: Sequence[float]
+    coefficients: Mapping[str, float],
+    reference: Reference,
+    reach: Sequence[float],
+    hull: Mapping[str, float] = NO_EFFECTS,
 ) -> FeedForward:
-    """The wrench that the reference needs, within +-`reach` (6,) N and N m.
+    """The wrench that the reference needs, within +-`reach` (6,) N and N m; `hull` holds accepted effects by name.
 
     An axis whose coefficients are missing, not finite or out of bounds, or whose reference is not finite,
     gets zero; nothing raises.
     """
     tau = [0.0] * 6
     faults = []
+    more = hull_wrench(hull, reference.nu) if hull else ZERO6
     for dof, mass_name, damping_name in AXES:
         fault = _fault(coefficients, mass_name) or _fault(coefficients, damping_name)
         if not fault:
@@ -59,11 +65,25 @@ def feedforward(
                 coefficients[mass_name] * reference.nu_dot[dof]
                 + coefficients[damping_name] * reference.nu[dof]
             )
+            if hull:
+                force += more[dof]
             tau[dof] = min(max(force, -reach[dof]), reach[dof]) if math.isfinite(force) else 0.0
             fault = "" if math.isfinite(force) else "its reference is not finite"
         if fault:
             faults.append(f"FF {DOFS[dof]} off: {fault}")
     return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults))
+
+
+def hull_wrench(effects: Mapping[str, float], nu: Six) -> Six:
+    """What makes up for effects of the hull at a velocity, in surge, sway and yaw, N and N m (Fossen 2011, section 6.4:
+    quadratic drag; linear coupling of sway and yaw; lift and Munk moment of a hull that drifts)."""
+    u, v, _, _, _, r = nu
+    give = effects.get
+    x = give("X_uu", 0.0) * abs(u) * u
+    y = give("Y_vv", 0.0) * abs(v) * v + give("Y_r", 0.0) * r + give("Y_uv", 0.0) * abs(u) * v
+    n = give("N_rr", 0.0) * abs(r) * r + give("N_v", 0.0) * v
+    n += give("N_uv", 0.0) * abs(u) * v + give("N_munk", 0.0) * u * v
+    return x, y, 0.0, 0.0, 0.0, n
 
 
 class Lead:

@@ -9,6 +9,7 @@ from typing import Final
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
+from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from gcs_plugin.params import float32
 
 MODES: Final = (0.0, 1.0, 2.0, 3.0)
@@ -19,7 +20,8 @@ READ_ONLY: Final = {
 }
 
 _STAGED = re.compile(r"FF(\d+)_(.+)")
-_BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in COEFFICIENTS}
+_COEFFICIENTS: Final[tuple[Coefficient | EffectCoefficient, ...]] = (*COEFFICIENTS, *OF_ANY_VEHICLE.values())
+_BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in _COEFFICIENTS}
 
 
 class Verdict(Enum):
@@ -87,7 +89,7 @@ class Plan:
             )
 
 
-def coefficient_of(name: str) -> Coefficient | None:
+def coefficient_of(name: str) -> Coefficient | EffectCoefficient | None:
     """The coefficient that a parameter holds, None where it holds none."""
     match = _STAGED.fullmatch(name)
     return _BY_ID.get(match.group(2)) if match else None
@@ -105,9 +107,11 @@ def objection(name: str, value: float) -> str:
     coefficient = coefficient_of(name)
     if coefficient is None or coefficient.low <= value <= coefficient.high:
         return ""
-    if coefficient.kind == "mass" and value == 0.0:
+    optional = isinstance(coefficient, EffectCoefficient) or coefficient.kind == "mass"
+    if optional and value == 0.0:
         return ""  # how the vehicle says "not set": a pre-image may hold it
-    return f"{value:g} is outside {coefficient.low:g} to {coefficient.high:g} {coefficient.unit}"
+    unit = "" if coefficient.unit == "1" else f" {coefficient.unit}"
+    return f"{value:g} is outside {coefficient.low:g} to {coefficient.high:g}{unit}"
 
 
 def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:

@@ -76,7 +76,7 @@ def run(*line):
 def test_show_lists_what_the_vehicle_holds(capsys):
     assert run("show", "ff1_m", "--json", "-") == exit_codes.DONE
     shown = json.loads(capsys.readouterr().out)
-    assert sorted(shown) == ["FF1_M_U", "FF1_M_V", "FF1_M_W"]
+    assert sorted(shown) == ["FF1_M_QQ", "FF1_M_U", "FF1_M_V", "FF1_M_W"]
 
 
 @pytest.mark.usefixtures("vehicle")

@@ -4,7 +4,7 @@ import pytest
 
 from bridge.errors import ParamRejected, ParamUnknown
 from gcs_plugin.params import float32
-from gcs_plugin.params.plan import Verdict, make_plan, printable
+from gcs_plugin.params.plan import Verdict, is_staged, make_plan, printable
 from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 
@@ -118,3 +118,11 @@ def test_a_sidecar_says_where_the_values_came_from(tmp_path):
     sidecar_path(path).write_text('{"dive_sha256": 1}')
     with pytest.raises(ParamRejected, match="not a sidecar"):
         read_sidecar(path)
+
+
+def test_an_accepted_effect_is_part_of_the_staged_set_and_zero_means_that_it_is_absent() -> None:
+    present = {"FF0_X_UU": 0.0, "FF0_T8_GAIN": 0.75, "FF0_N_V": 0.0, "FF0_T_ASTERN": 0.0}
+    assert all(is_staged(name) for name in present)
+    plan = make_plan({"FF0_X_UU": 12.5, "FF0_T8_GAIN": 0.0, "FF0_N_V": -2.0, "FF0_T_ASTERN": 5.0}, present)
+    assert [row.verdict for row in plan.rows] == [Verdict.CHANGED] * 3 + [Verdict.REFUSED]
+    assert plan.rows[3].reason == "5 is outside 0.3 to 2"

@@ -66,7 +66,7 @@ def accepted() -> ParameterServer:
         veh_cfg = FILE.vehicle.veh_cfg(configuration)
         model = load_truth(FILE, configuration).model
         for parameter in table:
-            if parameter.veh_cfg == veh_cfg:
+            if parameter.veh_cfg == veh_cfg and parameter.coefficient in model:
                 assert server.write(parameter.name, model[parameter.coefficient], armed=False) is None
     assert server.write(COMMIT, float(server.staged_crc), armed=False) is None
     return server

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bridge.errors import ConfigError
 from bridge.simulator.plant import Plant
 from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Thruster, load_vehicle
@@ -132,3 +133,16 @@ def test_the_same_seed_gives_the_same_water_and_another_seed_another() -> None:
 def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration_s: float) -> None:
     with pytest.raises(ValueError, match="whole number"):
         plant().advance((1500.0,), duration_s)
+
+
+def test_quadratic_drag_a_dead_zone_and_a_weak_thruster_set_the_steady_speed() -> None:
+    body = plant(truth=replace(STILL_WATER, effects={"X_uu": 100.0, "T1_gain": 0.5, "T_start": 2.0}))
+    stretch = body.advance((pwm(20.0),), 60.0)
+    assert stretch.thrust_n[0] == pytest.approx(0.5 * (20.0 - 2.0))
+    u = body.state[7]
+    assert 50.0 * u + 100.0 * u * u == pytest.approx(9.0, rel=1e-9)
+
+
+def test_an_effect_that_the_vehicle_can_not_have_is_not_simulated() -> None:
+    with pytest.raises(ConfigError, match=r"T1_gain 0\.1 out of bounds"):
+        plant(truth=replace(STILL_WATER, effects={"T1_gain": 0.1}))

@@ -42,3 +42,12 @@ def test_a_complete_model_in_the_vehicle_file_serves_as_truth(tmp_path: Path) ->
 def test_a_truth_outside_the_list_or_its_bounds_is_refused(change: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(change))):
         Truth(load_truth(FILE, "survey").model | change, 0.0, 0.0)
+
+
+def test_a_truth_may_hold_effects_that_the_simulator_has_and_no_others() -> None:
+    model = load_truth(FILE, "hovering").model
+    assert Truth(model, 0.0, 0.0, effects={"X_uu": 60.0, "T2_gain": 0.8}).quadratic == (60.0, 0, 0, 0, 0, 0)
+    with pytest.raises(ValueError, match="'N_munk' can't be simulated"):
+        Truth(model, 0.0, 0.0, effects={"N_munk": 1.0})
+    with pytest.raises(ValueError, match="X_uu is -1"):
+        Truth(model, 0.0, 0.0, effects={"X_uu": -1.0})

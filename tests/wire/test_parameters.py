@@ -19,6 +19,7 @@ from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
 
 GROUND = Encoder(255, 190)
+ALL = 64
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32
 
 
@@ -60,12 +61,16 @@ def fill(target: ParameterServer) -> None:
         assert target.write(name, 24.1, False) is None
 
 
-def test_the_table_has_every_coefficient_of_every_configuration_and_four_of_its_own() -> None:
+def test_the_table_has_every_coefficient_of_every_configuration_behind_them_effects_and_four_of_its_own() -> (
+    None
+):
     names = server().names
-    assert len(names) == 2 * 12 + 4
+    assert len(names) == ALL == 2 * (12 + 17 + 1) + 4
     assert names[0] == "FF0_M_U"
     assert names[23] == "FF1_D_R"
-    assert names[24:] == ("FF_MODE", "FF_COMMIT", "FF_ACTIVE", "FF_VERSION")
+    assert names[24:27] == ("FF0_X_UU", "FF0_Y_VV", "FF0_Z_WW")
+    assert names[-5] == "FF1_T1_GAIN"
+    assert names[-4:] == ("FF_MODE", "FF_COMMIT", "FF_ACTIVE", "FF_VERSION")
     assert all(len(name) <= 16 for name in names)
 
 
@@ -74,7 +79,7 @@ def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true
     ((kind, value),) = ask(target, set_message("FF1_M_U", 96.4))
     assert kind == "PARAM_VALUE"
     told = (value.param_id, value.param_value, value.param_type, value.param_count, value.param_index)
-    assert told == ("FF1_M_U", to_float32(96.4), REAL32, 28, 12)
+    assert told == ("FF1_M_U", to_float32(96.4), REAL32, ALL, 12)
     for question in (read_message("FF1_M_U"), read_message(index=12)):
         ((kind, again),) = ask(target, question)
         assert (kind, again.param_id, again.param_value) == ("PARAM_VALUE", "FF1_M_U", to_float32(96.4))
@@ -123,7 +128,7 @@ def test_an_unfit_write_changes_nothing_and_is_answered_by_error_and_present_val
         set_message("FF9_M_U", 1.0),
         set_message("ff0_m_u", 1.0),
         read_message("FF9_M_U"),
-        read_message(index=28),
+        read_message(index=ALL),
         read_message(index=32767),
         read_message(""),
     ],
@@ -174,7 +179,7 @@ def test_every_vehicle_that_we_ship_and_the_truth_of_the_simulated_one_are_withi
     for configuration, truth in truths.items():
         for coefficient, value in truth["model"].items():
             assert rows[craft.veh_cfg(configuration), coefficient].admits(value)
-    assert len(rows) == 12 * len(craft.configurations)
+    assert len(rows) == sum(12 + 17 + len(shape.thrusters) for shape in craft.configurations.values())
 
 
 def test_only_real32_is_taken() -> None:
@@ -194,12 +199,12 @@ def test_a_write_or_a_read_that_is_not_addressed_to_this_component_is_ignored(
 
 
 @pytest.mark.parametrize(
-    ("system", "component", "served"), [(1, 1, 28), (0, 0, 28), (1, 0, 28), (2, 1, 0), (1, 191, 0)]
+    ("system", "component", "served"), [(1, 1, ALL), (0, 0, ALL), (1, 0, ALL), (2, 1, 0), (1, 191, 0)]
 )
 def test_the_list_is_served_to_those_who_ask_this_component(system: int, component: int, served: int) -> None:
     target = server()
     assert ask(target, dialect.MAVLink_param_request_list_message(system, component)) == []
-    told = [received(m) for _ in range(10) for m in target.step(5)]
+    told = [received(m) for _ in range(20) for m in target.step(5)]
     assert [m.param_index for m in told] == list(range(served))
     assert [m.param_id for m in told] == list(target.names)[:served]
 
@@ -215,7 +220,7 @@ def test_the_list_is_paced_and_a_second_request_misses_nothing() -> None:
         assert len(more) <= 5
         second += more
     assert len(first) == 5
-    assert {m.param_index for m in second} == set(range(28))
+    assert {m.param_index for m in second} == set(range(ALL))
 
 
 def test_other_messages_are_not_its_business() -> None:
@@ -226,7 +231,7 @@ def test_a_staged_set_is_active_only_once_its_crc_is_committed() -> None:
     target = server()
     fill(target)
     assert (target.active(0), target.active_crc, target.value("FF_ACTIVE")) == ({}, 0, 0.0)
-    crc = set_crc({name: target.value(name) for name in target.names[:24]})
+    crc = set_crc({name: target.value(name) for name in target.names[:-4]})
     ((kind, value),) = ask(target, set_message("FF_COMMIT", float(crc)))
     assert (kind, value.param_value) == ("PARAM_VALUE", float(crc))
     assert target.value("FF_ACTIVE") == float(crc)
@@ -299,6 +304,48 @@ def test_mode_and_active_set_survive_a_restart_and_a_staged_one_does_not(tmp_pat
     assert again.active(0) == target.active(0)
     assert again.value("FF0_M_U") == to_float32(24.1)
     assert again.take_texts() == []
+
+
+def test_an_accepted_effect_is_staged_committed_and_kept_like_any_coefficient(tmp_path: Path) -> None:
+    path = tmp_path / "parameters.json"
+    target = server(path)
+    for name, value in {"FF0_X_UU": 12.5, "FF0_N_V": -2.0, "FF0_T1_GAIN": 0.75}.items():
+        assert target.write(name, value, False) is None
+    assert target.active(0) == {}
+    assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
+    again = server(path).active(0)
+    assert {name: again[name] for name in ("X_uu", "N_v", "T1_gain")} == {
+        "X_uu": 12.5,
+        "N_v": -2.0,
+        "T1_gain": 0.75,
+    }
+    assert "Y_vv" not in again
+    assert "T_astern" not in again
+
+
+@pytest.mark.parametrize(
+    ("name", "unfit"),
+    [("FF0_X_UU", -1.0), ("FF0_X_UU", 1e6), ("FF0_T1_GAIN", 0.2), ("FF0_T1_GAIN", 2.1), ("FF0_T_START", 11.0),
+     ("FF0_T_VOLT", 1.0), ("FF0_T_ASTERN", -0.5), ("FF0_Y_R", 1e4)],
+)  # fmt: skip
+def test_an_effect_that_no_vehicle_of_this_thrust_can_have_is_refused(name: str, unfit: float) -> None:
+    target = server()
+    assert target.write(name, unfit, False) is Refusal.OUT_OF_RANGE
+    assert target.write(name, 0.0, False) is None
+    assert target.write("FF0_T2_GAIN", 0.8, False) is Refusal.UNKNOWN
+
+
+def test_a_store_from_before_there_were_effects_is_still_good(tmp_path: Path) -> None:
+    path = tmp_path / "parameters.json"
+    target = server(path)
+    fill(target)
+    target.write("FF_COMMIT", float(target.staged_crc), False)
+    data = json.loads(path.read_text())
+    data["active"] = {name: data["active"][name] for name in target.names[:24]}
+    path.write_text(json.dumps(data))
+    again = server(path)
+    assert (again.trouble, again.active(0)) == ("", target.active(0))
+    assert again.active_crc == target.active_crc
 
 
 @pytest.mark.parametrize(

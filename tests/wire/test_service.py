@@ -219,8 +219,11 @@ def test_shaft_speeds_take_the_sign_of_the_command_and_silent_ones_are_nan() -> 
     rig.step(1.05)
     assert rig.told("rpm")[0].values[:2] == (-200.0, 100.0)
     assert rig.told("battery")[0].values == (15.5, 3.0)
+    assert rig.bridge.navigation.voltage_v == 15.5
     rig.step(1.1)
     assert rig.told("rpm") == []
+    rig.step(2.5)
+    assert math.isnan(rig.bridge.navigation.voltage_v)
 
 
 def test_a_surface_fix_is_told() -> None:

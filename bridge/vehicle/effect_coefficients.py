@@ -1,0 +1,113 @@
+"""The only list of what a feed-forward can know beyond its linear model: name, unit, bounds and parameter id of each.
+
+They are effects that a crew accepted; one that is not set is absent. Those of the hull add to the wrench, those of
+the thrusters to what is asked of each.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from bridge.vehicle.config import Configuration
+
+Group = Literal["quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"]
+
+LEAST_GAIN, MOST_GAIN = 0.3, 2.0
+"""A thruster that gives less than 0.3 of its curve is to be mended: asking three times as much would burn it."""
+MOST_DEAD_SHARE = 0.25
+LEAST_VOLTAGE_V, MOST_VOLTAGE_V = 3.0, 1000.0
+MOST_VOLTAGE_SHARE = 2.0
+MOST_RESISTANCE_OHM = 1.0
+STALL_M_S, STALL_RAD_S, STALL_ARM_M = 0.2, 0.1, 1.0
+"""A force is too large where all thrusters together couldn't keep up this speed, each on an arm of this length."""
+
+
+@dataclass(frozen=True, slots=True)
+class EffectCoefficient:
+    """One coefficient of an accepted effect; `low` and `high` bound what is ever used, 0 is absent."""
+
+    name: str
+    unit: str
+    group: Group
+    low: float
+    high: float
+    sentence: str
+
+    def parameter_id(self, configuration: int) -> str:
+        """The MAVLink parameter that holds it for a configuration index: `FF0_X_UU`."""
+        return f"FF{configuration}_{self.name.upper()}"
+
+    def fault(self, value: float) -> str:
+        """Why a value can't be used, "" where it can. Short enough for a STATUSTEXT of 50 characters."""
+        if self.low <= value <= self.high:
+            return ""
+        return (
+            f"{self.name} is {value}" if not math.isfinite(value) else f"{self.name} {value:g} out of bounds"
+        )
+
+
+QUADRATIC = ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")
+ASTERN, START, LEAST, VOLTAGE, VOLTAGE_SHARE, RESISTANCE = (
+    "T_astern", "T_start", "T_least", "T_volt", "T_vshare", "T_ohm",
+)  # fmt: skip
+
+
+def gain_name(number: int) -> str:
+    """The gain of a thruster, numbered from 1."""
+    return f"T{number}_gain"
+
+
+def effect_coefficients(configuration: Configuration) -> tuple[EffectCoefficient, ...]:
+    """All that a feed-forward of this configuration can know of effects, each with bounds for this thrust.
+
+    Wrenches have the signs of Fossen's: X = -X_uu |u| u, Y = -Y_r r - Y_uv |u| v,
+    N = -N_v v - N_uv |u| v - N_munk u v.
+    """
+    thrust_n = configuration.thruster_limit_n * sum(abs(t.gain) for t in configuration.thrusters)
+    return _bounded(thrust_n, configuration.thruster_limit_n, len(configuration.thrusters))
+
+
+def _bounded(thrust_n: float, limit_n: float, thrusters: int) -> tuple[EffectCoefficient, ...]:
+    moment_nm = thrust_n * STALL_ARM_M
+    drag, turn = thrust_n / STALL_M_S**2, moment_nm / STALL_RAD_S**2
+    dead_n = MOST_DEAD_SHARE * limit_n
+    return (
+        *(_drag(name, "N s2/m2", drag, axis) for name, axis in zip(QUADRATIC[:3], "xyz", strict=True)),
+        *(_drag(name, "N m s2/rad2", turn, axis) for name, axis in zip(QUADRATIC[3:], "xyz", strict=True)),
+        _coupling("Y_r", "N s/rad", thrust_n / STALL_RAD_S, "sway force of turning"),
+        _coupling("N_v", "N s", moment_nm / STALL_M_S, "yaw moment of drifting sideways"),
+        _coupling("Y_uv", "N s2/m2", drag, "sway force of drifting while under way"),
+        _coupling("N_uv", "N s2/m", moment_nm / STALL_M_S**2, "yaw moment of drifting while under way"),
+        _coupling("N_munk", "kg", moment_nm / STALL_M_S**2, "Munk moment beyond that of the masses"),
+        _gain(ASTERN, "reverse_loss", "thrust astern over that of the curve"),
+        EffectCoefficient(START, "N", "dead_zone", 0.0, dead_n, "so much is asked before a thruster starts"),
+        EffectCoefficient(LEAST, "N", "dead_zone", 0.0, dead_n, "thrust below this can't be had"),
+        EffectCoefficient(
+            VOLTAGE, "V", "voltage", LEAST_VOLTAGE_V, MOST_VOLTAGE_V, "supply at which the curve holds"
+        ),
+        EffectCoefficient(
+            VOLTAGE_SHARE, "1", "voltage", 0.0, MOST_VOLTAGE_SHARE, "share of thrust that goes as its square"
+        ),
+        EffectCoefficient(RESISTANCE, "ohm", "voltage", 0.0, MOST_RESISTANCE_OHM, "of supply and cables"),
+        *(
+            _gain(gain_name(number), "thruster_gain", f"thrust of thruster {number} over that of its curve")
+            for number in range(1, thrusters + 1)
+        ),
+    )
+
+
+def _drag(name: str, unit: str, high: float, axis: str) -> EffectCoefficient:
+    what = "drag along" if unit.startswith("N s") else "drag of turns about"
+    return EffectCoefficient(name, unit, "quadratic_drag", 0.0, high, f"quadratic {what} {axis}")
+
+
+def _coupling(name: str, unit: str, most: float, sentence: str) -> EffectCoefficient:
+    return EffectCoefficient(name, unit, "coupling", -most, most, sentence)
+
+
+def _gain(name: str, group: Group, sentence: str) -> EffectCoefficient:
+    return EffectCoefficient(name, "1", group, LEAST_GAIN, MOST_GAIN, sentence)
+
+
+OF_ANY_VEHICLE = {one.name: one for one in _bounded(1e5, 1e4, 58)}
+"""Every name there is, with bounds that no vehicle is outside of: as many thrusters as the telemetry has room for."""

@@ -1,0 +1,80 @@
+"""What thrusters give of what is asked of them by their curve, both ways.
+
+Asked for a (N), a thruster gives T = s g a', where a' is a less what its dead zone keeps, g its own gain (times that
+astern), and s = (1 - R I / V)^2 of the sagging supply, with I going as |a|^1.5.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.effect_coefficients import LEAST_GAIN
+
+Array = NDArray[np.float64]
+
+NOMINAL_V = 16.0
+AHEAD_A_N15, ASTERN_A_N15 = 0.062, 0.095
+"""Current over |thrust|^1.5 of a T200 at `NOMINAL_V` (Blue Robotics, bollard pull, 2019)."""
+LEAST_LEFT = 0.5
+"""What a supply under load is taken to leave at least: a resistance that leaves less is no resistance."""
+ITERATIONS = 12
+
+
+@dataclass(frozen=True)
+class Losses:
+    """gain (n,): thrust of each thruster over that of its curve; astern: the same for all that push astern.
+
+    start_n: what is asked before thrust begins. least_n: what is asked below gives nothing, above it all.
+    resistance_ohm: of supply and cables.
+    """
+
+    gain: Array
+    astern: float = 1.0
+    start_n: float = 0.0
+    least_n: float = 0.0
+    resistance_ohm: float = 0.0
+
+    def given(self, asked_n: Array, supply: float = 1.0) -> Array:
+        """Thrusts (n,) in N of what is asked; `supply` is that of `Supply`."""
+        size = np.abs(asked_n)
+        passed = np.where(size < self.least_n, 0.0, np.maximum(size - self.start_n, 0.0))
+        return np.asarray(np.sign(asked_n) * passed * self._gains(asked_n, supply) * self._left(asked_n))
+
+    def made_up(
+        self, thrust_n: Array, supply: float, gentle_n: Array, limits_n: tuple[float, float]
+    ) -> tuple[Array, float]:
+        """What to ask for (n,), within the limits, so that these thrusts (n,) come, and the share of them that does:
+        where one would need more than its limit, all are scaled down together.
+
+        Below `gentle_n` (n,) the dead zone's width grows in proportion to the thrust wanted: jumping over it about
+        zero, noise would throw the propellers to and fro. A thrust that can't be had becomes the nearer of nothing and
+        the least one.
+        """
+        # Several losses at once must not ask for more than the worst of one would.
+        gains = np.maximum(self._gains(thrust_n, supply), LEAST_GAIN)
+        limit_n = np.where(thrust_n < 0, -limits_n[0], limits_n[1])
+        size, left, share = np.abs(thrust_n), 1.0, 1.0
+        for _ in range(ITERATIONS if self.resistance_ohm else 1):
+            able = np.maximum(limit_n - self.start_n, 0.0) * gains * left
+            over = size > able
+            share = float((able[over] / size[over]).min()) if over.any() else 1.0
+            asked = np.sign(thrust_n) * self._through_dead_zone(share * size / (gains * left), gentle_n)
+            left = self._left(asked)
+        return np.clip(asked, *limits_n), share
+
+    def _gains(self, sign: Array, supply: float) -> Array:
+        return np.asarray(self.gain * np.where(sign < 0, self.astern, 1.0) * supply)
+
+    def _left(self, asked_n: Array) -> float:
+        if not self.resistance_ohm:
+            return 1.0
+        current = float((np.where(asked_n > 0, AHEAD_A_N15, ASTERN_A_N15) * np.abs(asked_n) ** 1.5).sum())
+        return max((1.0 - min(self.resistance_ohm * current / NOMINAL_V, 1.0)) ** 2, LEAST_LEFT)
+
+    def _through_dead_zone(self, size_n: Array, gentle_n: Array) -> Array:
+        """Magnitudes before the dead zone of magnitudes past it."""
+        share = np.where(size_n < gentle_n, size_n / np.where(gentle_n > 0, gentle_n, 1.0), 1.0)
+        asked = np.where(size_n > 0, size_n + self.start_n * share, 0.0)
+        between = (asked < self.least_n) & (asked >= 0.5 * self.least_n)
+        return np.where(between, self.least_n, asked)
