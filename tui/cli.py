@@ -6,6 +6,7 @@ import gc
 import importlib
 import os
 import shutil
+import signal
 import sys
 import textwrap
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ VERBS = {
     "prior": "take what was identified and accepted into the vehicle file, as known before the next dive",
     "params": "show, compare, upload and roll back the parameters of a vehicle",
     "export": "write the identified model in the files of other simulators",
+    "diagnose": "say where model and recording differ, what causes it, and how far that shrinks the difference",
     "validate": "tracking errors of dives in acceleration, steady state and deceleration",
     "replay": "send a recorded dive to a link, on its own clock",
     "challenge": "make dives with hidden effects and locked answers, and score those who named them",
@@ -58,7 +60,10 @@ class _Parser(argparse.ArgumentParser):
 def command() -> int:
     """`main` as a process of its own, of which the system frees all: the collector's last walk would take a while."""
     try:
-        return main()
+        code = main()
+        # All is written and said: who stops it now only waits for the interpreter to end.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        return code
     finally:
         gc.freeze()
 

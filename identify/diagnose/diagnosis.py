@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnose.cause import Cause
 from identify.diagnose.drift import Drift
-from identify.diagnose.frame import Cause
 from identify.diagnose.generic import Parity, Variable
 
 Array = NDArray[np.float64]
@@ -122,6 +122,21 @@ class Character:
 
 
 @dataclass(frozen=True)
+class Prediction:
+    """On a further dive, at uniform times (n,): velocities (n, 6) measured (smoothed), and foretold without and with
+    the causes, started anew from the measured one with every window. window (n,): which one an instant belongs to;
+    the last of a window is its drift. floor (6,): the rms of that by noise alone, NaN in axes that are not fitted."""
+
+    dive: str
+    time_s: Array
+    measured: Array
+    before: Array
+    after: Array
+    window: NDArray[np.intp]
+    floor: Array
+
+
+@dataclass(frozen=True)
 class Shrink:
     """before, after: rms drifts in floors; value = (before - after) / (before - 1), NaN where there is nothing to
     shrink; low95, high95: of the value, NaN where not known."""
@@ -160,3 +175,4 @@ class Diagnosis:
     next: Next | None
     notes: tuple[str, ...]
     seconds: float
+    prediction: Prediction | None = None

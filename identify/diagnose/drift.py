@@ -1,37 +1,35 @@
 """How far a simulated velocity drifts from the recorded one: over 1, 5 and 20 s, beside what noise alone makes of it.
 
 From each second of a dive on the model is given the recorded velocity, the recorded thrust and attitude, and nothing
-more. What it is off by after so many seconds is the gap; the floor is what a stationary disturbance of the fitted
-strength and memory alone would drive it to. Sensors' noise is in no floor: in
-roll and pitch, where it is larger than what disturbs, a model without a gap drifts by more than that.
+more. What it is off by after so many seconds is the gap. The floor is the same where nothing hides: dives are drawn
+from the fitted disturbance and sensor noise, smoothed as the recorded one was, and flown (a parametric bootstrap,
+Efron and Tibshirani 1993, section 6.5), so that a wrong start and a wrong end of a window count as they do there.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from bridge.effects.effect import Act
-from bridge.vehicle.dynamics import coriolis
+from identify.diagnose.flown import EACH, Flown
 from identify.diagnose.nominal import Nominal
-from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTANT
-from identify.estimators.motion import Motion
+from identify.estimators.innovations import INCREMENT, POSITION, smoothed_velocity
+from identify.estimators.likelihood_axis import DISTURBANCE
 
 Array = NDArray[np.float64]
 
 HORIZONS_S = (1.0, 5.0, 20.0)
 EVERY_S = 1.0
-EACH = 2
-"""A step of the simulation is so many of the course's: 40 ms."""
+
+DRAWS = 4
+"""So many dives of noise are drawn for the floor: with 300 s each it is known to about 5 %."""
 
 
 @dataclass(frozen=True)
 class Drift:
     """After one horizon: starts_s (w,) of the windows, off (w, 6) what the simulation is off by, m/s and rad/s; floor
-    (6,) the standard deviation that noise alone would give, NaN in axes that are not fitted."""
+    (6,) the rms that noise alone would give, NaN in axes that are not fitted."""
 
     horizon_s: float
     starts_s: Array
@@ -49,96 +47,93 @@ class Drift:
         return float(np.sqrt(np.nanmean(self.by_axis**2)))
 
 
-def drifts(model: Nominal, acts: Sequence[Act], noise: Nominal) -> tuple[Drift, ...]:
-    """The drifts of a model with what the acts add to its forces; the floors are by the noise levels of `noise`."""
-    course, dofs = model.course, [problem.axis.dof for problem in model.joint.problems]
-    force = _force(model, acts)
-    true = _true(model.motion, acts)
-    step_s = EACH * course.step_s
-    grid = slice(None, None, EACH)
-    force, true = force[grid], true[grid]
-    every = max(round(EVERY_S / step_s), 1)
+def drifts(model: Flown, floors: Array) -> tuple[Drift, ...]:
+    """The drifts of a model, beside the floors (h, 6) of each horizon."""
+    starts = _starts(model)
+    off = model.off(starts, _steps(model), np.zeros_like(model.nu))
     out = []
-    for horizon_s in HORIZONS_S:
-        steps = round(horizon_s / step_s)
-        starts = np.arange(0, len(true) - steps - 1, every)
-        nu = true[starts].copy()
-        for k in range(steps):
-            at = starts + k
-            nu = _stepped(nu, true[at], force[at], course, dofs, step_s)
-        off = np.full((len(starts), 6), np.nan)
-        off[:, dofs] = (nu - true[starts + steps])[:, dofs]
-        out.append(Drift(horizon_s, course.time_s[grid][starts], off, _floor(noise, horizon_s)))
+    for k, horizon_s in enumerate(HORIZONS_S):
+        whole = np.isfinite(off[:, k, model.dofs[0]])
+        out.append(Drift(horizon_s, model.time_s[starts[whole]], off[whole, k], floors[k]))
     return tuple(out)
 
 
-def _force(model: Nominal, acts: Sequence[Act]) -> Array:
-    """What pushes at each instant of the course, (n, 6), but for Coriolis forces and damping."""
-    course = model.course
-    force = np.zeros_like(course.nu)
-    for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
-        axis = problem.axis
-        shapes = problem.shapes @ model.theta[place][FORCES : problem.noise_place]
-        force[:, axis.dof] = np.interp(course.time_s, axis.time_s, axis.force.mean(axis=1) + shapes)
-        placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
-        if axis.stiffness > 0 and placed.any():
-            angle = np.interp(course.time_s, axis.time_s[placed], problem.reading[placed])
-            force[:, axis.dof] -= axis.stiffness * angle
-    for act in acts:
-        if act.wrench is not None:
-            force += act.wrench
-    return force
+def floors_of(noise: Nominal, model: Flown, rng: np.random.Generator, draws: int = DRAWS) -> Array:
+    """(h, 6): the rms drift over each horizon where nothing but the noise of a fit drives the model off."""
+    square = np.zeros((len(HORIZONS_S), 6))
+    starts, steps = _starts(model), _steps(model)
+    for _ in range(draws):
+        disturbance, errors = drawn(noise, rng)
+        off = replace(model, lacking=disturbance).off(starts, steps, errors)
+        whole = np.isfinite(off)
+        square += (np.where(whole, off, 0.0) ** 2).sum(axis=0) / np.maximum(whole.sum(axis=0), 1)
+    return np.asarray(np.where(square > 0, np.sqrt(square / draws), np.nan))
 
 
-def _true(motion: Motion, acts: Sequence[Act]) -> Array:
-    """The recorded velocity (n, 6), smoothed, less what the acts add to its readings."""
-    nu = motion.nu.copy()
-    for act in acts:
-        if act.velocity is not None:
-            nu[:, :3] -= act.velocity
-        if act.gyro is not None:
-            nu[:, 3:] -= act.gyro
-    return nu
-
-
-def _stepped(nu: Array, read: Array, force: Array, course: Course, dofs: list[int], step_s: float) -> Array:
-    """One step (Heun) of the fitted axes; the others follow what was read."""
-
-    def rate(at: Array) -> Array:
-        c = np.stack(
-            [np.broadcast_to(f, len(at)) for f in coriolis(course.mass.tolist(), tuple(at.T))], axis=1
+def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
+    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels."""
+    time_s = noise.course.time_s[::EACH]
+    force, errors = np.zeros((len(time_s), 6)), np.zeros((len(time_s), 6))
+    for problem, place in zip(noise.joint.at(noise.theta), noise.joint.places, strict=True):
+        own, axis = noise.theta[place], problem.axis
+        table, variance = problem.transition_table(own), problem.noise_variance(own)
+        sigma = float(np.exp(own[DISTURBANCE]))
+        normal = rng.normal(size=(len(axis.time_s), 4))
+        true, pushed, reading = _walk(
+            table, axis.step, problem.reading, axis.state_read, np.sqrt(variance), sigma, normal
         )
-        return np.asarray((force - c - course.damping * at) / course.mass)
-
-    first = rate(nu)
-    guess = nu + step_s * first
-    moved = nu + 0.5 * step_s * (first + rate(guess))
-    out = read.copy()
-    out[:, dofs] = moved[:, dofs]
-    return out
-
-
-def _floor(noise: Nominal, horizon_s: float) -> Array:
-    """(6,): what the disturbance alone drives a velocity to within a horizon, from its stationary spread."""
-    out = np.full(6, np.nan)
-    for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
-        own, dof = noise.theta[place], problem.axis.dof
-        mass, damping = noise.course.mass[dof], noise.course.damping[dof]
-        sigma, memory_s = np.exp(own[DISTURBANCE]), np.exp(own[TIME_CONSTANT])
-        out[dof] = np.sqrt(_spread(mass, damping, sigma, memory_s, horizon_s))
-    return out
+        still = np.concatenate([np.zeros(2), axis.initial[2:]])
+        no_force = np.zeros((len(true), 2))
+        found = smoothed_velocity(
+            table, axis.step, no_force, reading, axis.state_read, variance, sigma, still
+        )
+        errors[:, axis.dof] = np.interp(time_s, axis.time_s, found - true)
+        force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)
+    return force, errors
 
 
-def _spread(mass: float, damping: float, sigma: float, memory_s: float, horizon_s: float) -> float:
-    """Variance of m nu' = -D nu + d after a horizon from rest, d stationary (Jazwinski 1970, section 4.6)."""
-    a, b = damping / mass, 1.0 / memory_s
-    t = np.linspace(0.0, horizon_s, 2001)
-    # nu(H) = int g(H - s) d(s) ds / m with g = exp(-a s): a double integral over the disturbance's covariance.
-    g = np.exp(-a * t)
-    cumulated = np.zeros_like(t)
-    h = t[1] - t[0]
-    keep = np.exp(-b * h)
-    for i in range(1, len(t)):
-        cumulated[i] = keep * cumulated[i - 1] + 0.5 * h * (keep * g[i - 1] + g[i])
-    integrand = g * cumulated
-    return float(2.0 * (sigma / mass) ** 2 * h * (integrand.sum() - 0.5 * (integrand[0] + integrand[-1])))
+def _starts(model: Flown) -> NDArray[np.int64]:
+    every = max(round(EVERY_S / model.step_s), 1)
+    return np.arange(0, max(len(model.time_s) - round(HORIZONS_S[0] / model.step_s), 0), every)
+
+
+def _steps(model: Flown) -> list[int]:
+    return [round(horizon_s / model.step_s) for horizon_s in HORIZONS_S]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _walk(
+    table: Array,
+    step: NDArray[np.int64],
+    reading: Array,
+    state_read: NDArray[np.int64],
+    noise: Array,
+    sigma_d: float,
+    normal: Array,
+) -> tuple[Array, Array, Array]:
+    """Velocity, disturbance and readings (n,) of a body that only a stationary coloured force drives, from rest."""
+    n = step.shape[0]
+    true, pushed, read = np.empty(n), np.empty(n), np.full(n, np.nan)
+    nu, x, d = 0.0, 0.0, sigma_d * normal[0, 2]
+    for i in range(n):
+        if step[i] >= 0:
+            t = table[step[i]]
+            # The lower root of the step's noise (Cholesky), its six numbers row by row in the table.
+            a = np.sqrt(max(t[11], 0.0))
+            b, c = (t[12] / a, t[13] / a) if a > 0 else (0.0, 0.0)
+            e = np.sqrt(max(t[14] - b * b, 0.0))
+            f = (t[15] - b * c) / e if e > 0 else 0.0
+            g = np.sqrt(max(t[16] - c * c - f * f, 0.0))
+            nu, x, d = (
+                t[0] * nu + t[1] * x + t[2] * d + a * normal[i, 0],
+                t[3] * nu + t[4] * x + t[5] * d + b * normal[i, 0] + e * normal[i, 1],
+                t[6] * d + c * normal[i, 0] + f * normal[i, 1] + g * normal[i, 2],
+            )
+        true[i], pushed[i] = nu, d
+        if np.isfinite(reading[i]):
+            read[i] = (x if state_read[i] == INCREMENT or state_read[i] == POSITION else nu) + noise[
+                i
+            ] * normal[i, 3]
+        if state_read[i] == INCREMENT:
+            x = 0.0
+    return true, pushed, read

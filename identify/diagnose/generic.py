@@ -29,6 +29,9 @@ significance: the best of so many forces saves more than that on a dive that hid
 
 MOST = 4
 
+UNKNOWN_NATS = 25.0
+"""Nats that all of what is left must save together, for something unexplained to be there."""
+
 
 @dataclass(frozen=True)
 class Shape:

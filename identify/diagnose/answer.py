@@ -1,0 +1,87 @@
+"""A diagnosis as plain data, in the form of the answers' schema, version 1."""
+
+import math
+from typing import Any
+
+from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Shrink
+
+
+def plain(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The answer; what does not exist is None."""
+    character, more = diagnosis.character, diagnosis.next
+    return {
+        "verdict": diagnosis.verdict,
+        "gap": _gap(diagnosis.gap),
+        "effects": [_effect(one) for one in diagnosis.found],
+        "character": None
+        if character is None
+        else {
+            "dof": list(character.dof),
+            "frame": character.frame,
+            "parity": character.parity,
+            "timing": character.timing,
+            "depends_on": list(character.depends_on),
+        },
+        "shrink": {"heldout": _heldout(diagnosis.heldout), "check": _check(diagnosis.check)},
+        "next": None
+        if more is None
+        else {
+            "manoeuvre": more.manoeuvre or None,
+            "sensor": more.sensor or None,
+            "splits": list(more.splits),
+        },
+    }
+
+
+def _gap(gap: Gap) -> dict[str, Any]:
+    return {
+        "before": gap.before,
+        "floor": 1,
+        "force": {dof: _number(force) for dof, force in gap.force.items()},
+        "where": [{"dof": one.dof, "phase": one.phase, "share": one.share} for one in gap.where],
+        "depends_on": [
+            {"dof": one.dof, "variable": one.variable, "parity": one.parity, "strength": one.strength}
+            for one in gap.depends_on
+        ],
+    }
+
+
+def _effect(one: Found) -> dict[str, Any]:
+    gain = one.feedforward
+    return {
+        "name": one.name,
+        "also": list(one.also),
+        "likeness": one.likeness,
+        "probability": one.probability,
+        "parameters": {
+            name: {
+                "value": value.value,
+                "unit": value.unit,
+                "low95": _number(value.low95),
+                "high95": _number(value.high95),
+            }
+            for name, value in one.parameters.items()
+        },
+        "feedforward_gain": None if gain is None else {"before": gain.before_m_s, "after": gain.after_m_s},
+    }
+
+
+def _heldout(one: Shrink | None) -> dict[str, Any] | None:
+    if one is None:
+        return None
+    return {"value": _number(one.value), "low95": _number(one.low95), "high95": _number(one.high95)}
+
+
+def _check(one: Shrink | None) -> dict[str, Any] | None:
+    if one is None:
+        return None
+    return {
+        "before": _number(one.before),
+        "after": _number(one.after),
+        "floor": 1.0,
+        "value": _number(one.value),
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,85 @@
+"""The causes that were found and all that were tried, with what speaks for each."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnose.cause import Cause, way
+from identify.diagnose.diagnosis import Found, Tried, Value
+from identify.diagnose.gain import gain_of
+from identify.diagnose.ground import Fitted
+from identify.diagnose.missing import Missing
+from identify.diagnose.search import Explanation, candidates
+from identify.identification import Z95
+
+Array = NDArray[np.float64]
+
+NEAR = 1e-3
+"""Share of a parameter's way by which it is moved to see what an answer's own change by."""
+
+
+def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
+    """The causes with parameters and intervals, the one that saves most first."""
+    out = []
+    for k, cause in enumerate(found.causes):
+        gain = found.fit.gain - _without(found, k)
+        out.append(
+            Found(
+                cause,
+                (),
+                {},
+                float(1.0 - np.exp(-max(gain, 0.0))),
+                parameters_of(found.fit, k),
+                gain,
+                gain_of(cause, missing, found.now),
+            )
+        )
+    return tuple(sorted(out, key=lambda one: -one.gain_nats))
+
+
+def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
+    """Every candidate, the one that would save, or saves, most first."""
+    beside = candidates(found.ground.beside(found.fit), found.fit)
+    rest = [Tried(cause.effect.name, cause.effect.label, gain, False) for gain, _, cause in beside]
+    mine = [Tried(one.name, one.cause.effect.label, one.gain_nats, True) for one in causes]
+    return tuple(sorted((*mine, *rest), key=lambda one: -one.gain_nats))
+
+
+def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
+    """A cause's parameters as an answer has them, with 95 % intervals to the first order; without those of which the
+    dive says nothing."""
+    cause = fit.causes[k]
+    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    moved = [fit.at[i][1] for i in places]
+    covariance = fit.covariance[np.ix_(places, places)]
+    mute = {
+        one.name
+        for p, one in enumerate(cause.effect.parameters)
+        if p not in moved and cause.effect.telling is None
+    }
+    slopes = [_slope(cause, p) for p in moved]
+    out = {}
+    for name, (value, unit) in cause.effect.told(cause.values).items():
+        if name in mute:
+            continue
+        slope = np.array([one[name] for one in slopes])
+        std = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        known = np.isfinite(std)
+        out[name] = Value(
+            value, unit, value - Z95 * std if known else np.nan, value + Z95 * std if known else np.nan
+        )
+    return out
+
+
+def _slope(cause: Cause, p: int) -> dict[str, float]:
+    """What each of the answer's parameters changes by with one unit of parameter p."""
+    h = NEAR * way(cause.effect.parameters[p])
+    up, down = cause.values.copy(), cause.values.copy()
+    up[p] += h
+    down[p] -= h
+    high, low = cause.effect.told(up), cause.effect.told(down)
+    return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
+
+
+def _without(found: Explanation, k: int) -> float:
+    """The gain of all causes but one."""
+    return found.ground.fitted((*found.causes[:k], *found.causes[k + 1 :])).gain

@@ -1,0 +1,155 @@
+"""The diagnosis of a dive: where its gap lies, what causes it, how far it shrinks. No I/O."""
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.effect import Effect
+from bridge.effects.library import library
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import VehicleFile
+from identify.diagnose.candidates import found_of, tried_of
+from identify.diagnose.character import character_of
+from identify.diagnose.depends import depends_on
+from identify.diagnose.diagnosis import Diagnosis, Gap
+from identify.diagnose.drift import Drift, drifts, floors_of
+from identify.diagnose.flown import EACH, Flown, flown, slope_of, spoilt_by
+from identify.diagnose.generic import Left, left_over
+from identify.diagnose.missing import Missing, missing_of, with_left
+from identify.diagnose.nominal import Nominal, nominal_of
+from identify.diagnose.predict import predict, windows_of
+from identify.diagnose.search import Explanation, explain
+from identify.diagnose.shrink import held_out
+from identify.diagnose.verdict import is_unknown, next_of, verdict_of
+from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
+from identify.diagnose.whitened import whitened
+from identify.dive import Dive
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+LEAST_S, LEAST_CHECK_S = 60.0, 20.0
+SEED = 0
+"""Of the noise that floors are drawn with: one dive has one answer."""
+
+FIVE_S = 1
+"""Which of the horizons `gap.before` is told of."""
+
+
+def diagnose(
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    *,
+    check: Dive | None = None,
+    effects: Sequence[Effect] | None = None,
+    progress: Progress,
+) -> Diagnosis:
+    """The diagnosis of a dive, with `check` on another one of that vehicle; `effects`: the library, all where None.
+
+    Raises FitError where the recording can't be diagnosed: no velocity, no pulses, too short, another vehicle.
+    """
+    began_s = time.perf_counter()
+    rng = np.random.default_rng(SEED)
+    _able(dive, LEAST_S)
+    if check is not None:
+        _able(check, LEAST_CHECK_S)
+    progress(0.0, "fitting the nominal model")
+    nominal = _nominal(dive, file, configuration)
+    tried = effects or library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
+    progress(0.7, "looking at what is left")
+    left = left_over(whitened(found.now.joint, found.now.theta, found.now.doubted), found.now.course)
+    progress(0.8, "measuring the gap")
+    models = beside(found, nominal)
+    missing = missing_of(*models, spoilt_by(found.causes, found.now.course)[::EACH], found.now)
+    floors = floors_of(found.now, models[1], rng)
+    before, after = (drifts(model, floors) for model in models)
+    gap = _gap(found, missing, left, before, after)
+    causes = found_of(found, missing)
+    heldout = held_out(found, nominal, floors[FIVE_S], rng)
+    prediction = None
+    if check is not None:
+        progress(0.9, "flying the check dive")
+        prediction = predict(found, nominal, _nominal(check, file, configuration), check.name, rng)
+    measured = None if prediction is None else windows_of(prediction).shrink(rng)
+    progress(1.0, "done")
+    return Diagnosis(
+        dive.name,
+        file.vehicle.name,
+        configuration,
+        verdict_of(causes, left),
+        gap,
+        causes,
+        tried_of(found, causes),
+        character_of(left) if is_unknown(left) else None,
+        heldout,
+        measured,
+        next_of(causes, tried),
+        _notes(dive, nominal),
+        time.perf_counter() - began_s,
+        prediction,
+    )
+
+
+def beside(found: Explanation, nominal: Nominal) -> tuple[Flown, Flown]:
+    """The nominal model and the one with the causes in, along one recorded motion: the first against the readings as
+    they are, the second against what they would be without the causes."""
+    now, causes = found.now, found.causes
+    nu, wrong = now.motion.nu, spoilt_by(causes, now.course)
+    after = flown(now, now.theta, nu, slope=slope_of(causes, now.course))
+    return flown(nominal, nominal.theta, nu + wrong), after
+
+
+def _gap(
+    found: Explanation, missing: Missing, left: Left, before: tuple[Drift, ...], after: tuple[Drift, ...]
+) -> Gap:
+    now = found.now
+    if is_unknown(left):
+        missing = with_left(missing, left, now, EACH)
+    power = missing.power if missing.power.any() else power_of_drift(before[FIVE_S], missing.time_s)
+    fitted = [problem.axis.dof for problem in now.joint.problems]
+    return Gap(
+        before[FIVE_S].total,
+        before,
+        after,
+        {DOFS[dof]: float(missing.force()[dof]) if dof in fitted else np.nan for dof in range(6)},
+        shares_of(power, phases_of(now.course, EACH)),
+        slices_of(power, now.course, EACH),
+        depends_on(missing, now.course, EACH),
+    )
+
+
+def _able(dive: Dive, least_s: float) -> None:
+    """Raises FitError where a recording holds too little to be diagnosed."""
+    if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
+        raise FitError(
+            f"{dive.name}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
+        )
+    if dive.duration_s < least_s:
+        raise FitError(
+            f"{dive.name}: lasts {dive.duration_s:.0f} s, too short to tell one cause from another; record "
+            f"{least_s:.0f} s or more, with starts, stops and turns"
+        )
+
+
+def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
+    """The nominal fit of a dive of that vehicle. Raises FitError where it is another's."""
+    nominal = nominal_of(dive, file, configuration)
+    if nominal.built.strange:
+        raise FitError(
+            f"{dive.name}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived with"
+        )
+    return nominal
+
+
+def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
+    doubted = [
+        f"In {DOFS[dof]} the controller used a reading that was not recorded: what its thrust did there is left out "
+        "of the evidence."
+        for dof in nominal.doubted
+    ]
+    return tuple(dict.fromkeys((*doubted, *nominal.built.notes, *dive.notes)))

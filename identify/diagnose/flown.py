@@ -1,0 +1,262 @@
+"""A model flown beside a recorded motion: what its equations lack at every instant, and how far it drifts by that.
+
+Whatever is simulated is the difference from the recorded velocity, so that a model without a gap stays at zero:
+M d' = f - (C(nu + d) - C(nu)) - D d + S d - K a,  a' = d,  with f what the recorded motion lacks by the model and S by
+how much the causes' forces change with velocity (Fossen 2011, eq. 6.1, less itself along the recording).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act
+from identify.diagnose.cause import Cause
+from identify.diagnose.nominal import Nominal
+from identify.estimators.innovations import POSITION
+from identify.estimators.likelihood_axis import DAMPING, FORCES
+from identify.estimators.likelihood_joint import JointLikelihood
+
+Array = NDArray[np.float64]
+
+EACH = 2
+"""A step of the simulation is so many of the course's: 40 ms."""
+
+NUDGE = np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.02])
+"""By how much velocities are moved to see what the causes' forces do, m/s and rad/s."""
+
+
+MEANT_S = 2.0
+"""So long the slow part of an angle is meant over."""
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A model along a recorded motion at uniform times (n,), body axes, SI units.
+
+    dofs: those that are fitted; the others follow what was recorded. mass, damping, stiffness (6,). nu, nu_dot (n, 6):
+    recorded. lacking (n, 6): what would have to push beside all that the model knows of. slope (n, 6, 6): of the
+    causes' forces by velocity.
+    """
+
+    time_s: Array
+    dofs: tuple[int, ...]
+    mass: Array
+    damping: Array
+    stiffness: Array
+    nu: Array
+    nu_dot: Array
+    lacking: Array
+    slope: Array
+
+    @property
+    def step_s(self) -> float:
+        return float(self.time_s[1] - self.time_s[0])
+
+    def less(self, wrench: Array) -> "Flown":
+        """The same where so much (n, 6) pushes beside what the model knows of."""
+        return replace(self, lacking=self.lacking - wrench)
+
+    def off(self, starts: NDArray[np.int64], steps: Sequence[int], errors: Array) -> Array:
+        """(w, h, 6): by how much it is off after so many steps from each start; NaN where the recording ends before,
+        and in axes that are not fitted. errors (n, 6): of the recorded velocity, 0 where it is taken for true."""
+        out = _off(
+            starts, np.array(sorted(steps), dtype=np.int64), self.lacking, self.nu, self.slope, self.mass,
+            self.damping, self.stiffness, np.array(self.dofs), errors, self.step_s,
+        )  # fmt: skip
+        return np.asarray(out)
+
+
+def flown(
+    model: Nominal,
+    theta: Array,
+    nu: Array,
+    wrench: Array | None = None,
+    slope: Array | None = None,
+    of: Nominal | None = None,
+) -> Flown:
+    """A fit's equations at `theta` beside a velocity nu (n, 6) at the times of its course.
+
+    wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes'. Masses and dampings are
+    those of another fit where one is given.
+    """
+    course = model.course
+    mass, damping = coefficients(model.joint, theta) if of is None else coefficients(of.joint, of.theta)
+    force, stiffness = _pushed(model, theta)
+    if wrench is not None:
+        force = force + wrench
+    nu_dot = np.gradient(nu, course.time_s, axis=0)
+    lacking = mass * nu_dot + course.coriolis_of(mass, nu) + damping * nu - force
+    dofs = tuple(problem.axis.dof for problem in model.joint.problems)
+    lacking[:, [dof for dof in range(6) if dof not in dofs]] = 0.0
+    grid = slice(None, None, EACH)
+    still = np.zeros((len(lacking[grid]), 6, 6)) if slope is None else slope[grid]
+    return Flown(
+        course.time_s[grid], dofs, mass, damping, stiffness, nu[grid], nu_dot[grid], lacking[grid], still
+    )
+
+
+def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
+    """Total masses and linear dampings (6,); no damping where an axis is not fitted."""
+    damping = np.zeros(6)
+    for problem, place in zip(joint.problems, joint.places, strict=True):
+        damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])
+    return joint.at(theta)[0].masses, damping
+
+
+def wrench_of(causes: Sequence[Cause], course: Course) -> Array:
+    """(n, 6): the forces of causes along a course."""
+    return summed([cause.act(course) for cause in causes], course)
+
+
+def summed(acts: Sequence[Act], course: Course) -> Array:
+    """(n, 6): the forces of acts together."""
+    total = np.zeros_like(course.nu)
+    for act in acts:
+        if act.wrench is not None:
+            total += act.wrench
+    return total
+
+
+def spoilt_by(causes: Sequence[Cause], course: Course) -> Array:
+    """(n, 6): by how much causes spoil the readings of velocities and rates."""
+    total = np.zeros_like(course.nu)
+    for cause in causes:
+        act = cause.act(course)
+        if act.velocity is not None:
+            total[:, :3] += act.velocity
+        if act.gyro is not None:
+            total[:, 3:] += act.gyro
+    return total
+
+
+def slope_of(causes: Sequence[Cause], course: Course) -> Array:
+    """(n, 6, 6): by how much the causes' forces (rows) change with each velocity."""
+    out = np.zeros((len(course.time_s), 6, 6))
+    if any(cause.act(course).wrench is not None for cause in causes):
+        for dof, h in enumerate(NUDGE):
+            moved = np.zeros(6)
+            moved[dof] = h
+            up, down = (wrench_of(causes, replace(course, nu=course.nu + way * moved)) for way in (1, -1))
+            out[:, :, dof] = (up - down) / (2 * h)
+    return out
+
+
+def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
+    """(n, 6): what pushes at each instant of the course but for Coriolis forces and damping, and the stiffness (6,)."""
+    time_s = model.course.time_s
+    force, stiffness = np.zeros((len(time_s), 6)), np.zeros(6)
+    for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
+        axis = problem.axis
+        shapes = problem.shapes @ theta[place][FORCES : problem.noise_place]
+        middle_s = axis.time_s - 0.5 * axis.step_s
+        force[:, axis.dof] = np.interp(time_s, middle_s, axis.force.mean(axis=1) + shapes)
+        placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
+        if axis.stiffness > 0 and placed.any():
+            angle = _quiet(time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof])
+            force[:, axis.dof] -= axis.stiffness * angle
+            stiffness[axis.dof] = axis.stiffness
+    return force, stiffness
+
+
+def _quiet(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
+    """An angle (n,) with the noise of its readings meant out: what it is beside the integral of its rate changes
+    slowly."""
+    step_s = float(time_s[1] - time_s[0])
+    turned = np.cumsum(rate) * step_s
+    beside = np.interp(time_s, read_s, angle) - turned
+    half = round(0.5 * MEANT_S / step_s)
+    edges = np.clip(np.arange(len(beside))[:, None] + [-half, half + 1], 0, len(beside))
+    total = np.concatenate([[0.0], np.cumsum(beside)])
+    return np.asarray(turned + (total[edges[:, 1]] - total[edges[:, 0]]) / (edges[:, 1] - edges[:, 0]))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _off(
+    starts: NDArray[np.int64],
+    steps: NDArray[np.int64],
+    lacking: Array,
+    nu: Array,
+    slope: Array,
+    mass: Array,
+    damping: Array,
+    stiffness: Array,
+    dofs: NDArray[np.int64],
+    errors: Array,
+    step_s: float,
+) -> Array:
+    n, last = nu.shape[0], steps[-1]
+    out = np.full((starts.shape[0], steps.shape[0], 6), np.nan)
+    guess, tilted = np.zeros(6), np.zeros(6)
+    first, second = np.zeros(6), np.zeros(6)
+    for w in range(starts.shape[0]):
+        at = starts[w]
+        d, a = np.zeros(6), np.zeros(6)
+        for i in dofs:
+            d[i] = errors[at, i]
+        now = 0
+        for k in range(1, last + 1):
+            if at + k >= n:
+                break
+            i = at + k - 1
+            _rate(first, d, a, lacking[i], nu[i], slope[i], mass, damping, stiffness, dofs)
+            for j in dofs:
+                guess[j] = d[j] + step_s * first[j]
+                tilted[j] = a[j] + step_s * d[j]
+            _rate(
+                second, guess, tilted, lacking[i + 1], nu[i + 1], slope[i + 1], mass, damping, stiffness, dofs
+            )
+            for j in dofs:
+                a[j] += 0.5 * step_s * (d[j] + guess[j])
+                d[j] += 0.5 * step_s * (first[j] + second[j])
+            if k == steps[now]:
+                for j in dofs:
+                    out[w, now, j] = d[j] - errors[at + k, j]
+                now += 1
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _rate(
+    out: Array,
+    d: Array,
+    a: Array,
+    lacking: Array,
+    nu: Array,
+    slope: Array,
+    mass: Array,
+    damping: Array,
+    stiffness: Array,
+    dofs: NDArray[np.int64],
+) -> None:
+    """How fast the difference d (6,) changes; a (6,) is its integral."""
+    x = nu + d
+    for j in dofs:
+        moved = 0.0
+        for i in range(6):
+            moved += slope[j, i] * d[i]
+        change = _coriolis(j, mass, x) - _coriolis(j, mass, nu)
+        out[j] = (-lacking[j] - change - damping[j] * d[j] + moved - stiffness[j] * a[j]) / mass[j]
+
+
+@njit(cache=True, inline="always")
+def _coriolis(dof: int, m: Array, x: Array) -> float:
+    """One of C(nu) nu, as `bridge.vehicle.dynamics.coriolis` has it."""
+    u, v, w, p, q, r = x[0], x[1], x[2], x[3], x[4], x[5]
+    force = 0.0
+    if dof == 0:
+        force = m[2] * w * q - m[1] * v * r
+    elif dof == 1:
+        force = m[0] * u * r - m[2] * w * p
+    elif dof == 2:
+        force = m[1] * v * p - m[0] * u * q
+    elif dof == 3:
+        force = (m[2] - m[1]) * v * w + (m[5] - m[4]) * q * r
+    elif dof == 4:
+        force = (m[0] - m[2]) * u * w + (m[3] - m[5]) * p * r
+    else:
+        force = (m[1] - m[0]) * u * v + (m[4] - m[3]) * p * q
+    return force

@@ -1,0 +1,74 @@
+"""What a plain model lacks, instant by instant: the forces that it knows nothing of, and the readings that are off."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnose.flown import Flown
+from identify.diagnose.generic import Left
+from identify.diagnose.nominal import Nominal
+from identify.estimators.likelihood_axis import DISTURBANCE
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Missing:
+    """At uniform times (n,): wrench (n, 6) N and N m that moves the vehicle and that the model does not know, wrong
+    (n, 6) what is read beyond the motion, and both together as power (n, 6), in squares of the noise that hides them:
+    a force's in disturbances, a reading's in its sensor's."""
+
+    time_s: Array
+    wrench: Array
+    wrong: Array
+    power: Array
+
+    def force(self) -> Array:
+        """(6,) rms."""
+        return np.asarray(np.sqrt(np.mean(self.wrench**2, axis=0)))
+
+
+def missing_of(before: Flown, after: Flown, wrong: Array, noise: Nominal) -> Missing:
+    """What two models beside one motion differ by, beside readings that are `wrong` by (n, 6).
+
+    Both lack the same disturbance, so that their difference is all but free of noise.
+    """
+    wrench = before.lacking - after.lacking
+    force, sensor = _levels(noise)
+    amiss = _without_scale(wrong, after.nu)
+    power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((amiss / sensor) ** 2)
+    return Missing(after.time_s, wrench, wrong, power)
+
+
+def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missing:
+    """The same with the generic forces of what no cause explains; these are given at so many times the times."""
+    wrench = missing.wrench.copy()
+    for shape, size in zip(left.shapes, left.forces, strict=True):
+        wrench[:, shape.dof] += size * shape.force[::every]
+    force, _ = _levels(noise)
+    more = np.nan_to_num((wrench / force) ** 2) - np.nan_to_num((missing.wrench / force) ** 2)
+    return Missing(missing.time_s, wrench, missing.wrong, np.maximum(missing.power + more, 0.0))
+
+
+def _levels(noise: Nominal) -> tuple[Array, Array]:
+    """Standard deviations (6,) of the disturbance, N and N m, and of the readings of rates, m/s and rad/s; infinite
+    where an axis is not fitted."""
+    force, sensor = np.full(6, np.inf), np.full(6, np.inf)
+    for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
+        own = noise.theta[place]
+        force[problem.axis.dof] = np.exp(own[DISTURBANCE])
+        sensor[problem.axis.dof] = np.exp(own[problem.noise_place])
+    return force, sensor
+
+
+def _without_scale(wrong: Array, nu: Array) -> Array:
+    """What a factor on the velocity does not make of it, (n, 6)."""
+    along = np.sum(wrong * nu, axis=0) / np.maximum(np.sum(nu * nu, axis=0), 1e-12)
+    return np.asarray(wrong - along * nu)
+
+
+def dofs_of(missing: Missing) -> Sequence[int]:
+    """Degrees of freedom, the one that lacks most first."""
+    return [int(dof) for dof in np.argsort(-missing.power.sum(axis=0))]

@@ -1,0 +1,109 @@
+"""`seatrial diagnose`: where the gap between model and recording lies, what causes it, how far it shrinks."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bridge.vehicle.config import VehicleFile
+    from identify.diagnose.diagnosis import Diagnosis
+    from identify.dive import Dive
+
+EXAMPLE = "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("dive", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv")
+    parser.add_argument(
+        "--vehicle",
+        required=True,
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
+        " configuration where none is named",
+    )
+    parser.add_argument(
+        "--check",
+        metavar="DIVE",
+        help="another dive of that vehicle, to measure on it how far the gap shrinks",
+    )
+    parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
+    parser.add_argument("--json", metavar="FILE", help="write the answer as JSON; - for standard output")
+    parser.add_argument("--report", metavar="HTML", help="write a page with what was found")
+    parser.add_argument(
+        "--predict",
+        metavar="CSV",
+        help="write the velocities of the check dive: measured, and foretold without and with the causes",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.vehicle.config import load_vehicle
+    from identify.diagnose.answer import plain
+    from identify.diagnose.diagnose import diagnose
+    from identify.diagnose.predict import csv_of
+    from identify.ingest.open import read_dive
+    from tui import show
+    from tui.outputs import check_files
+
+    if arguments.predict and not arguments.check:
+        raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
+    check_files({"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict})
+    file = load_vehicle(arguments.vehicle)
+    columns = Path(arguments.columns) if arguments.columns else None
+    dive = read_dive(Path(arguments.dive), columns, file)
+    check = read_dive(Path(arguments.check), columns, file) if arguments.check else None
+    configuration = configuration_of(dive, file)
+    with show.progress(f"diagnosing {dive.name}") as tell:
+        found = diagnose(dive, file, configuration, check=check, progress=tell)
+    # Files first: whoever reads the table may leave before its end.
+    show.write_json(plain(found), arguments.json)
+    written = []
+    if arguments.report:
+        from identify.report.diagnosis import diagnosis_page
+
+        _write(Path(arguments.report), diagnosis_page(found))
+        written.append(f"report: {arguments.report}")
+    if found.prediction is not None and arguments.predict:
+        _write(Path(arguments.predict), csv_of(found.prediction))
+        written.append(f"velocities of the check dive: {arguments.predict}")
+    console = show.results(arguments.json)
+    tell_diagnosis(console, found)
+    for sentence in written:
+        show.say(console, sentence)
+    return exit_codes.DONE
+
+
+def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
+    """The configuration that was named, or else the recording's own."""
+    return file.configuration or file.vehicle.configuration_at(dive.configuration_index())
+
+
+def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
+    """The verdict, the causes with their parameters, where the gap lies, how far it shrinks, what to dive next."""
+    from identify.diagnose import words
+    from tui import show
+
+    show.say(console, words.verdict_sentence(found))
+    lines = (
+        *words.cause_lines(found),
+        *words.character_lines(found),
+        *(f"Where: {line}." for line in words.where_lines(found)),
+        *words.shrink_lines(found),
+        *words.next_lines(found),
+        *found.notes,
+    )
+    for line in lines:
+        show.say(console, f"  {line}")
+
+
+def _write(path: Path, text: str) -> None:
+    from bridge.errors import LogError
+
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise LogError(f"{path}: can't be written ({error.strerror}); give another file") from None
