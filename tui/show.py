@@ -157,10 +157,14 @@ def progress(sentence: str) -> Iterator[Tell]:
 
 @contextmanager
 def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
-    """The progress of several things at once, each as `progress` shows it; may be told from different threads."""
+    """The progress of several things at once, each as `progress` shows it; may be told from different threads.
+
+    Each line is whole and begins with the words of its own thing; of several, each tells its end.
+    """
     console = words()
     if not console.is_terminal:
-        yield tuple(_lines(console, sentence, SystemClock()) for sentence in sentences)
+        lines = _lines if len(sentences) == 1 else _named_lines
+        yield tuple(lines(console, sentence, SystemClock()) for sentence in sentences)
         return
     shown = Progress(
         TextColumn("{task.description}"),
@@ -191,6 +195,20 @@ def _lines(console: Console, sentence: str, clock: Clock) -> Tell:
         if clock.boot_s() - told_s >= LINE_EVERY_S:
             told_s = clock.boot_s()
             console.print(f"{done:4.0%} {what or sentence}", soft_wrap=True)
+
+    return tell
+
+
+def _named_lines(console: Console, sentence: str, clock: Clock) -> Tell:
+    """Words and share a line for one of several: at its end, and before it once a tenth, not more than every few s."""
+    told_s, tenth = clock.boot_s(), 0
+
+    def tell(done: float, what: str) -> None:
+        nonlocal told_s, tenth
+        reached = int(10 * done + 1e-9)
+        if reached > tenth and (done >= 1.0 or clock.boot_s() - told_s >= LINE_EVERY_S):
+            told_s, tenth = clock.boot_s(), reached
+            console.print(f"{what or sentence} ({done:.0%})", soft_wrap=True)
 
     return tell
 

@@ -117,7 +117,7 @@ def _row(result: Result) -> Row:
             result.sha256,
             unix_s=named_s,
             dated_by=dated_by,
-            error=result.error,
+            error=result.error.removeprefix(f"{result.dive}: "),
         )
     found = result.answer["identification"]
     values = {

@@ -98,6 +98,12 @@ def test_the_csv_has_a_line_a_dive_and_empty_cells_for_what_is_not_known():
     assert {f"{name}_low95" for name in NAMES} <= set(first)
 
 
+def test_a_dive_is_named_once_beside_why_it_gave_nothing():
+    (row,) = rows_of([Result("k", "d15", "d15.tlog", "0", None, "d15: the dive lasts 15 s")])
+    assert row.error == "the dive lasts 15 s"
+    assert dive_table([row]).rows[0][-1] == "d15: the dive lasts 15 s"
+
+
 def test_tables_are_whole_at_80_columns_with_the_longest_words():
     def long(row):
         values = {

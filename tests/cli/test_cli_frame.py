@@ -142,6 +142,17 @@ def test_a_system_error_of_its_own_is_not_taken_for_control_c(monkeypatch):
         cli.main(["demo"])
 
 
+def test_control_c_after_all_is_done_changes_nothing_any_more():
+    program = (
+        "import os, signal, sys; from tui import cli; cli.main = lambda: 5; code = cli.command(); "
+        "os.kill(os.getpid(), signal.SIGINT); sys.exit(code)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert (done.returncode, done.stderr) == (5, "")
+
+
 def test_the_installed_command_runs():
     done = subprocess.run(
         [Path(sys.executable).with_name("seatrial"), "--version"], capture_output=True, text=True, check=True

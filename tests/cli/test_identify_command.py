@@ -113,7 +113,11 @@ def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, ca
     assert "Traceback" not in shown.err
     title, reason, *_ = shown.out.splitlines()
     assert title == "short: likelihood, configuration hovering, not identifiable"
-    assert reason == found["parameters"][0]["reason"]
+    assert (
+        reason
+        == found["parameters"][0]["reason"]
+        == "the dive lasts 3 s, identification needs at least 20 s; record a longer one"
+    )
     assert "low 95 %" not in shown.out
 
 

@@ -53,6 +53,28 @@ def test_progress_without_a_terminal_is_a_line_every_few_seconds(monkeypatch, ca
     assert capsys.readouterr().err == " 50% dive\n100% dive\n"
 
 
+def test_of_several_things_each_tells_its_tenths_and_its_end_in_lines_of_its_own(monkeypatch, capsys):
+    clock = SimulatedClock()
+    monkeypatch.setattr(show, "SystemClock", lambda: clock)
+    with show.bars(("one: dive", "two: dive")) as (one, two):
+        for step in range(11):
+            clock.advance_to(2.0 * step)
+            one(step / 10, f"one: step {step}")
+            two(step / 20, "")
+        two(1.0, "two: converged")
+        two(1.0, "two: converged")
+    assert capsys.readouterr().err.splitlines() == [
+        "one: step 3 (30%)",
+        "two: dive (15%)",
+        "one: step 6 (60%)",
+        "two: dive (30%)",
+        "one: step 9 (90%)",
+        "two: dive (45%)",
+        "one: step 10 (100%)",
+        "two: converged (100%)",
+    ]
+
+
 def test_brackets_in_a_note_are_shown_as_they_are(capsys):
     show.results().print("note: [bold] is no markup here")
     assert capsys.readouterr().out == "note: [bold] is no markup here\n"

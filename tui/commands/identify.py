@@ -195,7 +195,8 @@ def identify(
     try:
         answer = estimate(dive, file, configuration, told)
     except FitError as error:
-        return nothing(dive, file, configuration, method, str(error))
+        # Whatever shows the reason names the dive itself.
+        return nothing(dive, file, configuration, method, str(error).removeprefix(f"{dive.name}: "))
     return replace(answer, notes=(*answer.notes, *ends[-1:]))
 
 
