@@ -14,8 +14,12 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
+    asked = [name for name, one in SECTIONS.items() if one.asked]
     parser.add_argument(
-        "sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)} (default: all)"
+        "sections",
+        nargs="*",
+        metavar="SECTION",
+        help=f"of {', '.join(SECTIONS)} (default: all but {', '.join(asked)})",
     )
     parser.add_argument("--short", action="store_true", help="fewer seeds: 100 missions for the accuracy")
     arguments = parser.parse_args()
@@ -27,7 +31,7 @@ def main() -> None:
     target = run.docs / "benchmarks.md"
     # Before anything is measured: code that changes meanwhile is not what the figures come from.
     codes = {name: one.code for name, one in SECTIONS.items()}
-    for name in arguments.sections or SECTIONS:
+    for name in arguments.sections or [name for name in SECTIONS if name not in asked]:
         page = Section(SECTIONS[name].page(run), codes[name])
         # Written after each, so that what was measured is on the page whatever becomes of the rest.
         sections = read(target.read_text(encoding="utf-8")) if target.exists() else {}

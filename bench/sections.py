@@ -17,6 +17,7 @@ from bench import (
     thrift,
     tracking,
 )
+from bench.diagnosis import sources as of_diagnosis
 from bench.forms import judge
 from bench.forms import page as forms_page
 from bench.stamp import stamp
@@ -84,12 +85,25 @@ def _forms(run: Run) -> str:
     return forms_page.page(run.cache / "bench", run.docs / "network_forms.md", seeds)
 
 
+def _diagnosis(run: Run) -> str:
+    from bench.diagnosis import page
+
+    return page.section(run.cache / "bench", run.short)
+
+
+def _power(run: Run) -> str:
+    from bench.diagnosis import page
+
+    return page.power_section(run.cache / "bench", run.short)
+
+
 @dataclass(frozen=True)
 class Measurement:
-    """A section's page, and the code that its figures hang on (`bench.stamp`)."""
+    """A section's page, and the code that its figures hang on (`bench.stamp`); `asked`: measured only by its name."""
 
     page: Callable[[Run], str]
     sources: tuple[str, ...]
+    asked: bool = False
 
     @property
     def code(self) -> str:
@@ -109,4 +123,6 @@ SECTIONS = {
     "forms": Measurement(_forms, (*_TRIALS, *judge.OF_FORMS, "bench/forms/left_out.py")),
     "coverage": Measurement(_coverage, coverage.SOURCES),
     "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
+    "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
+    "power": Measurement(_power, of_diagnosis.POWER, asked=True),
 }

@@ -1,0 +1,128 @@
+"""The section of docs/benchmarks.md: the diagnosis judged on dives with hidden effects."""
+
+import statistics
+from collections.abc import Sequence
+from pathlib import Path
+
+from bench.diagnosis import beside, goals, speed, tables
+from bench.diagnosis.plan import FULL, POWER, SHORT, Planned, planned, power_planned
+from bench.diagnosis.rivals import trials as rivals
+from bench.diagnosis.trials import Trial, measured
+from bench.remembered import Remembered
+from bench.words import paragraph
+from identify.challenge.score import score
+
+POINTS = 8
+EVERY = {"none": 4, "one": 4, "two": 3}
+"""Rivals are run on every so many of the dives of a kind."""
+
+POWER_EACH, POWER_SHORT, POWER_POINTS = 90, 2, 3
+
+
+def section(cache: Path, short: bool) -> str:
+    """The section, from what `cache` holds and what it lacks."""
+    plan = planned(SHORT if short else FULL)
+    trials = measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis")
+    others = rivals.measured(shared(plan), Remembered(cache / "diagnosis-rivals.jsonl"))
+    timed = speed.measured(Remembered(cache / "diagnosis-speed.jsonl"), short)
+    return page(trials, others, speed.lines(timed))
+
+
+def shared(plan: Sequence[Planned]) -> list[Planned]:
+    """The dives that the rivals are run on, too."""
+    return [
+        one
+        for group, every in EVERY.items()
+        for one in [planned for planned in plan if planned.group == group][::every]
+    ]
+
+
+def page(trials: Sequence[Trial], others: Sequence[rivals.RivalTrial], fast: Sequence[str]) -> str:
+    """The section from its trials and the lines on its speed."""
+    groups = {group: [one for one in trials if one.group == group] for group in ("one", "novel", "left out")}
+    found = score([one.truth for one in trials], {one.name: one.answer for one in trials if one.answer})
+    refused = [f"{one.name} ({one.refusal})" for one in trials if one.answer is None]
+    lines = [
+        "## Diagnosis of hidden effects",
+        "",
+        *_introduction(trials),
+        "",
+        *goals.lines(found),
+        "",
+        f"Refused: {'; '.join(refused) if refused else 'none'}.",
+        "",
+        *tables.pooled_power(groups["one"], POINTS),
+        "",
+        *paragraph(
+            "By effect, sizes over the noise floor; of a dive that named another cause first, that cause. A power",
+            "curve of each effect is a section of its own, `power`, which is measured on request.",
+        ),
+        "",
+        *tables.by_effect(groups["one"]),
+        "",
+        *paragraph(
+            "Unknown effects: eight that no library has, and each effect once more with the library lacking it and its",
+            "true class. Where another effect of the library makes up for one that it lacks, that one is named.",
+        ),
+        "",
+        *tables.unknowns([*groups["novel"], *groups["left out"]]),
+        "",
+        "Stated probabilities:",
+        "",
+        *tables.calibration(trials),
+        "",
+        *beside.lines(beside.beside(trials, others)),
+        "",
+        *fast,
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _introduction(trials: Sequence[Trial]) -> list[str]:
+    count = {
+        group: sum(one.group == group for one in trials) for group in dict.fromkeys(t.group for t in trials)
+    }
+    words = {
+        "none": "without an effect",
+        "one": "with one",
+        "two": "with two",
+        "novel": "with something that no library has",
+        "left out": "with an effect that the library was made to lack",
+    }
+    told = ", ".join(f"{count[group]} {words[group]}" for group in words if group in count)
+    seconds = statistics.median(one.seconds for one in trials)
+    return paragraph(
+        f"{len(trials)} simulated dives of 300 to 600 s: {told}. Each draws a vehicle, its sensors, controller,",
+        "disturbance and mission, and a size that runs over a factor of ten from where an effect begins to show. The",
+        "planting simulator (`identify/challenge`) shares no equation with the library and plants other forms than it",
+        "fits. Seeds from 500000 on, which nothing is tuned on. Median",
+        f"{seconds:.1f} s a dive, on one core, two dives at a time.",
+    )
+
+
+def power_section(cache: Path, short: bool) -> str:
+    """The power curve of every effect by itself."""
+    plan = power_planned(POWER_SHORT if short else POWER_EACH)
+    return power_page(measured(plan, Remembered(cache / "diagnosis.jsonl"), "power of the diagnosis"))
+
+
+def power_page(trials: Sequence[Trial]) -> str:
+    """The section from its trials."""
+    rows = ["| effect | size over the noise floor | named first, or its class |", "|---|---|---|"]
+    for name in sorted({one.truth["effects"][0]["name"] for one in trials}):
+        own = [one for one in trials if one.truth["effects"][0]["name"] == name]
+        for low, high, rate in tables.by_size(own, POWER_POINTS):
+            rows.append(f"| `{name}` | {low:.2f} to {high:.2f} | {goals.told(rate)} |")
+    lines = [
+        "## Power of the diagnosis",
+        "",
+        *paragraph(
+            f"How large each effect has to be to be named: {len(trials)} dives, seeds from {POWER} on, as in the",
+            f"section on the diagnosis. A point holds {tables.EACH_POINT} dives or more, cut by size.",
+        ),
+        "",
+        *rows,
+        "",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,34 @@
+"""How far a rival's model closes the gap on another dive of the vehicle, by the same flight as the diagnosis's."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.diagnosis.rivals.said import Said
+from identify.diagnose.flown import Flown, flown, slope_of, spoilt_by
+from identify.diagnose.nominal import Nominal, refitted
+
+Array = NDArray[np.float64]
+
+HORIZON_S = 5.0
+
+
+def closed(said: Said, nominal: Nominal, check: Nominal) -> tuple[Array, Array]:
+    """Rms drifts (6,) after 5 s on the check dive, by the nominal model and with what the rival adds; m/s and rad/s.
+
+    Masses, dampings and causes are those of the first dive; trims are the check dive's own, as for the diagnosis.
+    """
+    course = replace(check.course, mass=said.now.course.mass, damping=said.now.course.damping)
+    own = refitted(check, [cause.act(course) for cause in said.causes]) if said.causes else check
+    nu = own.motion.nu
+    after = flown(own, own.theta, nu, slope=slope_of(said.causes, course), of=said.now)
+    before = flown(check, check.theta, nu + spoilt_by(said.causes, course), of=nominal)
+    return _drift(before), _drift(after)
+
+
+def _drift(model: Flown) -> Array:
+    length = round(HORIZON_S / model.step_s)
+    starts = np.arange(0, len(model.time_s) - length - 1, length)
+    off = model.off(starts, [length], np.zeros_like(model.nu))[:, 0]
+    return np.asarray(np.sqrt(np.mean(off**2, axis=0)))

@@ -1,0 +1,64 @@
+"""What a rival makes of a dive: names, and a model of what is missing that can be flown on another dive."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act, Effect
+from identify.diagnose.cause import Cause
+from identify.diagnose.flown import flown
+from identify.diagnose.nominal import Nominal
+from identify.estimators.likelihood_axis import DISTURBANCE
+from identify.filters import low_pass
+
+Array = NDArray[np.float64]
+
+RATE_HZ = 5.0
+SMOOTH_HZ = 1.0
+
+
+@dataclass(frozen=True)
+class Said:
+    """names: effects with the number of the thruster, 0 for all, strongest first; none where it sees no gap, or where
+    it can't name any. causes: what is missing, flown beside the nominal model `now`."""
+
+    names: tuple[tuple[str, int], ...]
+    causes: tuple[Cause, ...]
+    now: Nominal
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What the nominal model lacks: wrench (m, 6) in standard deviations of the disturbance, std (6,) of that, N and
+    N m, at the places `at` (m,) of the course; dofs: those that are fitted."""
+
+    wrench: Array
+    std: Array
+    at: NDArray[np.intp]
+    dofs: tuple[int, ...]
+
+
+def missing(nominal: Nominal) -> Missing:
+    """The force that would make the nominal model follow the smoothed velocity, slow enough to be looked at."""
+    course = nominal.course
+    along = flown(nominal, nominal.theta, nominal.motion.nu)
+    rate_hz = 1.0 / along.step_s
+    slow = low_pass(along.lacking, rate_hz, SMOOTH_HZ)
+    grid = np.arange(0, len(slow), max(round(rate_hz / RATE_HZ), 1))
+    std = np.ones(6)
+    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
+        std[problem.axis.dof] = float(np.exp(nominal.theta[place][DISTURBANCE]))
+    at = np.searchsorted(course.time_s, along.time_s[grid] - 1e-9)
+    return Missing(slow[grid] / std, std, at, along.dofs)
+
+
+def pushing(name: str, wrench: Callable[[Course], Array]) -> Cause:
+    """A cause that pushes by so much (n, 6) along a course, N and N m."""
+
+    def act(course: Course, _: Array) -> Act:
+        return Act(wrench=wrench(course))
+
+    return Cause(Effect(name, "", "force", (), act, ""), np.zeros(0))

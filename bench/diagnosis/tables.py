@@ -1,0 +1,132 @@
+"""Tables of the diagnosis: by effect, by size over the noise floor, what was said instead, of calibration."""
+
+import math
+import statistics
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.diagnosis.goals import told
+from bench.diagnosis.trials import Trial
+from bench.words import paragraph
+from identify.challenge.answers import errors
+from identify.challenge.plants import ABSORBED
+from identify.challenge.score import BINS, Judged, Rate
+
+EACH_POINT = 30
+"""So many dives at the least make a point of a power curve."""
+
+
+def judged(trial: Trial) -> Judged:
+    return Judged(trial.truth, trial.answer)
+
+
+def by_size(trials: Sequence[Trial], points: int) -> list[tuple[float, float, Rate]]:
+    """Smallest and largest size over the floor of each point, and the rate at which the cause was named first.
+
+    Points of as many dives each, and none of fewer than EACH_POINT unless there are no more.
+    """
+    ordered = sorted(trials, key=lambda one: float(one.truth["size"]))
+    points = max(min(points, len(ordered) // EACH_POINT), 1)
+    out = []
+    for part in np.array_split(np.arange(len(ordered)), points):
+        own = [ordered[i] for i in part]
+        if own:
+            sizes = [float(one.truth["size"]) for one in own]
+            out.append((sizes[0], sizes[-1], Rate(sum(judged(one).in_class() for one in own), len(own))))
+    return out
+
+
+def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
+    """The power curve of all effects that a refit leaves to be seen, together."""
+    seen = [one for one in trials if judged(one).kind == "one"]
+    rows = ["| size over the noise floor | named first, or its class |", "|---|---|"]
+    rows += [f"| {low:.2f} to {high:.2f} | {told(rate)} |" for low, high, rate in by_size(seen, points)]
+    return [
+        *paragraph(
+            "How large it has to be: all effects together, by what a refit leaves of them over the noise floor of the",
+            "dive (a force: rms over the standard deviation of the disturbance; a reading: over its sensor's noise;",
+            "that of the degree of freedom where it is largest).",
+        ),
+        "",
+        *rows,
+    ]
+
+
+def by_effect(trials: Sequence[Trial]) -> list[str]:
+    """Each effect that hid alone."""
+    rows = [
+        "| effect | named first, or its class | smallest named | largest missed | median magnitude error "
+        "| said instead |",
+        "|---" * 6 + "|",
+    ]
+    names = sorted({one.truth["effects"][0]["name"] for one in trials})
+    for name in names:
+        own = [one for one in trials if one.truth["effects"][0]["name"] == name]
+        hit = [one for one in own if judged(one).in_class()]
+        missed = [one for one in own if one not in hit]
+        rate = Rate(len(hit), len(own))
+        mark = " (a refit takes it up)" if name in ABSORBED else ""
+        rows.append(
+            f"| `{name}`{mark} | {rate.hits} of {rate.of} | {_least(hit)} | {_most(missed)} | {_magnitude(hit)} "
+            f"| {_instead(missed)} |"
+        )
+    return rows
+
+
+def calibration(trials: Sequence[Trial]) -> list[str]:
+    """How often causes of a stated probability were there."""
+    stated = [(named.probability, judged(one).right(named)) for one in trials for named in judged(one).named]
+    stated = [(p, right) for p, right in stated if math.isfinite(p)]
+    rows = ["| stated probability | causes | mean stated | were there |", "|---" * 4 + "|"]
+    for k in range(BINS):
+        own = [(p, right) for p, right in stated if min(int(p * BINS), BINS - 1) == k]
+        if own:
+            rate = Rate(sum(right for _, right in own), len(own))
+            mean = statistics.fmean(p for p, _ in own)
+            rows.append(
+                f"| {k / BINS:.1f} to {(k + 1) / BINS:.1f} | {len(own)} | {mean:.3f} | {told(rate)} |"
+            )
+    return rows if len(rows) > 2 else ["No probability was stated."]
+
+
+def unknowns(trials: Sequence[Trial]) -> list[str]:
+    """What no library has, and what was left out of it: verdicts by kind."""
+    rows = ["| hidden | dives | unknown | explained or ambiguous, by | no gap |", "|---" * 5 + "|"]
+    keys = list(dict.fromkeys((one.group, one.truth["effects"][0]["name"]) for one in trials))
+    for group, name in keys:
+        own = [judged(one) for one in trials if (one.group, one.truth["effects"][0]["name"]) == (group, name)]
+        verdicts = Counter(one.verdict for one in own)
+        wrong = Counter(
+            one.named[0].name for one in own if one.named and one.verdict not in ("unknown", "no_gap")
+        )
+        by = ", ".join(f"{other} ({count})" for other, count in wrong.most_common(3)) or "-"
+        title = f"`{name}`, left out" if group == "left out" else f"`{name}`"
+        rows.append(f"| {title} | {len(own)} | {verdicts['unknown']} | {by} | {verdicts['no_gap']} |")
+    return rows
+
+
+def _instead(missed: Sequence[Trial]) -> str:
+    said: Counter[str] = Counter()
+    for one in missed:
+        case = judged(one)
+        said[case.named[0].name if case.named else case.verdict.replace("_", " ") or "refused"] += 1
+    return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
+
+
+def _least(trials: Sequence[Trial]) -> str:
+    return f"{min(float(one.truth['size']) for one in trials):.2f}" if trials else "-"
+
+
+def _most(trials: Sequence[Trial]) -> str:
+    return f"{max(float(one.truth['size']) for one in trials):.2f}" if trials else "-"
+
+
+def _magnitude(trials: Sequence[Trial]) -> str:
+    off: list[float] = []
+    for one in trials:
+        effect, case = one.truth["effects"][0], judged(one)
+        if case.named[0].name == effect["name"]:
+            off += errors(effect["parameters"], case.named[0]).values()
+    return f"{100 * statistics.median(off):.0f} %" if off else "-"

@@ -1,0 +1,114 @@
+"""What the diagnosis makes of every planned dive: answers, kept beside the truth.
+
+The key of an answer holds a stamp of the code that it comes from, so that none of older code counts for the present.
+"""
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bench.diagnosis.plan import Planned
+from bench.diagnosis.sources import ANSWERS
+from bench.remembered import Data, Job, Remembered
+from bench.stamp import stamp
+from bridge.effects.effect import Effect
+from bridge.effects.library import library
+from bridge.errors import SeatrialError
+from identify.challenge.answers import Answer, answer_of
+from identify.challenge.case import Case, check_of, dive_of
+from identify.diagnose.answer import plain
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.diagnosis import Diagnosis
+
+CHECKED = ("one", "two")
+"""Where a check dive is flown: there is a gap that can be closed."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A planned dive with its truth, the answer (None where the diagnosis refused, and why), and how long it took.
+
+    before, after, floor (6,): rms drifts on the check dive after 5 s, m/s and rad/s, NaN in axes that are not fitted;
+    empty where none was flown.
+    """
+
+    group: str
+    truth: dict[str, Any]
+    answer: Answer | None
+    refusal: str
+    seconds: float
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    floor: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        return str(self.truth["name"])
+
+
+def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Trial]:
+    """The trials of all dives; what `kept` lacks is diagnosed, a core each."""
+    jobs: dict[str, Job] = {f"{one.name}:{stamp(*ANSWERS)}": partial(trial_job, one) for one in plan}
+    return [trial(data) for data in kept.fill(jobs, words).values()]
+
+
+def trial_job(one: Planned) -> Data:
+    """A `Trial` as JSON."""
+    case = one.case()
+    check = check_of(case) if one.group in CHECKED else None
+    dive, effects = dive_of(case), effects_for(case)
+    found: Diagnosis | None = None
+    refusal = ""
+    began = time.perf_counter()
+    try:
+        found = diagnose(dive, case.file, case.configuration, check=check, effects=effects, progress=_silent)
+    except SeatrialError as error:
+        refusal = str(error)
+    seconds = time.perf_counter() - began
+    return {
+        "group": one.group,
+        "truth": case.truth(),
+        "answer": None if found is None else plain(found),
+        "refusal": refusal,
+        "seconds": seconds,
+        "drifts": [] if found is None else _drifts(found),
+    }
+
+
+def effects_for(case: Case) -> tuple[Effect, ...]:
+    """The library without what the case wants it to lack."""
+    shape = case.file.vehicle.configurations[case.configuration]
+    whole = library(shape, case.file.vehicle.thrust_curve.lag_s)
+    return tuple(effect for effect in whole if effect.name not in case.without)
+
+
+def trial(data: Data) -> Trial:
+    """A trial from its JSON."""
+    answer = None if data["answer"] is None else answer_of(data["answer"])
+    rows = [tuple(math.nan if v is None else v for v in row) for row in data["drifts"]] or [(), (), ()]
+    return Trial(data["group"], data["truth"], answer, data["refusal"], data["seconds"], *rows)
+
+
+def _drifts(found: Diagnosis) -> list[list[float | None]]:
+    """Before, after and floor by axis, of the ends of the windows."""
+    flown = found.prediction
+    if flown is None:
+        return []
+    ends = np.flatnonzero(np.diff(flown.window, append=flown.window[-1] + 1))
+    off = [one[ends] - flown.measured[ends] for one in (flown.before, flown.after)]
+    rows = [*(np.sqrt(np.mean(one**2, axis=0)) for one in off), flown.floor]
+    return [[finite(value) for value in row] for row in rows]
+
+
+def finite(value: float) -> float | None:
+    """For JSON."""
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def _silent(_share: float, _words: str) -> None:
+    """Nobody watches."""
