@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.diagnosis import beside, goals, speed, tables
-from bench.diagnosis.plan import FULL, POWER, SHORT, Planned, planned, power_planned
+from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, Planned, planned, power_planned
 from bench.diagnosis.rivals import trials as rivals
 from bench.diagnosis.trials import Trial, measured
 from bench.remembered import Remembered
@@ -16,7 +16,7 @@ POINTS = 8
 EVERY = {"none": 4, "one": 4, "two": 3}
 """Rivals are run on every so many of the dives of a kind."""
 
-POWER_EACH, POWER_SHORT, POWER_POINTS = 90, 2, 3
+POWER_POINTS = 3
 
 
 def section(cache: Path, short: bool) -> str:
@@ -96,14 +96,14 @@ def _introduction(trials: Sequence[Trial]) -> list[str]:
         f"{len(trials)} simulated dives of 300 to 600 s: {told}. Each draws a vehicle, its sensors, controller,",
         "disturbance and mission, and a size that runs over a factor of ten from where an effect begins to show. The",
         "planting simulator (`identify/challenge`) shares no equation with the library and plants other forms than it",
-        "fits. Seeds from 500000 on, which nothing is tuned on. Median",
-        f"{seconds:.1f} s a dive, on one core, two dives at a time.",
+        f"fits. Seeds from {min(int(one.name.split()[-1]) for one in trials)} on. Nothing is tuned on those from {BENCH}",
+        f"on. Median {seconds:.1f} s a dive, on one core, two dives at a time.",
     )
 
 
 def power_section(cache: Path, short: bool) -> str:
     """The power curve of every effect by itself."""
-    plan = power_planned(POWER_SHORT if short else POWER_EACH)
+    plan = power_planned(SHORT if short else FULL)
     return power_page(measured(plan, Remembered(cache / "diagnosis.jsonl"), "power of the diagnosis"))
 
 
@@ -118,7 +118,7 @@ def power_page(trials: Sequence[Trial]) -> str:
         "## Power of the diagnosis",
         "",
         *paragraph(
-            f"How large each effect has to be to be named: {len(trials)} dives, seeds from {POWER} on, as in the",
+            f"How large each effect has to be to be named: {len(trials)} dives, seeds from {BENCH + POWER} on, as in the",
             f"section on the diagnosis. A point holds {tables.EACH_POINT} dives or more, cut by size.",
         ),
         "",

@@ -10,8 +10,11 @@ from identify.challenge.case import UNSEEN_BESIDE, Case, Kind, draw_case, left_o
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import PLANTS
 
-NONE, ONE, TWO, STRANGE, LACKING, POWER, SPEED = (500_000 + 10_000 * k for k in range(7))
-"""The first seed of each kind."""
+BENCH, DEVELOPMENT = 500_000, 390_000
+"""The first seed of all; the short form, which anyone may look at, has those of development."""
+
+NONE, ONE, TWO, NOVEL_KINDS, LACKING, SPEED, POWER = (1000 * k for k in range(7))
+"""Of each group, from there on; power comes last, for it has the most."""
 
 UNKNOWABLE = tuple(name for name in PLANTS if name not in UNSEEN_BESIDE)
 """What is planted once more, left out of the library with its true class."""
@@ -39,38 +42,40 @@ class Planned:
 @dataclass(frozen=True)
 class Counts:
     """How many dives: without an effect; of each effect alone; of two; of each that no library has; of those left out
-    of the library, each once, so many in all."""
+    of the library, each once, so many in all; and of each effect alone for its power. first: the first seed."""
 
+    first: int
     none: int
     each: int
     two: int
-    strange: int
+    novel: int
     lacking: int
+    power: int
 
 
-FULL = Counts(300, 8, 100, 6, len(UNKNOWABLE))
-SHORT = Counts(8, 1, 8, 1, 4)
+FULL = Counts(BENCH, 300, 8, 100, 6, len(UNKNOWABLE), 90)
+SHORT = Counts(DEVELOPMENT, 8, 1, 8, 1, 4, 2)
 
 
 def planned(counts: Counts) -> list[Planned]:
-    """All dives of the section."""
+    """All dives of the section, but for those of the power curves."""
+    first = counts.first
     alone = [name for name in PLANTS for _ in range(counts.each)]
-    strange = [name for name in NOVEL for _ in range(counts.strange)]
+    novel = [name for name in NOVEL for _ in range(counts.novel)]
+    lacking = UNKNOWABLE[: counts.lacking]
     return [
-        *(Planned("none", NONE + i, "none") for i in range(counts.none)),
-        *_of_names("one", ONE, "one", alone),
-        *(Planned("two", TWO + i, "two") for i in range(counts.two)),
-        *_of_names("novel", STRANGE, "novel", strange),
-        *(
-            Planned("left out", LACKING + i, "novel", (name,), name)
-            for i, name in enumerate(UNKNOWABLE[: counts.lacking])
-        ),
+        *(Planned("none", first + NONE + i, "none") for i in range(counts.none)),
+        *_of_names("one", first + ONE, "one", alone),
+        *(Planned("two", first + TWO + i, "two") for i in range(counts.two)),
+        *_of_names("novel", first + NOVEL_KINDS, "novel", novel),
+        *(Planned("left out", first + LACKING + i, "novel", (name,), name) for i, name in enumerate(lacking)),
     ]
 
 
-def power_planned(each: int) -> list[Planned]:
-    """`each` dives of every effect alone."""
-    return _of_names("power", POWER, "one", [name for name in PLANTS for _ in range(each)])
+def power_planned(counts: Counts) -> list[Planned]:
+    """The dives of the power curves: every effect alone."""
+    names = [name for name in PLANTS for _ in range(counts.power)]
+    return _of_names("power", counts.first + POWER, "one", names)
 
 
 def _of_names(group: str, first: int, kind: Kind, names: Sequence[str]) -> list[Planned]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from bench.diagnosis.plan import SPEED
+from bench.diagnosis.plan import BENCH, SPEED
 from bench.diagnosis.sources import SPEED as SOURCES
 from bench.remembered import Data, Remembered
 from bench.stamp import stamp
@@ -39,7 +39,7 @@ def measured(kept: Remembered, short: bool) -> list[Data]:
     """Seconds of every dive, on all cores and on one; nothing else may run meanwhile."""
     hidden = HIDDEN[:2] if short else HIDDEN
     return [
-        kept.get(f"speed {SPEED + i} {os.cpu_count()}:{stamp(*SOURCES)}", partial(_timed, i))
+        kept.get(f"speed {BENCH + SPEED + i} {os.cpu_count()}:{stamp(*SOURCES)}", partial(_timed, i))
         for i in range(len(hidden))
     ]
 
@@ -58,7 +58,7 @@ def lines(found: Sequence[Data]) -> list[str]:
 
 
 def _timed(i: int) -> Data:
-    case = draw_case(SPEED + i, names=HIDDEN[i], seconds=LONG_S)
+    case = draw_case(BENCH + SPEED + i, names=HIDDEN[i], seconds=LONG_S)
     with tempfile.TemporaryDirectory() as folder:
         log, vehicle = Path(folder) / "dive.tlog", Path(folder) / "vehicle.yaml"
         log.write_bytes(tlog_of(dive_of(case)))
