@@ -6,19 +6,16 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course, lagged
 from bridge.effects.effect import SIZES, Act, Effect, Parameter
 from bridge.effects.pushing import before_the_shaft
+from bridge.vehicle.supply import SLOW_S
+from bridge.vehicle.thruster_losses import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V
 
 Array = NDArray[np.float64]
 
-RIPPLE_S = 20.0
+RIPPLE_S = SLOW_S
 """A recorded voltage is meant over so long: what is quicker is the load's."""
 
 LEAST_FALL = 0.01
 """A battery that falls by less of its square in a dive drives nothing."""
-
-NOMINAL_V = 16.0
-AHEAD_A_N15, ASTERN_A_N15 = 0.062, 0.095
-"""Current over |thrust|^1.5 of a T200 at `NOMINAL_V`, from Blue Robotics' bollard pull of 2019: within 5 % from 18 N
-to 51 N ahead, and 28 N to 40 N astern."""
 
 
 def _with_time(course: Course, values: Array) -> Act:
@@ -30,15 +27,32 @@ def fall_by_voltage(voltage_v: Array, since_s: Array) -> Array:
 
     Zero where no voltage is recorded, or where it does not fall. Only what was before is looked at.
     """
+    slow = _slow(voltage_v, since_s)
+    if slow is None:
+        return np.zeros_like(since_s)
+    fall, rate = _fall(slow, since_s)
+    return np.asarray(fall / rate) if rate * since_s[-1] > LEAST_FALL else np.zeros_like(since_s)
+
+
+def voltage_law(voltage_v: Array, since_s: Array) -> tuple[float, float]:
+    """The voltage (V) at the beginning of a course and the mean rate (1/s) at which its square falls from there: a
+    `battery_sag` of this rate is thrust that goes wholly as the square of the voltage. NaN where none is recorded."""
+    slow = _slow(voltage_v, since_s)
+    return (np.nan, np.nan) if slow is None else (float(slow[0]), _fall(slow, since_s)[1])
+
+
+def _slow(voltage_v: Array, since_s: Array) -> Array | None:
     known = np.isfinite(voltage_v)
     if not known.any():
-        return np.zeros_like(since_s)
+        return None
     filled = np.interp(since_s, since_s[known], voltage_v[known])
-    slow = lagged(filled[:, None], float(since_s[1] - since_s[0]), RIPPLE_S)[:, 0]
-    fall = 1.0 - (slow / slow[0]) ** 2
+    return np.asarray(lagged(filled[:, None], float(since_s[1] - since_s[0]), RIPPLE_S)[:, 0])
+
+
+def _fall(slow_v: Array, since_s: Array) -> tuple[Array, float]:
+    fall = 1.0 - (slow_v / slow_v[0]) ** 2
     middle = since_s - since_s.mean()
-    rate = float(middle @ fall) / float(middle @ middle)
-    return np.asarray(fall / rate) if rate * since_s[-1] > LEAST_FALL else np.zeros_like(since_s)
+    return fall, float(middle @ fall) / float(middle @ middle)
 
 
 def _with_voltage(course: Course, values: Array) -> Act:
@@ -89,6 +103,7 @@ LOAD_SAG = Effect(
     linear=False,
     sizes=SIZES,
     seen_in_rpm=True,
+    feedforward="voltage",
 )
 
 EFFECTS = (BATTERY_SAG, BATTERY_SAG_BY_VOLTAGE, LOAD_SAG)
