@@ -92,12 +92,13 @@ def _introduction(trials: Sequence[Trial]) -> list[str]:
     }
     told = ", ".join(f"{count[group]} {words[group]}" for group in words if group in count)
     seconds = statistics.median(one.seconds for one in trials)
+    first = min(int(one.name.split()[-1]) for one in trials)
     return paragraph(
         f"{len(trials)} simulated dives of 300 to 600 s: {told}. Each draws a vehicle, its sensors, controller,",
         "disturbance and mission, and a size that runs over a factor of ten from where an effect begins to show. The",
         "planting simulator (`identify/challenge`) shares no equation with the library and plants other forms than it",
-        f"fits. Seeds from {min(int(one.name.split()[-1]) for one in trials)} on. Nothing is tuned on those from {BENCH}",
-        f"on. Median {seconds:.1f} s a dive, on one core, two dives at a time.",
+        f"fits. Seeds from {first} on; nothing is tuned on those from {BENCH} on. Median",
+        f" {seconds:.1f} s a dive, on one core, two dives at a time.",
     )
 
 
@@ -118,8 +119,8 @@ def power_page(trials: Sequence[Trial]) -> str:
         "## Power of the diagnosis",
         "",
         *paragraph(
-            f"How large each effect has to be to be named: {len(trials)} dives, seeds from {BENCH + POWER} on, as in the",
-            f"section on the diagnosis. A point holds {tables.EACH_POINT} dives or more, cut by size.",
+            f"How large each effect has to be to be named: {len(trials)} dives, as in the section on the diagnosis, seeds",
+            f"from {BENCH + POWER} on. A point holds {tables.EACH_POINT} dives or more, cut by size.",
         ),
         "",
         *rows,
