@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimators.doubts import by_drag, by_lateness, coefficients
+from identify.estimators.doubts import LATER_S, by_drag, by_lateness, coefficients
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.multiplier import Force, Wider, with_forces
 from identify.estimators.scoring import climb
@@ -15,8 +15,8 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 TURNS, SETTLED = 6, 0.1
-"""A drag is made of speeds that the fit with that drag came to, so often at most, or until no coefficient moves by
-more than this share of its standard error."""
+"""Forces are made of the speeds and the lateness that the fit with them came to, so often at most, or until no
+coefficient moves by more than this share of its standard error."""
 
 
 @dataclass(frozen=True)
@@ -61,21 +61,20 @@ def admitted(
         return NOTHING
     without = climb(joint, theta, score=JointLikelihood.score)
     rows, where = coefficients(joint)
-    lateness = [
-        Force(problem.axis.dof, by_lateness(problem.axis))
-        for problem in joint.problems
-        if problem.axis.dof in late
-    ]
+    axes = {problem.axis.dof: problem.axis for problem in joint.problems}
     wider, at = Wider(joint, without.theta, ()), without.theta
-    coefficient = at[where]
+    coefficient, size = at[where], dict.fromkeys(late, 0.0)
     for _ in range(TURNS):
         before = coefficient
-        drag = _drag(wider.problem, at, lacking)
-        wider = with_forces(joint, without.theta, [*lateness, *drag])
+        lateness = [
+            Force(dof, by_lateness(axes[dof], LATER_S + max(by_s, 0.0))) for dof, by_s in size.items()
+        ]
+        wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
         found = climb(wider.problem, wider.start, score=JointLikelihood.score)
         at, kept = found.theta, wider.kept
+        size = dict(zip(size, at[list(wider.places)].tolist(), strict=False))
         coefficient, variance = at[kept][where], np.diag(np.linalg.inv(found.precision))[kept][where]
-        if not lacking or np.max(np.abs(coefficient - before) / np.sqrt(variance)) < SETTLED:
+        if np.max(np.abs(coefficient - before) / np.sqrt(variance)) < SETTLED:
             break
     narrow = np.diag(np.linalg.inv(without.precision))[where]
     shift, looser = np.zeros(12), np.ones(12)

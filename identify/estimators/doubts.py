@@ -76,14 +76,14 @@ def by_drag(speed: Array) -> Array:
     return np.asarray(-speed * np.abs(speed))
 
 
-def by_lateness(axis: Axis) -> Array:
+def by_lateness(axis: Axis, lag_s: float = LATER_S) -> Array:
     """What each step's mean force (n,) changes by, per second that the forces come later.
 
-    Less the slope of the forces behind a first-order lag of LATER_S: exactly what a longer lag of a thruster changes,
-    to first order, and made of what came before alone. A force that came sooner would answer, through the controller,
-    to noise in readings that were yet to be.
+    Less the slope of the forces behind a first-order lag: where that is a thruster's whole lag, exactly what the lag's
+    last part of any size changes. It is made of what came before alone: a force that came sooner would answer, through
+    the controller, to noise in readings that were yet to be.
     """
-    return np.asarray(_slope(axis.force, 0.5 * axis.step_s, LATER_S))
+    return np.asarray(_slope(axis.force, 0.5 * axis.step_s, lag_s))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
