@@ -18,6 +18,7 @@ MOST_DEAD_SHARE = 0.25
 LEAST_VOLTAGE_V, MOST_VOLTAGE_V = 3.0, 1000.0
 MOST_VOLTAGE_SHARE = 2.0
 MOST_RESISTANCE_OHM = 1.0
+MOST_OFFSET_M = 1.0
 STALL_M_S, STALL_RAD_S, STALL_ARM_M = 0.2, 0.1, 1.0
 """A force is too large where all thrusters together couldn't keep up this speed, each on an arm of this length."""
 
@@ -61,13 +62,16 @@ def effect_coefficients(configuration: Configuration) -> tuple[EffectCoefficient
     """All that a feed-forward of this configuration can know of effects, each with bounds for this thrust.
 
     Wrenches have the signs of Fossen's: X = -X_uu |u| u, Y = -Y_r r - Y_uv |u| v,
-    N = -N_v v - N_uv |u| v - N_munk u v.
+    N = -N_v v - N_uv |u| v - N_munk u v; S_x, S_y are first moments of mass about the origin (his eq. 3.57).
     """
     thrust_n = configuration.thruster_limit_n * sum(abs(t.gain) for t in configuration.thrusters)
-    return _bounded(thrust_n, configuration.thruster_limit_n, len(configuration.thrusters))
+    count, limit_n = len(configuration.thrusters), configuration.thruster_limit_n
+    return _bounded(thrust_n, limit_n, count, configuration.dry_mass_kg)
 
 
-def _bounded(thrust_n: float, limit_n: float, thrusters: int) -> tuple[EffectCoefficient, ...]:
+def _bounded(
+    thrust_n: float, limit_n: float, thrusters: int, mass_kg: float
+) -> tuple[EffectCoefficient, ...]:
     moment_nm = thrust_n * STALL_ARM_M
     drag, turn = thrust_n / STALL_M_S**2, moment_nm / STALL_RAD_S**2
     dead_n = MOST_DEAD_SHARE * limit_n
@@ -79,6 +83,8 @@ def _bounded(thrust_n: float, limit_n: float, thrusters: int) -> tuple[EffectCoe
         _coupling("Y_uv", "N s2/m2", drag, "sway force of drifting while under way"),
         _coupling("N_uv", "N s2/m", moment_nm / STALL_M_S**2, "yaw moment of drifting while under way"),
         _coupling("N_munk", "kg", moment_nm / STALL_M_S**2, "Munk moment beyond that of the masses"),
+        _coupling("S_x", "kg m", mass_kg * MOST_OFFSET_M, "first moment of mass ahead"),
+        _coupling("S_y", "kg m", mass_kg * MOST_OFFSET_M, "first moment of mass to starboard"),
         _gain(ASTERN, "reverse_loss", "thrust astern over that of the curve"),
         EffectCoefficient(START, "N", "dead_zone", 0.0, dead_n, "so much is asked before a thruster starts"),
         EffectCoefficient(LEAST, "N", "dead_zone", 0.0, dead_n, "thrust below this can't be had"),
@@ -109,5 +115,5 @@ def _gain(name: str, group: Group, sentence: str) -> EffectCoefficient:
     return EffectCoefficient(name, "1", group, LEAST_GAIN, MOST_GAIN, sentence)
 
 
-OF_ANY_VEHICLE = {one.name: one for one in _bounded(1e5, 1e4, 58)}
+OF_ANY_VEHICLE = {one.name: one for one in _bounded(1e5, 1e4, 58, 1e5)}
 """Every name there is, with bounds that no vehicle is outside of: as many thrusters as the telemetry has room for."""

@@ -57,7 +57,7 @@ def feedforward(
     """
     tau = [0.0] * 6
     faults = []
-    more = hull_wrench(hull, reference.nu) if hull else ZERO6
+    more = hull_wrench(hull, reference) if hull else ZERO6
     for dof, mass_name, damping_name in AXES:
         fault = _fault(coefficients, mass_name) or _fault(coefficients, damping_name)
         if not fault:
@@ -74,15 +74,19 @@ def feedforward(
     return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults))
 
 
-def hull_wrench(effects: Mapping[str, float], nu: Six) -> Six:
-    """What makes up for effects of the hull at a velocity, in surge, sway and yaw, N and N m (Fossen 2011, section 6.4:
-    quadratic drag; linear coupling of sway and yaw; lift and Munk moment of a hull that drifts)."""
-    u, v, _, _, _, r = nu
+def hull_wrench(effects: Mapping[str, float], reference: Reference) -> Six:
+    """What makes up for effects of the hull, in surge, sway and yaw, N and N m (Fossen 2011, section 6.4: quadratic
+    drag, linear coupling of sway and yaw, lift and Munk moment of a hull that drifts; eq. 3.57: a centre of mass, or
+    added mass, off the origin)."""
+    (u, v, _, _, _, r), (du, dv, _, _, _, dr) = reference.nu, reference.nu_dot
     give = effects.get
-    x = give("X_uu", 0.0) * abs(u) * u
+    ahead, aside = give("S_x", 0.0), give("S_y", 0.0)
+    x = give("X_uu", 0.0) * abs(u) * u - ahead * r * r - aside * dr
     y = give("Y_vv", 0.0) * abs(v) * v + give("Y_r", 0.0) * r + give("Y_uv", 0.0) * abs(u) * v
+    y += ahead * dr - aside * r * r
     n = give("N_rr", 0.0) * abs(r) * r + give("N_v", 0.0) * v
     n += give("N_uv", 0.0) * abs(u) * v + give("N_munk", 0.0) * u * v
+    n += ahead * (dv + u * r) - aside * (du - v * r)
     return x, y, 0.0, 0.0, 0.0, n
 
 

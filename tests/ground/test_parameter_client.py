@@ -321,7 +321,7 @@ def test_a_list_with_a_hole_is_no_list(client, vehicle):
     step = vehicle.server.step
     vehicle.server.step = lambda most: [m for m in step(most) if m.param_index != 3]
     vehicle.server._read = lambda *_: []
-    with pytest.raises(ParamUnverified, match="1 of 64 parameters"):
+    with pytest.raises(ParamUnverified, match="1 of 68 parameters"):
         client.read_all(5.0)
 
 
@@ -414,7 +414,7 @@ def test_a_second_vehicle_that_comes_on_during_an_upload_ends_it_without_another
 def test_progress_is_told(vehicle, clock, tmp_path):
     told = []
     upload(ParameterClient(vehicle, clock, progress=lambda *what: told.append(what)), tmp_path)
-    assert ("reading", 64, 64) in told
+    assert ("reading", 68, 68) in told
     assert list(dict.fromkeys(s for s, _, _ in told))[:3] == [
         "reading",
         "staging",

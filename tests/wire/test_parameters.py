@@ -19,7 +19,7 @@ from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
 
 GROUND = Encoder(255, 190)
-ALL = 64
+ALL = 68
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32
 
 
@@ -65,7 +65,7 @@ def test_the_table_has_every_coefficient_of_every_configuration_behind_them_effe
     None
 ):
     names = server().names
-    assert len(names) == ALL == 2 * (12 + 17 + 1) + 4
+    assert len(names) == ALL == 2 * (12 + 19 + 1) + 4
     assert names[0] == "FF0_M_U"
     assert names[23] == "FF1_D_R"
     assert names[24:27] == ("FF0_X_UU", "FF0_Y_VV", "FF0_Z_WW")
@@ -179,7 +179,7 @@ def test_every_vehicle_that_we_ship_and_the_truth_of_the_simulated_one_are_withi
     for configuration, truth in truths.items():
         for coefficient, value in truth["model"].items():
             assert rows[craft.veh_cfg(configuration), coefficient].admits(value)
-    assert len(rows) == sum(12 + 17 + len(shape.thrusters) for shape in craft.configurations.values())
+    assert len(rows) == sum(12 + 19 + len(shape.thrusters) for shape in craft.configurations.values())
 
 
 def test_only_real32_is_taken() -> None:
