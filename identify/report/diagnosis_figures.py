@@ -17,7 +17,7 @@ from identify.report.bars import Bar, bars, folded, side_by_side
 from identify.report.heatmap import heatmap
 from identify.report.page import Figure
 from identify.report.plot import Line, Panel
-from identify.report.text import fixed, significant
+from identify.report.text import decimals_for, fixed
 
 SHOWN = 12
 """Candidates that stand open on the page, strongest first; the others are folded away beneath."""
@@ -66,7 +66,11 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
         mine.sort(key=_bearing if by == "heading" else lambda one: one.low)
         whole = sum(one.share for one in mine)
         if whole > 0 and len(mine) > 1:
-            rows = [Bar(_range(one), one.share / whole, words.percent(one.share / whole)) for one in mine]
+            decimals = _decimals(mine)
+            rows = [
+                Bar(_range(one, decimals), one.share / whole, words.percent(one.share / whole))
+                for one in mine
+            ]
             parts.append(bars(rows, f"{dof}, {title}"))
     if not parts:
         return None
@@ -75,11 +79,17 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
     )
 
 
-def _range(one: Slice) -> str:
+def _decimals(mine: Sequence[Slice]) -> int:
+    """As many as the narrowest slice needs, no more than two."""
+    widths = [one.high - one.low for one in mine if one.high > one.low]
+    return min(max(decimals_for(min(widths)), 0), 2) if widths else 0
+
+
+def _range(one: Slice, decimals: int) -> str:
     if one.by == "heading":
         low = _bearing(one)
         return f"{fixed(low, 0)}° to {fixed(low + math.degrees(one.high - one.low), 0)}°"
-    return f"{significant(one.low, 2)} to {significant(one.high, 2)} {UNITS[one.by]}"
+    return f"{fixed(one.low, decimals)} to {fixed(one.high, decimals)} {UNITS[one.by]}"
 
 
 def _bearing(one: Slice) -> float:

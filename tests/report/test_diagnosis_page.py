@@ -12,6 +12,7 @@ from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose import words
+from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import (
     Character,
     Dependence,
@@ -27,7 +28,6 @@ from identify.diagnose.diagnosis import (
     Value,
 )
 from identify.diagnose.drift import Drift
-from identify.diagnose.frame import Cause
 from identify.report.bars import Bar, bars
 from identify.report.diagnosis import diagnosis_page
 from identify.report.heatmap import heatmap
@@ -308,7 +308,7 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
 
 def test_slices_are_in_the_units_of_what_they_slice_by():
     page = read(diagnosis())
-    for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m"):
+    for told in ("0.30 to 0.60 m/s", "0° to 180°", "2.0 to 5.0 m", "5.0 to 7.5 m"):
         assert told in page
 
 
