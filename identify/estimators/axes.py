@@ -18,6 +18,7 @@ from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
 from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
+from identify.estimators.shared import shared
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 
@@ -249,3 +250,7 @@ def _initial(value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
     speed = (value / scale)[(state != POSITION) & np.isfinite(value)]
     place = value[state == POSITION][:1].sum()
     return np.array([speed[0], place, max(float(np.std(speed)), 1e-4) ** 2, FIRST_POSITION_STD**2])
+
+
+shared_axes = shared(build_axes)
+"""Of a dive, a vehicle file and a configuration: its `Axes`, for all methods that hold them."""

@@ -17,7 +17,7 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted
-from identify.estimators.axes import Axes, build_axes
+from identify.estimators.axes import Axes, shared_axes
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
@@ -71,7 +71,8 @@ def estimate(
     """
     began = time.perf_counter()
     long_enough(dive)
-    built = build_axes(dive, file, configuration)
+    axes = shared_axes(dive, file, configuration)
+    built = axes.value
     shape = file.vehicle.configurations[configuration]
     spoilt = {one.dof: one for one in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, shape, progress, spoilt)

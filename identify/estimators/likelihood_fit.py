@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes
 from identify.estimators.likelihood_axis import (
@@ -23,6 +22,7 @@ from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
 from identify.estimators.marginal import integrated
 from identify.estimators.profile import stretches
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb
+from identify.estimators.shared import shared
 
 Array = NDArray[np.float64]
 
@@ -55,6 +55,32 @@ class JointFit:
     theta: Array
 
 
+@dataclass(frozen=True)
+class Begun:
+    """The likelihood of all axes with the Coriolis forces of measured velocities, and about where its maximum lies."""
+
+    joint: JointLikelihood
+    maximum: Maximum
+
+
+def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) -> Begun:
+    """Each axis alone, then roughly together; there is at least one."""
+    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
+    problems, thetas = [], []
+    for axis in built.axes:
+        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
+        problem = likelihood_of(axis, configuration, masses, loose)
+        problems.append(problem)
+        thetas.append(climb(problem, problem.prior_mean, ROUGHLY, alone).theta)
+    joint = _joined(problems, doubted)
+    return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
+
+
+rough_fit = shared(_begin)
+"""Of the axes, the configuration and the doubted degrees of freedom: `Begun`, for all methods that hold it."""
+
+
 def fit_axes(
     built: Axes,
     configuration: Configuration,
@@ -65,24 +91,15 @@ def fit_axes(
 
     The own equation of a `doubted` degree of freedom weighs no mass, neither its own nor the others' that act there.
     """
-    axes = built.axes
-    if not axes:
+    if not built.axes:
         nothing, none = np.full(12, np.nan), np.zeros(0)
         unknown = np.full((12, 12), np.nan)
         return JointFit(
             {}, nothing, unknown, np.ones((12, 2)), np.zeros((0, 0)), "", JointLikelihood(()), none
         )
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
-    unmeasured = sorted(set(range(6)) - {axis.dof for axis in axes})
-    problems, thetas = [], []
-    for i, axis in enumerate(axes):
-        progress(0.3 * i / len(axes), f"fitting {DOFS[axis.dof]}")
-        loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
-        problem = likelihood_of(axis, configuration, masses, loose)
-        problems.append(problem)
-        thetas.append(climb(problem, problem.prior_mean, ROUGHLY, alone).theta)
-    joint = _joined(problems, doubted)
-    maximum = climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score)
+    progress(0.0, "fitting each axis, then all together roughly")
+    begun = rough_fit(built, configuration, tuple(sorted(doubted)))
+    joint, maximum = begun.value.joint, begun.value.maximum
     settled = False
     for turn in range(PASSES):
         progress(0.3 + 0.7 * turn / PASSES, "fitting all axes together")

@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coeffic
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted
-from identify.estimators.axes import build_axes
+from identify.estimators.axes import shared_axes
 from identify.estimators.doubts import doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.multiplier import Tested
@@ -49,7 +49,8 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     """
     began = time.perf_counter()
     long_enough(dive)
-    built = build_axes(dive, file, configuration)
+    axes = shared_axes(dive, file, configuration)
+    built = axes.value
     shape = file.vehicle.configurations[configuration]
     fit = fit_network(dive, file, configuration, built, progress) if built.axes else None
     lacking, late = ({}, {}) if fit is None else _doubted(fit, dive, file)

@@ -18,13 +18,10 @@ from identify.estimators.likelihood_axis import (
     DISTURBANCE,
     FORCES,
     MASS,
-    MASS_RATIO,
     TIME_CONSTANT,
-    likelihood_of,
-    rigid_mass,
 )
-from identify.estimators.likelihood_fit import axis_fits
-from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
+from identify.estimators.likelihood_fit import axis_fits, rough_fit
+from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.profile import HOPELESS, LOOSE, stretches
 from identify.estimators.scoring import climb
 
@@ -125,16 +122,9 @@ class Filters:
 
 def filters_of(built: Axes, configuration: Configuration) -> Filters:
     """The filters of a dive's axes, and the start that they come to: each alone, then roughly together."""
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
-    unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
-    joint = JointLikelihood(
-        tuple(likelihood_of(axis, configuration, masses, unmeasured) for axis in built.axes)
-    )
-    theta = np.concatenate(
-        [climb(problem, problem.prior_mean, ROUGHLY, alone).theta for problem in joint.problems]
-    )
-    theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
-    joint = joint.with_better_forces(built.motion, theta)
+    begun = rough_fit(built, configuration, ())
+    theta = begun.value.maximum.theta
+    joint = begun.value.joint.with_better_forces(built.motion, theta)
     theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
     return Filters(built, joint, _levels(joint, theta), theta)
 
