@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bench.document import Section, compared, read, written
 from bench.sections import SECTIONS, Run
+from bench.wall import timed, wall_s
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -32,11 +33,22 @@ def main() -> None:
     # Before anything is measured: code that changes meanwhile is not what the figures come from.
     codes = {name: one.code for name, one in SECTIONS.items()}
     for name in arguments.sections or [name for name in SECTIONS if name not in asked]:
-        page = Section(SECTIONS[name].page(run), codes[name])
+        with timed(run.cache / "bench", name, codes[name]):
+            text = SECTIONS[name].page(run)
         # Written after each, so that what was measured is on the page whatever becomes of the rest.
         sections = read(target.read_text(encoding="utf-8")) if target.exists() else {}
+        page = Section(
+            text, codes[name], wall_s=_took_s(run, name, codes[name], sections.get(name)), asked=name in asked
+        )
         text = written(compared({**sections, name: page}, codes), tuple(SECTIONS))
         target.write_text(text, encoding="utf-8")
+
+
+def _took_s(run: Run, name: str, code: str, before: Section | None) -> float | None:
+    """What a section took, None where it was measured when that was not kept: now its results were only read."""
+    if before is not None and before.code == code and before.wall_s is None:
+        return None
+    return wall_s(run.cache / "bench", name, code)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from bench import wall
+
 HEAD = (
     "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it. Each section is marked with a stamp of\n"
     "the code that it was measured with. Where that code had changed when this page was last written, the section\n"
@@ -11,18 +13,24 @@ HEAD = (
 )
 OLDER = "*The code behind this section has changed since it was measured.*\n\n"
 _BLOCK = re.compile(
-    r"<!-- section: (?P<name>[^;>]+?)(; code: (?P<code>\w+))? -->\n(?P<text>.*?)(?=<!-- section: |\Z)",
+    r"<!-- section: (?P<name>[^;>]+?)(; code: (?P<code>\w+))?(; seconds: (?P<wall>\d+))?(?P<asked>; asked)? -->\n"
+    r"(?P<text>.*?)(?=<!-- section: |\Z)",
     re.DOTALL,
 )
 
 
 @dataclass(frozen=True)
 class Section:
-    """What stands under a mark; `code` is the stamp of what it was measured with, `older` whether that has changed."""
+    """What stands under a mark; `code` is the stamp of what it was measured with, `older` whether that has changed.
+
+    wall_s: what it took to measure, None where that was not kept. asked: it is no part of `make bench`.
+    """
 
     text: str
     code: str
     older: bool = False
+    wall_s: float | None = None
+    asked: bool = False
 
 
 def read(text: str) -> dict[str, Section]:
@@ -31,7 +39,8 @@ def read(text: str) -> dict[str, Section]:
     for block in _BLOCK.finditer(text):
         older = block["text"].startswith(OLDER)
         body = block["text"].removeprefix(OLDER).strip("\n")
-        found[block["name"]] = Section(body, block["code"] or "", older)
+        wall_s = float(block["wall"]) if block["wall"] else None
+        found[block["name"]] = Section(body, block["code"] or "", older, wall_s, bool(block["asked"]))
     return found
 
 
@@ -44,11 +53,15 @@ def compared(sections: Mapping[str, Section], codes: Mapping[str, str]) -> dict[
 
 def written(sections: Mapping[str, Section], order: tuple[str, ...]) -> str:
     """The document: sections in the given order, those that it does not name left out."""
-    blocks = [_block(name, sections[name]) for name in order if name in sections]
-    return HEAD + "\n".join(blocks)
+    shown = {name: sections[name] for name in order if name in sections}
+    took = wall.lines({name: one.wall_s for name, one in shown.items() if not one.asked})
+    blocks = [_block(name, one) for name, one in shown.items()]
+    return HEAD + "\n".join([*took, "", *blocks])
 
 
 def _block(name: str, one: Section) -> str:
     code = f"; code: {one.code}" if one.code else ""
+    seconds = "" if one.wall_s is None else f"; seconds: {one.wall_s:.0f}"
+    asked = "; asked" if one.asked else ""
     label = OLDER if one.older else ""
-    return f"<!-- section: {name}{code} -->\n{label}{one.text.strip(chr(10))}\n"
+    return f"<!-- section: {name}{code}{seconds}{asked} -->\n{label}{one.text.strip(chr(10))}\n"

@@ -46,7 +46,8 @@ def lines(tallies: Sequence[Tally]) -> list[str]:
     rows = ["Goals:", "", f"| goal | {' | '.join(JUDGED)} |", "|---" * (len(JUDGED) + 1) + "|"]
     for i, goal in enumerate(words):
         cells = [
-            f"{told[m][i][0]}: {_met(told[m][i][1])}" if m in told else "nothing to judge" for m in JUDGED
+            f"{told[m][i][0]}: {in_a_word(told[m][i][1])}" if m in told else "nothing to judge"
+            for m in JUDGED
         ]
         rows.append(f"| {goal} | {' | '.join(cells)} |")
     refused = "; ".join(
@@ -66,5 +67,6 @@ def lines(tallies: Sequence[Tally]) -> list[str]:
     ]
 
 
-def _met(met: bool) -> str:
+def in_a_word(met: bool) -> str:
+    """Whether a goal is met, in a word."""
     return "met" if met else "**missed**"
