@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
 from identify.dive import Dive
-from identify.estimators.multiplier import Tested
 from identify.identification import Doubt, Outcome
+
+if TYPE_CHECKING:
+    from identify.estimators.multiplier import Tested
 
 SHORTEST_DIVE_S = 20.0
 
@@ -27,21 +30,22 @@ def axes_named(dofs: Sequence[int]) -> str:
     return " and ".join(", ".join(part) for part in (names[:-1], names[-1:]) if part)
 
 
-def drag_doubts(lacking: Mapping[int, Tested]) -> tuple[Doubt, ...]:
+def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
     """A quadratic drag is missing in each of these axes."""
     return tuple(
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
             f"In {DOFS[dof]} a force that grows as the speed squared is missing from the model "
             f"({one.score:+.0f} standard errors): mass and linear damping hold for the speeds of this dive "
-            "alone; the intervals of all that it bears on are widened by what such a force would change.",
+            "alone; the intervals of all that it bears on are widened by what such a force would change. Where another "
+            "axis moved at one speed alone, its damping holds for that.",
             Outcome.DISAGREES,
         )
         for dof, one in lacking.items()
     )
 
 
-def late_doubts(late: Mapping[int, Tested]) -> tuple[Doubt, ...]:
+def late_doubts(late: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
     """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two."""
     later = {dof: one for dof, one in late.items() if one.size > 0}
     earlier = {dof: one for dof, one in late.items() if one.size <= 0}
@@ -49,7 +53,7 @@ def late_doubts(late: Mapping[int, Tested]) -> tuple[Doubt, ...]:
     return tuple(_late_doubt(way, found) for way, found in told if found)
 
 
-def _late_doubt(way: str, found: Mapping[int, Tested]) -> Doubt:
+def _late_doubt(way: str, found: "Mapping[int, Tested]") -> Doubt:
     by_ms = [1000 * abs(one.size) for one in found.values()]
     least, most = min(by_ms), max(by_ms)
     size = f"{most:.0f} ms" if most - least < 10 else f"{least:.0f} to {most:.0f} ms"
