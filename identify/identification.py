@@ -255,7 +255,8 @@ def estimate(name: str, value: float, std: float, low: float, high: float, reaso
 def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
     """Added mass from a total mass or inertia: value less the rigid body's, as a positive number.
 
-    Its interval is wider by what the rigid body may be off by.
+    Its interval is wider by what the rigid body may be off by, and as a share of so much less: where that is too wide
+    to be called identifiable, the added mass is not, even if the total is.
     """
     dof = MASSES.index(BY_NAME[total.name])
     rigid, rigid_std = configuration.rigid_body(dof)
@@ -264,14 +265,22 @@ def added_mass(total: Estimate, configuration: Configuration) -> Estimate:
         reason = (
             f"{total.name} came out below the rigid body's own {rigid:g} {total.unit}: check the vehicle file"
         )
+    below = math.hypot(total.value - total.low95, Z95 * rigid_std)
+    above = math.hypot(total.high95 - total.value, Z95 * rigid_std)
+    widest = max(below, above) / Z95
+    if not reason and widest > LARGEST_RELATIVE_STD * abs(value):
+        reason = (
+            f"{name} is {total.name} less the rigid body's own {rigid:g} {total.unit}: the {value:.3g} that is left "
+            f"has a standard error of {widest:.2g}"
+        )
     return Estimate(
         name,
         name,
         total.unit,
         value,
         math.hypot(total.std, rigid_std),
-        value - math.hypot(total.value - total.low95, Z95 * rigid_std),
-        value + math.hypot(total.high95 - total.value, Z95 * rigid_std),
+        value - below,
+        value + above,
         not reason,
         reason,
         total.scale_std,

@@ -89,6 +89,16 @@ def test_the_added_mass_is_wider_by_the_dry_mass():
     assert found["X_udot"].high95 - found["X_udot"].value > found["M_u"].high95 - found["M_u"].value
 
 
+@pytest.mark.parametrize(("relative_std", "known"), [(0.05, True), (0.15, False)])
+def test_an_added_mass_follows_the_rule_of_any_coefficient(relative_std, known):
+    """Of 100 kg, 28 are added: 15 % of the total are more than half of that."""
+    found = judged(fitted.fit(SURGE, relative_std**2 * np.eye(2)))
+    assert found["M_u"].identifiable
+    assert found["X_udot"].identifiable is known
+    if not known:
+        assert "X_udot is M_u less the rigid body's own 72 kg: the 28 that is left" in found["X_udot"].reason
+
+
 def test_the_json_has_what_each_parameter_hangs_on():
     relative = 1e-4 * np.array([[1.0, -0.5], [-0.5, 1.0]])
     data = judged(fitted.fit(SURGE, relative)).to_json()

@@ -17,6 +17,7 @@ from identify.estimators.doubts import by_lateness, doubts_of
 from identify.estimators.likelihood import estimate
 from identify.estimators.said import lateness_note
 from identify.estimators.scoring import MOST_STEPS, Maximum
+from identify.estimators.table import estimator
 from identify.estimators.unseen import silent_share, unseen_doubts
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
@@ -66,19 +67,25 @@ def test_late_thrust_makes_data_and_model_disagree_and_says_by_how_much_and_what
 @pytest.mark.skipif(
     not OPEN_1.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
 )
-def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_lag_is_not():
+@pytest.mark.parametrize("method", ["likelihood", "pinn"])
+def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_lag_is_not(method):
     """Its own lag is 30 ms, its yaw inertia 16.0 kg m2; 20 ms more take 3.6 % off that, seven standard errors."""
     file, dive = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml")), read_dive(OPEN_1)
     curve = file.vehicle.thrust_curve
     assert curve.lag_s == pytest.approx(0.03)
     slow = replace(file, vehicle=replace(file.vehicle, thrust_curve=replace(curve, lag_s=0.05)))
-    right, wrong = (estimate(dive, one, "hovering", network_tasks.quiet) for one in (file, slow))
+    fit = estimator(method)
+    right, wrong = (fit(dive, one, "hovering", network_tasks.quiet) for one in (file, slow))
     assert right.outcome is Outcome.CONVERGED
     assert abs(right["I_r"].value - 16.0) < 2 * right["I_r"].std
+    assert right["I_r"].std < 0.1
     assert wrong.outcome is Outcome.DISAGREES
     (doubt,) = [doubt for doubt in wrong.doubts if "acts at another time" in doubt.sentence]
     assert doubt.about == ("I_r", "D_r")
+    assert "(earlier by about 19 ms; 12 standard errors)" in doubt.sentence
     assert wrong["I_r"].value / right["I_r"].value == pytest.approx(1 - 0.036, abs=0.005)
+    assert wrong["I_r"].low95 < 16.0 < wrong["I_r"].high95
+    assert wrong["M_u"].std == pytest.approx(right["M_u"].std, rel=0.02)
 
 
 def test_what_a_later_thrust_would_move_is_told_and_comes_true():

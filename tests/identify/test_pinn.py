@@ -11,13 +11,11 @@ import torch
 
 from bench.missions.mission import draw_one
 from bridge.errors import FitError
-from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.pinn import fit as pinn_fit
 from identify.estimators.table import estimator
 from identify.identification import Outcome
-from identify.ingest.open import read_dive
 
 ROOT = Path(__file__).resolve().parents[2]
 SEALED = ROOT.parent / "shared" / "sealed"
@@ -96,17 +94,6 @@ def test_quadratic_drag_makes_data_and_model_disagree_and_says_in_which_axis():
 def test_a_plain_dive_makes_no_such_claim():
     outcomes = {fit(closed_loop.dive(np.random.default_rng(s), seconds=90.0)).outcome for s in range(8)}
     assert outcomes == {Outcome.CONVERGED}
-
-
-@pytest.mark.skipif(
-    not SEALED.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
-)
-def test_a_dive_made_elsewhere_with_quadratic_drag_is_doubted():
-    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
-    dive = read_dive(SEALED / "open_2" / "dive.tlog.gz")
-    found = estimate(dive, file, "hovering", network_tasks.quiet)
-    assert found.outcome is Outcome.DISAGREES
-    assert any("speed squared" in sentence for sentence in found.sentences)
 
 
 def test_a_dive_of_three_seconds_is_refused_in_one_sentence():
