@@ -1,7 +1,7 @@
 """What an effect is: a name, a sentence, parameters, and what it adds to forces and readings along a course."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 import numpy as np
@@ -40,6 +40,29 @@ class Act:
     attitude: Array | None = None
     specific_force: Array | None = None
     shaft_n: Array | None = None
+
+    def each(self, change: Callable[[Array], Array]) -> "Act":
+        """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
+        return replace(
+            self, **{name: change(part) for name in ALONG if (part := getattr(self, name)) is not None}
+        )
+
+    def less(self, other: "Act") -> "Act":
+        """What it adds less what another of the same effect does."""
+
+        def apart(name: str) -> Array | None:
+            one, two = getattr(self, name), getattr(other, name)
+            return None if one is None else one - two
+
+        return Act(*(apart(field.name) for field in fields(self)))
+
+    def times(self, size: float) -> "Act":
+        """So many times what it adds."""
+        return Act(*(None if (part := getattr(self, f.name)) is None else size * part for f in fields(self)))
+
+
+ALONG = ("wrench", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
+"""The parts of an act that go with time."""
 
 
 @dataclass(frozen=True)

@@ -128,7 +128,7 @@ def net_buoyancy(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -
     def apply(site: Site, _: np.random.Generator) -> None:
         site.hull = site.hull._replace(buoyancy_n=force, squeeze=0.03, wave_ref=site.depth_m)
 
-    return Planted("net_buoyancy", {"force": -force}, apply, size)
+    return Planted("net_buoyancy", {"force": force}, apply, size)
 
 
 def entrained_water(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:

@@ -40,9 +40,10 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
         time_s = problem.axis.time_s
         just_before = motion.time_s - APART_S
         last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
-        # The force of the step that a time lies in is known then: the controller has asked for it.
+        # A step that ends later may hold a command that answers a reading of this time.
         force = problem.mean_force(own).mean(axis=1)
-        now = force[np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)]
+        step = np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)
+        now = force[np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))]
         mass, damping = np.exp(own[MASS]), np.exp(own[DAMPING])
         speed, place_, disturbance = state[last].T
         rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
@@ -66,9 +67,9 @@ def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> A
     What happened since the last of the times is drawn out from the two before; the next interval makes up for it. 0
     where an interval is empty.
     """
-    total = _drawn(time_s, values, end_s) - _drawn(time_s, values, start_s)
-    span_s = end_s - start_s
-    return np.asarray(np.where(span_s > 0, total / np.where(span_s > 0, span_s, 1.0), 0.0))
+    step_s = float(time_s[1] - time_s[0])
+    values = np.ascontiguousarray(values, dtype=np.float64)
+    return np.asarray(_mean_of_each(float(time_s[0]), step_s, values, start_s, end_s))
 
 
 def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
@@ -79,14 +80,28 @@ def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
     return np.asarray(values[last] + since * (values[last] - values[last - 1]))
 
 
-def _drawn(time_s: Array, values: Array, at_s: Array) -> Array:
-    """The integral up to each time."""
-    step_s = time_s[1] - time_s[0]
-    total = np.concatenate([[0.0], np.cumsum(0.5 * step_s * (values[1:] + values[:-1]))])
-    last = np.clip(((at_s - time_s[0]) / step_s + 1e-6).astype(np.intp), 1, len(time_s) - 1)
-    since = np.clip(at_s - time_s[last], -step_s, step_s)
+@njit(cache=True, nogil=True)
+def _drawn(began_s: float, step_s: float, values: Array, total: Array, at_s: float) -> float:
+    """The integral up to a time."""
+    last = min(max(int((at_s - began_s) / step_s + 1e-6), 1), len(values) - 1)
+    since = min(max(at_s - (began_s + last * step_s), -step_s), step_s)
     slope = (values[last] - values[last - 1]) / step_s
-    return np.asarray(total[last] + since * values[last] + 0.5 * since**2 * slope)
+    return float(total[last] + since * values[last] + 0.5 * since**2 * slope)
+
+
+@njit(cache=True, nogil=True)
+def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, end_s: Array) -> Array:
+    total = np.empty(len(values))
+    total[0] = 0.0
+    for i in range(1, len(values)):
+        total[i] = total[i - 1] + 0.5 * step_s * (values[i] + values[i - 1])
+    out = np.zeros(len(start_s))
+    for k in range(len(start_s)):
+        span_s = end_s[k] - start_s[k]
+        if span_s > 0:
+            until = _drawn(began_s, step_s, values, total, end_s[k])
+            out[k] = (until - _drawn(began_s, step_s, values, total, start_s[k])) / span_s
+    return out
 
 
 @njit(cache=True, nogil=True)

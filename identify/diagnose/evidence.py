@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,11 @@ class Sums:
     held_right: Array
     telling: NDArray[np.bool_]
 
+    def fitted(self, columns: Sequence[int]) -> float:
+        """Nats that some columns save on all pieces, in sample."""
+        k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
+        return 0.5 * float(self.right[k] @ _solved(self.square[np.ix_(k, k)], self.right[k]))
+
     def evidence(self, columns: Sequence[int]) -> Evidence:
         """Of some of the columns together; those that tell nothing get no size."""
         k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
@@ -83,24 +89,43 @@ def sums_of(
 
     precision (m,): what is known of the nominal sizes beforehand.
     """
-    columns = np.column_stack([nominal, candidates])
-    m, count = nominal.shape[1], int(piece.max()) + 1
-    square = np.zeros((count, columns.shape[1], columns.shape[1]))
-    right = np.zeros((count, columns.shape[1]))
+    products = products_of(np.column_stack([nominal, candidates, value]), pieces_of(piece))
+    return sums(products[:, :-1, :-1], products[:, :-1, -1], precision)
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Rows ordered by their pieces: `order` (n,), and where in it each piece begins and the last ends (P + 1,)."""
+
+    order: NDArray[np.intp]
+    ends: NDArray[np.intp]
+
+
+def pieces_of(piece: NDArray[np.intp]) -> Pieces:
+    """The pieces of rows that lie in `piece` (n,)."""
     order = np.argsort(piece, kind="stable")
-    ends = np.searchsorted(piece[order], np.arange(count + 1))
-    for k in range(count):
-        rows = order[ends[k] : ends[k + 1]]
-        square[k] = columns[rows].T @ columns[rows]
-        right[k] = columns[rows].T @ value[rows]
+    return Pieces(order, np.searchsorted(piece[order], np.arange(int(piece.max()) + 2)))
+
+
+def products_of(columns: Array, pieces: Pieces, others: Array | None = None) -> Array:
+    """(P, a, b): the products of columns (n, a) with others (n, b), or with themselves, within each piece."""
+    left = columns[pieces.order]
+    right = left if others is None else others[pieces.order]
+    return np.array([left[a:b].T @ right[a:b] for a, b in pairwise(pieces.ends)])
+
+
+def sums(square: Array, right: Array, precision: Array) -> Sums:
+    """The sums from the products (P, m + c, m + c) of all columns, the nominal ones first, and theirs with the value
+    (P, m + c); precision (m,): what is known of the nominal sizes beforehand."""
+    m, count = len(precision), len(square)
     known = np.diag(precision)
     every = np.arange(count)
     _, _, whole_square, whole_right = _projected(square.sum(axis=0), right.sum(axis=0), known)
     own = np.diag(square.sum(axis=0))[m:]
     telling = np.diag(whole_square) > NOTHING_NEW * np.maximum(own, 1e-300)
     taught_square, taught_right = [], []
-    held_square = np.zeros((count, candidates.shape[1], candidates.shape[1]))
-    held_right = np.zeros((count, candidates.shape[1]))
+    held_square = np.zeros((count, len(own), len(own)))
+    held_right = np.zeros((count, len(own)))
     for fold in range(min(FOLDS, count)):
         taught = every % FOLDS != fold
         base, leaning, one_square, one_right = _projected(
@@ -110,9 +135,9 @@ def sums_of(
         taught_right.append(one_right)
         start = np.concatenate([base, np.zeros(len(one_right))])
         along = np.vstack([-leaning, np.eye(len(one_right))])
-        for k in every[~taught].tolist():
-            held_square[k] = along.T @ square[k] @ along
-            held_right[k] = along.T @ (right[k] - square[k] @ start)
+        held = every[~taught]
+        held_square[held] = along.T @ square[held] @ along
+        held_right[held] = (right[held] - square[held] @ start) @ along
     return Sums(
         whole_square,
         whole_right,

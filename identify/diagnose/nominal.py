@@ -12,6 +12,7 @@ from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causal import expected, mean_before
 from identify.diagnose.course import course_of
+from identify.diagnose.thinned import thinned
 from identify.diagnose.whitened import spoilt
 from identify.dive import Dive
 from identify.estimators.axes import Axes, build_axes
@@ -53,7 +54,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
 
     Raises FitError where the recording moves no axis that could be looked at.
     """
-    built = build_axes(dive, file, configuration)
+    built = build_axes(thinned(dive), file, configuration)
     if not built.axes:
         raise FitError(
             f"{dive.name}: there is nothing to compare with a model ({'; '.join(built.missing.values())}); record "

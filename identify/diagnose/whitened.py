@@ -26,6 +26,8 @@ PIECE_S = 20.0
 """A dive is cut into pieces so long: longer than a disturbance remembers, shorter than most legs."""
 
 
+LEVELLED = (3, 4)
+
 FOLLOWED_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 """How much later a thrust that follows a disturbance unseen is allowed to show."""
 
@@ -161,11 +163,13 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
         dofs.append(np.full(count, axis.dof, dtype=np.intp))
     kept = np.array(sorted({*masses, *of_the_mean(joint)}))
     dof = np.concatenate(dofs)
+    trims = _trims(joint)
+    value = np.concatenate(values) - np.vstack(columns)[:, trims] @ theta[trims]
     unseen = [_unseen(own, dof) for own in owns if own.problem.axis.dof in doubted]
     nominal = np.hstack([np.vstack(columns)[:, kept], *unseen])
     return Whitened(
         tuple(owns),
-        np.concatenate(values),
+        value,
         nominal,
         np.concatenate([joint.prior_precision[kept], np.zeros(nominal.shape[1] - len(kept))]),
         np.concatenate(pieces),
@@ -174,11 +178,27 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
 
 
 def of_the_mean(joint: JointLikelihood) -> list[int]:
-    """The places in theta of what moves the innovations' mean: masses, dampings, trims, masses of one axis alone."""
+    """The places in theta of what moves the innovations' mean: masses, dampings, masses of one axis alone, and the
+    trims that are nobody's evidence."""
+    trims = _trims(joint)
     return [
-        place.start + at
+        at
         for one, place in zip(joint.problems, joint.places, strict=True)
-        for at in (MASS, DAMPING, *range(FORCES, one.noise_place))
+        for at in (place.start + k for k in (MASS, DAMPING, *range(FORCES, one.noise_place)))
+        if at not in trims
+    ]
+
+
+def _trims(joint: JointLikelihood) -> list[int]:
+    """The places in theta of the trims that stay in the innovations: what pushes steadily is a cause to be found.
+
+    They are fitted, or else the disturbance would swell to make up for them; but a nominal model has the vehicle file's
+    net buoyancy and no other steady push. In roll and pitch a sensor that is not level makes one.
+    """
+    return [
+        place.start + FORCES
+        for one, place in zip(joint.problems, joint.places, strict=True)
+        if one.axis.dof not in LEVELLED
     ]
 
 

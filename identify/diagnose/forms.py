@@ -1,0 +1,44 @@
+"""What another form of a cause would add: what these take up is nobody's evidence for a second cause.
+
+A sea holds no form of any library: drag goes with a power that is not quite two, a dead zone has soft edges, a lag is
+of second order. The larger an effect, the clearer is what its form leaves, and the first false cause takes it up.
+"""
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course, delayed
+from bridge.effects.effect import Act
+from identify.diagnose.cause import Cause
+
+Array = NDArray[np.float64]
+
+OTHER_SIZES = (0.5, 2.0)
+POWERS = (0.6, 1.6)
+"""The shape of what a cause adds is bent to these powers of itself: weaker and stronger where it is large."""
+
+LATER_S = 0.2
+
+
+def forms(course: Course, cause: Cause) -> Iterator[Act]:
+    """Acts of the cause at other sizes, bent in size, late, and growing over the dive."""
+    effect, own = cause.effect, cause.act(course)
+    if not effect.linear:
+        none = effect.none()
+        for size in OTHER_SIZES:
+            yield effect.act(
+                course, np.where(np.isfinite(none), none + size * (cause.values - none), size * cause.values)
+            )
+    for power in POWERS:
+        yield own.each(partial(_bent, power=power))
+    yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
+    growing = course.since_s[:, None] / course.since_s[-1] - 0.5
+    yield own.each(lambda part: growing * part)
+
+
+def _bent(part: Array, power: float) -> Array:
+    size = np.maximum(np.sqrt(np.mean(part**2, axis=0)), 1e-12)
+    return np.asarray(np.sign(part) * np.abs(part / size) ** power * size)

@@ -1,0 +1,183 @@
+"""A dive's regression by filters of given noise levels: causes fitted and weighed on it, many of them, quickly.
+
+The filters stay as they are: a force that is taken out of the dive is taken out of the innovations through them
+(`Whitened.columns`), some milliseconds a column, where a new climb of all noise levels takes half a second.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.effect import Effect
+from identify.diagnose.cause import Cause, Setting, settings_of
+from identify.diagnose.evidence import FOLDS, Pieces, Sums, pieces_of, products_of, sums
+from identify.diagnose.forms import forms
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.whitened import Whitened, whitened
+
+Array = NDArray[np.float64]
+
+MOST_STEPS = 8
+SETTLED = 0.1
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Causes with the best values at a ground's noise levels.
+
+    value (rows,): what is left to the nominal model; slopes (rows, k): of the parameters `at` (k of cause and
+    parameter); covariance (k, k). gain: nats saved on pieces held out, `std` its standard error over pieces.
+    """
+
+    causes: tuple[Cause, ...]
+    at: tuple[tuple[int, int], ...]
+    value: Array
+    slopes: Array
+    covariance: Array
+    gain: float
+    std: float
+
+
+@dataclass(frozen=True)
+class Beside:
+    """All candidates beside some causes: the sums of their columns, with the settings that these belong to."""
+
+    sums: Sums
+    settings: tuple[Setting, ...]
+
+
+@dataclass(frozen=True)
+class Ground:
+    """now: the filters; rows: their regression, with all that was taken out of the dive put back."""
+
+    now: Nominal
+    rows: Whitened
+    library: tuple[Effect, ...]
+
+    @cached_property
+    def _candidates(self) -> tuple[tuple[Setting, ...], Array]:
+        settings, acts = settings_of(self.library, self.now.course)
+        return settings, self.rows.columns(acts, self.now.course)
+
+    @cached_property
+    def _square(self) -> Array:
+        """The nominal columns' normal equations, with what is known beforehand."""
+        return np.asarray(self.rows.nominal.T @ self.rows.nominal + np.diag(self.rows.nominal_precision))
+
+    def fitted(self, causes: Sequence[Cause]) -> Fitted:
+        """The causes with their best values beside the best nominal model (Gauss and Newton)."""
+        now = tuple(causes)
+        best = self._weighed(now)
+        for _ in range(MOST_STEPS if best.at else 0):
+            step = self._step(best)
+            moved = list(best.causes)
+            for (k, p), by in zip(best.at, step.tolist(), strict=True):
+                moved[k] = moved[k].moved(p, by)
+            tried = self._weighed(tuple(cause for cause in moved if cause.present.any()))
+            small = bool(np.all(np.abs(step) < SETTLED * np.sqrt(np.diag(best.covariance))))
+            best = tried
+            if small or not tried.at or all(cause.effect.linear for cause in tried.causes):
+                break
+        return replace(best, gain=(evidence := self._held(best))[0], std=evidence[1])
+
+    def beside(self, fit: Fitted) -> Beside:
+        """All candidates beside a fit, with what its causes' other values would add taken out."""
+        return self._beside(fit.value, fit.slopes)
+
+    def beyond(self, fit: Fitted) -> Beside:
+        """The same with what other forms of its causes would add taken out, too."""
+        course = self.now.course
+        others = [act for cause in fit.causes for act in forms(course, cause)]
+        return self._beside(fit.value, np.column_stack([fit.slopes, self.rows.columns(others, course)]))
+
+    def _beside(self, value: Array, known: Array) -> Beside:
+        """The sums from what is made once for the ground and the products with what is new here."""
+        settings, candidates = self._candidates
+        m, new = self.rows.nominal.shape[1], np.column_stack([known, value])
+        old = np.column_stack([self.rows.nominal, candidates])
+        cross, own = products_of(old, self._pieces, new), products_of(new, self._pieces)
+        n = known.shape[1]
+        square = np.block(
+            [
+                [self._products[:, :m, :m], cross[:, :m, :n], self._products[:, :m, m:]],
+                [cross[:, :m, :n].mT, own[:, :n, :n], cross[:, m:, :n].mT],
+                [self._products[:, m:, :m], cross[:, m:, :n], self._products[:, m:, m:]],
+            ]
+        )
+        right = np.concatenate([cross[:, :m, n], own[:, :n, n], cross[:, m:, n]], axis=1)
+        precision = np.concatenate([self.rows.nominal_precision, np.zeros(n)])
+        return Beside(sums(square, right, precision), settings)
+
+    @cached_property
+    def _pieces(self) -> Pieces:
+        return pieces_of(self.rows.piece)
+
+    @cached_property
+    def _products(self) -> Array:
+        """(P, m + c, m + c): of the nominal columns and the candidates'."""
+        return products_of(np.column_stack([self.rows.nominal, self._candidates[1]]), self._pieces)
+
+    def _weighed(self, causes: tuple[Cause, ...]) -> Fitted:
+        course = self.now.course
+        at = tuple((k, p) for k, cause in enumerate(causes) for p in np.flatnonzero(cause.present).tolist())
+        acts = [cause.act(course) for cause in causes]
+        columns = self.rows.columns([*acts, *(causes[k].slope(course, p) for k, p in at)], course)
+        value = self.rows.value - columns[:, : len(causes)].sum(axis=1)
+        slopes = columns[:, len(causes) :]
+        inverse = _inverse(self._normal(slopes))
+        covariance = inverse[len(self._square) :, len(self._square) :]
+        return Fitted(causes, at, value, slopes, covariance, 0.0, 0.0)
+
+    def _normal(self, slopes: Array) -> Array:
+        cross = self.rows.nominal.T @ slopes
+        return np.block([[self._square, cross], [cross.T, slopes.T @ slopes]])
+
+    def _step(self, fit: Fitted) -> Array:
+        right = np.concatenate([self.rows.nominal.T @ fit.value, fit.slopes.T @ fit.value])
+        step = _inverse(self._normal(fit.slopes)) @ right
+        return np.asarray(step[len(self._square) :])
+
+    def _held(self, fit: Fitted) -> tuple[float, float]:
+        """Nats that the causes save on pieces held out, over the nominal model alone, and their standard error."""
+        rows, m = self.rows, self.rows.nominal.shape[1]
+        columns = np.column_stack([rows.nominal, fit.slopes, rows.value, fit.value])
+        grams = products_of(columns, self._pieces)
+        none, some = -2, -1
+        gains = np.zeros(len(grams))
+        for fold in range(min(FOLDS, len(grams))):
+            out = np.arange(len(grams)) % FOLDS == fold
+            taught = grams[~out].sum(axis=0)
+            known = np.diag(rows.nominal_precision)
+            bare = np.arange(m)
+            full = np.arange(m + fit.slopes.shape[1])
+            square = taught[np.ix_(full, full)].copy()
+            square[:m, :m] += known
+            left = []
+            for places, of in ((bare, none), (full, some)):
+                size = _inverse(square[np.ix_(places, places)]) @ taught[places, of]
+                held = grams[out]
+                left.append(
+                    held[:, of, of]
+                    - 2 * held[:, of][:, places] @ size
+                    + np.einsum("i,pij,j->p", size, held[:, places][:, :, places], size)
+                )
+            gains[out] = 0.5 * (left[0] - left[1])
+        return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains)))
+
+
+def ground_of(now: Nominal, library: tuple[Effect, ...]) -> Ground:
+    """The ground by the filters of `now`."""
+    rows = whitened(now.joint, now.theta, now.doubted)
+    back = rows.columns(now.acts, now.course).sum(axis=1)
+    return Ground(now, replace(rows, value=rows.value + back), library)
+
+
+def _inverse(square: Array) -> Array:
+    """By columns of one length; what nothing tells apart is shared out."""
+    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
+    return np.asarray(
+        np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
+    )
