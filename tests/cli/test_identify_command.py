@@ -3,6 +3,7 @@
 import contextlib
 import gzip
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,9 @@ import pytest
 from bridge.framing import Encoder, decode
 from bridge.tlog import TlogWriter, read_tlog
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
+from identify.challenge.recording import tlog_of
+from identify.dive import Signal
+from identify.ingest.open import read_dive
 from tui import cli, exit_codes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -218,6 +222,23 @@ def in_mode(source, path, mode):
             else:
                 writer.write(stamp, frame.raw)
     return path
+
+
+@needs_shared
+def test_a_velocity_that_stands_still_is_told_by_identify_and_validate(minute, tmp_path, capsys):
+    dive = read_dive(minute)
+    start_s, value = dive.span_s[0], dive.velocity.value.copy()
+    stuck = (dive.velocity.time_s > start_s + 60.0) & (dive.velocity.time_s < start_s + 100.0)
+    value[stuck] = value[stuck][0]
+    path = tmp_path / "stuck.tlog"
+    path.write_bytes(tlog_of(replace(dive, velocity=Signal(dive.velocity.time_s, value))))
+    identify(path)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "note: The velocity repeats one value for 40 s" in shown
+    assert "warning: For 40 s" in shown
+    assert "the logged velocity can't be the one that the controller used" in shown
+    cli.main(["validate", str(path), "--vehicle", VEHICLE])
+    assert "The velocity repeats one value for 40 s" in " ".join(capsys.readouterr().out.split())
 
 
 @needs_shared

@@ -53,6 +53,10 @@ def run(arguments: argparse.Namespace) -> int:
             show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
     show.write_json([_plain(label, found) for label, found in errors.items()], arguments.json)
+    for label, dive in runs.items():
+        # The errors are those of what is left.
+        for note in dive.notes if dive.frozen else ():
+            show.say(console, f"note: {label}: {note}")
     nothing = [label for label, found in errors.items() if not _has_errors(found)]
     for label in nothing:
         show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
