@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 HORIZONS_S = (1.0, 5.0, 20.0)
 EVERY_S = 1.0
 
-DRAWS = 4
-"""So many dives of noise are drawn for the floor: with 300 s each it is known to about 5 %."""
+DRAWN_S = 2400.0
+"""Dives of noise of so long together are drawn for the floor, so that it is known to about 3 %."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,11 @@ def drifts(model: Flown, floors: Array) -> tuple[Drift, ...]:
     return tuple(out)
 
 
-def floors_of(noise: Nominal, model: Flown, rng: np.random.Generator, draws: int = DRAWS) -> Array:
+def floors_of(noise: Nominal, model: Flown, rng: np.random.Generator) -> Array:
     """(h, 6): the rms drift over each horizon where nothing but the noise of a fit drives the model off."""
     square = np.zeros((len(HORIZONS_S), 6))
     starts, steps = _starts(model), _steps(model)
+    draws = max(round(DRAWN_S / float(model.time_s[-1] - model.time_s[0])), 4)
     for _ in range(draws):
         disturbance, errors = drawn(noise, rng)
         off = replace(model, lacking=disturbance).off(starts, steps, errors)

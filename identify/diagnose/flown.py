@@ -259,4 +259,4 @@ def _coriolis(dof: int, m: Array, x: Array) -> float:
         force = (m[0] - m[2]) * u * w + (m[3] - m[5]) * p * r
     else:
         force = (m[1] - m[0]) * u * v + (m[4] - m[3]) * p * q
-    return force
+    return float(force)

@@ -1,6 +1,5 @@
 """What a plain model lacks, instant by instant: the forces that it knows nothing of, and the readings that are off."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,10 +42,14 @@ def missing_of(before: Flown, after: Flown, wrong: Array, noise: Nominal) -> Mis
 
 
 def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missing:
-    """The same with the generic forces of what no cause explains; these are given at so many times the times."""
-    wrench = missing.wrench.copy()
+    """The same with the generic forces of what no cause explains, less what masses, a damping and a trim of their own
+    make of them; every: of their instants, those of `missing`."""
+    wrench, course = missing.wrench.copy(), noise.course
     for shape, size in zip(left.shapes, left.forces, strict=True):
-        wrench[:, shape.dof] += size * shape.force[::every]
+        nu, nu_dot = course.nu[::every, shape.dof], course.nu_dot[::every, shape.dof]
+        wrench[:, shape.dof] += size * _beyond(
+            shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))])
+        )
     force, _ = _levels(noise)
     more = np.nan_to_num((wrench / force) ** 2) - np.nan_to_num((missing.wrench / force) ** 2)
     return Missing(missing.time_s, wrench, missing.wrong, np.maximum(missing.power + more, 0.0))
@@ -63,12 +66,12 @@ def _levels(noise: Nominal) -> tuple[Array, Array]:
     return force, sensor
 
 
+def _beyond(value: Array, columns: Array) -> Array:
+    fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
+    return np.asarray(value - columns @ fitted)
+
+
 def _without_scale(wrong: Array, nu: Array) -> Array:
     """What a factor on the velocity does not make of it, (n, 6)."""
     along = np.sum(wrong * nu, axis=0) / np.maximum(np.sum(nu * nu, axis=0), 1e-12)
     return np.asarray(wrong - along * nu)
-
-
-def dofs_of(missing: Missing) -> Sequence[int]:
-    """Degrees of freedom, the one that lacks most first."""
-    return [int(dof) for dof in np.argsort(-missing.power.sum(axis=0))]

@@ -10,6 +10,8 @@ from identify.diagnose.flown import Flown, flown, slope_of, spoilt_by, wrench_of
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.search import Explanation
 from identify.diagnose.whitened import PIECE_S, Whitened, of_the_mean, whitened
+from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.estimators.likelihood_joint import JointLikelihood
 
 Array = NDArray[np.float64]
 
@@ -17,10 +19,13 @@ HORIZON_S = 5.0
 TOGETHER = 2
 """So many pieces are held out together: 40 s, of which a window of 5 s seldom meets the end."""
 
-FOLDS = 4
-RESAMPLED = 400
-LEAST_GAP = 0.05
-"""A drift that exceeds its floor by no more leaves nothing to shrink."""
+FOLDS = 8
+LEAST_LEFT = 0.2
+"""Share of a mass or a damping that a step leaves at least."""
+
+RESAMPLED, SURE = 400, 0.9
+LEAST_GAP = 0.1
+"""A drift that exceeds its floor by no more, or no more than chance lets it, leaves nothing to shrink."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +47,12 @@ class Windows:
         )
         counts = np.array([np.count_nonzero(self.block == block) for block in blocks])
         before, after = _drifts(sums, counts, np.arange(len(blocks)))
-        drawn = np.array(
-            [
-                _value(*_drifts(sums, counts, rng.integers(len(blocks), size=len(blocks))))
-                for _ in range(RESAMPLED)
-            ]
-        )
-        known = drawn[np.isfinite(drawn)]
-        value = _value(before, after)
-        low, high = np.quantile(known, [0.025, 0.975]) if len(known) > RESAMPLED / 2 else (np.nan, np.nan)
-        sure = np.isfinite(value)
-        return Shrink(before, after, value, float(low) if sure else np.nan, float(high) if sure else np.nan)
+        again = [_drifts(sums, counts, rng.integers(len(blocks), size=len(blocks))) for _ in range(RESAMPLED)]
+        drawn = np.array([_value(*one) for one in again if one[0] - 1.0 > LEAST_GAP])
+        if before - 1.0 <= LEAST_GAP or len(drawn) < SURE * RESAMPLED:
+            return Shrink(before, after, np.nan, np.nan, np.nan)
+        low, high = np.quantile(drawn, [0.025, 0.975]).tolist()
+        return Shrink(before, after, _value(before, after), low, high)
 
 
 def _drifts(sums: Array, counts: NDArray[np.intp], drawn: NDArray[np.intp]) -> tuple[float, float]:
@@ -62,7 +62,7 @@ def _drifts(sums: Array, counts: NDArray[np.intp], drawn: NDArray[np.intp]) -> t
 
 
 def _value(before: float, after: float) -> float:
-    return (before - after) / (before - 1.0) if before - 1.0 > LEAST_GAP else np.nan
+    return (before - after) / (before - 1.0)
 
 
 def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
@@ -112,8 +112,18 @@ class Taught:
         scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
         inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
         step = inverse @ ((columns.T @ self.value[taught] + pull) / scale) / scale
-        theta[kept] += step[: len(kept)]
+        # Trims are the dive's own, as a check dive has its own. Forces are linear in masses and dampings, not in
+        # their logarithms: a long step is one of these.
+        for at, by in zip(kept, step.tolist(), strict=False):
+            if at in _logarithms(joint):
+                theta[at] += np.log(max(1.0 + by, LEAST_LEFT))
         return theta, step[self.rows.nominal.shape[1] :]
+
+
+def _logarithms(joint: JointLikelihood) -> set[int]:
+    """The places in theta of masses and dampings."""
+    own = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
+    return own | set(joint.mass_places)
 
 
 def held_windows(model: Flown, fold: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
