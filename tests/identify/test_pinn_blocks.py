@@ -49,6 +49,19 @@ def test_the_selected_inverse_holds_the_blocks_of_the_dense_one(nodes):
     torch.testing.assert_close(beside, inverse[each[:-1], each[1:]])
 
 
+@pytest.mark.parametrize("nodes", NODES)
+def test_many_nodes_by_stretches_come_to_the_same(nodes, monkeypatch):
+    diagonal, above, dense = tridiagonal(nodes)
+    monkeypatch.setattr("identify.estimators.pinn.stretches.AT_A_TIME", 3)
+    inverse = torch.linalg.inv(dense).reshape(nodes, 3, nodes, 3).transpose(1, 2)
+    each = torch.arange(nodes)
+    factor = factorise(diagonal, above)
+    on, beside = selected_inverse(factor)
+    torch.testing.assert_close(factor.log_det, torch.linalg.slogdet(dense).logabsdet)
+    torch.testing.assert_close(on, inverse[each, each])
+    torch.testing.assert_close(beside, inverse[each[:-1], each[1:]])
+
+
 def test_what_is_given_is_left_as_it_was():
     diagonal, above, _ = tridiagonal(9)
     kept, right = diagonal.clone(), torch.ones(9, 3, 1, dtype=torch.float64)

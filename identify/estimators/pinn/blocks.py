@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from identify.estimators.pinn.stretches import Stretch, stretches, worked
+
 
 @dataclass(frozen=True)
 class _Round:
@@ -41,23 +43,36 @@ def factorise(diagonal: Tensor, above: Tensor) -> Factor:
     rounds = []
     log_det = diagonal.new_zeros(())
     while len(diagonal) > 1:
-        odd, even = diagonal[1::2], diagonal[0::2].clone()
-        triangle = torch.linalg.cholesky(odd)
-        log_det = log_det + 2 * triangle.diagonal(dim1=-2, dim2=-1).log().sum()
-        inverse = torch.cholesky_inverse(triangle)
-        before = above[0::2]
-        after = torch.zeros_like(odd)
-        after[: len(above[1::2])] = above[1::2]
-        to_before, to_after = inverse @ before.mT, inverse @ after
-        even[: len(odd)] -= before @ to_before
-        following = len(even) - 1
-        even[1:] -= (after.mT @ to_after)[:following]
-        above = -(before @ to_after)[:following]
-        diagonal = even
-        rounds.append(_Round(inverse, to_before, to_after))
+        step, diagonal, above, share = _halved(diagonal, above)
+        log_det = log_det + share
+        rounds.append(step)
     triangle = torch.linalg.cholesky(diagonal[0])
     log_det = log_det + 2 * triangle.diagonal().log().sum()
     return Factor(tuple(rounds), torch.cholesky_inverse(triangle), log_det)
+
+
+def _halved(diagonal: Tensor, above: Tensor) -> tuple[_Round, Tensor, Tensor, Tensor]:
+    """A round, the blocks `diagonal` and `above` of the nodes that are left, and the log determinant's share."""
+    odd, even = diagonal[1::2], diagonal[0::2].clone()
+    inverse, to_before, to_after, carried = (odd.new_empty(odd.shape) for _ in range(4))
+    left = torch.empty_like(inverse)
+
+    def eliminate(some: Stretch) -> Tensor:
+        cut = some.intervals
+        triangle = torch.linalg.cholesky(odd[cut])
+        inverse[cut] = torch.cholesky_inverse(triangle)
+        before, after = above[0::2][cut], _padded(above[1::2][cut], len(triangle))
+        to_before[cut], to_after[cut] = inverse[cut] @ before.mT, inverse[cut] @ after
+        even[cut] -= before @ to_before[cut]
+        carried[cut] = after.mT @ to_after[cut]
+        left[cut] = before @ to_after[cut]
+        share: Tensor = 2 * triangle.diagonal(dim1=-2, dim2=-1).log().sum()
+        return share
+
+    log_det = torch.stack(worked(eliminate, stretches(len(odd), odd.device))).sum()
+    following = len(even) - 1
+    even[1:] -= carried[:following]
+    return _Round(inverse, to_before, to_after), even, -left[:following], log_det
 
 
 def solve(factor: Factor, right: Tensor) -> Tensor:
@@ -83,16 +98,31 @@ def selected_inverse(factor: Factor) -> tuple[Tensor, Tensor]:
     on = factor.last[None]
     beside = on[:0]
     for step in reversed(factor.rounds):
-        count = len(step.inverse)
-        first = on[:count]
-        second = _padded(on[1 : count + 1], count)
-        between = _padded(beside[:count], count)
-        from_first = -(step.to_before @ first + step.to_after @ between.mT)
-        from_second = -(step.to_before @ between + step.to_after @ second)
-        own = step.inverse - from_first @ step.to_before.mT - from_second @ step.to_after.mT
-        new_beside = _woven(from_first.mT, from_second)[: len(on) + count - 1]
-        on, beside = _woven(on, own), new_beside
+        on, beside = _doubled(step, on, beside)
     return on, beside
+
+
+def _doubled(step: _Round, on: Tensor, beside: Tensor) -> tuple[Tensor, Tensor]:
+    """The inverse's blocks with the nodes that a round eliminated, from those without."""
+    count = len(step.inverse)
+    new_on = on.new_empty(len(on) + count, *on.shape[1:])
+    new_beside = on.new_empty(len(on) + count - 1, *on.shape[1:])
+    new_on[0::2] = on
+
+    def put_back(some: Stretch) -> None:
+        cut, after = some.intervals, some.after
+        to_before, to_after = step.to_before[cut], step.to_after[cut]
+        first = on[cut]
+        second, between = _padded(on[after], len(first)), _padded(beside[cut], len(first))
+        from_first = -(to_before @ first + to_after @ between.mT)
+        from_second = -(to_before @ between + to_after @ second)
+        new_on[1::2][cut] = step.inverse[cut] - from_first @ to_before.mT - from_second @ to_after.mT
+        new_beside[0::2][cut] = from_first.mT
+        to_second = new_beside[1::2][cut]
+        to_second[:] = from_second[: len(to_second)]
+
+    worked(put_back, stretches(count, on.device))
+    return new_on, new_beside
 
 
 def _padded(blocks: Tensor, count: int) -> Tensor:

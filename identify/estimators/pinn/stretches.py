@@ -42,6 +42,8 @@ def stretches(count: int, device: torch.device) -> list[Stretch]:
 
 def worked(work: Callable[[Stretch], T], over: list[Stretch]) -> list[T]:
     """What `work` makes of each stretch, in their order."""
+    if len(over) == 1:
+        return [work(over[0])]
     with ThreadPoolExecutor(max_workers=min(_cores(), MOST_CORES)) as pool:
         return list(pool.map(work, over))
 
