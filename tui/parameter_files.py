@@ -1,20 +1,27 @@
 """Parameter files on their way between `identify` and `params`: any file in, `.param` with its sidecar out."""
 
 import json
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bridge.errors import ParamError
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.effect_coefficients import effect_coefficients
+from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
-from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, write_sidecar
+from gcs_plugin.params.sidecar import Effect, Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 from identify.identification import Identification, Outcome
 from tui.exit_codes import UsageError
+
+if TYPE_CHECKING:
+    from identify.diagnose.diagnosis import Accepted
+    from identify.dive import Dive
 
 
 @dataclass(frozen=True)
@@ -118,6 +125,43 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
             dived=answer.dived,
             prior_dives=answer.prior_dives,
             dive_opening=answer.dive_opening,
+        ),
+    )
+
+
+def write_accepted(
+    path: Path, accepted: "Accepted", dive: "Dive", file: VehicleFile, configuration: str
+) -> None:
+    """Write what was accepted of a diagnosis as a parameter file, and its sidecar beside it. Raises ParamRejected."""
+    veh_cfg = file.vehicle.veh_cfg(configuration)
+    shape = file.vehicle.configurations[configuration]
+    ids = {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}
+    ids |= {one.name: one.parameter_id(veh_cfg) for one in effect_coefficients(shape)}
+    values = {ids[name]: float32.rounded(one.value) for name, one in accepted.values.items()}
+    names = ", ".join(effect.label for effect in accepted.effects)
+    words = (
+        f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",
+        f"accepted: {names}",
+    )
+    write_parameters(path, values, words)
+    write_sidecar(
+        path,
+        Sidecar(
+            dive.sha256,
+            file.sha256,
+            configuration,
+            "diagnose",
+            version("seatrial"),
+            {
+                ids[name]: Interval(name, one.unit, one.low95, one.high95)
+                for name, one in accepted.values.items()
+                if math.isfinite(one.low95) and math.isfinite(one.high95)
+            },
+            file.vehicle.name,
+            dive.name,
+            Outcome.CONVERGED.value,
+            dive_opening=dive.opening,
+            effects=tuple(Effect(e.name, e.label, e.parameters) for e in accepted.effects),
         ),
     )
 

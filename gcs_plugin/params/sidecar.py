@@ -24,11 +24,21 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Effect:
+    """An accepted effect: its name and label in the library, and its parameters there in SI units."""
+
+    name: str
+    label: str
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True)
 class Sidecar:
     """Provenance of a `.param`: hashes of dive and vehicle file, method, version, intervals by id, outcome.
 
     `thrust_shift` (relative) is what a weighed prior made of the thrust, which the values have in them; `dived` a date;
-    `prior_dives` the earlier dives that priors brought into the values.
+    `prior_dives` the earlier dives that priors brought into the values; `effects` what the model has beyond its
+    coefficients, those included that no parameter holds.
     """
 
     dive_sha256: str
@@ -45,6 +55,7 @@ class Sidecar:
     dived: str = ""
     prior_dives: tuple[str, ...] = ()
     dive_opening: str = ""
+    effects: tuple[Effect, ...] = ()
 
 
 def sidecar_path(path: Path) -> Path:

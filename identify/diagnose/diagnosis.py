@@ -158,6 +158,29 @@ class Next:
 
 
 @dataclass(frozen=True)
+class AcceptedEffect:
+    """An effect of the library by name and label, with its parameters in SI units, to be put into a model."""
+
+    name: str
+    label: str
+    parameters: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """What accepting the causes comes to. values: by coefficient, those of the linear model and, behind them, of the
+    feed-forward's effects, with 95 % intervals. effects: all that were found. sentences: what the feed-forward can't
+    make up for, and what else to know."""
+
+    values: dict[str, Value]
+    effects: tuple[AcceptedEffect, ...]
+    sentences: tuple[str, ...]
+
+
+NOTHING = Accepted({}, (), ())
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The answer to where, what, and how far. heldout: the prediction for a further dive; check: measured on one;
     None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond."""
@@ -176,3 +199,4 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
     prediction: Prediction | None = None
+    accepted: Accepted = NOTHING

@@ -38,20 +38,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="CSV",
         help="write the velocities of the check dive: measured, and foretold without and with the causes",
     )
+    parser.add_argument(
+        "--accept",
+        metavar="FILE",
+        help="write the model with the causes as a .param with its sidecar, for `seatrial params upload`",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.params.sidecar import sidecar_path
     from identify.diagnose.answer import plain
     from identify.diagnose.diagnose import diagnose
     from identify.diagnose.predict import csv_of
     from identify.ingest.open import read_dive
     from tui import show
-    from tui.outputs import check_files
+    from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
-    check_files({"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict})
+    targets = {"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict}
+    targets["--accept"] = arguments.accept
+    if arguments.accept:
+        targets["the sidecar of --accept"] = str(sidecar_path(Path(arguments.accept)))
+    check_files(targets)
+    check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = Path(arguments.columns) if arguments.columns else None
     dive = read_dive(Path(arguments.dive), columns, file)
@@ -70,11 +81,25 @@ def run(arguments: argparse.Namespace) -> int:
     if found.prediction is not None and arguments.predict:
         _write(Path(arguments.predict), csv_of(found.prediction))
         written.append(f"velocities of the check dive: {arguments.predict}")
+    if arguments.accept:
+        written += accept(Path(arguments.accept), found, dive, file)
     console = show.results(arguments.json)
     tell_diagnosis(console, found)
     for sentence in written:
         show.say(console, sentence)
     return exit_codes.DONE
+
+
+def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
+    """Write what was found as a parameter file; in sentences, what the feed-forward can't make up for, and how to send
+    it. Nothing is written where there is nothing to accept."""
+    from tui.parameter_files import write_accepted
+
+    accepted = found.accepted
+    if not accepted.effects:
+        return (f"{path} was not written: no cause was found that could be accepted.",)
+    write_accepted(path, accepted, dive, file, found.configuration)
+    return (*accepted.sentences, f"accepted: {path}; seatrial params upload {path} sends it to the vehicle")
 
 
 def configuration_of(dive: "Dive", file: "VehicleFile") -> str:

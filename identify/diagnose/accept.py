@@ -1,0 +1,212 @@
+"""What a crew accepts of a diagnosis: the model with its effects, and the parameters by which the feed-forward on board
+makes up for them; what it can't make up for, in sentences."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.actuators import DEAD_ZONE_SHIFTED
+from bridge.effects.course import Course
+from bridge.effects.supply import voltage_law
+from bridge.parameters import bounds
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES
+from bridge.vehicle.config import Configuration
+from bridge.vehicle.effect_coefficients import (
+    ASTERN,
+    LEAST,
+    QUADRATIC,
+    RESISTANCE,
+    START,
+    VOLTAGE,
+    VOLTAGE_SHARE,
+    effect_coefficients,
+    gain_name,
+)
+from identify.diagnose.diagnosis import Accepted, AcceptedEffect, Found, Value
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.whitened import of_the_mean, whitened
+from identify.diagnose.words import effect_words, name_of, words
+from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.identification import Z95
+
+Array = NDArray[np.float64]
+
+LEAST_KNOWN = 0.2
+"""Relative standard error of a mass from which its axis is not sent: the vehicle keeps what it has."""
+
+HELD_BY_PID = QUADRATIC[2:5]
+"""Quadratic drag in heave, roll and pitch: no feed-forward works there."""
+
+
+def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
+    """What accepting the causes comes to; `now` is the nominal model that was fitted together with them."""
+    values, sentences = _linear(found, now, shape)
+    of_effects: dict[str, Value] = {}
+    for one in found:
+        coefficients = _coefficients(one, now.course)
+        if coefficients is None or (not coefficients and one.cause.effect.feedforward != "nominal"):
+            sentences.append(_not_made_up(one))
+        for name, value in (coefficients or {}).items():
+            of_effects[name] = _times(of_effects[name], value) if name in of_effects else value
+        sentences += _partly(one)
+    fit = {one.name: one for one in effect_coefficients(shape)}
+    for name, value in of_effects.items():
+        fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
+        if fault:
+            sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
+        elif not value.low95 <= _absent(name) <= value.high95:
+            values[name] = value
+    effects = tuple(_effect(one) for one in found)
+    return Accepted(values, effects, tuple(dict.fromkeys(sentences)))
+
+
+def _absent(name: str) -> float:
+    """The value at which a coefficient does nothing."""
+    return 1.0 if name == ASTERN or name.endswith("_gain") else 0.0
+
+
+def _effect(one: Found) -> AcceptedEffect:
+    effect = one.cause.effect
+    values = dict(zip((p.name for p in effect.parameters), map(float, one.cause.values), strict=True))
+    return AcceptedEffect(effect.name, effect.label, values)
+
+
+def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple[dict[str, Value], list[str]]:
+    """The linear model's coefficients with what causes change of them, axis by axis, where the dive tells them."""
+    course, values, sentences = now.course, {}, []
+    mass, damping = course.mass.copy(), course.damping.copy()
+    for one in found:
+        act = one.cause.act(course)
+        mass += 0.0 if act.mass is None else act.mass
+        damping += 0.0 if act.damping is None else act.damping
+    kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
+    for problem, stds in zip(now.joint.problems, _log_stds(found, now), strict=True):
+        dof = problem.axis.dof
+        axis = {MASSES[dof]: (mass[dof], stds[0]), DAMPINGS[dof]: (damping[dof], stds[1])}
+        outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
+        if not stds[0] < LEAST_KNOWN or outside:
+            why = (
+                f"{outside[0]} came out where no such vehicle can be"
+                if outside
+                else "this dive hardly tells them"
+            )
+            sentences.append(
+                f"{MASSES[dof].name} and {DAMPINGS[dof].name} stay as the vehicle has them: {why}."
+            )
+            continue
+        for coefficient, (value, std) in axis.items():
+            wide = float(np.exp(Z95 * std))
+            values[coefficient.name] = Value(float(value), coefficient.unit, value / wide, value * wide)
+    return values, sentences
+
+
+def _log_stds(found: Sequence[Found], now: Nominal) -> list[tuple[float, float]]:
+    """Standard errors of log mass and log damping of each axis, beside the causes."""
+    rows = whitened(now.joint, now.theta, now.doubted)
+    slopes = [
+        one.cause.slope(now.course, p) for one in found for p in np.flatnonzero(one.cause.present).tolist()
+    ]
+    whole = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
+    known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
+    square = whole.T @ whole + np.diag(known)
+    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
+    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
+    std = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale
+    kept = sorted({*now.joint.mass_places, *of_the_mean(now.joint)})
+    at = {place: float(std[i]) for i, place in enumerate(kept)}
+    return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]
+
+
+def _coefficients(one: Found, course: Course) -> dict[str, Value] | None:
+    """A cause's values as coefficients of the feed-forward; None where it has none for it."""
+    make = COEFFICIENTS_OF.get(one.name)
+    return None if make is None or not one.cause.effect.feedforward else make(one, course)
+
+
+def _offset(one: Found, course: Course) -> dict[str, Value]:
+    mass_kg = course.configuration.dry_mass_kg
+    return {
+        f"S_{axis}": _changed(value, lambda metres: metres * mass_kg, "kg m")
+        for axis, value in one.parameters.items()
+    }
+
+
+def _munk(one: Found, course: Course) -> dict[str, Value]:
+    """-(g - 1) (M_v - M_u) u v is what lacks in yaw."""
+    arm = float(course.mass[1] - course.mass[0])
+    return {"N_munk": _changed(one.parameters["gain"], lambda gain: (gain - 1.0) * arm, "kg")}
+
+
+def _every_gain(one: Found, course: Course) -> dict[str, Value]:
+    return {gain_name(k + 1): one.parameters["gain"] for k in range(course.asked_n.shape[1])}
+
+
+def _sag(one: Found, course: Course) -> dict[str, Value]:
+    """The rate is in units of the rate at which V^2 fell in this dive."""
+    begun_v, rate = voltage_law(course.voltage_v, course.since_s)
+    if not (np.isfinite(begun_v) and rate > 0):
+        return {}
+    nan = float("nan")
+    share = _changed(one.parameters["rate"], lambda found: found / rate, "1")
+    return {VOLTAGE: Value(begun_v, "V", nan, nan), VOLTAGE_SHARE: share}
+
+
+COEFFICIENTS_OF: dict[str, Callable[[Found, Course], dict[str, Value]]] = {
+    "quadratic_drag": lambda one, _: one.parameters,
+    "coupled_damping": lambda one, _: one.parameters,
+    "cross_flow_lift": lambda one, _: one.parameters,
+    "munk_moment": _munk,
+    "cg_offset": _offset,
+    "thrust_gain": _every_gain,
+    "weak_thruster": lambda one, _: {gain_name(one.cause.effect.number): one.parameters["gain"]},
+    "reverse_thrust_loss": lambda one, _: {ASTERN: one.parameters["gain"]},
+    "dead_zone": lambda one, _: {
+        START if one.cause.effect is DEAD_ZONE_SHIFTED else LEAST: one.parameters["half_width"]
+    },
+    "battery_sag": _sag,
+    "load_sag": lambda one, _: {RESISTANCE: one.parameters["resistance"]},
+}
+
+
+def _changed(value: Value, change: Callable[[float], float], unit: str) -> Value:
+    low, high = sorted((change(value.low95), change(value.high95)))
+    return Value(change(value.value), unit, low, high)
+
+
+def _times(one: Value, other: Value) -> Value:
+    """A product: two causes that weaken one thruster."""
+    return replace(
+        one, value=one.value * other.value, low95=one.low95 * other.low95, high95=one.high95 * other.high95
+    )
+
+
+def _not_made_up(one: Found) -> str:
+    what = _capital(name_of(one))
+    if one.cause.effect.place in ("reading", "log"):
+        return f"{what} lies in what is read, not in how the vehicle moves: correct it where it is read."
+    if one.cause.effect.place == "water":
+        return f"{what} is the water's, of another day: the feed-forward can't make up for it."
+    return f"{what} is in the model, but the feed-forward can't make up for it."
+
+
+def _partly(one: Found) -> list[str]:
+    told = []
+    held = [name for name in HELD_BY_PID if one.name == "quadratic_drag" and name in one.parameters]
+    if held:
+        told.append(
+            f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."
+        )
+    if one.name == "munk_moment" and one.cause.effect.variant == "all three":
+        told.append("Munk moment: the feed-forward makes up for it in yaw, the PID in roll and pitch.")
+    if one.also:
+        told.append(
+            f"{_capital(effect_words(one.cause.effect))} was accepted, though this dive can't tell it from "
+            f"{', '.join(map(words, one.also))}."
+        )
+    return told
+
+
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
