@@ -119,8 +119,8 @@ def power_page(trials: Sequence[Trial]) -> str:
         "## Power of the diagnosis",
         "",
         *paragraph(
-            f"How large each effect has to be to be named: {len(trials)} dives, as in the section on the diagnosis, seeds",
-            f"from {BENCH + POWER} on. A point holds {tables.EACH_POINT} dives or more, cut by size.",
+            f"How large each effect has to be to be named: {len(trials)} dives as in the section on the diagnosis,",
+            f"seeds from {BENCH + POWER} on. A point holds {tables.EACH_POINT} dives or more, cut by size.",
         ),
         "",
         *rows,

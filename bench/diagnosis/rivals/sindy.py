@@ -34,9 +34,9 @@ def named(nominal: Nominal) -> Said:
         table = list(terms(nominal.course, dof))
         columns = np.column_stack([force[gap.at] for _, force in table])
         scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-9)
-        sparse = _sparse(columns / scale, gap.wrench[:, dof])
-        sizes[dof] = sparse / scale * gap.std[dof]
-        for (name, _), size in zip(table, sparse.tolist(), strict=True):
+        found = sparse(columns / scale, gap.wrench[:, dof])
+        sizes[dof] = found / scale * gap.std[dof]
+        for (name, _), size in zip(table, found.tolist(), strict=True):
             if name and size:
                 pushes[name] = max(pushes.get(name, 0.0), abs(size))
     strongest = sorted(pushes, key=lambda name: -pushes[name])
@@ -50,7 +50,7 @@ def named(nominal: Nominal) -> Said:
     return Said(tuple((name, 0) for name in strongest[:MOST]), (pushing("sparse", wrench),), nominal)
 
 
-def _sparse(columns: Array, wanted: Array) -> Array:
+def sparse(columns: Array, wanted: Array) -> Array:
     """(k,) of columns of unit rms, most of them 0."""
     optimizer = pysindy.STLSQ(threshold=THRESHOLD, alpha=RIDGE * len(columns))
     with warnings.catch_warnings():

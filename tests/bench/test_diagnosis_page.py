@@ -1,0 +1,165 @@
+"""The proof of the diagnosis: its dives, its tables and its goals, from answers that are known."""
+
+import math
+from typing import Any
+
+import pytest
+
+from bench.diagnosis import beside, goals, page, speed, tables
+from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, UNKNOWABLE, Planned, planned, power_planned
+from bench.diagnosis.rivals.trials import RivalTrial
+from bench.diagnosis.trials import Trial, effects_for, trial
+from identify.challenge.answers import Answer, Named
+from identify.challenge.novel import NOVEL
+from identify.challenge.plants import PLANTS
+from identify.challenge.score import Rate, score
+
+NAN = math.nan
+
+
+def told(
+    group: str, seed: int, *hidden: str, said: tuple[str, ...] = (), size: float = 2.0, probability: float = 0.9,
+    verdict: str | None = None, drifts: tuple[float, float] | None = None, novel: bool = False,
+) -> Trial:  # fmt: skip
+    kind = "novel" if novel else {0: "none", 1: "one", 2: "two"}[len(hidden)]
+    effects = [{"name": name, "number": 0, "novel": novel, "parameters": {"delay": 0.1}} for name in hidden]
+    truth: dict[str, Any] = {
+        "name": f"{group} {seed}", "kind": kind, "rpm": True, "poles": 1, "effects": effects, "size": size,
+        "dof": ["surge"],
+    }  # fmt: skip
+    named = tuple(Named(name, (), probability, {}) for name in said)
+    before, after = drifts or (NAN, NAN)
+    answer = Answer(
+        verdict or ("explained" if said else "no_gap"), named, {"surge": 1.0}, 0.9, 0.88, before, after
+    )
+    rows = [(0.01 * value,) * 6 for value in (*drifts, 1.0)] if drifts else [(), (), ()]
+    return Trial(group, truth, answer, "", 3.0, *rows)
+
+
+def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> None:
+    plan = planned(FULL)
+    groups = {group: [one for one in plan if one.group == group] for group in {one.group for one in plan}}
+    assert len(groups["none"]) >= 300
+    assert len(groups["two"]) >= 100
+    assert {one.names for one in groups["one"]} == {(name,) for name in PLANTS}
+    assert {one.names for one in groups["novel"]} == {(name,) for name in NOVEL}
+    assert {one.left for one in groups["left out"]} == set(UNKNOWABLE)
+    assert len(power_planned(FULL)) >= 3 * tables.EACH_POINT * len(PLANTS)
+
+
+def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
+    full = [one.seed for one in (*planned(FULL), *power_planned(FULL))]
+    short = [one.seed for one in (*planned(SHORT), *power_planned(SHORT))]
+    speeds = range(BENCH + POWER - 1000, BENCH + POWER - 1000 + len(speed.HIDDEN))
+    assert len({*full, *speeds}) == len(full) + len(speeds)
+    assert min(full) == BENCH
+    assert all(300_000 <= seed < 400_000 for seed in short)
+
+
+def test_the_library_of_a_dive_lacks_what_was_left_out_with_its_true_class() -> None:
+    case = Planned("left out", 390_700, "novel", ("thruster_lag",), "thruster_lag").case()
+    assert case.kind == "novel"
+    names = {effect.name for effect in effects_for(case)}
+    assert not names & {"thruster_lag", "command_delay"}
+    assert len(names) > 30
+
+
+def test_a_goal_is_judged_by_its_figure_and_shows_its_bounds() -> None:
+    trials = [told("one", i, "waves", said=("waves",)) for i in range(99)]
+    trials += [told("one", 99, "waves", said=("tether",)), told("none", 1), told("none", 2, said=("waves",))]
+    found = score([one.truth for one in trials], {one.name: one.answer for one in trials if one.answer})
+    text = "\n".join(goals.lines(found))
+    named = next(row for row in text.splitlines() if row.startswith("| cause named first, or one"))
+    assert named.endswith("| 99.0 % (94.6 to 99.8), 99 of 100 | met |")
+    assert "| false alarms: 1 % | 50.0 % (9.5 to 90.5), 1 of 2 | **missed** |" in text
+    assert "| both of two named: 90 % | - | nothing to judge |" in text
+
+
+def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
+    small = [told("one", i, "waves", size=0.1 + 0.001 * i) for i in range(40)]
+    large = [told("one", 100 + i, "waves", said=("waves",), size=2.0 + 0.001 * i) for i in range(40)]
+    points = tables.by_size([*large, *small], 8)
+    assert [(round(low, 2), round(high, 2)) for low, high, _ in points] == [(0.1, 0.14), (2.0, 2.04)]
+    assert [rate for _, _, rate in points] == [Rate(0, 40), Rate(40, 40)]
+    assert len(tables.by_size(small[:5], 8)) == 1
+
+
+def test_an_effect_shows_what_was_said_instead() -> None:
+    trials = [
+        told("one", 1, "waves", said=("waves",), size=3.0),
+        told("one", 2, "waves", said=("tether",), size=0.7),
+        told("one", 3, "waves", size=0.2),
+    ]
+    row = tables.by_effect(trials)[-1]
+    assert row == "| `waves` | 1 of 3 | 3.00 | 0.70 | - | tether (1), no gap (1) |"
+
+
+def test_an_unknown_that_was_explained_shows_by_what() -> None:
+    trials = [
+        told("novel", 1, "knocks", verdict="unknown", novel=True),
+        told("novel", 2, "knocks", said=("waves",), novel=True),
+        told("left out", 3, "tether", said=("steady_current",), novel=True),
+    ]
+    rows = tables.unknowns(trials)
+    assert rows[-2] == "| `knocks` | 2 | 1 | waves (1) | 0 |"
+    assert rows[-1] == "| `tether`, left out | 1 | 0 | steady_current (1) | 0 |"
+
+
+def test_rivals_are_judged_on_the_same_dives_and_in_the_same_floors() -> None:
+    own = [
+        told("one", 1, "waves", said=("waves",), drifts=(5.0, 1.2)),
+        told("two", 2, "waves", "tether", said=("waves", "tether"), drifts=(3.0, 1.0)),
+        told("none", 3),
+    ]
+    others = [
+        RivalTrial(
+            "BIC, one cause", one.truth, _says("waves"), 1.0, one.before, tuple(0.03 for _ in one.before)
+        )
+        for one in own
+    ]
+    found = beside.beside(own, others)
+    ours, rival = (
+        next(one for one in found if one.method == method) for method in (beside.OURS, "BIC, one cause")
+    )
+    assert (ours.before, ours.after) == pytest.approx((5.0, 1.2))
+    assert rival.after == pytest.approx(3.0)
+    text = "\n".join(beside.lines(found))
+    assert "on 3 of these dives" in text
+    mine = next(row for row in text.splitlines() if row.startswith(f"| {beside.OURS}"))
+    assert mine.endswith("| 0.0 % (0.0 to 79.3), 0 of 1 | 97 % | 98 % | 3.0 |")
+    theirs = next(row for row in text.splitlines() if row.startswith("| BIC"))
+    assert theirs.endswith("| 100.0 % (20.7 to 100.0), 1 of 1 | 33 % | 25 % | 1.0 |")
+
+
+def _says(*names: str) -> Answer:
+    return Answer("explained", tuple(Named(name, (), NAN, {}) for name in names), {}, NAN, NAN)
+
+
+def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
+    trials = [
+        told("none", 1), told("one", 2, "waves", said=("waves",), drifts=(5.0, 1.2)),
+        told("two", 3, "waves", "tether", said=("waves",), drifts=(5.0, 3.0)),
+        told("novel", 4, "knocks", verdict="unknown", novel=True),
+    ]  # fmt: skip
+    refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
+    timed = speed.lines([{"cores": 8.0, "one core": 12.0, "count": 2}])
+    text = page.page([*trials, refused], [], timed)
+    assert "5 simulated dives" in text
+    assert "Refused: one 5 (too short)." in text
+    assert "median 8.0 s on 2 cores" in " ".join(text.split())
+    assert "two hidden: both" in text
+    assert "| `waves` | 1 of 2 |" in text
+
+
+def test_a_refusal_survives_its_json() -> None:
+    one = trial(
+        {
+            "group": "one",
+            "truth": {"name": "one 1"},
+            "answer": None,
+            "refusal": "why",
+            "seconds": 1.0,
+            "drifts": [],
+        }
+    )
+    assert (one.answer, one.refusal, one.before) == (None, "why", ())
