@@ -8,13 +8,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
-from gcs_plugin.params.sidecar import Effect, Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
+from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 from identify.identification import Identification, Outcome
 from tui.exit_codes import UsageError
@@ -79,6 +81,45 @@ def targets_of_identification(
     told = (*doubts, *(f"note: {note}" for note in data.get("notes", ())))
     notes = (*warnings, f"outcome: {outcome}", *told)
     return _narrowed(path, Targets(values, notes), only)
+
+
+@dataclass(frozen=True)
+class AcceptedModel:
+    """A parameter file with its sidecar as a model: values and 95 % intervals by coefficient name, and the effects."""
+
+    file: VehicleFile
+    configuration: str
+    values: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
+    effects: tuple[AcceptedEffect, ...]
+
+
+def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel:
+    """The model that `diagnose --accept` or `identify --param` wrote. Raises UsageError for one of another vehicle,
+    one without a sidecar, and one that did not converge."""
+    try:
+        values, sidecar = read_parameters(path), read_sidecar(path)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
+    if sidecar is None:
+        raise UsageError(
+            f"{path}: has no sidecar that says of which vehicle it is; give one with {path.name}.json"
+        )
+    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
+    if sidecar.vehicle != file.vehicle.name or file.configuration not in (None, sidecar.configuration):
+        raise UsageError(
+            f"{path}: is of vehicle '{sidecar.vehicle}', configuration '{sidecar.configuration}', and {file.path} is "
+            "not: nothing was written; name its own"
+        )
+    file.vehicle.configuration_named(sidecar.configuration)
+    named = {name: coefficient for name in values if (coefficient := coefficient_of(name)) is not None}
+    return AcceptedModel(
+        file,
+        sidecar.configuration,
+        {coefficient.name: values[name] for name, coefficient in named.items()},
+        {one.coefficient: (one.low95, one.high95) for one in sidecar.intervals.values()},
+        sidecar.effects,
+    )
 
 
 def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
@@ -161,7 +202,7 @@ def write_accepted(
             dive.name,
             Outcome.CONVERGED.value,
             dive_opening=dive.opening,
-            effects=tuple(Effect(e.name, e.label, e.parameters) for e in accepted.effects),
+            effects=accepted.effects,
         ),
     )
 

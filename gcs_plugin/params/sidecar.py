@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge import schema
+from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ConfigError, ParamRejected
 from gcs_plugin.params.files import replace_text
 
@@ -21,15 +22,6 @@ class Interval:
     unit: str
     low95: float
     high95: float
-
-
-@dataclass(frozen=True)
-class Effect:
-    """An accepted effect: its name and label in the library, and its parameters there in SI units."""
-
-    name: str
-    label: str
-    parameters: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -55,7 +47,7 @@ class Sidecar:
     dived: str = ""
     prior_dives: tuple[str, ...] = ()
     dive_opening: str = ""
-    effects: tuple[Effect, ...] = ()
+    effects: tuple[AcceptedEffect, ...] = ()
 
 
 def sidecar_path(path: Path) -> Path:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.accepted import AcceptedEffect
 from bridge.effects.actuators import DEAD_ZONE_SHIFTED
 from bridge.effects.course import Course
 from bridge.effects.supply import voltage_law
@@ -24,7 +25,7 @@ from bridge.vehicle.effect_coefficients import (
     effect_coefficients,
     gain_name,
 )
-from identify.diagnose.diagnosis import Accepted, AcceptedEffect, Found, Value
+from identify.diagnose.diagnosis import Accepted, Found, Value
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.whitened import of_the_mean, whitened
 from identify.diagnose.words import effect_words, name_of, words
@@ -56,7 +57,7 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
         fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
         if fault:
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
-        elif not value.low95 <= _absent(name) <= value.high95:
+        elif not _includes(value, _absent(name)):
             values[name] = value
     effects = tuple(_effect(one) for one in found)
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)))
@@ -67,10 +68,18 @@ def _absent(name: str) -> float:
     return 1.0 if name == ASTERN or name.endswith("_gain") else 0.0
 
 
+def _includes(value: Value | None, absent: float) -> bool:
+    return value is not None and value.low95 <= absent <= value.high95
+
+
 def _effect(one: Found) -> AcceptedEffect:
+    """Without the parameters of several that the dive can't tell from none."""
     effect = one.cause.effect
-    values = dict(zip((p.name for p in effect.parameters), map(float, one.cause.values), strict=True))
-    return AcceptedEffect(effect.name, effect.label, values)
+    values = {
+        p.name: p.none if _includes(one.parameters.get(p.name), p.none) else float(value)
+        for p, value in zip(effect.parameters, one.cause.values, strict=True)
+    }
+    return AcceptedEffect(effect.name, effect.label, values, effect.number)
 
 
 def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple[dict[str, Value], list[str]]:
@@ -193,7 +202,8 @@ def _not_made_up(one: Found) -> str:
 
 def _partly(one: Found) -> list[str]:
     told = []
-    held = [name for name in HELD_BY_PID if one.name == "quadratic_drag" and name in one.parameters]
+    quadratic = one.parameters if one.name == "quadratic_drag" else {}
+    held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]
     if held:
         told.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.accepted import AcceptedEffect
 from identify.diagnose.cause import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.generic import Parity, Variable
@@ -155,15 +156,6 @@ class Next:
     manoeuvre: str
     sensor: str
     splits: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class AcceptedEffect:
-    """An effect of the library by name and label, with its parameters in SI units, to be put into a model."""
-
-    name: str
-    label: str
-    parameters: dict[str, float]
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,8 @@ REASONS = {
     "gain": _OWN.format("one thrust for all thrusters"),
     "reverse_gain": _OWN.format("the same thrust astern"),
     "dead_zone": _OWN.format("a dead zone of 25 us instead"),
+    "least": _OWN.format("a dead zone of 25 us instead"),
+    "effects": "neither ArduSub's own submarine nor `plant` has them; the rest of the model was fitted beside them",
     "curve": _OWN.format("a quadratic thrust curve of 400 us"),
     "mass_by_axis": _OWN.format("one mass for all directions, the mean, {model.mean_mass_kg:.4g} kg"),
     "added": _OWN.format("no Coriolis force and no added mass but in its weight"),
@@ -108,6 +110,7 @@ def _plant(model: Model) -> dict[str, object]:
                 "gain": t.gain,
                 "reverse_gain": t.reverse_gain,
                 "dead_zone_n": t.dead_zone_n,
+                "least_n": t.least_n,
                 "min_n": t.low_n,
                 "max_n": t.high_n,
             }

@@ -38,6 +38,7 @@ REASONS = {
     "reverse_gain": "Gazebo's Thruster takes the force itself; multiply negative forces sent to cmd_thrust by it",
     "dead_zone": "Gazebo's deadband gives nothing below it and the whole force above, where the model's force grows "
     "from zero; it is written",
+    "effects": "its plugins have no such force; the rest of the model was fitted beside them",
     "curve": "Gazebo's Thruster takes newtons, not pulse widths",
     "shape": "seatrial does not know it; a cube that nobody sees carries the buoyancy",
     "added_in_current": "Gazebo takes the Coriolis force of added mass from the velocity through the water only since "
@@ -156,5 +157,5 @@ def _thruster(vehicle: ET.Element, model: Model, i: int, propeller: Propeller) -
     element(plugin, "thrust_coefficient", number(per_rad / (model.density_kg_m3 * PROPELLER_M**4)))
     element(plugin, "max_thrust_cmd", propeller.high_n * propeller.gain)
     element(plugin, "min_thrust_cmd", propeller.low_n * propeller.gain * propeller.reverse_gain)
-    if propeller.dead_zone_n:
-        element(plugin, "deadband", propeller.dead_zone_n)
+    if propeller.dead_zone_n or propeller.least_n:
+        element(plugin, "deadband", max(propeller.dead_zone_n, propeller.least_n))

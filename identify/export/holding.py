@@ -41,6 +41,7 @@ def parts(model: Model) -> dict[str, str]:
         "gain": _by_thruster("thruster gain", [t.gain for t in model.thrusters], 1.0),
         "reverse_gain": _by_thruster("gain astern", [t.reverse_gain for t in model.thrusters], 1.0),
         "dead_zone": _by_thruster("dead zone in N", [t.dead_zone_n for t in model.thrusters], 0.0),
+        "least": _by_thruster("least thrust in N", [t.least_n for t in model.thrusters], 0.0),
         "curve": "thrust over pulse width" if model.curve else "",
         "mass_by_axis": _masses(model),
         "added": "added mass" if any(model.added) else "",
@@ -58,9 +59,10 @@ def parts(model: Model) -> dict[str, str]:
         "net_buoyancy": f"net buoyancy {model.net_buoyancy_n:g} N" if model.net_buoyancy_n else "",
         "added_in_current": "added mass in a current" if any(model.added) and any(model.current_m_s) else "",
         "vertical_current": f"current of {model.current_m_s[2]:g} m/s down" if model.current_m_s[2] else "",
+        "effects": _listed("accepted effects", list(model.unheld)),
         "intervals": "95 % intervals" if model.intervals else "",
     }
-    if model.lag_s and told["dead_zone"]:
+    if model.lag_s and (told["dead_zone"] or told["least"]):
         told["dead_zone_before_lag"] = "dead zone before the lag"
     return {part: words for part, words in told.items() if words}
 

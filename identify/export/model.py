@@ -23,7 +23,7 @@ class Propeller:
     """A thruster: place and direction of positive thrust (FRD, from the origin), and what becomes of the force asked.
 
     Asked for T within `low_n` and `high_n` it gives gain * T, times `reverse_gain` astern, less `dead_zone_n` on
-    either side of zero.
+    either side of zero, and nothing where T is below `least_n`.
     """
 
     direction: Vector3
@@ -33,11 +33,12 @@ class Propeller:
     gain: float = 1.0
     reverse_gain: float = 1.0
     dead_zone_n: float = 0.0
+    least_n: float = 0.0
 
     def thrust_n(self, asked_n: float) -> float:
         """What it gives once its lag is over, N."""
         held = min(max(asked_n, self.low_n), self.high_n)
-        left = max(abs(held) - self.dead_zone_n, 0.0) * self.gain
+        left = max(abs(held) - self.dead_zone_n, 0.0) * self.gain if abs(held) >= self.least_n else 0.0
         return left if held > 0 else -left * self.reverse_gain
 
 
@@ -50,8 +51,8 @@ class Model:
     N m/(rad/s)2. `lag_s`: first-order lag of every thruster. `net_buoyancy_n`: buoyancy less weight.
     `centre_of_gravity_m`, `centre_of_buoyancy_m`: from the origin, FRD. `current_m_s`: velocity of the water, NED.
     `curve`: thrust (N) over pulse width (us) before gains. `forward_n_s2`: T = k n |n| with n in rev/s. `intervals`:
-    95 % intervals by coefficient, where there are any. `notes`: what a reader must know of these values, whatever the
-    target.
+    95 % intervals by coefficient, where there are any. `unheld`: accepted effects that have no place here. `notes`:
+    what a reader must know of these values, whatever the target.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Model:
     forward_n_s2: float = ThrustCurve.forward_n_s2
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    unheld: tuple[str, ...] = ()
 
     @property
     def rigid(self) -> Six:
@@ -120,9 +122,9 @@ def model_of(
     shape = file.vehicle.configurations[configuration]
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     notes: list[str] = []
-    totals = _six([_value(c.name, values, shape, shape.rigid_body(c.dof)[0], notes) for c in MASSES])
-    damping = _six([_value(c.name, values, shape, 0.0, notes) for c in DAMPINGS])
-    added = _six([total - shape.rigid_body(dof)[0] for dof, total in enumerate(totals)])
+    totals = six([_value(c.name, values, shape, shape.rigid_body(c.dof)[0], notes) for c in MASSES])
+    damping = six([_value(c.name, values, shape, 0.0, notes) for c in DAMPINGS])
+    added = six([total - shape.rigid_body(dof)[0] for dof, total in enumerate(totals)])
     for dof, more in enumerate(added):
         if more < 0:
             notes.append(
@@ -168,6 +170,7 @@ def _propellers(shape: Configuration, curve: Curve) -> tuple[Propeller, ...]:
     return tuple(Propeller(t.direction, t.position_m, low, high, t.gain) for t in shape.thrusters)
 
 
-def _six(values: list[float]) -> Six:
+def six(values: list[float]) -> Six:
+    """Six numbers as such."""
     a, b, c, d, e, f = map(float, values)
     return a, b, c, d, e, f

@@ -24,6 +24,8 @@ from identify.export.xml_text import document, element, numbers, told
 DRAG_SPEED_M_S = 0.5
 """Where the quadratic drag is right, Stonefish's growing with the cube."""
 START_DEPTH_M = 5.0
+STEEP = 1e-3
+"""A table can't jump: share of the least thrust within which it rises to it."""
 
 REASONS = {
     "shape": "seatrial does not know it; the body is a cube of the right volume: with a mesh of your own in its place, "
@@ -37,6 +39,7 @@ REASONS = {
     "quadratic": "Stonefish's quadratic_drag grows with the cube of the speed since 2024; it is right at 0.5 m/s",
     "thrusters": "Stonefish wants a mesh of each propeller, to be drawn: put a propeller.obj into its data folder",
     "dead_zone_before_lag": "Stonefish's table of thrust acts after the lag",
+    "effects": "Stonefish computes no such force; the rest of the model was fitted beside them",
     "curve": "the thrusters here take a setpoint in newtons, not pulse widths",
     "intervals": "a scenario holds values alone; they stand in a comment of the file",
 }
@@ -113,7 +116,11 @@ def _thruster(robot: ET.Element, model: Model, i: int, propeller: Propeller) -> 
         element(rotor, "time_constant", value=numbers((model.lag_s,)))
     else:
         element(actuator, "rotor_dynamics", type="zero_order")
-    asked = sorted({propeller.low_n, -propeller.dead_zone_n, 0.0, propeller.dead_zone_n, propeller.high_n})
+    edge_n = propeller.least_n
+    edges = {edge_n, edge_n * (1 - STEEP), -edge_n, -edge_n * (1 - STEEP)}
+    asked = sorted(
+        {propeller.low_n, -propeller.dead_zone_n, 0.0, propeller.dead_zone_n, propeller.high_n} | edges
+    )
     law = element(actuator, "thrust_model", type="linear_interpolation")
     element(law, "input", value=numbers(asked))
     element(law, "output", value=numbers(propeller.thrust_n(force) for force in asked))

@@ -37,12 +37,14 @@ def model():
 def rich(model):
     """With all that an accepted effect may add."""
     first = replace(model.thrusters[0], gain=1.25, reverse_gain=0.8, dead_zone_n=0.5)
+    third = replace(model.thrusters[2], least_n=2.0)
     return replace(
         model,
         quadratic=(12.0, 24.0, 48.0, 1.0, 2.0, 3.0),
-        thrusters=(first, *model.thrusters[1:]),
+        thrusters=(first, model.thrusters[1], third, *model.thrusters[3:]),
         current_m_s=(0.3, -0.4, 0.1),
         intervals={"M_u": (110.0, 113.0)},
+        unheld=("waves",),
     )
 
 

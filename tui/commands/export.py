@@ -20,12 +20,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file",
         metavar="MODEL",
-        help="the JSON of identify, or a vehicle file whose configuration has a model",
+        help="the JSON of identify, the .param of diagnose --accept, or a vehicle file whose configuration has a model",
     )
     parser.add_argument(
         "--to", required=True, metavar="TARGET", help="the simulator: gazebo, stonefish or ardusub-json"
     )
-    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where MODEL is JSON")
+    parser.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where MODEL is JSON or .param")
     parser.add_argument("--out", metavar="FILE", help="the file (where not given, standard output)")
     parser.add_argument(
         "--despite-doubts", action="store_true", help="take an identification that did not converge"
@@ -81,6 +81,8 @@ def _model(given: str, vehicle: str | None, out: str | None, leave: "Leave") -> 
 
     if given.endswith(".json"):
         return _identified(Path(given), vehicle, leave)
+    if given.endswith(".param"):
+        return _accepted(Path(given), vehicle, leave)
     if vehicle is not None:
         raise exit_codes.UsageError(f"{given}: is no identification, so --vehicle says nothing; leave it out")
     file = load_vehicle(given)
@@ -136,6 +138,24 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
         if _is_number(one.get("low95")) and _is_number(one.get("high95"))
     }
     return model_of({name: float(one["value"]) for name, one in known.items()}, file, shape, intervals)
+
+
+def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
+    from bridge.vehicle.coefficients import BY_NAME
+    from bridge.vehicle.config import load_vehicle
+    from identify.export.effects import with_effects
+    from identify.export.model import model_of
+    from tui.parameter_files import accepted_model
+
+    if vehicle is None:
+        raise exit_codes.UsageError(
+            f"{path}: parameters need --vehicle FILE, for thrusters and weight; add it"
+        )
+    accepted = accepted_model(path, load_vehicle(vehicle), leave)
+    values = {name: value for name, value in accepted.values.items() if name in BY_NAME}
+    intervals = {name: pair for name, pair in accepted.intervals.items() if name in BY_NAME}
+    model = model_of(values, accepted.file, accepted.configuration, intervals)
+    return with_effects(model, accepted.effects)
 
 
 def _is_number(value: Any) -> bool:
