@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 MOST_STEPS = 8
 SETTLED = 0.1
+SHORTER = 0.3
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,8 @@ class Fitted:
     """Causes with the best values at a ground's noise levels.
 
     value (rows,): what is left to the nominal model; slopes (rows, k): of the parameters `at` (k of cause and
-    parameter); covariance (k, k). gain: nats saved on pieces held out, `std` its standard error over pieces.
+    parameter); covariance (k, k). left: squares that the best nominal model leaves of `value`. gain: nats saved on
+    pieces held out, `std` its standard error over pieces.
     """
 
     causes: tuple[Cause, ...]
@@ -37,6 +39,7 @@ class Fitted:
     value: Array
     slopes: Array
     covariance: Array
+    left: float
     gain: float
     std: float
 
@@ -67,21 +70,33 @@ class Ground:
         """The nominal columns' normal equations, with what is known beforehand."""
         return np.asarray(self.rows.nominal.T @ self.rows.nominal + np.diag(self.rows.nominal_precision))
 
+    @cached_property
+    def _inverse_square(self) -> Array:
+        return _inverse(self._square)
+
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
-        """The causes with their best values beside the best nominal model (Gauss and Newton)."""
-        now = tuple(causes)
-        best = self._weighed(now)
+        """The causes with their best values beside the best nominal model (Gauss and Newton); a step that leaves more
+        unexplained is shortened."""
+        best = self._weighed(tuple(causes))
         for _ in range(MOST_STEPS if best.at else 0):
             step = self._step(best)
-            moved = list(best.causes)
-            for (k, p), by in zip(best.at, step.tolist(), strict=True):
-                moved[k] = moved[k].moved(p, by)
-            tried = self._weighed(tuple(cause for cause in moved if cause.present.any()))
+            tried = self._moved(best, step)
+            if tried.left >= best.left:
+                tried = self._moved(best, SHORTER * step)
+            if tried.left >= best.left:
+                break
             small = bool(np.all(np.abs(step) < SETTLED * np.sqrt(np.diag(best.covariance))))
             best = tried
-            if small or not tried.at or all(cause.effect.linear for cause in tried.causes):
+            if small or not best.at or all(cause.effect.linear for cause in best.causes):
                 break
-        return replace(best, gain=(evidence := self._held(best))[0], std=evidence[1])
+        gain, std = self._held(best)
+        return replace(best, gain=gain, std=std)
+
+    def _moved(self, fit: Fitted, step: Array) -> Fitted:
+        moved = list(fit.causes)
+        for (k, p), by in zip(fit.at, step.tolist(), strict=True):
+            moved[k] = moved[k].moved(p, by)
+        return self._weighed(tuple(cause for cause in moved if cause.present.any()))
 
     def beside(self, fit: Fitted) -> Beside:
         """All candidates beside a fit, with what its causes' other values would add taken out."""
@@ -129,7 +144,9 @@ class Ground:
         slopes = columns[:, len(causes) :]
         inverse = _inverse(self._normal(slopes))
         covariance = inverse[len(self._square) :, len(self._square) :]
-        return Fitted(causes, at, value, slopes, covariance, 0.0, 0.0)
+        right = self.rows.nominal.T @ value
+        left = float(value @ value - right @ self._inverse_square @ right)
+        return Fitted(causes, at, value, slopes, covariance, left, 0.0, 0.0)
 
     def _normal(self, slopes: Array) -> Array:
         cross = self.rows.nominal.T @ slopes
@@ -170,7 +187,7 @@ class Ground:
 
 def ground_of(now: Nominal, library: tuple[Effect, ...]) -> Ground:
     """The ground by the filters of `now`."""
-    rows = whitened(now.joint, now.theta, now.doubted)
+    rows = whitened(now.joint, now.theta, now.doubted).with_witnesses(now.witnesses, now.acts, now.course)
     back = rows.columns(now.acts, now.course).sum(axis=1)
     return Ground(now, replace(rows, value=rows.value + back), library)
 

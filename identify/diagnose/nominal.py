@@ -14,6 +14,7 @@ from identify.diagnose.causal import expected, mean_before
 from identify.diagnose.course import course_of
 from identify.diagnose.thinned import thinned
 from identify.diagnose.whitened import spoilt
+from identify.diagnose.witness import Witness, witnesses
 from identify.dive import Dive
 from identify.estimators.axes import Axes, build_axes
 from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
@@ -37,7 +38,7 @@ class Nominal:
 
     built, joint: as the identification has them, without what `acts` add. theta (p,): the maximum. motion: velocities
     that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom whose controller used
-    a reading that was not recorded.
+    a reading that was not recorded. witnesses: what else tells of effects.
     """
 
     built: Axes
@@ -46,6 +47,7 @@ class Nominal:
     motion: Motion
     course: Course
     doubted: tuple[int, ...]
+    witnesses: tuple[Witness, ...] = ()
     acts: tuple[Act, ...] = ()
 
 
@@ -67,7 +69,8 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, expected(joint, theta, motion), mass, damping)
-    return Nominal(built, joint, theta, motion, course, doubted)
+    seen = witnesses(dive, file.vehicle.thrust_curve, course)
+    return Nominal(built, joint, theta, motion, course, doubted, seen)
 
 
 def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:

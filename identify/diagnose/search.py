@@ -14,8 +14,12 @@ from identify.diagnose.nominal import Nominal, refitted
 
 Array = NDArray[np.float64]
 
-LEAST_GAIN, LEAST_SIGMA = 6.0, 1.0
+LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and their standard errors, that one more cause must save, among some forty tried."""
+
+LEAST_SHARE = 0.01
+"""A further cause must save this share of what those before it save: no form of a library is quite true, and what a
+cause's form leaves grows with its evidence."""
 
 LEAST_SWAP = 1.0
 LOOKED_AT = 5
@@ -88,7 +92,7 @@ def pruned(ground: Ground, fit: Fitted) -> Fitted:
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < LEAST_GAIN:
+            if max(own, default=0.0) < least(others):
                 fit = others
         elif fit.gain < LEAST_GAIN:
             fit = ground.fitted(())
@@ -116,10 +120,15 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
     tried = [
         cause
         for gain, sigma, cause in candidates(ground.beyond(fit), fit)
-        if gain > LEAST_GAIN and sigma > LEAST_SIGMA
+        if gain > least(fit) and sigma > LEAST_SIGMA
     ]
     best = _best(ground, fit.causes, tried)
-    return best if best is not None and best.gain > fit.gain + LEAST_GAIN else fit
+    return best if best is not None and best.gain > fit.gain + least(fit) else fit
+
+
+def least(fit: Fitted) -> float:
+    """Nats that one more cause than these must save."""
+    return max(LEAST_GAIN, LEAST_SHARE * fit.gain)
 
 
 def _best(ground: Ground, others: tuple[Cause, ...], tried: Sequence[Cause]) -> Fitted | None:

@@ -7,7 +7,7 @@ nominal model's own parameters among the columns, what a refit of these would ta
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.causal import mean_before, value_before
+from identify.diagnose.witness import Weighed, Witness, weighed
 from identify.estimators.innovations import INCREMENT, POSITION, innovations, responses
 from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -75,7 +76,7 @@ class Whitened:
 
     value (rows,): innovations over their standard deviations. nominal (rows, m): what a rise of each of the nominal
     model's parameters would add to them; nominal_precision (m,): what is known of these beforehand. piece (rows,): in
-    which piece of the dive a row lies; dof (rows,).
+    which piece of the dive a row lies; dof (rows,), -1 for those of the witnesses `beside` the axes, which come last.
     """
 
     own: tuple[Own, ...]
@@ -84,10 +85,38 @@ class Whitened:
     nominal_precision: Array
     piece: NDArray[np.intp]
     dof: NDArray[np.intp]
+    beside: tuple[Weighed, ...] = ()
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
         """What each act would add to `value`, (rows, acts)."""
-        return np.vstack([self._of_axis(own, acts, course) for own in self.own])
+        axes = [self._of_axis(own, acts, course) for own in self.own]
+        return np.vstack([*axes, *(_of_witness(one, acts, course) for one in self.beside)])
+
+    def with_witnesses(self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course) -> "Whitened":
+        """With the rows of witnesses, weighed by what the acts leave of them."""
+        beside = tuple(weighed(one, acts, course) for one in witnesses)
+        if not beside:
+            return self
+        began_s = min(float(own.problem.axis.time_s[0]) for own in self.own)
+        known = block_diag(
+            [np.zeros((len(self.value), 0)), *(one.whitened(one.witness.known) for one in beside)]
+        )
+        nominal = np.vstack([self.nominal, np.zeros((len(known) - len(self.nominal), self.nominal.shape[1]))])
+        late = [np.minimum((one.witness.time_s - began_s) / PIECE_S, self.piece.max()) for one in beside]
+        piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
+        # What the acts explain is told as all else is: put back by who asks for it.
+        left = [one.whitened(_left(one.witness, acts, course)[:, None])[:, 0] for one in beside]
+        return replace(
+            self,
+            value=np.concatenate([self.value, *left]),
+            nominal=np.hstack([nominal, known]),
+            nominal_precision=np.concatenate(
+                [self.nominal_precision, *(one.witness.precision for one in beside)]
+            ),
+            piece=piece,
+            dof=np.concatenate([self.dof, np.full(len(piece) - len(self.piece), -1, dtype=np.intp)]),
+            beside=beside,
+        )
 
     def columns_of(self, dof: int, acts: Sequence[Act], course: Course) -> Array:
         """The same of the rows of one degree of freedom."""
@@ -113,6 +142,29 @@ class Whitened:
         if wrong:
             out[:, wrong] += own.by_reading(np.column_stack(offs))
         return out
+
+
+def _left(witness: Witness, acts: Sequence[Act], course: Course) -> Array:
+    seen = [part for act in acts if (part := witness.of(act, course)) is not None]
+    return np.asarray(witness.off - sum(seen, np.zeros(len(witness.off))))
+
+
+def _of_witness(one: Weighed, acts: Sequence[Act], course: Course) -> Array:
+    out = np.zeros((len(one.std), len(acts)))
+    for k, act in enumerate(acts):
+        if (seen := one.witness.of(act, course)) is not None:
+            out[:, k] = seen
+    return one.whitened(out)
+
+
+def block_diag(blocks: Sequence[Array]) -> Array:
+    """Blocks (m, k) down the diagonal of what is zero elsewhere."""
+    out = np.zeros((sum(len(one) for one in blocks), sum(one.shape[1] for one in blocks)))
+    row = column = 0
+    for one in blocks:
+        out[row : row + len(one), column : column + one.shape[1]] = one
+        row, column = row + len(one), column + one.shape[1]
+    return out
 
 
 def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:

@@ -10,11 +10,11 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.diagnose.drift import drifts
-from identify.diagnose.frame import Cause
+from identify.diagnose.cause import Cause
 from identify.diagnose.generic import left_over
+from identify.diagnose.ground import ground_of
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.search import explain, polished
+from identify.diagnose.search import explain
 from identify.diagnose.whitened import whitened
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
@@ -51,11 +51,10 @@ def test_a_drag_of_which_the_model_is_told_the_opposite_is_found_with_its_size(n
 
 
 def test_a_cause_whose_size_ends_at_nothing_is_gone(nominal):
-    causes, now = polished(nominal, (Cause(QUADRATIC_DRAG, np.array([0.0, 0, 0, 0, 0, 1e-6])),))
-    assert all(cause.values[5] > 0 for cause in causes)
-    assert now.course.mass[0] == pytest.approx(nominal.course.mass[0], rel=0.01)
-    none = Cause(DEAD_ZONE, DEAD_ZONE.none())
-    assert polished(nominal, (none,))[0] in ((), (none,))
+    ground = ground_of(nominal, LIBRARY)
+    (left,) = ground.fitted([Cause(QUADRATIC_DRAG, np.array([0.0, 0, 0, 0, 0, 1e-6]))]).causes or (None,)
+    assert left is None or left.values[5] > 0
+    assert ground.fitted([Cause(DEAD_ZONE, DEAD_ZONE.none())]).causes == ()
 
 
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):
@@ -67,15 +66,3 @@ def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(no
     assert found.shapes[0].dof == 2
     before = left_over(whitened(nominal.joint, nominal.theta, ()), nominal.course)
     assert found.gains[0] > 5 * max(before.gains, default=1.0)
-
-
-def test_a_model_without_a_gap_drifts_by_its_floor_and_one_with_a_force_too_much_by_more(nominal):
-    plain = drifts(nominal, (), nominal)
-    assert [one.horizon_s for one in plain] == [1.0, 5.0, 20.0]
-    for one in plain[:2]:
-        assert 0.6 < one.by_axis[0] < 1.5
-    wrench = np.zeros_like(nominal.course.nu)
-    wrench[:, 0] = 4.0 * np.sqrt(np.mean(nominal.course.nu[:, 0] ** 2)) * nominal.course.damping[0]
-    pushed = drifts(nominal, (Act(wrench=wrench),), nominal)
-    for one, other in zip(plain, pushed, strict=True):
-        assert other.by_axis[0] > 2 * one.by_axis[0]
