@@ -1,0 +1,46 @@
+"""A small fixed set of hidden effects, large ones in short dives: each is named, and nothing is where nothing hides."""
+
+import pytest
+
+from identify.challenge.answers import answer_of
+from identify.challenge.case import dive_of, draw_case
+from identify.challenge.score import Judged
+from identify.diagnose.answer import plain
+from identify.diagnose.diagnose import diagnose
+
+SIZE, SECONDS = 0.7, 150.0
+
+
+def judged(seed: int, *names: str) -> Judged:
+    case = draw_case(seed, names=names, size=SIZE, seconds=SECONDS)
+    found = diagnose(dive_of(case), case.file, case.configuration, progress=lambda _share, _words: None)
+    return Judged(case.truth(), answer_of(plain(found)))
+
+
+@pytest.mark.parametrize("seed", [391_000, 391_011])
+def test_where_nothing_hides_there_is_no_gap(seed: int) -> None:
+    found = judged(seed)
+    assert found.verdict == "no_gap"
+    assert found.named == ()
+
+
+@pytest.mark.parametrize(
+    ("seed", "name"),
+    [
+        (391_001, "quadratic_drag"),
+        (391_002, "steady_current"),
+        (391_003, "dead_zone"),
+        (391_004, "net_buoyancy"),
+        (391_005, "dvl_lever_arm"),
+        (391_006, "coupled_damping"),
+    ],
+)
+def test_an_effect_that_hides_is_named_first(seed: int, name: str) -> None:
+    found = judged(seed, name)
+    assert found.in_class()
+    assert found.verdict != "no_gap"
+
+
+def test_blows_that_no_library_has_are_unknown() -> None:
+    found = judged(391_008, "knocks")
+    assert found.verdict == "unknown"
