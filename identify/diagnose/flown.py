@@ -17,7 +17,7 @@ from bridge.effects.effect import Act
 from identify.diagnose.cause import Cause
 from identify.diagnose.nominal import Nominal
 from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DAMPING, FORCES
+from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 
 Array = NDArray[np.float64]
@@ -76,15 +76,13 @@ def flown(
     nu: Array,
     wrench: Array | None = None,
     slope: Array | None = None,
-    of: Nominal | None = None,
 ) -> Flown:
     """A fit's equations at `theta` beside a velocity nu (n, 6) at the times of its course.
 
-    wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes'. Masses and dampings are
-    those of another fit where one is given.
+    wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes'.
     """
     course = model.course
-    mass, damping = coefficients(model.joint, theta) if of is None else coefficients(of.joint, of.theta)
+    mass, damping = coefficients(model.joint, theta)
     force, stiffness = _pushed(model, theta)
     if wrench is not None:
         force = force + wrench
@@ -105,6 +103,12 @@ def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
     for problem, place in zip(joint.problems, joint.places, strict=True):
         damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])
     return joint.at(theta)[0].masses, damping
+
+
+def logarithms(joint: JointLikelihood) -> set[int]:
+    """The places in theta of masses and dampings."""
+    own = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
+    return own | set(joint.mass_places)
 
 
 def wrench_of(causes: Sequence[Cause], course: Course) -> Array:

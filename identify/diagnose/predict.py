@@ -13,10 +13,12 @@ from bridge.errors import LogError
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.diagnosis import Prediction
 from identify.diagnose.drift import floors_of
-from identify.diagnose.flown import flown, slope_of, spoilt_by
+from identify.diagnose.flown import coefficients, flown, logarithms, slope_of, spoilt_by
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.search import Explanation
 from identify.diagnose.shrink import HORIZON_S, Windows
+from identify.diagnose.whitened import of_the_mean, whitened
+from identify.estimators.likelihood_axis import DAMPING, MASS
 
 Array = NDArray[np.float64]
 
@@ -51,6 +53,25 @@ def csv_of(one: Prediction) -> str:
     return "\n".join(lines) + "\n"
 
 
+def with_coefficients(model: Nominal, of: Nominal) -> Array:
+    """A fit's theta with the masses and dampings of another, and the trims that are best with these."""
+    joint, theta = model.joint, model.theta.copy()
+    mass, damping = coefficients(of.joint, of.theta)
+    for problem, place, at in zip(joint.problems, joint.places, joint.mass_places, strict=True):
+        dof = problem.axis.dof
+        if damping[dof] > 0:
+            theta[[place.start + MASS, at]] = np.log(mass[dof])
+            theta[place.start + DAMPING] = np.log(damping[dof])
+    rows = whitened(joint, theta, model.doubted)
+    kept = sorted({*joint.mass_places, *of_the_mean(joint)})
+    trims = [at for at in kept if at not in logarithms(joint)]
+    columns = rows.nominal[:, [kept.index(at) for at in trims]]
+    known = joint.prior_precision[trims]
+    right = columns.T @ rows.value + known * (joint.prior_mean - theta)[trims]
+    theta[trims] += np.linalg.solve(columns.T @ columns + np.diag(known), right)
+    return theta
+
+
 def predict(
     found: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
 ) -> Prediction:
@@ -63,8 +84,8 @@ def predict(
     course = replace(check.course, mass=mass, damping=damping)
     own = refitted(check, [cause.act(course) for cause in found.causes])
     nu, wrong = own.motion.nu, spoilt_by(found.causes, course)
-    after = flown(own, own.theta, nu, slope=slope_of(found.causes, course), of=found.now)
-    before = flown(check, check.theta, nu + wrong, of=nominal)
+    after = flown(own, with_coefficients(own, found.now), nu, slope=slope_of(found.causes, course))
+    before = flown(check, with_coefficients(check, nominal), nu + wrong)
     floor = floors_of(own, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
     starts = np.arange(0, len(after.time_s) - length - 1, length)

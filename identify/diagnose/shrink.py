@@ -1,25 +1,25 @@
 """How far the gap shrinks: on pieces of the dive that the fit was not taught, and on another dive."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnose.diagnosis import Shrink
-from identify.diagnose.flown import Flown, flown, slope_of, spoilt_by, wrench_of
+from identify.diagnose.flown import Flown, flown, logarithms, slope_of, spoilt_by, wrench_of
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.search import Explanation
 from identify.diagnose.whitened import PIECE_S, Whitened, of_the_mean, whitened
-from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 
 Array = NDArray[np.float64]
 
 HORIZON_S = 5.0
-TOGETHER = 2
-"""So many pieces are held out together: 40 s, of which a window of 5 s seldom meets the end."""
+FOLDS = 12
+"""Pieces of 20 s that are held out lie so many apart: with more at once whole legs would be gone, and what only they
+tell."""
 
-FOLDS = 8
 LEAST_LEFT = 0.2
 """Share of a mass or a damping that a step leaves at least."""
 
@@ -30,24 +30,24 @@ LEAST_GAP = 0.1
 
 @dataclass(frozen=True)
 class Windows:
-    """Squares of the 5 s drift before and after (w, 6), in floors, and the block (w,) in which each window lies."""
+    """Squares of the 5 s drift before and after (w, 6), in floors, and the piece (w,) in which each window lies."""
 
     before: Array
     after: Array
-    block: NDArray[np.intp]
+    piece: NDArray[np.intp]
 
     def shrink(self, rng: np.random.Generator) -> Shrink:
-        """With a 95 % interval by drawing blocks anew (Efron and Tibshirani 1993, section 8.5)."""
-        blocks = np.unique(self.block)
+        """With a 95 % interval by drawing pieces anew (Efron and Tibshirani 1993, section 8.5)."""
+        pieces = np.unique(self.piece)
         sums = np.stack(
             [
-                np.stack([one[self.block == block].sum(axis=0) for block in blocks])
+                np.stack([one[self.piece == piece].sum(axis=0) for piece in pieces])
                 for one in (self.before, self.after)
             ]
         )
-        counts = np.array([np.count_nonzero(self.block == block) for block in blocks])
-        before, after = _drifts(sums, counts, np.arange(len(blocks)))
-        again = [_drifts(sums, counts, rng.integers(len(blocks), size=len(blocks))) for _ in range(RESAMPLED)]
+        counts = np.array([np.count_nonzero(self.piece == piece) for piece in pieces])
+        before, after = _drifts(sums, counts, np.arange(len(pieces)))
+        again = [_drifts(sums, counts, rng.integers(len(pieces), size=len(pieces))) for _ in range(RESAMPLED)]
         drawn = np.array([_value(*one) for one in again if one[0] - 1.0 > LEAST_GAP])
         if before - 1.0 <= LEAST_GAP or len(drawn) < SURE * RESAMPLED:
             return Shrink(before, after, np.nan, np.nan, np.nan)
@@ -66,7 +66,7 @@ def _value(before: float, after: float) -> float:
 
 
 def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
-    """The prediction for a further dive: every block by models whose parameters were fitted on the others.
+    """The prediction for a further dive: every piece by models whose parameters were fitted on the others.
 
     They are one step of Gauss and Newton away from those of the whole dive. floor (6,): of the 5 s drift.
     """
@@ -85,14 +85,14 @@ def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.
         more = wrench_of(moved, course) - whole
         after = flown(found.now, theta, nu, more, slope)
         before = flown(nominal, plain.without(fold)[0], nu + wrong)
-        starts, block = held_windows(after, fold)
-        squares.append((squared(before, starts, floor), squared(after, starts, floor), block))
+        starts, piece = held_windows(after, fold)
+        squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
     return Windows(*(np.concatenate(one) for one in zip(*squares, strict=True))).shrink(rng)
 
 
 @dataclass(frozen=True)
 class Taught:
-    """A regression's equations by block, at a fit: what it would be without some of them."""
+    """A regression's equations by piece, at a fit: what it would be without some of them."""
 
     rows: Whitened
     model: Nominal
@@ -100,10 +100,10 @@ class Taught:
     value: Array
 
     def without(self, fold: int) -> tuple[Array, Array]:
-        """The fit's theta, and what the slopes' parameters change by, where the blocks of a fold are left out."""
-        joint, theta = self.model.joint, self.model.theta.copy()
+        """The fit's theta, and what the slopes' parameters change by, where the pieces of a fold are left out."""
+        joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_places, *of_the_mean(joint)})
-        taught = (self.rows.piece // TOGETHER) % FOLDS != fold
+        taught = self.rows.piece % FOLDS != fold
         columns = np.column_stack([self.rows.nominal, self.slopes])[taught]
         precision = np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
         pull = np.zeros(len(precision))
@@ -112,27 +112,26 @@ class Taught:
         scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
         inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
         step = inverse @ ((columns.T @ self.value[taught] + pull) / scale) / scale
-        # Trims are the dive's own, as a check dive has its own. Forces are linear in masses and dampings, not in
-        # their logarithms: a long step is one of these.
-        for at, by in zip(kept, step.tolist(), strict=False):
-            if at in _logarithms(joint):
-                theta[at] += np.log(max(1.0 + by, LEAST_LEFT))
+        theta = _moved(theta, joint, kept, step[: len(kept)])
         return theta, step[self.rows.nominal.shape[1] :]
 
 
-def _logarithms(joint: JointLikelihood) -> set[int]:
-    """The places in theta of masses and dampings."""
-    own = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
-    return own | set(joint.mass_places)
+def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Array) -> Array:
+    """Theta with some of it a step further: forces are linear in masses and dampings, not in their logarithms, so that
+    a long step is one of these."""
+    out = theta.copy()
+    for at, by in zip(places, step.tolist(), strict=True):
+        out[at] += np.log(max(1.0 + by, LEAST_LEFT)) if at in logarithms(joint) else by
+    return out
 
 
 def held_windows(model: Flown, fold: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-    """Starts (w,) of the windows that lie whole in the blocks of a fold, a second apart, and their blocks."""
+    """Starts (w,) of the windows that lie whole in the pieces of a fold, a second apart, and their pieces."""
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length - 1, max(round(1.0 / model.step_s), 1))
-    block = ((model.time_s - model.time_s[0]) / (PIECE_S * TOGETHER)).astype(np.intp)
-    inside = (block[starts] == block[starts + length]) & (block[starts] % FOLDS == fold)
-    return starts[inside], block[starts[inside]]
+    piece = ((model.time_s - model.time_s[0]) / PIECE_S).astype(np.intp)
+    inside = (piece[starts] == piece[starts + length]) & (piece[starts] % FOLDS == fold)
+    return starts[inside], piece[starts[inside]]
 
 
 def squared(model: Flown, starts: NDArray[np.int64], floor: Array) -> Array:

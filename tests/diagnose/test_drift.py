@@ -1,24 +1,110 @@
-"""The floor of the gap: what a coloured disturbance alone drives a velocity to."""
+"""A model flown beside a recording: exact where its equations are linear, and a floor that noise alone comes to."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from identify.diagnose.drift import _spread
+from bench.missions.mission import draw_one
+from identify.diagnose.drift import drawn, drifts, floors_of
+from identify.diagnose.flown import Flown, flown
+from identify.diagnose.nominal import nominal_of
+from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+
+STEP_S = 0.04
 
 
-def test_after_long_the_spread_is_the_stationary_one_of_a_body_under_coloured_force():
-    mass, damping, sigma, memory_s = 100.0, 50.0, 2.0, 1.5
-    a, b = damping / mass, 1 / memory_s
-    exact = (sigma / mass) ** 2 / (a * (a + b))
-    assert _spread(mass, damping, sigma, memory_s, 40.0) == pytest.approx(exact, rel=1e-3)
+def still(seconds=10.0, **changes):
+    n = round(seconds / STEP_S)
+    plain = Flown(
+        STEP_S * np.arange(n),
+        (0, 1, 2, 3, 4, 5),
+        np.array([100.0, 100.0, 100.0, 10.0, 10.0, 10.0]),
+        np.array([50.0, 60.0, 70.0, 5.0, 5.0, 5.0]),
+        np.zeros(6),
+        np.zeros((n, 6)),
+        np.zeros((n, 6)),
+        np.zeros((n, 6)),
+        np.zeros((n, 6, 6)),
+    )
+    return replace(plain, **changes)
 
 
-def test_after_a_moment_it_is_that_of_a_constant_force():
-    assert _spread(100.0, 50.0, 2.0, 1.5, 0.01) == pytest.approx((2.0 * 0.01 / 100.0) ** 2, rel=0.02)
+def after(model, seconds, start_error=None):
+    errors = np.zeros_like(model.nu)
+    if start_error is not None:
+        errors[0] = start_error
+    return model.off(np.array([0]), [round(seconds / STEP_S)], errors)[0, 0]
 
 
-def test_of_a_force_without_damping_it_is_that_of_an_integrated_markov_process():
-    from math import exp
+def test_a_model_that_lacks_nothing_stays_with_the_recording():
+    nu = np.random.default_rng(0).normal(size=(250, 6))
+    np.testing.assert_array_equal(after(still(nu=nu), 5.0), np.zeros(6))
 
-    sigma, memory_s, span_s = 3.0, 2.0, 5.0
-    exact = 2 * sigma**2 * memory_s * (span_s - memory_s * (1 - exp(-span_s / memory_s)))
-    assert _spread(1.0, 0.0, sigma, memory_s, span_s) == pytest.approx(exact, rel=1e-3)
+
+def test_a_constant_force_that_it_lacks_drives_it_off_as_a_linear_drag_lets_it():
+    lacking = np.zeros((250, 6))
+    lacking[:, 0] = 2.0
+    off = after(still(lacking=lacking), 4.0)
+    assert off[0] == pytest.approx(-2.0 / 50.0 * (1 - np.exp(-50.0 / 100.0 * 4.0)), rel=1e-3)
+    np.testing.assert_array_equal(off[1:], np.zeros(5))
+
+
+def test_a_start_that_is_off_fades_with_its_damping_and_with_what_causes_add_to_that():
+    slope = np.zeros((250, 6, 6))
+    slope[:, 0, 0] = -25.0
+    error = np.array([0.1, 0, 0, 0, 0, 0])
+    assert after(still(), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.0), rel=1e-3)
+    assert after(still(slope=slope), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.5), rel=1e-3)
+
+
+def test_a_body_that_rights_itself_swings_back():
+    stiffness = np.array([0.0, 0, 0, 40.0, 0, 0])
+    model = still(stiffness=stiffness, damping=np.zeros(6))
+    error = np.array([0.0, 0, 0, 0.1, 0, 0])
+    half_a_swing_s = np.pi / np.sqrt(40.0 / 10.0)
+    assert after(model, half_a_swing_s, error)[3] == pytest.approx(-0.1, rel=0.02)
+
+
+def test_a_window_that_the_recording_does_not_hold_whole_has_no_drift():
+    off = still(3.0).off(np.array([0, 50]), [50], np.zeros((75, 6)))
+    assert np.isfinite(off[0]).all()
+    assert np.isnan(off[1]).all()
+
+
+def test_a_turn_carries_what_is_off_in_surge_into_sway():
+    nu = np.zeros((250, 6))
+    nu[:, 5] = 0.5
+    model = still(nu=nu, damping=np.zeros(6))
+    off = after(model, 1.0, np.array([0.1, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(off[:2], [0.1 * np.cos(0.5), -0.1 * np.sin(0.5)], atol=2e-4)
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    mission = draw_one(100_300, seconds=150.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nominal):
+    force = np.concatenate([drawn(nominal, np.random.default_rng(seed))[0] for seed in range(8)])
+    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
+        own, dof = nominal.theta[place], problem.axis.dof
+        sigma, memory_s = np.exp(own[DISTURBANCE]), np.exp(own[TIME_CONSTANT])
+        assert np.std(force[:, dof]) == pytest.approx(sigma, rel=0.25)
+        together = np.mean(force[1:, dof] * force[:-1, dof]) / np.mean(force[:, dof] ** 2)
+        assert together == pytest.approx(np.exp(-STEP_S / memory_s), abs=0.05)
+
+
+def test_a_model_without_a_gap_drifts_by_its_floor_and_one_with_a_force_too_much_by_more(nominal):
+    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    floors = floors_of(nominal, model, np.random.default_rng(0))
+    plain = drifts(model, floors)
+    assert [one.horizon_s for one in plain] == [1.0, 5.0, 20.0]
+    for one in plain:
+        assert one.total == pytest.approx(1.0, abs=0.25)
+    wrench = np.zeros_like(model.nu)
+    wrench[:, 0] = 4.0 * np.sqrt(np.mean(model.nu[:, 0] ** 2)) * model.damping[0]
+    pushed = drifts(model.less(-wrench), floors)
+    for one, other in zip(plain, pushed, strict=True):
+        assert other.by_axis[0] > 2 * one.by_axis[0]

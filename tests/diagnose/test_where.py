@@ -1,0 +1,137 @@
+"""Where a gap lies, what it goes with, and what is told of it where nothing explains it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.effects.environment import STEADY_CURRENT
+from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.diagnose.cause import Cause
+from identify.diagnose.character import character_of
+from identify.diagnose.depends import depends_on
+from identify.diagnose.drift import Drift
+from identify.diagnose.flown import EACH, flown, slope_of, wrench_of
+from identify.diagnose.generic import Left, Shape
+from identify.diagnose.missing import missing_of
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.where import PHASES, phases_of, power_of_drift, shares_of, slices_of
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    mission = draw_one(100_301, seconds=150.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def lacking(nominal, cause):
+    """What the nominal model lacks beside one with the cause in its forces."""
+    nu = nominal.motion.nu
+    before = flown(nominal, nominal.theta, nu)
+    after = flown(
+        nominal, nominal.theta, nu, wrench_of([cause], nominal.course), slope_of([cause], nominal.course)
+    )
+    return missing_of(before, after, np.zeros_like(after.nu), nominal)
+
+
+def test_what_is_missing_is_what_the_cause_pushes(nominal):
+    cause = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
+    found = lacking(nominal, cause)
+    np.testing.assert_allclose(found.wrench, cause.act(nominal.course).wrench[::EACH], atol=1e-9)
+
+
+def test_a_drag_in_surge_lies_in_surge_and_goes_with_the_speed(nominal):
+    found = lacking(nominal, Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0])))
+    shares = shares_of(found.power, phases_of(nominal.course, EACH))
+    assert {one.dof for one in shares} == {"surge"}
+    assert sum(one.share for one in shares) == pytest.approx(1.0)
+    assert list(shares) == sorted(shares, key=lambda one: -one.share)
+    first = depends_on(found, nominal.course, EACH)[0]
+    assert (first.dof, first.variable, first.parity) == ("surge", "speed", "odd")
+    assert 0.5 < first.strength <= 1.0
+
+
+def test_slices_by_speed_put_a_drag_where_it_is_fast_and_each_cut_is_whole(nominal):
+    found = lacking(nominal, Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0])))
+    slices = slices_of(found.power, nominal.course, EACH)
+    by_speed = [one for one in slices if one.by == "speed" and one.dof == "surge"]
+    assert by_speed[-1].share > by_speed[0].share
+    for by in {one.by for one in slices}:
+        assert sum(one.share for one in slices if one.by == by and one.dof == "surge") == pytest.approx(1.0)
+
+
+def test_a_reading_that_is_off_lies_in_the_degree_of_freedom_that_it_spoils(nominal):
+    nu = nominal.motion.nu
+    wrong = np.zeros_like(nu[::EACH])
+    wrong[:, 1] = 0.05
+    model = flown(nominal, nominal.theta, nu)
+    found = missing_of(model, model, wrong, nominal)
+    assert {one.dof for one in shares_of(found.power, phases_of(nominal.course, EACH))} == {"sway"}
+
+
+def test_a_reading_that_is_only_too_large_is_what_a_refit_takes_up(nominal):
+    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    found = missing_of(model, model, 0.03 * model.nu, nominal)
+    assert found.power.sum() == pytest.approx(0.0, abs=1e-12)
+
+
+class TestPhases:
+    def phases(self, nominal, nu):
+        course = replace(nominal.course, time_s=0.02 * np.arange(len(nu)), nu=nu)
+        return [PHASES[k] for k in phases_of(course, 1)]
+
+    def test_a_leg_that_starts_holds_and_stops_is_told_so(self, nominal):
+        speed = np.concatenate(
+            [
+                np.zeros(500),
+                np.linspace(0, 0.5, 250),
+                np.full(1000, 0.5),
+                np.linspace(0.5, 0, 250),
+                np.zeros(500),
+            ]
+        )
+        nu = np.zeros((len(speed), 6))
+        nu[:, 0] = speed
+        told = self.phases(nominal, nu)
+        assert (told[200], told[600], told[1200], told[1900], told[2300]) == (
+            "rest", "accelerating", "steady", "decelerating", "rest",
+        )  # fmt: skip
+
+    def test_turning_and_going_astern_are_told(self, nominal):
+        nu = np.zeros((2000, 6))
+        nu[:1000, 0], nu[1000:, 0], nu[1500:, 5] = 0.4, -0.4, 0.3
+        told = self.phases(nominal, nu)
+        assert (told[500], told[1250], told[1750]) == ("steady", "reversing", "turning")
+
+
+def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
+    off = np.tile([[3.0, 1.0, 0.0, 0.0, 0.0, 1.0]], (50, 1))
+    off[:, 1:3] = np.nan
+    floor = np.array([1.0, np.nan, np.nan, 1.0, 1.0, 1.0])
+    power = power_of_drift(Drift(5.0, np.arange(50.0), off, floor), np.arange(0.0, 50.0, 0.5))
+    assert power[:, 0].min() > 0
+    np.testing.assert_array_equal(power[:, 1:], 0.0)
+
+
+def test_what_a_current_pushes_is_the_same_on_all_headings_of_the_world(nominal):
+    found = lacking(nominal, Cause(STEADY_CURRENT, np.array([0.1, 0.0])))
+    told = depends_on(found, nominal.course, EACH)
+    assert "heading" in {one.variable for one in told}
+
+
+def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
+    force = np.zeros(10)
+    left = Left(
+        (
+            Shape(1, "heading", None, force),
+            Shape(0, "position", None, force),
+            Shape(5, "speed", "odd", force),
+        ),
+        (40.0, 20.0, 5.0),
+        (1.0, 1.0, 1.0),
+    )
+    told = character_of(left)
+    assert (told.frame, told.parity, told.timing) == ("world", "neither", "steady")
+    assert told.dof == ("surge", "sway")
+    assert told.depends_on == ("heading", "position", "speed")
