@@ -1,0 +1,85 @@
+"""How far a gap shrinks: the arithmetic, on windows made by hand, and a table of velocities that anyone can check."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from identify.diagnose.diagnosis import Prediction
+from identify.diagnose.predict import csv_of, windows_of
+from identify.diagnose.shrink import Windows
+
+
+def windows(before, after, count=40):
+    piece = np.repeat(np.arange(count // 4), 4)
+    ones = np.full((count, 6), np.nan)
+    ones[:, [0, 1]] = 1.0
+    return Windows(ones * before**2, ones * after**2, piece)
+
+
+def test_what_falls_from_three_floors_to_two_has_shrunk_by_half():
+    shrink = windows(3.0, 2.0).shrink(np.random.default_rng(0))
+    assert (shrink.before, shrink.after, shrink.value) == pytest.approx((3.0, 2.0, 0.5))
+    assert (shrink.low95, shrink.high95) == pytest.approx((0.5, 0.5))
+
+
+def test_what_grows_shrinks_by_less_than_nothing():
+    assert windows(2.0, 2.5).shrink(np.random.default_rng(0)).value == pytest.approx(-0.5)
+
+
+def test_where_there_is_no_gap_nothing_is_said_of_its_shrink():
+    shrink = windows(1.03, 1.0).shrink(np.random.default_rng(0))
+    assert shrink.before == pytest.approx(1.03)
+    assert np.isnan([shrink.value, shrink.low95, shrink.high95]).all()
+
+
+def test_a_gap_that_a_single_piece_makes_is_no_gap_to_be_sure_of():
+    one = windows(1.0, 1.0)
+    one.before[:4] *= 20.0
+    assert np.isnan(one.shrink(np.random.default_rng(0)).value)
+
+
+def test_the_interval_holds_the_value_and_is_wider_where_pieces_differ():
+    rng = np.random.default_rng(3)
+    one = windows(2.0, 1.2, 80)
+    spread = Windows(one.before * rng.gamma(2.0, 0.5, 20)[one.piece, None], one.after, one.piece)
+    shrink = spread.shrink(np.random.default_rng(0))
+    assert shrink.low95 < shrink.value < shrink.high95
+    assert shrink.high95 - shrink.low95 > 0.05
+
+
+def prediction():
+    n, length = 60, 20
+    measured = np.zeros((n, 6))
+    measured[:, 0] = np.linspace(0.0, 0.5, n)
+    window = np.repeat(np.arange(n // length), length)
+    ends = np.linspace(0.0, 1.0, length)[np.arange(n) % length]
+    floor = np.array([0.01, np.nan, np.nan, np.nan, np.nan, 0.002])
+    off = np.outer(ends, [0.04, 0, 0, 0, 0, 0.008])
+    return Prediction(
+        "check", 0.04 * np.arange(n), measured, measured + off, measured + 0.25 * off, window, floor
+    )
+
+
+def test_a_drift_is_what_the_last_line_of_a_window_is_off_by():
+    found = windows_of(prediction())
+    np.testing.assert_allclose(np.sqrt(found.before[:, [0, 5]]), 4.0)
+    np.testing.assert_allclose(np.sqrt(found.after[:, [0, 5]]), 1.0)
+    assert found.shrink(np.random.default_rng(0)).value == pytest.approx(1.0)
+
+
+def test_the_table_holds_all_that_the_shrink_is_worked_out_from():
+    text = csv_of(prediction())
+    notes = [line for line in text.splitlines() if line.startswith("#")]
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    assert any("surge 0.01 m/s, yaw 0.002 rad/s" in line for line in notes)
+    last = {row["window"]: row for row in rows}
+    drifts = [
+        (float(row[f"{what}_u"]) - float(row["measured_u"])) / 0.01
+        for what in ("before", "after")
+        for row in last.values()
+    ]
+    np.testing.assert_allclose(drifts, [4.0] * 3 + [1.0] * 3, atol=1e-3)
+    assert set(rows[0]) == {
+        "time_s", "window", "measured_u", "measured_r", "before_u", "before_r", "after_u", "after_r",
+    }  # fmt: skip
