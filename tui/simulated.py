@@ -12,7 +12,7 @@ from bridge.parameters import ParameterServer, vehicle_table
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission
-from bridge.simulator.truth import load_truth
+from bridge.simulator.truth import Truth, load_truth
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
@@ -48,15 +48,17 @@ def record_dive(
     unix_s: float,
     parameters: ParameterServer,
     mode: Mode | None,
+    truth: Truth | None = None,
     progress: Callable[[float], None],
     links: Sequence[Link] = (),
     pace: Callable[[float], None] = lambda _: None,
 ) -> DiveFolder:
     """Dive a mission into a new folder under `root`; the recorder reads the vehicle's link tick by tick.
 
-    `mode` None leaves FF_MODE as the parameters have it. `links` get the same frames, `pace` may wait for a tick.
+    `mode` None leaves FF_MODE as the parameters have it; `truth` None is that beside the vehicle file. `links` get the
+    same frames, `pace` may wait for a tick.
     """
-    truth = load_truth(file, configuration)
+    truth = truth or load_truth(file, configuration)
     applied = Mode(parameters.mode) if mode is None else mode
     folder = new_folder(root, unix_s, f"{mission.name}-{applied.name}")
     folder.describe(about_vehicle(file, configuration, f"simulated, seed {seed}"))

@@ -47,9 +47,9 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
     of_effects: dict[str, Value] = {}
     for one in found:
         coefficients = _coefficients(one, now.course)
-        if coefficients is None or (not coefficients and one.cause.effect.feedforward != "nominal"):
+        if not coefficients and one.cause.effect.feedforward != "nominal":
             sentences.append(_not_made_up(one))
-        for name, value in (coefficients or {}).items():
+        for name, value in coefficients.items():
             of_effects[name] = _times(of_effects[name], value) if name in of_effects else value
         sentences += _partly(one)
     fit = {one.name: one for one in effect_coefficients(shape)}
@@ -128,10 +128,10 @@ def _log_stds(found: Sequence[Found], now: Nominal) -> list[tuple[float, float]]
     return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]
 
 
-def _coefficients(one: Found, course: Course) -> dict[str, Value] | None:
-    """A cause's values as coefficients of the feed-forward; None where it has none for it."""
+def _coefficients(one: Found, course: Course) -> dict[str, Value]:
+    """A cause's values as coefficients of the feed-forward; none where it has none for it."""
     make = COEFFICIENTS_OF.get(one.name)
-    return None if make is None or not one.cause.effect.feedforward else make(one, course)
+    return {} if make is None or not one.cause.effect.feedforward else make(one, course)
 
 
 def _offset(one: Found, course: Course) -> dict[str, Value]:

@@ -50,6 +50,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--parameters", metavar="FILE", help="where the vehicle keeps its parameters (default: nowhere)"
     )
+    parser.add_argument(
+        "--accepted",
+        metavar="FILE",
+        help="the vehicle truly is the .param of diagnose --accept, effects included",
+    )
     parser.add_argument("--link", action="append", default=[], metavar="SPEC", help="also stream there")
     parser.add_argument(
         "--speed", type=speed, metavar="N|max", help="times real time (default: max, with --link 1)"
@@ -86,6 +91,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.mission != IDLE and not vehicle.sensors.present():
         raise ConfigError(
             f"{file.path}: names no sensors, so a dive would record no reading; add 'sensors', such as a dvl and an imu"
+        )
+    if arguments.mission == IDLE and arguments.accepted:
+        raise exit_codes.UsageError(
+            "--accepted says how a vehicle moves, and an idle one lies still; give a mission"
         )
     shape = vehicle.configurations[configuration]
     mission = (
@@ -129,6 +138,7 @@ def dive(
     from bridge.simulator.dive import real_time
     from bridge.vehicle.feedforward import Mode
     from tui import show, simulated
+    from tui.accepted_truth import accepted_truth
 
     times = arguments.speed or (1.0 if links else math.inf)
     if Mode(MODES.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
@@ -136,6 +146,11 @@ def dive(
             f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
             "upload some first into the --parameters FILE of an idle one, or give the vehicle file a 'model'"
         )
+    truth = None
+    if arguments.accepted:
+        truth, lost = accepted_truth(Path(arguments.accepted), file, configuration)
+        for sentence in lost:
+            show.say(show.words(), f"note: {sentence}")
     with show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,
@@ -146,6 +161,7 @@ def dive(
             unix_s=unix_s - simulated.lasts_s(mission) if math.isinf(times) else unix_s,
             parameters=parameters,
             mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
+            truth=truth,
             progress=lambda share: tell(share, f"{share * mission.duration_s:.0f} s of {mission.name}"),
             links=links,
             pace=at_once if math.isinf(times) else real_time(times),

@@ -1,0 +1,104 @@
+"""What `diagnose --accept` writes: taken by a vehicle, exported, and simulated."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bridge.effects.accepted import AcceptedEffect
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.sidecar import read_sidecar
+from identify.diagnose.diagnosis import Accepted, Value
+from identify.dive import Dive
+from tui import cli, exit_codes
+from tui.accepted_truth import accepted_truth
+from tui.exit_codes import UsageError
+from tui.parameter_files import Leave, accepted_model, targets_of, write_accepted
+
+FILE = load_vehicle("ruvifist:hovering")
+VALUES = {"M_u": 111.0, "D_u": 55.0, "X_uu": 60.0, "T_start": 0.8, "T2_gain": 0.75, "N_v": -2.0}
+NO_DRAG = dict.fromkeys(("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"), 0.0)
+DRAG = AcceptedEffect("quadratic_drag", "quadratic_drag", NO_DRAG | {"X_uu": 60.0})
+WEAK = AcceptedEffect("weak_thruster", "weak_thruster of thruster 2", {"gain": 0.75}, 2)
+WAVES = AcceptedEffect("waves", "waves", {"force_amplitude": 1.0})
+LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}\n"
+
+
+@pytest.fixture
+def param(tmp_path):
+    path = tmp_path / "out.param"
+    values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
+    accepted = Accepted(values, (DRAG, WEAK, WAVES), ())
+    write_accepted(path, accepted, Dive("planted", tmp_path, "ab" * 32), FILE, "hovering")
+    return path
+
+
+def test_a_vehicle_takes_every_accepted_value_and_flies_it_once_committed(param):
+    server = ParameterServer(None, vehicle_table(FILE.vehicle))
+    targets = targets_of(param, Leave())
+    for name, value in targets.values.items():
+        assert server.write(name, value, armed=False) is None
+    assert server.active(1) == {}
+    assert server.write("FF_COMMIT", float(server.staged_crc), armed=False) is None
+    assert {name: server.active(1)[name] for name in VALUES} == pytest.approx(VALUES)
+    assert "by diagnose: converged" in targets.notes[0]
+
+
+def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
+    sidecar = read_sidecar(param)
+    assert (sidecar.dive, sidecar.dive_sha256, sidecar.vehicle) == ("planted", "ab" * 32, "ruvifist")
+    assert sidecar.effects == (DRAG, WEAK, WAVES)
+    assert sidecar.intervals["FF1_N_V"].low95 == pytest.approx(-2.1)
+    model = accepted_model(param, FILE, Leave())
+    assert model.values == pytest.approx(VALUES)
+    assert model.configuration == "hovering"
+
+
+def test_a_file_of_another_vehicle_or_without_a_sidecar_is_refused(param, tmp_path):
+    with pytest.raises(UsageError, match="is of vehicle 'ruvifist', configuration 'hovering'"):
+        accepted_model(param, load_vehicle("ruvifist:survey"), Leave())
+    alone = tmp_path / "alone.param"
+    alone.write_text("FF1_M_U,111\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="has no sidecar"):
+        accepted_model(alone, FILE, Leave())
+
+
+def test_it_is_exported_with_its_effects(param, tmp_path, capsys):
+    out = tmp_path / "out.json"
+    line = ["export", str(param), "--vehicle", "ruvifist:hovering", "--to", "ardusub-json", "--out", str(out)]
+    assert cli.main(line) == exit_codes.DONE
+    plant = json.loads(out.read_text(encoding="utf-8"))["plant"]
+    assert plant["quadratic_damping"][0] == 60.0
+    assert plant["thrusters"][1]["gain"] == 0.75
+    assert "accepted effects (waves)" in capsys.readouterr().out
+    assert cli.main([*line[:2], *line[4:]]) == exit_codes.BAD_INPUT
+
+
+def test_it_is_what_a_simulated_vehicle_truly_is(param):
+    truth, told = accepted_truth(param, FILE, "hovering")
+    assert (truth.model["M_u"], truth.quadratic[0]) == (111.0, 60.0)
+    assert truth.effects == pytest.approx({"X_uu": 60.0, "T_start": 0.8, "T2_gain": 0.75})
+    assert told == ("not simulated: waves",)
+    with pytest.raises(UsageError, match="is of vehicle"):
+        accepted_truth(param, replace(FILE, vehicle=replace(FILE.vehicle, name="other")), "hovering")
+
+
+def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
+    legs = tmp_path / "short.yaml"
+    legs.write_text(LEGS, encoding="utf-8")
+    line = [
+        "simulate",
+        "--vehicle",
+        "ruvifist:hovering",
+        "--mission",
+        str(legs),
+        "--out",
+        str(tmp_path / "dives"),
+    ]
+    assert cli.main([*line, "--accepted", str(param)]) == exit_codes.DONE
+    assert "not simulated: waves" in capsys.readouterr().err
+    assert list(Path(tmp_path / "dives").glob("*/telemetry.tlog"))
+    line[4] = "idle"
+    assert cli.main([*line, "--accepted", str(param), "--link", "udpout:127.0.0.1:9"]) == exit_codes.BAD_INPUT
