@@ -11,6 +11,7 @@ from bridge.effects.library import library
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
+from identify.diagnose.accept import accepted_of
 from identify.diagnose.candidates import found_of, tried_of
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
@@ -92,6 +93,7 @@ def diagnose(
         _notes(dive, nominal),
         time.perf_counter() - began_s,
         prediction,
+        accepted_of(causes, found.now, file.vehicle.configurations[configuration]),
     )
 
 
