@@ -1,0 +1,159 @@
+"""A dive with a hidden effect, from recording to answer; what can't be diagnosed is refused in a sentence."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from bridge.effects.actuators import DEAD_ZONE
+from bridge.effects.environment import STEADY_CURRENT
+from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from bridge.errors import FitError
+from identify.challenge.case import check_of, dive_of, draw_case
+from identify.challenge.recording import tlog_of
+from identify.diagnose import diagnose as module
+from identify.diagnose.answer import plain
+from identify.diagnose.diagnose import diagnose
+from identify.dive import Signal
+from tui.cli import main
+
+SCHEMA = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
+SMALL = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
+
+
+def quiet(_share, _words):
+    pass
+
+
+@pytest.fixture(scope="module")
+def case():
+    return draw_case(391_603, names=["quadratic_drag"], size=0.9, seconds=110.0)
+
+
+@pytest.fixture(scope="module")
+def found(case):
+    return diagnose(
+        dive_of(case), case.file, case.configuration, check=check_of(case), effects=SMALL, progress=quiet
+    )
+
+
+def test_the_hidden_effect_is_named_with_its_parameters(found):
+    assert found.found[0].name == "quadratic_drag"
+    values = found.found[0].parameters
+    assert values
+    for value in values.values():
+        assert value.low95 < value.value < value.high95
+    assert found.found[0].gain_nats > 20
+    assert found.tried[0].accepted
+
+
+def test_the_gap_lies_where_it_truly_does_and_shares_sum_to_one(case, found):
+    shares = {}
+    for one in found.gap.where:
+        shares[one.dof] = shares.get(one.dof, 0.0) + one.share
+    assert sum(shares.values()) == pytest.approx(1.0)
+    assert max(shares, key=lambda dof: shares[dof]) in case.truth()["dof"]
+    assert found.gap.before > 1.2
+
+
+def test_with_the_effect_in_the_drift_falls_towards_its_floor_here_held_out_and_on_another_dive(found):
+    before, after = (
+        next(one for one in of if one.horizon_s == 5.0) for of in (found.gap.drifts, found.gap.after)
+    )
+    assert after.total < 0.5 * (before.total + 1.0)
+    for shrink in (found.heldout, found.check):
+        assert shrink.after < shrink.before
+        assert shrink.value > 0.5
+
+
+def test_the_feed_forward_would_gain_by_it(found):
+    gain = found.found[0].feedforward
+    assert gain.after_m_s < gain.before_m_s
+
+
+def test_the_answer_keeps_to_the_schema(found):
+    if not SCHEMA.is_file():
+        pytest.skip("no shared data beside the checkout")
+    jsonschema.validate(plain(found), json.loads(SCHEMA.read_text()))
+
+
+def refused(case, dive, check=None):
+    with pytest.raises(FitError) as error:
+        diagnose(dive, case.file, case.configuration, check=check, effects=SMALL, progress=quiet)
+    sentence = str(error.value)
+    assert sentence.startswith((dive.name, "" if check is None else check.name))
+    return sentence
+
+
+def test_a_dive_without_velocity_is_refused(case):
+    assert "no velocity" in refused(case, replace(dive_of(case), velocity=None))
+    lost = Signal(dive_of(case).velocity.time_s, np.full_like(dive_of(case).velocity.value, np.nan))
+    assert "no velocity" in refused(case, replace(dive_of(case), velocity=lost))
+
+
+def test_a_dive_without_thruster_pulses_is_refused(case):
+    assert "no thruster pulses" in refused(case, replace(dive_of(case), pwm=None))
+
+
+def test_twenty_seconds_are_refused(case):
+    dive = dive_of(case)
+    start, _ = dive.span_s
+    assert "too short" in refused(case, dive.between(start, start + 20.0))
+    assert "too short" in refused(case, dive, dive.between(start, start + 10.0))
+
+
+def test_a_dive_or_a_check_of_another_vehicle_is_refused(case):
+    dive = dive_of(case)
+    other = replace(dive, name="other", veh_cfg=Signal(dive.veh_cfg.time_s, dive.veh_cfg.value + 7))
+    assert "VEH_CFG" in refused(case, other)
+    assert "VEH_CFG" in refused(case, dive, other)
+
+
+@pytest.fixture(scope="module")
+def folder(case, tmp_path_factory):
+    out = tmp_path_factory.mktemp("dives")
+    (out / "vehicle.yaml").write_text(case.vehicle.text)
+    (out / "dive.tlog").write_bytes(tlog_of(dive_of(case)))
+    (out / "check.tlog").write_bytes(tlog_of(check_of(case)))
+    return out
+
+
+class TestCommand:
+    @pytest.fixture(autouse=True)
+    def few(self, monkeypatch):
+        monkeypatch.setattr(module, "library", lambda _configuration, _lag_s: SMALL)
+
+    def test_it_says_what_it_found_and_writes_what_was_asked_for(self, folder, tmp_path, capsys):
+        json_file, page, table = (tmp_path / name for name in ("a.json", "a.html", "a.csv"))
+        code = main([
+            "diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml"),
+            "--check", str(folder / "check.tlog"), "--json", str(json_file), "--report", str(page),
+            "--predict", str(table),
+        ])  # fmt: skip
+        assert code == 0
+        shown = capsys.readouterr().out
+        assert "Quadratic drag explains the gap" in shown
+        assert "X_uu" in shown
+        assert "On the check dive" in shown
+        assert json.loads(json_file.read_text())["effects"][0]["name"] == "quadratic_drag"
+        assert page.read_text().lower().startswith("<!doctype html>")
+        assert "measured_u" in table.read_text()
+
+    def test_a_table_of_the_check_dive_needs_one(self, folder, tmp_path, capsys):
+        code = main([
+            "diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml"),
+            "--predict", str(tmp_path / "a.csv"),
+        ])  # fmt: skip
+        assert code == 2
+        assert "--check" in capsys.readouterr().err
+
+    def test_a_recording_is_not_written_over(self, folder, capsys):
+        code = main([
+            "diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml"),
+            "--check", str(folder / "check.tlog"), "--predict", str(folder / "check.tlog"),
+        ])  # fmt: skip
+        assert code == 2
+        assert "would write over" in capsys.readouterr().err
