@@ -24,6 +24,7 @@ from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out
+from identify.diagnose.simulator import Simulator
 from identify.diagnose.verdict import is_unknown, next_of, verdict_of
 from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
 from identify.diagnose.whitened import whitened
@@ -47,10 +48,12 @@ def diagnose(
     *,
     check: Dive | None = None,
     effects: Sequence[Effect] | None = None,
+    simulator: Simulator | None = None,
     progress: Progress,
 ) -> Diagnosis:
     """The diagnosis of a dive, with `check` on another one of that vehicle; `effects`: the library, all where None.
 
+    With a `simulator` the gap before is that of its model, not of the nominal one that fits this dive best.
     Raises FitError where the recording can't be diagnosed: no velocity, no pulses, too short, another vehicle.
     """
     began_s = time.perf_counter()
@@ -65,13 +68,14 @@ def diagnose(
     progress(0.7, "looking at what is left")
     left = left_over(whitened(found.now.joint, found.now.theta, found.now.doubted), found.now.course)
     progress(0.8, "measuring the gap")
-    models = beside(found, nominal)
+    plain = nominal if simulator is None else simulator.beside(nominal)
+    models = beside(found, plain)
     missing = missing_of(*models, spoilt_by(found.causes, found.now.course)[::EACH], found.now)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
     causes = found_of(found, missing)
-    heldout = held_out(found, nominal, floors[FIVE_S], rng)
+    heldout = held_out(found, plain, floors[FIVE_S], rng)
     prediction = None
     if check is not None:
         progress(0.9, "flying the check dive")

@@ -194,9 +194,9 @@ def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     one = diagnosis.character
     if one is None:
         return ()
-    goes = f"It goes with {_listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
+    goes = f"It goes with {listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
     lines = (
-        f"It acts in {_listed(one.dof)}." if one.dof else "",
+        f"It acts in {listed(one.dof)}." if one.dof else "",
         f"It is {FRAMES[one.frame]}.",
         f"It is {PARITIES[one.parity]}.",
         f"In time it is {one.timing}.",
@@ -211,7 +211,7 @@ def variable(name: str) -> str:
 
 
 def _told(one: Character) -> str:
-    goes = f", and goes with {_listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
+    goes = f", and goes with {listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
     return f"it is {FRAMES[one.frame]}, {PARITIES[one.parity].split(':')[0]}, {one.timing}{goes}"
 
 
@@ -255,7 +255,7 @@ def _falls(diagnosis: Diagnosis, causes: str) -> str:
 
 
 def _next(one: Next) -> tuple[str, ...]:
-    splits = f" It splits {_listed([words(name) for name in one.splits])}." if one.splits else ""
+    splits = f" It splits {listed([words(name) for name in one.splits])}." if one.splits else ""
     dive = f"Dive next: {one.manoeuvre}.{splits}" if one.manoeuvre else ""
     sensor = f"Record as well: {one.sensor}." if one.sensor else ""
     return tuple(line for line in (dive, sensor) if line)
@@ -276,14 +276,14 @@ def _above(gap: Gap, dof: str) -> str:
 
 
 def _all(found: Sequence[Found]) -> str:
-    return _listed([name_of(one) for one in found])
+    return listed([name_of(one) for one in found])
 
 
 def _told_from(one: Found) -> str:
     return f"{effect_words(one.cause.effect)} from {' or '.join(map(words, one.also))}"
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 

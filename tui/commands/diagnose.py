@@ -30,6 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIVE",
         help="another dive of that vehicle, to measure on it how far the gap shrinks",
     )
+    parser.add_argument(
+        "--against",
+        metavar="SIM",
+        help="a simulator's recording of that vehicle, driven with the same commands or nearly: say what it must gain",
+    )
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument("--json", metavar="FILE", help="write the answer as JSON; - for standard output")
     parser.add_argument("--report", metavar="HTML", help="write a page with what was found")
@@ -55,6 +60,10 @@ def run(arguments: argparse.Namespace) -> int:
     from tui import show
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
+    if arguments.against:
+        from tui import against
+
+        return against.run(arguments)
     if arguments.predict and not arguments.check:
         raise exit_codes.UsageError("--predict tells of the check dive; give --check DIVE with it")
     targets = {"--json": arguments.json, "--report": arguments.report, "--predict": arguments.predict}
@@ -74,9 +83,10 @@ def run(arguments: argparse.Namespace) -> int:
     show.write_json(plain(found), arguments.json)
     written = []
     if arguments.report:
-        from identify.report.diagnosis import diagnosis_page
+        from identify.report.diagnosis import diagnosis_report
+        from identify.report.page import write_report
 
-        _write(Path(arguments.report), diagnosis_page(found))
+        write_report(Path(arguments.report), diagnosis_report(found))
         written.append(f"report: {arguments.report}")
     if found.prediction is not None and arguments.predict:
         _write(Path(arguments.predict), csv_of(found.prediction))

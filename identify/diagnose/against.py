@@ -1,0 +1,165 @@
+"""A real dive against a simulator's recording: which effects the simulator must gain, and which numbers must change.
+
+Both recordings are diagnosed alike, each by its own commands, so that these need not be the same; the gap that is told
+of is that of the simulator's own model, parameters and effects, along the real dive.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from bridge.effects.effect import Effect
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.config import VehicleFile
+from identify.diagnose import answer
+from identify.diagnose.diagnose import Progress, diagnose
+from identify.diagnose.diagnosis import Diagnosis, Found, Value
+from identify.diagnose.simulator import lasting, simulator_of
+from identify.dive import Dive
+from identify.identification import Z95
+
+SIGNIFICANT = 3.0
+"""Standard errors of a difference from which a number must change; some dozen are compared."""
+
+LEAST_SHARE = 0.01
+"""A number that is off by less is good enough, however well it is known."""
+
+LEAST_DRIFT = 1.1
+"""So many times the drift that the vehicle's own numbers leave is what a degree of freedom's must cost to be told."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A number that the simulator has otherwise than the vehicle. of: the effect it belongs to, "" for the nominal
+    model's."""
+
+    of: str
+    name: str
+    simulator: Value
+    vehicle: Value
+
+    @property
+    def share(self) -> float:
+        """By how much of the vehicle's the simulator's is too large."""
+        return self.simulator.value / self.vehicle.value - 1.0
+
+
+@dataclass(frozen=True)
+class Against:
+    """vehicle: the diagnosis of the real dive, its gap the simulator's. simulator: that of its own recording.
+
+    lacks: effects that it must gain; spare: effects of its own that the real dive does not show; differences: numbers
+    that must change; untold: degrees of freedom whose numbers one of the recordings does not tell.
+    """
+
+    vehicle: Diagnosis
+    simulator: Diagnosis
+    lacks: tuple[Found, ...]
+    spare: tuple[Found, ...]
+    differences: tuple[Difference, ...]
+    untold: tuple[str, ...]
+
+
+def against(
+    real: Dive,
+    sim: Dive,
+    file: VehicleFile,
+    configuration: str,
+    *,
+    effects: Sequence[Effect] | None = None,
+    progress: Progress,
+) -> Against:
+    """A real dive against a simulator's recording of the same vehicle. Raises FitError as `diagnose` does."""
+    own = diagnose(
+        sim, file, configuration, effects=effects, progress=lambda share, words: progress(0.5 * share, words)
+    )
+    found = diagnose(
+        real,
+        file,
+        configuration,
+        effects=effects,
+        simulator=simulator_of(own),
+        progress=lambda share, words: progress(0.5 + 0.5 * share, words),
+    )
+    return compared(found, own)
+
+
+def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
+    """What sets the two apart."""
+    both = [(mine, _same(mine, simulator.found)) for mine in vehicle.found]
+    lacks = tuple(mine for mine, its in both if its is None)
+    shared = {id(its) for _, its in both if its is not None}
+    spare = tuple(its for its in simulator.found if id(its) not in shared and lasting(its.cause))
+    differences = [
+        Difference(mine.name, name, its.parameters[name], value)
+        for mine, its in both
+        if its is not None and its.name == mine.name and lasting(mine.cause)
+        for name, value in mine.parameters.items()
+        if name in its.parameters and differ(its.parameters[name], value)
+    ]
+    its, mine = simulator.accepted.values, vehicle.accepted.values
+    costs = _costs(vehicle)
+    nominal = [
+        Difference("", one.name, its[one.name], mine[one.name])
+        for group in (MASSES, DAMPINGS)
+        for dof, one in enumerate(group)
+        if one.name in its and one.name in mine and costs[dof] and differ(its[one.name], mine[one.name])
+    ]
+    untold = tuple(
+        DOFS[dof]
+        for dof in range(len(DOFS))
+        if any(one.name not in its or one.name not in mine for one in (MASSES[dof], DAMPINGS[dof]))
+    )
+    return Against(vehicle, simulator, lacks, spare, (*nominal, *differences), untold)
+
+
+def plain(one: Against) -> dict[str, Any]:
+    """The answer on the real dive as plain data, and beside it, under `against`, what the simulator must change."""
+    return answer.plain(one.vehicle) | {
+        "against": {
+            "simulator": one.simulator.dive,
+            "lacks": [found.name for found in one.lacks],
+            "spare": [found.name for found in one.spare],
+            "differences": [
+                {
+                    "of": each.of,
+                    "name": each.name,
+                    "simulator": vars(each.simulator),
+                    "vehicle": vars(each.vehicle),
+                }
+                for each in one.differences
+            ],
+            "untold": list(one.untold),
+        }
+    }
+
+
+def differ(one: Value, other: Value) -> bool:
+    """Whether two values are further apart than chance would have them, and than matters."""
+    apart, spread = abs(one.value - other.value), math.hypot(_half(one, other), _half(other, one))
+    return bool(Z95 * apart > SIGNIFICANT * spread and apart > LEAST_SHARE * abs(other.value))
+
+
+def _costs(vehicle: Diagnosis) -> list[bool]:
+    """Whether the simulator drifts more than need be in each degree of freedom, over any horizon."""
+    both = list(zip(vehicle.gap.drifts, vehicle.gap.after, strict=True))
+    return [
+        any(before.by_axis[dof] > LEAST_DRIFT * after.by_axis[dof] for before, after in both)
+        for dof in range(len(DOFS))
+    ]
+
+
+def _half(one: Value, towards: Value) -> float:
+    """The half of its 95 % interval that points to another value."""
+    return one.high95 - one.value if towards.value > one.value else one.value - one.low95
+
+
+def _same(mine: Found, others: Sequence[Found]) -> Found | None:
+    """The one of the other recording that is the same cause, or could be."""
+    number = mine.cause.effect.number
+    names = {mine.name, *mine.also}
+    for one in others:
+        if one.cause.effect.number == number and names & {one.name, *one.also}:
+            return one
+    return None

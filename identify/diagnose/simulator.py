@@ -1,0 +1,81 @@
+"""A simulator as a diagnosis of its own recording knows it: nominal parameters, effects, beside a real dive."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import Diagnosis, Value
+from identify.diagnose.nominal import Nominal, refitted
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood_joint import JointLikelihood
+
+Array = NDArray[np.float64]
+
+HELD_STD = 1e-3
+"""Relative width to which masses and dampings are held at the simulator's: a refit must not mend them."""
+
+SETTING = ("tether", "wrong_feedback_log")
+"""Effects that are of one run, as those of the water are: another dive has its own."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """values: coefficients of the nominal model by name, where the recording tells them; causes: its own effects that
+    go with it to another dive."""
+
+    values: Mapping[str, Value]
+    causes: tuple[Cause, ...]
+
+    def beside(self, nominal: Nominal) -> Nominal:
+        """A dive's filters where the simulator's parameters and effects are all that the model knows; trims and noise
+        levels are the dive's own."""
+        joint = nominal.joint
+        theta = nominal.theta.copy()
+        for problem, place in zip(joint.problems, joint.places, strict=True):
+            told = self._logs(problem.axis.dof)
+            if told is not None:
+                theta[place.start + MASS], theta[place.start + DAMPING] = told
+        held = tuple(self._held(problem) for problem in joint.problems)
+        locked = replace(joint, problems=held, apart_prior=self._apart(joint))
+        acts = [cause.act(nominal.course) for cause in self.causes]
+        return refitted(replace(nominal, joint=locked, theta=theta), acts)
+
+    def _held(self, problem: AxisLikelihood) -> AxisLikelihood:
+        told = self._logs(problem.axis.dof)
+        if told is None:
+            return problem
+        mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
+        mean[MASS], mean[DAMPING] = told
+        precision[[MASS, DAMPING]] = HELD_STD**-2
+        return replace(problem, prior_mean=mean, prior_precision=precision)
+
+    def _apart(self, joint: JointLikelihood) -> Array:
+        prior = joint.apart_prior.copy()
+        for k, dof in enumerate(joint.apart):
+            told = self._logs(dof)
+            if told is not None:
+                prior[k] = told[0], HELD_STD**-2
+        return prior
+
+    def _logs(self, dof: int) -> tuple[float, float] | None:
+        """Logarithms of a degree of freedom's mass and damping."""
+        mass, damping = (self.values.get(one.name) for one in (MASSES[dof], DAMPINGS[dof]))
+        if mass is None or damping is None:
+            return None
+        return float(np.log(mass.value)), float(np.log(damping.value))
+
+
+def simulator_of(diagnosis: Diagnosis) -> Simulator:
+    """What the diagnosis of a simulator's recording says that it is."""
+    names = {one.name for one in (*MASSES, *DAMPINGS)}
+    own = tuple(one.cause for one in diagnosis.found if lasting(one.cause))
+    return Simulator({name: value for name, value in diagnosis.accepted.values.items() if name in names}, own)
+
+
+def lasting(cause: Cause) -> bool:
+    """Whether it is a simulator's own, not of the water or the tether of one run."""
+    return cause.effect.place != "water" and cause.effect.name not in SETTING

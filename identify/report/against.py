@@ -1,0 +1,67 @@
+"""The page of a real dive against a simulator: what it must gain, then where, what and how far."""
+
+from dataclasses import replace
+
+from identify.diagnose import against_words, words
+from identify.diagnose.against import Against, Difference
+from identify.report.diagnosis import diagnosis_report
+from identify.report.page import Report, Section, Table
+from identify.report.text import MISSING, unit, with_interval
+
+HOW = (
+    "Both recordings are diagnosed alike, each by its own commands. The gap is that of the simulator's own model, "
+    "masses, dampings and effects, along the real dive: before is the simulator as it is, after the simulator with all "
+    "that is named here."
+)
+
+
+def against_report(one: Against) -> Report:
+    """The page's verdict and parts."""
+    of = diagnosis_report(one.vehicle)
+    return Report(
+        f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator of {one.simulator.dive}",
+        of.subtitle,
+        against_words.verdict_sentence(one),
+        (_change(one), *of.sections, _own(one)),
+    )
+
+
+def _change(one: Against) -> Section:
+    """What to change in the simulator."""
+    rows = [*_gained(one), *(_row(each) for each in one.differences)]
+    columns = ("What", "Simulator has", "Vehicle has", "95 % interval", "Unit", "Off by")
+    table = (
+        (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
+    )
+    text = [HOW, *against_words.lines(replace(one, differences=()))]
+    return Section("What to change in the simulator", "\n\n".join(text), table)
+
+
+def _gained(one: Against) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for found in one.lacks:
+        cause = words.effect_words(found.cause.effect)
+        told = words.told_parameters(found)
+        for name, value in told.items():
+            number, interval = with_interval(value.value, value.low95, value.high95)
+            of = unit(value.unit) if value.unit != "1" else "share"
+            rows.append((f"{cause}, {words.parameter(name)}", "none", number, interval, of, MISSING))
+        if not told:
+            rows.append((cause, "none", MISSING, MISSING, MISSING, MISSING))
+    return rows
+
+
+def _row(one: Difference) -> tuple[str, ...]:
+    name = f"{words.words(one.of)}, {words.parameter(one.name)}" if one.of else one.name
+    its, _ = with_interval(one.simulator.value, one.simulator.low95, one.simulator.high95)
+    number, interval = with_interval(one.vehicle.value, one.vehicle.low95, one.vehicle.high95)
+    of = unit(one.vehicle.unit) if one.vehicle.unit != "1" else "share"
+    return name, its, number, interval, of, f"{'+' if one.share > 0 else '−'}{words.percent(abs(one.share))}"
+
+
+def _own(one: Against) -> Section:
+    """What the simulator's own recording says of it."""
+    return Section(
+        "What the simulator has",
+        "\n\n".join((words.verdict_sentence(one.simulator), *words.cause_lines(one.simulator))),
+    )

@@ -1,0 +1,77 @@
+"""`diagnose REAL --against SIM`: what a simulator must gain, on the screen and in files."""
+
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from bridge.vehicle.config import VehicleFile
+    from identify.diagnose.against import Against
+    from identify.dive import Dive
+
+
+def run(arguments: Namespace) -> int:
+    from bridge.vehicle.config import load_vehicle
+    from identify.diagnose.against import against, plain
+    from identify.diagnose.words import cause_lines
+    from identify.ingest.open import read_dive
+    from identify.report.against import against_report
+    from identify.report.page import write_report
+    from tui import show
+    from tui.outputs import check_files
+
+    for option in ("check", "predict", "accept"):
+        if getattr(arguments, option):
+            raise exit_codes.UsageError(
+                f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
+            )
+    check_files({"--json": arguments.json, "--report": arguments.report})
+    file = load_vehicle(arguments.vehicle)
+    columns = Path(arguments.columns) if arguments.columns else None
+    real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
+    configuration = configuration_of_both(real, sim, file)
+    with show.progress(f"{real.name} against {sim.name}") as tell:
+        found = against(real, sim, file, configuration, progress=tell)
+    # Files first: whoever reads the table may leave before its end.
+    show.write_json(plain(found), arguments.json)
+    if arguments.report:
+        write_report(Path(arguments.report), against_report(found))
+    console = show.results(arguments.json)
+    for line in told(found, cause_lines(found.vehicle)):
+        show.say(console, line)
+    if arguments.report:
+        show.say(console, f"report: {arguments.report}")
+    return exit_codes.DONE
+
+
+def told(found: "Against", causes: tuple[str, ...]) -> tuple[str, ...]:
+    """The verdict, then what else there is to say, indented."""
+    from identify.diagnose import against_words, words
+
+    lines = (
+        *causes,
+        *against_words.lines(found),
+        *(f"Where: {line}." for line in words.where_lines(found.vehicle)),
+        *words.shrink_lines(found.vehicle),
+        *words.next_lines(found.vehicle),
+        *found.vehicle.notes,
+        *(f"Of the simulator: {note}" for note in found.simulator.notes),
+    )
+    return (against_words.verdict_sentence(found), *(f"  {line}" for line in lines))
+
+
+def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str:
+    """The configuration that was named, or else that of the real dive. Raises LogError where the simulator says that
+    it was in another."""
+    from bridge.errors import LogError
+
+    own, its = real.configuration_index(), sim.configuration_index()
+    configuration = file.configuration or file.vehicle.configuration_at(own)
+    if file.configuration is None and its is not None and file.vehicle.configuration_at(its) != configuration:
+        raise LogError(
+            f"{sim.name}: was driven in configuration '{file.vehicle.configuration_at(its)}', {real.name} in "
+            f"'{configuration}'; drive the simulator in the same one"
+        )
+    return configuration
