@@ -59,7 +59,7 @@ class SimulatedEscs:
         self._consumed_mah = np.zeros(0)
 
     def arrivals(self, stretch: Stretch) -> list[Chunk]:
-        curve, thrust = self._world.thrust_curve, stretch.thrust_n
+        curve, thrust = self._world.thrust_curve, stretch.turned_n
         speeds = 60 * shaft_speed(curve, thrust)
         speeds *= 1 + self._world.noise.rpm_share * self._rng.standard_normal(len(thrust))
         currents = AMPERES_PER_N15 * np.abs(thrust) ** 1.5

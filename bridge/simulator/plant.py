@@ -23,13 +23,14 @@ class Stretch:
     """What the body did in one advance: rows at both ends and at every physics step between.
 
     `time_s` (k,); `state` (k, 13) is NED position, attitude w x y z, body velocity; `nu_dot` (k, 6);
-    `thrust_n` (n,) each thruster's true thrust at the end.
+    `thrust_n` (n,) each thruster's true thrust at the end, `turned_n` (n,) the one that its shaft speed tells.
     """
 
     time_s: Array
     state: Array
     nu_dot: Array
     thrust_n: Array
+    turned_n: Array
 
     @property
     def nu(self) -> Array:
@@ -73,6 +74,7 @@ class Plant:
         self._kick = sigma * math.sqrt(1 - self._keep**2)
         self._disturbance = sigma * rng.standard_normal(6)
         self._thrust = np.zeros(self._matrix.shape[1])
+        self._turned = np.zeros(self._matrix.shape[1])
         self._state = np.zeros(13)
         self._state[2] = depth_m
         self._state[3], self._state[6] = math.cos(heading_rad / 2), math.sin(heading_rad / 2)
@@ -101,6 +103,7 @@ class Plant:
             raise ValueError(f"{duration_s} s is no whole number of physics steps at {self._rate_hz} Hz")
         target = self._curve.thrust(pwm_us)
         if self._losses is not None:
+            self._turn(self._losses.turned(target), duration_s)
             target = self._losses.given(target)
         states, rates = np.empty((count + 1, 13)), np.empty((count + 1, 6))
         advance(
@@ -124,4 +127,10 @@ class Plant:
         )
         time_s = (self._steps_done + np.arange(count + 1)) / self._rate_hz
         self._steps_done += count
-        return Stretch(time_s, states, rates, self._thrust.copy())
+        turned = self._thrust if self._losses is None else self._turned
+        return Stretch(time_s, states, rates, self._thrust.copy(), turned.copy())
+
+    def _turn(self, target: Array, duration_s: float) -> None:
+        """Shafts follow with the same lag as the thrust."""
+        keep = math.exp(-duration_s / self._lag_s) if self._lag_s > 0 else 0.0
+        self._turned = target + keep * (self._turned - target)

@@ -38,9 +38,13 @@ class Losses:
 
     def given(self, asked_n: Array, supply: float = 1.0) -> Array:
         """Thrusts (n,) in N of what is asked; `supply` is that of `Supply`."""
+        return np.asarray(self.turned(asked_n) * self._gains(asked_n, supply))
+
+    def turned(self, asked_n: Array) -> Array:
+        """The thrusts (n,) that shaft speeds tell: a weak propeller turns as fast as a good one."""
         size = np.abs(asked_n)
         passed = np.where(size < self.least_n, 0.0, np.maximum(size - self.start_n, 0.0))
-        return np.asarray(np.sign(asked_n) * passed * self._gains(asked_n, supply) * self._left(asked_n))
+        return np.asarray(np.sign(asked_n) * passed * self._left(asked_n))
 
     def made_up(
         self, thrust_n: Array, supply: float, gentle_n: Array, limits_n: tuple[float, float]

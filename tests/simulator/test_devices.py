@@ -36,7 +36,7 @@ def cruise(duration_s: float = 1.0, rate: float = 0.0, depth_m: float = 2.0) -> 
     state[:, 7:10] = 0.4, -0.2, 0.05
     state[:, 12] = rate + 0.1 * time_s
     nu_dot[:, 5] = 0.1
-    return Stretch(time_s, state, nu_dot, np.zeros(8))
+    return Stretch(time_s, state, nu_dot, np.zeros(8), np.zeros(8))
 
 
 @pytest.mark.parametrize("rotation", [(180.0, 0.0, 135.0), (0.0, 0.0, 0.0), (10.0, -20.0, 30.0)])
@@ -132,7 +132,7 @@ def test_noise_has_the_deviation_of_the_table() -> None:
 def test_moments_belong_to_one_stretch_each() -> None:
     whole = cruise(2.0)
     halves = [
-        Stretch(whole.time_s[a:b], whole.state[a:b], whole.nu_dot[a:b], whole.thrust_n)
+        Stretch(whole.time_s[a:b], whole.state[a:b], whole.nu_dot[a:b], whole.thrust_n, whole.turned_n)
         for a, b in ((0, 151), (150, 401))
     ]
     for rate_hz in (10.0, 7.0, 100.0, 1000.0):
@@ -178,7 +178,9 @@ def test_bytes_arrive_in_order_and_not_before_their_latency_has_passed() -> None
     arrived: list[Chunk] = []
     for start in range(0, 60, 10):
         rows = slice(start, start + 11)
-        part = Stretch(whole.time_s[rows], whole.state[rows], whole.nu_dot[rows], whole.thrust_n)
+        part = Stretch(
+            whole.time_s[rows], whole.state[rows], whole.nu_dot[rows], whole.thrust_n, whole.turned_n
+        )
         now = [a for a in instruments.arrivals(part) if isinstance(a, Chunk)]
         assert all(part.time_s[0] < a.time_s <= part.time_s[-1] + 1e-9 for a in now)
         arrived += now

@@ -139,6 +139,7 @@ def test_quadratic_drag_a_dead_zone_and_a_weak_thruster_set_the_steady_speed() -
     body = plant(truth=replace(STILL_WATER, effects={"X_uu": 100.0, "T1_gain": 0.5, "T_start": 2.0}))
     stretch = body.advance((pwm(20.0),), 60.0)
     assert stretch.thrust_n[0] == pytest.approx(0.5 * (20.0 - 2.0))
+    assert stretch.turned_n[0] == pytest.approx(20.0 - 2.0)
     u = body.state[7]
     assert 50.0 * u + 100.0 * u * u == pytest.approx(9.0, rel=1e-9)
 
@@ -146,3 +147,12 @@ def test_quadratic_drag_a_dead_zone_and_a_weak_thruster_set_the_steady_speed() -
 def test_an_effect_that_the_vehicle_can_not_have_is_not_simulated() -> None:
     with pytest.raises(ConfigError, match=r"T1_gain 0\.1 out of bounds"):
         plant(truth=replace(STILL_WATER, effects={"T1_gain": 0.1}))
+
+
+def test_the_shaft_of_a_weak_thruster_lags_as_its_thrust_does() -> None:
+    weak = plant(truth=replace(STILL_WATER, effects={"T1_gain": 0.5}), lag_s=0.5)
+    for _ in range(3):
+        stretch = weak.advance((pwm(20.0),), 0.25)
+        assert stretch.turned_n[0] == pytest.approx(2.0 * stretch.thrust_n[0])
+    sound = plant(lag_s=0.5).advance((pwm(20.0),), 0.75)
+    np.testing.assert_array_equal(sound.turned_n, sound.thrust_n)
