@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
@@ -14,6 +15,8 @@ from bridge.tlog import load_bytes
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+
+Mask = NDArray[np.bool_]
 
 NOTHING = "-"
 DEGREE = np.pi / 180
@@ -127,21 +130,24 @@ def column_map(path: Path) -> ColumnMap:
 
 
 def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
-    """The fields of a Dive (all but its name, source and hash) in a table. Raises LogError."""
-    header, cells, notes = _cells(path)
+    """The fields of a Dive (all but its name, source and hash) in a table. Raises LogError.
+
+    A row that leaves all cells of a signal empty has no sample of it; one that says `nan` has one that is unknown.
+    """
+    header, cells, empty, notes = _cells(path)
     time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
     known = np.isfinite(time_s)
     rising, first = np.unique(time_s[known], return_index=True)
     if len(rising) < len(time_s):
         notes += (f"{len(time_s) - len(rising)} rows without a time of their own were left out.",)
     rows = np.flatnonzero(known)[first]
-    signals = {
-        name: Signal(rising, _values(path, header, cells[rows], name, source))
-        for name, source in columns.signals().items()
-    }
+    signals = {}
+    for name, source in columns.signals().items():
+        told = rows[_told(header, empty[rows], source)]
+        signals[name] = Signal(time_s[told], _values(path, header, cells[told], name, source))
     euler = signals.pop("euler", None)
     if euler is not None:
-        signals["attitude"] = Signal(rising, rotation.quaternions_from_euler(*euler.value.T))
+        signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))
     quaternion = signals.pop("quaternion", None)
     if quaternion is not None:
         signals["attitude"] = quaternion
@@ -153,8 +159,8 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     }
 
 
-def _cells(path: Path) -> tuple[list[str], Array, tuple[str, ...]]:
-    """Header, numbers (rows, columns) with NaN for empty cells, and what was left out."""
+def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:
+    """Header, numbers (rows, columns) with NaN for empty cells, which of them are empty, and what was left out."""
     data, _ = load_bytes(path)
     try:
         lines = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
@@ -178,7 +184,15 @@ def _cells(path: Path) -> tuple[list[str], Array, tuple[str, ...]]:
         except ValueError:
             wrong = next(cell for cell in line if not _is_number(cell))
             raise LogError(f"{path}: row {number} holds '{wrong}', which is no number; mend it") from None
-    return header, np.array(rows, np.float64).reshape(-1, len(header)), notes
+    shape = -1, len(header)
+    empty = np.array([[not cell.strip() for cell in line] for line in body], np.bool_).reshape(shape)
+    return header, np.array(rows, np.float64).reshape(shape), empty, notes
+
+
+def _told(header: list[str], empty: Mask, source: Columns) -> Mask:
+    """Rows (n,) with at least one cell of a signal."""
+    places = [header.index(name) for name in source.columns if name in header]
+    return np.asarray(~empty[:, places].all(axis=1) if places else np.ones(len(empty), np.bool_))
 
 
 def _is_number(cell: str) -> bool:

@@ -46,6 +46,18 @@ def test_units_offsets_and_scales_are_applied_in_that_order(tmp_path: Path) -> N
     assert "From the tank." in dive.notes
 
 
+def test_a_row_that_leaves_a_signal_empty_holds_no_sample_of_it(tmp_path: Path) -> None:
+    rows = "0,50,-20,100,90,1500,1600,3,1\n50,,,,,1500,1700,,\n100,nan,nan,100,90,,,4,2\n"
+    dive = read_dive(*table(tmp_path, rows))
+    assert dive.velocity is not None
+    assert dive.attitude is not None
+    assert dive.pwm is not None
+    assert dive.velocity.time_s.tolist() == dive.attitude.time_s.tolist() == [0.0, 0.1]
+    assert np.isnan(dive.velocity.value[1, :2]).all()
+    assert dive.pwm.time_s.tolist() == [0.0, 0.05]
+    assert dive.pwm.value[:, 1].tolist() == [1600.0, 1700.0]
+
+
 def test_a_cut_last_row_is_left_out_and_said(tmp_path: Path) -> None:
     dive = read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n100,1,1,0,0,1500,1500,0,0\n200,1,1"))
     assert dive.pwm is not None
