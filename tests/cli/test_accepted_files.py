@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,10 +11,11 @@ from bridge.effects.accepted import AcceptedEffect
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import read_sidecar
-from identify.diagnose.diagnosis import Accepted, Value
+from identify.diagnose.diagnosis import NOTHING, Accepted, Value
 from identify.dive import Dive
 from tui import cli, exit_codes
 from tui.accepted_truth import accepted_truth
+from tui.commands.diagnose import accept
 from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, accepted_model, targets_of, write_accepted
 
@@ -102,3 +104,10 @@ def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
     assert list(Path(tmp_path / "dives").glob("*/telemetry.tlog"))
     line[4] = "idle"
     assert cli.main([*line, "--accepted", str(param), "--link", "udpout:127.0.0.1:9"]) == exit_codes.BAD_INPUT
+
+
+def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
+    found = SimpleNamespace(accepted=NOTHING, configuration="hovering")
+    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
+    assert "was not written: no cause was found" in sentence
+    assert list(tmp_path.iterdir()) == []
