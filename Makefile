@@ -3,6 +3,7 @@
 # make test      every test
 # make check     format, lint, types, import rules, then every test
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
+# make soak      how large each hidden effect has to be to be named: a few hours, into docs/benchmarks.md
 
 PYTHON ?= python3
 PIP_FLAGS ?=
@@ -13,7 +14,7 @@ STAMP := .venv/.installed
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
 
-.PHONY: install demo test lint check format bench clean
+.PHONY: install demo test lint check format bench soak clean
 
 install: $(STAMP)
 
@@ -51,6 +52,10 @@ format: $(STAMP)
 bench: $(STAMP)
 	@$(PIP) --editable '.[dev,bench]'
 	$(BIN)/python -m bench
+
+soak: $(STAMP)
+	@$(PIP) --editable '.[dev,bench]'
+	$(BIN)/python -m bench power
 
 clean:
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist *.egg-info

@@ -3,14 +3,17 @@
 import math
 import statistics
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from bench.diagnosis.goals import told
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph
-from identify.challenge.answers import errors
+from bridge.effects.library import library
+from bridge.vehicle.config import load_vehicle
+from identify.challenge.answers import UNMEASURED, VECTORS, errors
 from identify.challenge.plants import ABSORBED
 from identify.challenge.score import BINS, Judged, Rate
 
@@ -57,10 +60,11 @@ def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
 def by_effect(trials: Sequence[Trial]) -> list[str]:
     """Each effect that hid alone."""
     rows = [
-        "| effect | named first, or its class | smallest named | largest missed | median magnitude error "
+        "| effect | named first, or its class | smallest named | which is | largest missed | median magnitude error "
         "| said instead |",
-        "|---" * 6 + "|",
+        "|---" * 7 + "|",
     ]
+    units = _units()
     names = sorted({one.truth["effects"][0]["name"] for one in trials})
     for name in names:
         own = [one for one in trials if one.truth["effects"][0]["name"] == name]
@@ -69,7 +73,7 @@ def by_effect(trials: Sequence[Trial]) -> list[str]:
         rate = Rate(len(hit), len(own))
         mark = " (a refit takes it up)" if name in ABSORBED else ""
         rows.append(
-            f"| `{name}`{mark} | {rate.hits} of {rate.of} | {_least(hit)} | {_most(missed)} | {_magnitude(hit)} "
+            f"| `{name}`{mark} | {rate.hits} of {rate.of} | {_least(hit, units)} | {_most(missed)} | {_magnitude(hit)} "
             f"| {_instead(missed)} |"
         )
     return rows
@@ -115,8 +119,35 @@ def _instead(missed: Sequence[Trial]) -> str:
     return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
 
 
-def _least(trials: Sequence[Trial]) -> str:
-    return f"{min(float(one.truth['size']) for one in trials):.2f}" if trials else "-"
+def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> str:
+    """The smallest size over the floor, and what was planted there."""
+    if not trials:
+        return "- | -"
+    one = min(trials, key=lambda one: float(one.truth["size"]))
+    return f"{one.truth['size']:.2f} | {magnitude(one.truth['effects'][0], units)}"
+
+
+def magnitude(effect: Mapping[str, Any], units: Mapping[tuple[str, str], str]) -> str:
+    """The first parameter that tells how large an effect is; of a vector its length."""
+    sized = {name: value for name, value in effect["parameters"].items() if name not in UNMEASURED}
+    if not sized:
+        return "-"
+    name = next(iter(sized))
+    parts = [other for other in sized if other in VECTORS] if name in VECTORS else [name]
+    value = math.hypot(*(sized[part] for part in parts)) if len(parts) > 1 else sized[name]
+    unit = units.get((effect["name"], name), "1")
+    return f"{', '.join(parts)}: {value:.2g}{'' if unit == '1' else ' ' + unit}"
+
+
+def _units() -> dict[tuple[str, str], str]:
+    """Of the library's parameters, by the names of effect and parameter."""
+    file = load_vehicle("ruvifist:survey")
+    effects = library(file.vehicle.configurations["survey"], file.vehicle.thrust_curve.lag_s)
+    return {
+        (effect.name, name): unit
+        for effect in effects
+        for name, (_, unit) in effect.told(effect.start()).items()
+    }
 
 
 def _most(trials: Sequence[Trial]) -> str:

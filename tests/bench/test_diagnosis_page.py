@@ -91,7 +91,15 @@ def test_an_effect_shows_what_was_said_instead() -> None:
         told("one", 3, "waves", size=0.2),
     ]
     row = tables.by_effect(trials)[-1]
-    assert row == "| `waves` | 1 of 3 | 3.00 | 0.70 | - | tether (1), no gap (1) |"
+    assert row == "| `waves` | 1 of 3 | 3.00 | delay: 0.1 | 0.70 | - | tether (1), no gap (1) |"
+
+
+def test_a_magnitude_is_told_by_its_parameter_and_of_a_vector_by_its_length() -> None:
+    units = {("steady_current", "north"): "m/s", ("weak_thruster", "gain"): "1"}
+    current = {"name": "steady_current", "parameters": {"north": 0.03, "east": -0.04}}
+    assert tables.magnitude(current, units) == "north, east: 0.05 m/s"
+    weak = {"name": "weak_thruster", "parameters": {"thruster": 3.0, "gain": 0.85}}
+    assert tables.magnitude(weak, units) == "gain: 0.85"
 
 
 def test_an_unknown_that_was_explained_shows_by_what() -> None:

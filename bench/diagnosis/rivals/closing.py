@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from bench.diagnosis.rivals.said import Said
 from identify.diagnose.flown import Flown, flown, slope_of, spoilt_by
 from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.predict import with_coefficients
 
 Array = NDArray[np.float64]
 
@@ -22,8 +23,8 @@ def closed(said: Said, nominal: Nominal, check: Nominal) -> tuple[Array, Array]:
     course = replace(check.course, mass=said.now.course.mass, damping=said.now.course.damping)
     own = refitted(check, [cause.act(course) for cause in said.causes]) if said.causes else check
     nu = own.motion.nu
-    after = flown(own, own.theta, nu, slope=slope_of(said.causes, course), of=said.now)
-    before = flown(check, check.theta, nu + spoilt_by(said.causes, course), of=nominal)
+    after = flown(own, with_coefficients(own, said.now), nu, slope=slope_of(said.causes, course))
+    before = flown(check, with_coefficients(check, nominal), nu + spoilt_by(said.causes, course))
     return _drift(before), _drift(after)
 
 
