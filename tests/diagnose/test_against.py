@@ -1,0 +1,259 @@
+"""A simulator beside a real dive: what it must gain, what it has otherwise, what it has to spare."""
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.effects.effect import Effect
+from bridge.effects.library import library
+from bridge.errors import LogError
+from bridge.vehicle.config import load_vehicle
+from identify.challenge.case import Case, check_of, dive_of, draw_case
+from identify.diagnose import against_words
+from identify.diagnose.against import Against, against, compared, differ, plain
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import Accepted, Diagnosis, Found, Gap, Share, Value
+from identify.diagnose.drift import Drift
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.simulator import Simulator, simulator_of
+from identify.dive import Dive, Signal
+from identify.ingest.open import read_dive
+from identify.report.against import against_report
+from identify.report.page import render_report
+from tui.against import configuration_of_both
+
+FILE = load_vehicle("ruvifist:hovering")
+LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)
+NAN = math.nan
+
+
+def effect(name: str, number: int = 0) -> Effect:
+    return next(one for one in LIBRARY if one.name == name and one.number == number)
+
+
+def found(name: str, number: int = 0, size: float = 1.0, also: tuple[str, ...] = ()) -> Found:
+    one = effect(name, number)
+    cause = Cause(one, one.none() + size * (one.start() - one.none()))
+    told = {key: value(v, unit) for key, (v, unit) in one.told(cause.values).items()}
+    return Found(cause, also, {}, 0.99, told, 50.0)
+
+
+def value(v: float, unit: str = "kg") -> Value:
+    """Known to 1 %."""
+    return Value(v, unit, 0.98 * v, 1.02 * v)
+
+
+def drift(off: float) -> Drift:
+    floor = np.array([0.01, 0.01, NAN, NAN, NAN, 0.01])
+    return Drift(5.0, np.arange(20.0), off * np.ones((20, 6)) * floor, floor)
+
+
+def diagnosis(*causes: Found, values: dict[str, float] | None = None, before: float = 4.0) -> Diagnosis:
+    told = {"M_u": 100.0, "D_u": 40.0, "M_v": 120.0, "D_v": 60.0, "M_r": 9.0} | (values or {})
+    accepted = Accepted({name: value(v) for name, v in told.items()}, (), ())
+    gap = Gap(before, (drift(before),), (drift(1.1),), {}, (Share("surge", "steady", 1.0),), (), ())
+    return Diagnosis(
+        "dive", "ruvifist", "hovering", "explained" if causes else "no_gap", gap, causes, (), None, None, None, None,
+        (), 1.0, None, accepted,
+    )  # fmt: skip
+
+
+def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
+    one = compared(diagnosis(found("quadratic_drag")), diagnosis())
+    assert [each.name for each in one.lacks] == ["quadratic_drag"]
+    assert one.differences == one.spare == ()
+    assert against_words.verdict_sentence(one) == (
+        "Your simulator must gain quadratic drag: 100 % of it is in surge, steady; with the vehicle's numbers its 5 s "
+        "drift goes from 4.0 to 1.1 floors."
+    )
+
+
+def test_an_effect_that_both_have_alike_is_no_matter():
+    one = compared(diagnosis(found("quadratic_drag"), before=1.1), diagnosis(found("quadratic_drag")))
+    assert one.lacks == one.spare == one.differences == ()
+    assert against_words.verdict_sentence(one).startswith(
+        "Your simulator lacks nothing that this dive shows: "
+    )
+
+
+def test_an_effect_that_both_have_but_not_as_much_is_a_number_to_change():
+    one = compared(diagnosis(found("thruster_lag", size=2.0)), diagnosis(found("thruster_lag")))
+    (each,) = one.differences
+    assert (each.of, each.name) == ("thruster_lag", "time_constant")
+    assert each.share < 0
+    assert "its thruster lag's time constant is " in against_words.verdict_sentence(one)
+
+
+def test_causes_that_can_not_be_told_apart_count_as_the_same():
+    mine = found("thruster_lag", also=("command_delay",))
+    one = compared(diagnosis(mine), diagnosis(found("command_delay")))
+    assert one.lacks == one.spare == one.differences == ()
+
+
+def test_the_same_effect_of_another_thruster_is_another():
+    one = compared(diagnosis(found("weak_thruster", 2)), diagnosis(found("weak_thruster", 1)))
+    assert [each.cause.effect.number for each in one.lacks] == [2]
+    assert [each.cause.effect.number for each in one.spare] == [1]
+    assert (
+        "It has weak thruster (thruster 1), which this dive does not show; take it out."
+        in against_words.lines(one)
+    )
+
+
+def test_the_water_of_a_simulator_s_run_is_not_its_own():
+    sim = diagnosis(found("steady_current"), found("tether"), found("quadratic_drag"))
+    assert [cause.effect.name for cause in simulator_of(sim).causes] == ["quadratic_drag"]
+    assert [each.name for each in compared(diagnosis(), sim).spare] == ["quadratic_drag"]
+
+
+def test_a_mass_that_is_off_is_told_in_per_cent_of_the_vehicle_s():
+    one = compared(diagnosis(), diagnosis(values={"M_u": 88.0}))
+    (each,) = one.differences
+    assert each.share == pytest.approx(-0.12)
+    assert against_words.difference_sentence(each) == (
+        "its M_u is 12 % too small: 88.0 kg, the vehicle's is 100 kg"
+    )
+    assert against_words.verdict_sentence(one).startswith(
+        "Your simulator lacks no effect that this dive shows, but its M_u is 12 % too small; "
+    )
+
+
+def test_a_number_that_costs_no_drift_is_not_told():
+    assert compared(diagnosis(before=1.1), diagnosis(values={"M_u": 88.0})).differences == ()
+
+
+def test_no_more_than_three_numbers_stand_in_the_verdict_the_worst_first():
+    off = {"M_u": 90.0, "D_u": 60.0, "M_v": 100.0, "D_v": 40.0}
+    said = against_words.verdict_sentence(compared(diagnosis(), diagnosis(values=off)))
+    assert (
+        "its D_u is 50 % too large, its D_v is 33 % too small, its M_v is 17 % too small and 1 more" in said
+    )
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "apart"),
+    [
+        (value(100.0), value(105.0), True),
+        (value(100.0), value(103.0), False),
+        (Value(100.0, "kg", 99.99, 100.01), Value(100.5, "kg", 100.49, 100.51), False),
+        (Value(100.0, "kg", NAN, NAN), value(200.0), False),
+        (Value(1.0, "kg", 0.5, 9.0), value(5.0), False),
+    ],
+)
+def test_numbers_differ_beyond_three_standard_errors_and_one_per_cent(one: Value, other: Value, apart: bool):
+    assert differ(one, other) is apart
+
+
+def test_degrees_of_freedom_that_a_recording_does_not_tell_are_named():
+    one = compared(diagnosis(), diagnosis())
+    assert one.untold == ("heave", "roll", "pitch", "yaw")
+    assert against_words.lines(one)[-1].startswith("In heave, roll, pitch and yaw nothing is said of masses")
+
+
+def test_the_page_says_what_to_set_before_all_else():
+    one = compared(
+        diagnosis(found("thruster_lag", size=2.0), found("dead_zone")),
+        diagnosis(found("thruster_lag"), values={"M_u": 88.0}),
+    )
+    page = render_report(against_report(one))
+    assert page.index("What to change in the simulator") < page.index("Where it lies")
+    assert "dead zone, half width</th>" in page
+    assert "−12 %" in page
+    assert "thruster lag, time constant</th>" in page
+
+
+def test_plain_data_hold_what_sets_the_two_apart():
+    one = compared(diagnosis(found("dead_zone")), diagnosis(values={"M_u": 88.0}))
+    data = plain(one)
+    assert data["against"]["lacks"] == ["dead_zone"]
+    assert [(each["name"], each["simulator"]["value"]) for each in data["against"]["differences"]] == [
+        ("M_u", 88.0)
+    ]
+    assert data["effects"][0]["name"] == "dead_zone"
+
+
+def test_a_simulator_s_numbers_are_held_whatever_the_dive_says():
+    case = draw_case(150031, names=[], seconds=60.0)
+    nominal = nominal_of(dive_of(case), case.file, case.configuration)
+    mass = nominal.course.mass
+    held = Simulator({"M_u": value(1.3 * mass[0]), "D_u": value(20.0)}, ()).beside(nominal)
+    assert held.course.mass[0] == pytest.approx(1.3 * mass[0], rel=0.01)
+    assert held.course.damping[0] == pytest.approx(20.0, rel=0.01)
+
+
+def test_recordings_of_two_configurations_are_not_compared():
+    whole = replace(FILE, configuration=None)
+    names = list(whole.vehicle.configurations)
+    first, second = (of_configuration(whole.vehicle.veh_cfg(name)) for name in names[:2])
+    assert configuration_of_both(first, replace(first, name="other"), whole) == names[0]
+    with pytest.raises(LogError, match="drive the simulator in the same one"):
+        configuration_of_both(first, second, whole)
+
+
+def of_configuration(index: int) -> Dive:
+    signal = Signal(np.array([0.0, 1.0]), np.full((2, 1), float(index)))
+    return Dive("dive", Path("dive"), "", veh_cfg=signal)
+
+
+@pytest.fixture(scope="module")
+def pair() -> tuple[Case, Case]:
+    """A vehicle with a dead zone, and its simulator without."""
+    real = draw_case(150002, names=["dead_zone"], size=0.8, seconds=120.0)
+    return real, draw_case(150002, names=[], seconds=120.0)
+
+
+def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Case], tmp_path: Path):
+    real, sim = pair
+    recorded = read_dive(*as_table(check_of(sim), tmp_path), real.file)
+    few = [one for one in LIBRARY if one.name in ("dead_zone", "quadratic_drag", "reverse_thrust_loss")]
+    told: list[float] = []
+    one: Against = against(
+        dive_of(real),
+        recorded,
+        real.file,
+        real.configuration,
+        effects=few,
+        progress=lambda share, _: told.append(share),
+    )
+    assert [each.name for each in one.lacks] == ["dead_zone"]
+    assert one.spare == ()
+    truth = real.truth()["effects"][0]["parameters"]["half_width"]
+    assert one.lacks[0].parameters["half_width"].value == pytest.approx(truth, rel=0.25)
+    assert one.vehicle.gap.drifts[1].total > 1.5 * one.vehicle.gap.after[1].total
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
+def as_table(dive: Dive, folder: Path) -> tuple[Path, Path]:
+    """The dive as a CSV of several rates, and its column map."""
+    named = {
+        "velocity": (dive.velocity, "uvw", "m/s"),
+        "gyro": (dive.gyro, "pqr", "rad/s"),
+        "quaternion": (dive.attitude, ("qw", "qx", "qy", "qz"), '"1"'),
+        "pwm": (dive.pwm, [f"pwm{k + 1}" for k in range(12)], "us"),
+        "pressure": (dive.pressure, ("p_pa",), "Pa"),
+        "voltage": (dive.voltage, ("volt",), "V"),
+    }
+    present = {
+        key: (signal, names, unit) for key, (signal, names, unit) in named.items() if signal is not None
+    }
+    time_s = np.unique(np.concatenate([signal.time_s for signal, _, _ in present.values()]))
+    columns, layout = {"time_s": time_s}, ["time: {column: time_s, unit: s}"]
+    for key, (signal, names, unit) in present.items():
+        used = list(names)[: signal.value.shape[1]]
+        for name, values in zip(used, signal.value.T, strict=True):
+            columns[name] = np.full(len(time_s), NAN)
+            columns[name][np.searchsorted(time_s, signal.time_s)] = values
+        layout.append(f"{key}: {{columns: [{', '.join(used)}], unit: {unit}}}")
+    data, columns_file = folder / "sim.csv", folder / "columns.yaml"
+    with data.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow(["" if math.isnan(cell) else f"{cell:.9g}" for cell in row])
+    columns_file.write_text("\n".join(layout) + "\n")
+    return data, columns_file
