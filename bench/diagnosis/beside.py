@@ -78,7 +78,7 @@ def lines(found: Sequence[Beside]) -> list[str]:
     dives = len(found) // max(len(methods), 1)
     rows = [
         "| method | one hidden: named first, or its class | two hidden: both | two hidden: at least one | false alarms "
-        "| share of all gaps closed | median shrink | median s |",
+        "| share of all gaps closed | median shrink | median s of one core |",
         "|---" * 8 + "|",
     ]
     for method in methods:

@@ -31,7 +31,8 @@ CHECKED = ("one", "two")
 
 @dataclass(frozen=True)
 class Trial:
-    """A planned dive with its truth, the answer (None where the diagnosis refused, and why), and how long it took.
+    """A planned dive with its truth, the answer (None where the diagnosis refused, and why), and the processor's
+    seconds.
 
     before, after, floor (6,): rms drifts on the check dive after 5 s, m/s and rad/s, NaN in axes that are not fitted;
     empty where none was flown.
@@ -64,12 +65,12 @@ def trial_job(one: Planned) -> Data:
     dive, effects = dive_of(case), effects_for(case)
     found: Diagnosis | None = None
     refusal = ""
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         found = diagnose(dive, case.file, case.configuration, check=check, effects=effects, progress=_silent)
     except SeatrialError as error:
         refusal = str(error)
-    seconds = time.perf_counter() - began
+    seconds = time.process_time() - began
     return {
         "group": one.group,
         "truth": case.truth(),

@@ -59,15 +59,15 @@ def measured(plan: Sequence[Planned], kept: Remembered) -> list[RivalTrial]:
 def rivals_job(one: Planned) -> Data:
     """All rivals on one dive, as JSON; they share the nominal fit, whose seconds count for each."""
     case = one.case()
-    began = time.perf_counter()
+    began = time.process_time()
     nominal = nominal_of(dive_of(case), case.file, case.configuration)
-    fitted_s = time.perf_counter() - began
+    fitted_s = time.process_time() - began
     other = nominal_of(check_of(case), case.file, case.configuration) if one.group in CHECKED else None
     out: dict[str, Any] = {}
     for rival, name in available().items():
-        began = time.perf_counter()
+        began = time.process_time()
         said = name(nominal, case)
-        seconds = fitted_s + time.perf_counter() - began
+        seconds = fitted_s + time.process_time() - began
         drifts = [] if other is None else closed(said, nominal, other)
         out[rival] = {
             "names": said.names,
