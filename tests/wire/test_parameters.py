@@ -349,7 +349,8 @@ def test_a_store_from_before_there_were_effects_is_still_good(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "damage", ["empty", "cut", "text", "nan", "another vehicle", "out of bounds", "mode", "list"]
+    "damage",
+    ["empty", "cut", "text", "nan", "another vehicle", "a larger vehicle", "out of bounds", "mode", "list"],
 )
 def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage: str) -> None:
     path = tmp_path / "parameters.json"
@@ -364,6 +365,7 @@ def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage:
         "text": "parameters",
         "nan": whole.replace(str(to_float32(24.1)), "NaN", 1),
         "another vehicle": json.dumps(data | {"active": {"FF0_M_U": 24.0}}),
+        "a larger vehicle": json.dumps(data | {"active": data["active"] | {"FF9_M_U": 24.0}}),
         "out of bounds": json.dumps(data | {"active": data["active"] | {"FF0_M_U": -5.0}}),
         "mode": json.dumps(data | {"mode": 7.0}),
         "list": "[]",
