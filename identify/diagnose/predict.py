@@ -65,7 +65,7 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
     rows = whitened(joint, theta, model.doubted)
     kept = sorted({*joint.mass_places, *of_the_mean(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]
-    columns = rows.nominal[:, [kept.index(at) for at in trims]]
+    columns = -rows.nominal[:, [kept.index(at) for at in trims]]
     known = joint.prior_precision[trims]
     right = columns.T @ rows.value + known * (joint.prior_mean - theta)[trims]
     theta[trims] += np.linalg.solve(columns.T @ columns + np.diag(known), right)

@@ -104,7 +104,8 @@ class Taught:
         joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_places, *of_the_mean(joint)})
         taught = self.rows.piece % FOLDS != fold
-        columns = np.column_stack([self.rows.nominal, self.slopes])[taught]
+        # A rise of a nominal parameter adds its column to the innovations, a force that is missing takes its own out.
+        columns = np.column_stack([-self.rows.nominal, self.slopes])[taught]
         precision = np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
         pull = np.zeros(len(precision))
         pull[: len(kept)] = (joint.prior_precision * (joint.prior_mean - theta))[kept]
