@@ -98,7 +98,7 @@ def _introduction(trials: Sequence[Trial]) -> list[str]:
         "disturbance and mission, and a size that runs over a factor of ten from where an effect begins to show. The",
         "planting simulator (`identify/challenge`) shares no equation with the library and plants other forms than it",
         f"fits. Seeds from {first} on; nothing is tuned on those from {BENCH} on. Median",
-        f" {seconds:.1f} s of one core a dive.",
+        f"{seconds:.1f} s of one core a dive.",
     )
 
 

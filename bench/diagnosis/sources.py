@@ -5,6 +5,7 @@ ANSWERS = (
     "bench/diagnosis/trials.py",
     "bridge/*.py",
     "bridge/effects",
+    "bridge/messages",
     "bridge/vehicle",
     "configs/thrusters/*.csv",
     "identify/*.py",
@@ -12,6 +13,7 @@ ANSWERS = (
     "identify/diagnose",
     "identify/estimators",
     "identify/ingest",
+    "identify/report/text.py",
 )
 RIVALS = (*ANSWERS, "bench/diagnosis/rivals")
 SPEED = (*ANSWERS, "bench/diagnosis/speed.py", "tui/commands/diagnose.py")

@@ -70,3 +70,14 @@ def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_cov
     work += "load_truth(load_vehicle('ruvifist:survey'), 'survey')"
     keeping = {ROOT / "bench" / name for name in ("pooled.py", "remembered.py", "stamp.py", "words.py")}
     assert _read(work) - keeping - set(files(*coverage.SOURCES)) == set()
+
+
+def test_a_diagnosis_and_its_rivals_load_nothing_outside_their_sources() -> None:
+    from bench.diagnosis import sources
+
+    keeping = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py")}
+    keeping.add(ROOT / "bench" / "diagnosis" / "sources.py")
+    answers = _read("import bench.diagnosis.trials")
+    assert answers - keeping - set(files(*sources.ANSWERS)) == set()
+    rivals = _read("from bench.diagnosis.rivals.trials import available\navailable()")
+    assert rivals - keeping - set(files(*sources.RIVALS)) == set()
