@@ -25,7 +25,7 @@ SIGNIFICANT = 3.0
 LEAST_SHARE = 0.01
 """A number that is off by less is good enough, however well it is known."""
 
-LEAST_DRIFT = 1.1
+LEAST_DRIFT = 1.2
 """So many times the drift that the vehicle's own numbers leave is what a degree of freedom's must cost to be told."""
 
 

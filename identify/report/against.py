@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from identify.diagnose import against_words, words
 from identify.diagnose.against import Against, Difference
-from identify.report.diagnosis import diagnosis_report
+from identify.report.diagnosis import diagnosis_report, unbroken
 from identify.report.page import Report, Section, Table
 from identify.report.text import MISSING, unit, with_interval
 
@@ -19,9 +19,9 @@ def against_report(one: Against) -> Report:
     """The page's verdict and parts."""
     of = diagnosis_report(one.vehicle)
     return Report(
-        f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator of {one.simulator.dive}",
+        f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
         of.subtitle,
-        against_words.verdict_sentence(one),
+        unbroken(against_words.verdict_sentence(one)),
         (_change(one), *of.sections, _own(one)),
     )
 

@@ -3,6 +3,8 @@
 import math
 import re
 
+import numpy as np
+
 from bridge.effects.effect import FeedForward
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import words
@@ -50,12 +52,12 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
         f"Configuration {d.configuration}, computed in {seconds(d.seconds)}. {FLOOR}",
-        _unbroken(words.verdict_sentence(d)),
+        unbroken(words.verdict_sentence(d)),
         tuple(section for section in sections if section is not None),
     )
 
 
-def _unbroken(sentence: str) -> str:
+def unbroken(sentence: str) -> str:
     """The sentence with each number and its unit on one line."""
     return re.sub(r"(?<=\d) (?=%|floors|mm/s|m/s|rad/s|s\b)", "\N{NO-BREAK SPACE}", sentence)
 
@@ -84,12 +86,13 @@ def _depends(d: Diagnosis) -> Section | None:
 
 def _by_dof(d: Diagnosis) -> Section:
     shares = words.shares_by_dof(d.gap.where)
-    present = [i for i, dof in enumerate(DOFS) if dof in shares]
+    fitted = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in d.gap.drifts)]
+    present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
     rows = tuple(
         (
             DOFS[i],
-            words.percent(shares[DOFS[i]]),
+            words.percent(shares.get(DOFS[i], 0.0)),
             _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m"),
             *(_before_after(d, k, i) for k in range(len(d.gap.drifts))),
         )
