@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 
 NEAR = 0.02
 
+LEAST_SIZE = 0.05
+"""Of the way on which a parameter comes to show."""
+
 
 @dataclass(frozen=True)
 class Cause:
@@ -29,6 +32,12 @@ class Cause:
     def present(self) -> NDArray[np.bool_]:
         """Which of its parameters are not where it is absent, (p,)."""
         return np.asarray(self.values != self.effect.none())
+
+    @property
+    def shows(self) -> bool:
+        """Whether any parameter is far enough from where it is absent to matter to anyone."""
+        none, size = self.effect.none(), np.array([way(p) for p in self.effect.parameters])
+        return bool(np.any(np.isinf(none) | (np.abs(self.values - none) > LEAST_SIZE * size)))
 
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)

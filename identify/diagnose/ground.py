@@ -77,7 +77,7 @@ class Ground:
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
         """The causes with their best values beside the best nominal model (Gauss and Newton); a step that leaves more
         unexplained is shortened."""
-        best = self._weighed(tuple(causes))
+        best = self._weighed(tuple(cause for cause in causes if cause.present.any()))
         for _ in range(MOST_STEPS if best.at else 0):
             step = self._step(best)
             tried = self._moved(best, step)

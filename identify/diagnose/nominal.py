@@ -69,7 +69,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, expected(joint, theta, motion), mass, damping)
-    seen = witnesses(dive, file.vehicle.thrust_curve, course)
+    seen = witnesses(dive, file, course)
     return Nominal(built, joint, theta, motion, course, doubted, seen)
 
 

@@ -133,7 +133,7 @@ def least(fit: Fitted) -> float:
 
 def _best(ground: Ground, others: tuple[Cause, ...], tried: Sequence[Cause]) -> Fitted | None:
     fits = [ground.fitted((*others, cause)) for cause in tried[:LOOKED_AT]]
-    fits = [one for one in fits if len(one.causes) == len(others) + 1]
+    fits = [one for one in fits if len(one.causes) == len(others) + 1 and one.causes[-1].shows]
     return max(fits, key=lambda one: one.gain, default=None)
 
 
@@ -150,7 +150,7 @@ def candidates(beside: Beside, fit: Fitted) -> list[tuple[float, float, Cause]]:
     for setting in able[:WEIGHED]:
         evidence, columns = weighed(beside, setting)
         cause = _cause(setting, columns, evidence.size)
-        if not cause.present.any():
+        if not cause.shows:
             continue
         if evidence.gain > best.get(cause.effect.label, (-np.inf,))[0]:
             best[cause.effect.label] = evidence.gain, evidence.gain / max(evidence.std, 1e-12), cause

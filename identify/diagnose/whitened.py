@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.causal import mean_before, value_before
+from identify.diagnose.memory import Memory, memory_of
 from identify.diagnose.witness import Weighed, Witness, weighed
 from identify.estimators.innovations import INCREMENT, POSITION, innovations, responses
 from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisLikelihood
@@ -35,7 +36,8 @@ FOLLOWED_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 
 @dataclass(frozen=True)
 class Own:
-    """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has."""
+    """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has, with what
+    these remember of those before."""
 
     problem: AxisLikelihood
     theta: Array
@@ -43,6 +45,14 @@ class Own:
     gain: Array
     error: Array
     std: Array
+    memories: tuple[Memory, ...]
+
+    def freed(self, columns: Array) -> Array:
+        """Columns (rows, k) without what the rows remember."""
+        out = columns.copy()
+        for memory in self.memories:
+            memory.freed(out)
+        return out
 
     @cached_property
     def read(self) -> NDArray[np.bool_]:
@@ -141,7 +151,7 @@ class Whitened:
             out[:, pushed] = own.by_force(np.column_stack(forces))
         if wrong:
             out[:, wrong] += own.by_reading(np.column_stack(offs))
-        return out
+        return own.freed(out)
 
 
 def _left(witness: Witness, acts: Sequence[Act], course: Course) -> Array:
@@ -201,7 +211,12 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
         table = problem.transition_table(own_theta)
         error, variance, gain = problem.run_filter(own_theta, table, problem.mean_force(own_theta), np.inf)
         read = np.isfinite(problem.reading)
-        own = Own(problem, own_theta, table, gain, error[read], np.sqrt(variance[read]))
+        std = np.sqrt(variance[read])
+        channel = axis.channel[read]
+        memories = tuple(
+            memory_of(np.flatnonzero(channel == k), error[read] / std) for k in range(len(axis.channels))
+        )
+        own = Own(problem, own_theta, table, gain, error[read], std, memories)
         _, _, by_theta, _ = problem.sensitivities(own_theta, all_dofs)
         count = int(read.sum())
         rows = np.zeros((count, width))
@@ -209,8 +224,8 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
         for k, at in enumerate(masses):
             rows[:, at] += by_theta[len(own_theta) + k, :count]
         owns.append(own)
-        values.append(own.error / own.std)
-        columns.append(rows / own.std[:, None])
+        values.append(own.freed((own.error / own.std)[:, None])[:, 0])
+        columns.append(own.freed(rows / own.std[:, None]))
         pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
         dofs.append(np.full(count, axis.dof, dtype=np.intp))
     kept = np.array(sorted({*masses, *of_the_mean(joint)}))

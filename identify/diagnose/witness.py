@@ -4,16 +4,18 @@ Each is compared with what it would read if nothing were hidden. What is left is
 freed of its own memory of first order, and stands in the regression below the filters' innovations.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
+from bridge.effects.course import Course, lagged
 from bridge.effects.effect import Act
 from bridge.effects.shaft import thrust_by_shaft
-from bridge.vehicle.config import GRAVITY_M_S2, ThrustCurve
+from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
+from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
 
 Array = NDArray[np.float64]
@@ -27,41 +29,52 @@ STAMPED_S = 0.004
 
 MOST_MEMORY = 0.98
 LEAST_ROWS = 20
-LEAST_SHARE = 0.002
+LEAST_SHARE = 0.01
 """A spread is taken to be at least this share of the readings' own size."""
 
 
 @dataclass(frozen=True)
-class Witness:
-    """What one sensor reads beyond the nominal, averaged, `off` (m,) at `time_s` (m,). known (m, q): columns that are
-    nobody's evidence, each known to be small by `precision` (q,); size (m,): what its spread may grow with. kind and
-    number say which part of an act it sees."""
+class Bins:
+    """Times (n,) of readings, the bin (n,) in which each lies, and how many each of the m bins holds (m,)."""
 
-    kind: str
-    number: int
     time_s: Array
+    of: NDArray[np.intp]
+    count: Array
+
+    def mean(self, values: Array) -> Array:
+        """The means (m,) of values (n,) at the times."""
+        return np.asarray(np.bincount(self.of, values) / self.count)
+
+    def along(self, course: Course, values: Array) -> Array:
+        """The means (m,) of what is given along a course."""
+        return self.mean(np.interp(self.time_s, course.time_s, values))
+
+
+@dataclass(frozen=True)
+class Witness:
+    """What one sensor reads beyond the nominal, averaged in bins, `off` (m,). known (m, q): columns that are nobody's
+    evidence, each known to be small by `precision` (q,); size (m,): what its spread may grow with. kind and number say
+    which part of an act it sees."""
+
+    kind: Literal["shaft", "heading", "specific_force"]
+    number: int
+    bins: Bins
     off: Array
     known: Array
     precision: Array
     size: Array
 
+    @property
+    def time_s(self) -> Array:
+        return self.bins.mean(self.bins.time_s)
+
     def of(self, act: Act, course: Course) -> Array | None:
         """What an act would add to `off`; None for nothing."""
-        if self.kind == "shaft":
-            return (
-                None
-                if act.shaft_n is None
-                else _meant(course, act.shaft_n[:, self.number], self.time_s, EACH_S)
-            )
         if self.kind == "heading":
             # A gyro that reads too much turns further than the heading does.
-            return (
-                None
-                if act.gyro is None
-                else -WINDOW_S * _meant(course, act.gyro[:, 2], self.time_s, WINDOW_S)
-            )
-        part = act.specific_force
-        return None if part is None else _meant(course, part[:, self.number], self.time_s, WINDOW_S)
+            return None if act.gyro is None else -WINDOW_S * self.bins.along(course, act.gyro[:, 2])
+        part = act.shaft_n if self.kind == "shaft" else act.specific_force
+        return None if part is None else self.bins.along(course, part[:, self.number])
 
 
 @dataclass(frozen=True)
@@ -104,28 +117,56 @@ def weighed(witness: Witness, acts: Sequence[Act], course: Course) -> Weighed:
     return Weighed(witness, std, memory)
 
 
-def witnesses(dive: Dive, curve: ThrustCurve, course: Course) -> tuple[Witness, ...]:
+def witnesses(dive: Dive, file: VehicleFile, course: Course) -> tuple[Witness, ...]:
     """All that a dive has."""
-    found = (*_shafts(dive, curve, course), *_heading(dive, course), *_accelerometer(dive, course))
+    found = (*_shafts(dive, file, course), *_heading(dive, course), *_accelerometer(dive, course))
     return tuple(one for one in found if len(one.off) >= LEAST_ROWS)
 
 
-def _shafts(dive: Dive, curve: ThrustCurve, course: Course) -> Iterator[Witness]:
+def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
     """Thrust by shaft speed beyond that by pulse and lag. By how much either curve is off ahead or astern, and when a
     pulse was sent to some milliseconds, nothing tells."""
-    if dive.rpm is None:
+    if dive.rpm is None or dive.pwm is None:
         return
-    count = course.asked_n.shape[1]
-    for k in range(min(count, dive.rpm.value.shape[1])):
-        read = dive.rpm.value[:, k]
-        told = np.isfinite(read)
-        at = Signal(dive.rpm.time_s[told], thrust_by_shaft(curve, read[told, None]))
-        time_s, thrust = _binned(at, EACH_S, course)
-        nominal = _meant(course, course.thrust_n[:, k], time_s, EACH_S)
-        later = -_meant(course, np.gradient(course.thrust_n[:, k], course.step_s), time_s, EACH_S)
-        known = np.column_stack([np.maximum(nominal, 0.0), np.minimum(nominal, 0.0), later])
-        precision = np.array([0.0, 0.0, STAMPED_S**-2.0])
-        yield Witness("shaft", k, time_s, thrust[:, 0] - nominal, known, precision, np.abs(nominal))
+    curve = file.vehicle.thrust_curve
+    thrust_n = _by_pulses(dive.pwm, file, course.asked_n.shape[1])
+    for k in range(min(course.asked_n.shape[1], dive.rpm.value.shape[1])):
+        bins, read = _binned(Signal(dive.rpm.time_s, dive.rpm.value[:, k : k + 1]), EACH_S, course)
+        if not len(bins.count):
+            continue
+        thrust = bins.mean(thrust_by_shaft(curve, read)[:, 0])
+        nominal = bins.mean(thrust_n(bins.time_s)[:, k])
+        later = -bins.along(course, np.gradient(course.thrust_n[:, k], course.step_s))
+        slower = bins.along(course, _slower(course)[:, k])
+        known = np.column_stack([np.maximum(nominal, 0.0), np.minimum(nominal, 0.0), later, slower])
+        precision = np.array([0.0, 0.0, STAMPED_S**-2.0, STAMPED_S**-2.0])
+        yield Witness("shaft", k, bins, thrust - nominal, known, precision, np.abs(nominal))
+
+
+def _by_pulses(pwm: Signal, file: VehicleFile, count: int) -> Callable[[Array], Array]:
+    """What the thrusters give by curve and lag at any times, (n, k): it has corners between the instants of a course, and
+    shaft speeds are read there."""
+    curve = file.vehicle.thrust_curve
+    pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)
+    asked = thrust_curve(curve, file.path.parent).thrust(pulses)
+    lag_s = max(curve.lag_s, 1e-6)
+    keep = np.exp(-np.diff(pwm.time_s) / lag_s)
+    given = asked.copy()
+    for i, share in enumerate(keep.tolist()):
+        given[i + 1] = asked[i] + share * (given[i] - asked[i])
+
+    def at(time_s: Array) -> Array:
+        last = np.maximum(np.searchsorted(pwm.time_s, time_s, side="right") - 1, 0)
+        fading = np.exp(-np.maximum(time_s - pwm.time_s[last], 0.0) / lag_s)[:, None]
+        return np.asarray(asked[last] + fading * (given[last] - asked[last]))
+
+    return at
+
+
+def _slower(course: Course) -> Array:
+    """What the thrusts change by with each second of a longer lag."""
+    lag_s = max(course.lag_s, course.step_s)
+    return np.asarray((lagged(course.asked_n, course.step_s, 1.1 * lag_s) - course.thrust_n) / (0.1 * lag_s))
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
@@ -133,60 +174,55 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     turn = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
     if dive.attitude is None or turn is None or len(turn) < LEAST_ROWS:
         return
-    rate = turn.value[:, -1] if turn is dive.gyro else turn.value[:, 0]
+    rate = turn.value[:, -1]
     w, x, y, z = dive.attitude.value.T
     heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
     roll, pitch = (np.interp(turn.time_s, course.time_s, course.euler[:, i]) for i in (0, 1))
     q = np.interp(turn.time_s, course.time_s, course.nu[:, 4])
     by_gyro = (q * np.sin(roll) + rate * np.cos(roll)) / np.cos(pitch)
-    step_s = np.diff(turn.time_s)
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * step_s * (by_gyro[1:] + by_gyro[:-1]))])
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(turn.time_s) * (by_gyro[1:] + by_gyro[:-1]))])
     beyond = heading - np.interp(dive.attitude.time_s, turn.time_s, turned)
-    edges = np.arange(course.time_s[0] + WINDOW_S, course.time_s[-1] - WINDOW_S, WINDOW_S)
     near = Signal(dive.attitude.time_s, beyond[:, None])
-    ends = np.array(
-        [np.mean(part.value) if len(part := near.between(t - 0.5, t + 0.5)) else np.nan for t in edges]
-    )
+    edges = np.arange(course.time_s[0] + WINDOW_S, course.time_s[-1] - WINDOW_S, WINDOW_S)
+    parts = [near.between(t - 0.5, t + 0.5).value for t in edges]
+    ends = np.array([np.mean(part) if len(part) else np.nan for part in parts])
     off = np.diff(ends)
     good = np.isfinite(off)
-    middle = 0.5 * (edges[1:] + edges[:-1])[good]
-    yield _bare("heading", 2, middle, off[good])
+    inside = (
+        (course.time_s >= edges[0]) & (course.time_s < edges[-1]) if len(edges) else np.zeros(0, np.bool_)
+    )
+    time_s = course.time_s[inside]
+    window = np.minimum(((time_s - edges[0]) / WINDOW_S).astype(np.intp), len(off) - 1)
+    kept = good[window]
+    number = np.cumsum(good) - 1
+    of = number[window[kept]].astype(np.intp)
+    bins = Bins(time_s[kept], of, np.bincount(of, minlength=int(good.sum())).astype(np.float64))
+    yield _bare("heading", 2, bins, off[good])
 
 
 def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
     """Specific force ahead and aside beyond that of motion and gravity."""
     if dive.specific_force is None or dive.attitude is None:
         return
-    time_s, read = _binned(dive.specific_force, WINDOW_S, course)
+    bins, read = _binned(dive.specific_force, WINDOW_S, course)
     u, v, w, p, q, r = course.nu.T
     down = course.world[2]
     ahead = course.nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
     aside = course.nu_dot[:, 1] + u * r - w * p - GRAVITY_M_S2 * down[:, 1]
     for i, expected in enumerate((ahead, aside)):
-        off = read[:, i] - _meant(course, expected, time_s, WINDOW_S)
-        yield _bare("specific_force", i, time_s, off)
+        yield _bare("specific_force", i, bins, bins.mean(read[:, i]) - bins.along(course, expected))
 
 
-def _bare(kind: str, number: int, time_s: Array, off: Array) -> Witness:
-    return Witness(kind, number, time_s, off, np.zeros((len(off), 0)), np.zeros(0), np.zeros(len(off)))
+def _bare(kind: Literal["heading", "specific_force"], number: int, bins: Bins, off: Array) -> Witness:
+    return Witness(kind, number, bins, off, np.zeros((len(off), 0)), np.zeros(0), np.zeros(len(off)))
 
 
-def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Array, Array]:
-    """Times (m,) of the middles of bins within the course, and the means (m, k) of what lies in them."""
+def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Bins, Array]:
+    """The bins of the readings within the course that tell, and these (n, k)."""
     began_s, ended_s = float(course.time_s[0]), float(course.time_s[-1])
     inside = (signal.time_s >= began_s) & (signal.time_s < ended_s) & np.isfinite(signal.value).all(axis=1)
-    bins = ((signal.time_s[inside] - began_s) / each_s).astype(np.intp)
-    count = np.bincount(bins)
-    kept = np.flatnonzero(count)
-    sums = np.column_stack([np.bincount(bins, column)[kept] for column in signal.value[inside].T])
-    times = np.bincount(bins, signal.time_s[inside])[kept] / count[kept]
-    return times, sums / count[kept, None]
-
-
-def _meant(course: Course, values: Array, time_s: Array, each_s: float) -> Array:
-    """The mean (m,) of values along the course within half of `each_s` of each time."""
-    total = np.concatenate([[0.0], np.cumsum(0.5 * course.step_s * (values[1:] + values[:-1]))])
-    until, since = (np.interp(time_s + by, course.time_s, total) for by in (each_s / 2, -each_s / 2))
-    span = np.clip(time_s + each_s / 2, course.time_s[0], course.time_s[-1])
-    span -= np.clip(time_s - each_s / 2, course.time_s[0], course.time_s[-1])
-    return np.asarray((until - since) / np.maximum(span, 1e-9))
+    time_s = signal.time_s[inside]
+    _, of, count = np.unique(
+        ((time_s - began_s) / each_s).astype(np.intp), return_inverse=True, return_counts=True
+    )
+    return Bins(time_s, of, count.astype(np.float64)), signal.value[inside]

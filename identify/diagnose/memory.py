@@ -1,0 +1,43 @@
+"""What innovations remember of those before: a disturbance that is not of first order leaves some of it.
+
+Where they remember nothing this takes nothing away; where they do, standard errors that took them for independent
+would be too small, and the first slow effect that comes by would seem to explain them (Klein and Morelli 2016, section
+5.3, on coloured residuals). A regression of each channel's innovations on its own ORDER before frees both sides of it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ORDER = 10
+LEAST_ROWS = 20 * ORDER
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Of one channel: its `rows` (m,) in the order of time, and what a row takes from those before, nearest first."""
+
+    rows: NDArray[np.intp]
+    by_lag: Array
+
+    def freed(self, values: Array) -> None:
+        """Take out of values (n, k), in place, what the channel's rows remember; the first few stay as they are."""
+        own = values[self.rows]
+        left = own.copy()
+        for lag, share in enumerate(self.by_lag.tolist(), start=1):
+            left[lag:] -= share * own[:-lag]
+        values[self.rows] = left
+
+
+def memory_of(rows: NDArray[np.intp], innovations: Array) -> Memory:
+    """The memory that `innovations` (n,) have in some rows, by Yule and Walker's equations; none where they are few."""
+    own = innovations[rows]
+    if len(own) < LEAST_ROWS:
+        return Memory(rows, np.zeros(0))
+    own = own - own.mean()
+    products = np.array([float(own[lag:] @ own[: len(own) - lag]) for lag in range(ORDER + 1)])
+    table = products[np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))]
+    return Memory(rows, np.asarray(np.linalg.solve(table, products[1:])))
