@@ -27,7 +27,7 @@ def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[T
     What was not identified is as in that truth, or else as in the vehicle file's model. Raises UsageError for a file of
     another vehicle or configuration, ConfigError where a coefficient is nowhere to be had.
     """
-    accepted = accepted_model(path, file, Leave())
+    accepted = accepted_model(path, file, Leave(doubts=True))
     if accepted.configuration != configuration:
         raise UsageError(
             f"{path}: is of configuration '{accepted.configuration}', not '{configuration}'; name its own"

@@ -22,7 +22,7 @@ from identify.identification import Identification, Outcome
 from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
-    from identify.diagnose.diagnosis import Accepted
+    from identify.diagnose.diagnosis import Diagnosis
     from identify.dive import Dive
 
 
@@ -170,10 +170,13 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     )
 
 
-def write_accepted(
-    path: Path, accepted: "Accepted", dive: "Dive", file: VehicleFile, configuration: str
-) -> None:
-    """Write what was accepted of a diagnosis as a parameter file, and its sidecar beside it. Raises ParamRejected."""
+def write_accepted(path: Path, found: "Diagnosis", dive: "Dive", file: VehicleFile) -> None:
+    """Write what accepting a diagnosis comes to as a parameter file, and its sidecar beside it.
+
+    Where something is left that no cause explains, data and model disagree. Raises ParamRejected.
+    """
+    accepted, configuration = found.accepted, found.configuration
+    outcome = Outcome.DISAGREES if found.verdict == "unknown" else Outcome.CONVERGED
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
     ids = {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}
@@ -183,6 +186,7 @@ def write_accepted(
     words = (
         f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",
         f"accepted: {names}",
+        f"outcome: {outcome.value}",
     )
     write_parameters(path, values, words)
     write_sidecar(
@@ -200,7 +204,7 @@ def write_accepted(
             },
             file.vehicle.name,
             dive.name,
-            Outcome.CONVERGED.value,
+            outcome.value,
             dive_opening=dive.opening,
             effects=accepted.effects,
         ),

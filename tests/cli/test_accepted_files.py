@@ -17,7 +17,7 @@ from tui import cli, exit_codes
 from tui.accepted_truth import accepted_truth
 from tui.commands.diagnose import accept
 from tui.exit_codes import UsageError
-from tui.parameter_files import Leave, accepted_model, targets_of, write_accepted
+from tui.parameter_files import Leave, accepted_model, targets_of
 
 FILE = load_vehicle("ruvifist:hovering")
 VALUES = {"M_u": 111.0, "D_u": 55.0, "X_uu": 60.0, "T_start": 0.8, "T2_gain": 0.75, "N_v": -2.0}
@@ -28,13 +28,35 @@ WAVES = AcceptedEffect("waves", "waves", {"force_amplitude": 1.0})
 LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}\n"
 
 
+def written(tmp_path, verdict="explained"):
+    """The file, and what was said of it."""
+    values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
+    accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",))
+    found = SimpleNamespace(accepted=accepted, configuration="hovering", verdict=verdict)
+    path = tmp_path / "out.param"
+    return path, accept(path, found, Dive("planted", tmp_path, "ab" * 32), FILE)
+
+
 @pytest.fixture
 def param(tmp_path):
-    path = tmp_path / "out.param"
-    values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
-    accepted = Accepted(values, (DRAG, WEAK, WAVES), ())
-    write_accepted(path, accepted, Dive("planted", tmp_path, "ab" * 32), FILE, "hovering")
-    return path
+    return written(tmp_path)[0]
+
+
+def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
+    path, told = written(tmp_path)
+    assert told == (
+        "Waves are the water's.",
+        f"accepted: {path}; seatrial params upload {path} sends it to the vehicle",
+    )
+
+
+def test_where_something_is_left_unexplained_an_upload_needs_a_word(tmp_path):
+    path, told = written(tmp_path, "unknown")
+    assert "--despite-doubts" in told[-1]
+    with pytest.raises(UsageError, match="data and model disagree"):
+        targets_of(path, Leave())
+    assert targets_of(path, Leave(doubts=True)).values["FF1_X_UU"] == 60.0
+    assert accepted_truth(path, FILE, "hovering")[0].quadratic[0] == 60.0
 
 
 def test_a_vehicle_takes_every_accepted_value_and_flies_it_once_committed(param):

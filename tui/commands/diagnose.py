@@ -105,11 +105,13 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     it. Nothing is written where there is nothing to accept."""
     from tui.parameter_files import write_accepted
 
-    accepted = found.accepted
-    if not accepted.effects:
+    if not found.accepted.effects:
         return (f"{path} was not written: no cause was found that could be accepted.",)
-    write_accepted(path, accepted, dive, file, found.configuration)
-    return (*accepted.sentences, f"accepted: {path}; seatrial params upload {path} sends it to the vehicle")
+    write_accepted(path, found, dive, file)
+    how = f"accepted: {path}; seatrial params upload {path} sends it to the vehicle"
+    if found.verdict == "unknown":
+        how += " with --despite-doubts, because something is left that no cause explains"
+    return (*found.accepted.sentences, how)
 
 
 def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
