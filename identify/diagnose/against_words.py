@@ -33,7 +33,8 @@ def verdict_sentence(one: Against) -> str:
 def lines(one: Against) -> tuple[str, ...]:
     """What else there is to say: each number that must change, effects that the dive does not show, axes untold."""
     spare = [
-        f"It has {words.name_of(found)}, which this dive does not show; take it out." for found in one.spare
+        f"Its own recording shows {words.name_of(found)}, which this dive does not: look whether it should be there."
+        for found in one.spare
     ]
     untold = (
         [

@@ -99,7 +99,7 @@ def test_the_same_effect_of_another_thruster_is_another():
     assert [each.cause.effect.number for each in one.lacks] == [2]
     assert [each.cause.effect.number for each in one.spare] == [1]
     assert (
-        "It has weak thruster (thruster 1), which this dive does not show; take it out."
+        "Its own recording shows weak thruster (thruster 1), which this dive does not: look whether it should be there."
         in against_words.lines(one)
     )
 
