@@ -166,9 +166,10 @@ ENTRAINED_WATER = Effect(
 
 
 def _payload(course: Course, values: Array) -> Act:
-    """More mass, and drag in proportion to the dry mass."""
+    """More mass, and drag along the axes in proportion to the dry mass; about them both hang on where it sits."""
     share = values[0] / course.configuration.dry_mass_kg
-    return Act(mass=_more_mass(float(values[0])), damping=share * course.damping)
+    along = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    return Act(mass=_more_mass(float(values[0])), damping=share * along * course.damping)
 
 
 ADDED_PAYLOAD = Effect(

@@ -1,7 +1,7 @@
 """The diagnosis of a dive: where its gap lies, what causes it, how far it shrinks. No I/O."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +9,16 @@ from numpy.typing import NDArray
 from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose.accept import accepted_of
 from identify.diagnose.candidates import found_of, tried_of
+from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
-from identify.diagnose.diagnosis import Diagnosis, Gap
+from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Value
 from identify.diagnose.drift import Drift, drifts, floors_of
-from identify.diagnose.flown import EACH, Flown, flown, slope_of, spoilt_by
+from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by
 from identify.diagnose.generic import Left, left_over
 from identify.diagnose.missing import Missing, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
@@ -29,6 +30,7 @@ from identify.diagnose.verdict import is_unknown, next_of, verdict_of
 from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
 from identify.diagnose.whitened import whitened
 from identify.dive import Dive
+from identify.identification import Z95
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -49,11 +51,13 @@ def diagnose(
     check: Dive | None = None,
     effects: Sequence[Effect] | None = None,
     simulator: Simulator | None = None,
+    accepted: Mapping[str, Prior] | None = None,
     progress: Progress,
 ) -> Diagnosis:
     """The diagnosis of a dive, with `check` on another one of that vehicle; `effects`: the library, all where None.
 
-    With a `simulator` the gap before is that of its model, not of the nominal one that fits this dive best.
+    With a `simulator` the gap before is that of its model, not of the nominal one that fits this dive best; with values
+    `accepted` earlier it is that of the nominal model with these, and what has changed since is among the causes.
     Raises FitError where the recording can't be diagnosed: no velocity, no pulses, too short, another vehicle.
     """
     began_s = time.perf_counter()
@@ -63,23 +67,31 @@ def diagnose(
         _able(check, LEAST_CHECK_S)
     progress(0.0, "fitting the nominal model")
     nominal = _nominal(dive, file, configuration)
+    other = None if check is None else _nominal(check, file, configuration)
     tried = effects or library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
     progress(0.7, "looking at what is left")
     left = left_over(whitened(found.now.joint, found.now.theta, found.now.doubted), found.now.course)
     progress(0.8, "measuring the gap")
-    plain = nominal if simulator is None else simulator.beside(nominal)
+    before_it = simulator if accepted is None else Simulator(_values(accepted), ())
+    plain = nominal if before_it is None else before_it.beside(nominal)
     models = beside(found, plain)
-    missing = missing_of(*models, spoilt_by(found.causes, found.now.course)[::EACH], found.now)
+    wrong, felt = (of(found.causes, found.now.course)[::EACH] for of in (spoilt_by, felt_by))
+    missing = missing_of(*models, wrong, felt, found.now)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
     causes = found_of(found, missing)
+    trials = tried_of(found, causes)
+    if accepted:
+        shift = shift_of(found, accepted, tried)
+        since, more = changed(shift, found, missing)
+        causes, trials = _in_order((*causes, *since)), (*trials, *more)
     heldout = held_out(found, plain, floors[FIVE_S], rng)
     prediction = None
-    if check is not None:
+    if check is not None and other is not None:
         progress(0.9, "flying the check dive")
-        prediction = predict(found, nominal, _nominal(check, file, configuration), check.name, rng)
+        prediction = predict(found, plain, other, check.name, rng)
     measured = None if prediction is None else windows_of(prediction).shrink(rng)
     progress(1.0, "done")
     return Diagnosis(
@@ -89,7 +101,7 @@ def diagnose(
         verdict_of(causes, left),
         gap,
         causes,
-        tried_of(found, causes),
+        trials,
         character_of(left) if is_unknown(left) else None,
         heldout,
         measured,
@@ -127,6 +139,17 @@ def _gap(
         slices_of(power, now.course, EACH),
         depends_on(missing, now.course, EACH),
     )
+
+
+def _in_order(causes: tuple[Found, ...]) -> tuple[Found, ...]:
+    return tuple(sorted(causes, key=lambda one: -one.gain_nats))
+
+
+def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
+    return {
+        name: Value(one.value, BY_NAME[name].unit, one.value - Z95 * one.std, one.value + Z95 * one.std)
+        for name, one in accepted.items()
+    }
 
 
 def _able(dive: Dive, least_s: float) -> None:

@@ -137,6 +137,15 @@ def spoilt_by(causes: Sequence[Cause], course: Course) -> Array:
     return total
 
 
+def felt_by(causes: Sequence[Cause], course: Course) -> Array:
+    """(n, 3): what causes add to the accelerometer's reading beyond what it feels, m/s2."""
+    total = np.zeros((len(course.time_s), 3))
+    for cause in causes:
+        felt = cause.act(course).specific_force
+        total += 0.0 if felt is None else felt
+    return total
+
+
 def slope_of(causes: Sequence[Cause], course: Course) -> Array:
     """(n, 6, 6): by how much the causes' forces (rows) change with each velocity."""
     out = np.zeros((len(course.time_s), 6, 6))

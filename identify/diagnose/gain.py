@@ -18,30 +18,32 @@ LEVEL = (0, 1)
 
 
 def gain_of(cause: Cause, missing: Missing, now: Nominal) -> Gain | None:
-    """Velocity errors of the feed-forward alone, through m e' + D e = f; None where it can't make up for the cause.
-
-    f is what the nominal model lacks and the disturbance, before; after, less what the cause adds beyond what masses
-    and dampings of their own make of it.
-    """
-    if not cause.effect.feedforward:
-        return None
+    """Of a cause, beyond what masses and dampings of their own make up for; None where the feed-forward can't."""
     wrench = cause.act(now.course).wrench
-    if wrench is None:
+    if not cause.effect.feedforward or wrench is None:
         return None
+    return gain_by(
+        np.column_stack([_beyond(wrench[:, dof], now.course, dof) for dof in range(6)]), missing, now
+    )
+
+
+def gain_by(wrench: Array, missing: Missing, now: Nominal) -> Gain:
+    """Velocity errors of the feed-forward alone, through m e' + D e = f: f is what the nominal model lacks and the
+    disturbance, before; after, less a wrench (n, 6) along the course that the feed-forward makes up for."""
     before = after = 0.0
     for dof in LEVEL:
         noise = _driven(now, dof)
-        own = _beyond(wrench[::EACH, dof], now.course, dof)
         mass, damping = float(now.course.mass[dof]), float(now.course.damping[dof])
         step_s = now.course.step_s * EACH
         lacking = missing.wrench[:, dof]
         before += float(np.mean(_error(lacking, mass, damping, step_s) ** 2)) + noise
-        after += float(np.mean(_error(lacking - own, mass, damping, step_s) ** 2)) + noise
+        left = lacking - wrench[::EACH, dof]
+        after += float(np.mean(_error(left, mass, damping, step_s) ** 2)) + noise
     return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
 
 
 def _beyond(force: Array, course: Course, dof: int) -> Array:
-    columns = np.column_stack([course.nu[::EACH, dof], course.nu_dot[::EACH, dof]])
+    columns = np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]])
     fitted, *_ = np.linalg.lstsq(columns, force, rcond=None)
     return np.asarray(force - columns @ fitted)
 

@@ -29,8 +29,9 @@ class Missing:
         return np.asarray(np.sqrt(np.mean(self.wrench**2, axis=0)))
 
 
-def missing_of(before: Flown, after: Flown, wrong: Array, noise: Nominal) -> Missing:
-    """What two models beside one motion differ by, beside readings that are `wrong` by (n, 6).
+def missing_of(before: Flown, after: Flown, wrong: Array, felt: Array, noise: Nominal) -> Missing:
+    """What two models beside one motion differ by, beside readings of velocities that are `wrong` by (n, 6) and an
+    acceleration that is `felt` by (n, 3) too much, which counts as the force that it would take.
 
     Both lack the same disturbance, so that their difference is all but free of noise.
     """
@@ -38,6 +39,7 @@ def missing_of(before: Flown, after: Flown, wrong: Array, noise: Nominal) -> Mis
     force, sensor = _levels(noise)
     amiss = _without_scale(wrong, after.nu)
     power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((amiss / sensor) ** 2)
+    power[:, :3] += np.nan_to_num((after.mass[:3] * felt / force[:3]) ** 2)
     return Missing(after.time_s, wrench, wrong, power)
 
 

@@ -32,7 +32,7 @@ def lacking(nominal, cause):
     after = flown(
         nominal, nominal.theta, nu, wrench_of([cause], nominal.course), slope_of([cause], nominal.course)
     )
-    return missing_of(before, after, np.zeros_like(after.nu), nominal)
+    return missing_of(before, after, np.zeros_like(after.nu), np.zeros((len(after.nu), 3)), nominal)
 
 
 def test_what_is_missing_is_what_the_cause_pushes(nominal):
@@ -66,13 +66,20 @@ def test_a_reading_that_is_off_lies_in_the_degree_of_freedom_that_it_spoils(nomi
     wrong = np.zeros_like(nu[::EACH])
     wrong[:, 1] = 0.05
     model = flown(nominal, nominal.theta, nu)
-    found = missing_of(model, model, wrong, nominal)
+    found = missing_of(model, model, wrong, np.zeros((len(wrong), 3)), nominal)
     assert {one.dof for one in shares_of(found.power, phases_of(nominal.course, EACH))} == {"sway"}
+
+
+def test_an_accelerometer_that_feels_too_much_lies_where_it_does(nominal):
+    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    felt = np.tile([0.05, 0.0, 0.0], (len(model.nu), 1))
+    found = missing_of(model, model, np.zeros_like(model.nu), felt, nominal)
+    assert {one.dof for one in shares_of(found.power, phases_of(nominal.course, EACH))} == {"surge"}
 
 
 def test_a_reading_that_is_only_too_large_is_what_a_refit_takes_up(nominal):
     model = flown(nominal, nominal.theta, nominal.motion.nu)
-    found = missing_of(model, model, 0.03 * model.nu, nominal)
+    found = missing_of(model, model, 0.03 * model.nu, np.zeros((len(model.nu), 3)), nominal)
     assert found.power.sum() == pytest.approx(0.0, abs=1e-12)
 
 

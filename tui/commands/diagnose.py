@@ -9,7 +9,7 @@ from tui import exit_codes
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from bridge.vehicle.config import VehicleFile
+    from bridge.vehicle.config import Prior, VehicleFile
     from identify.diagnose.diagnosis import Diagnosis
     from identify.dive import Dive
 
@@ -42,6 +42,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--predict",
         metavar="CSV",
         help="write the velocities of the check dive: measured, and foretold without and with the causes",
+    )
+    parser.add_argument(
+        "--accepted",
+        metavar="FILE",
+        help="the JSON of identify, or a .param with its sidecar, that was accepted earlier: what has changed since is"
+        " told, too",
     )
     parser.add_argument(
         "--accept",
@@ -77,8 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
     dive = read_dive(Path(arguments.dive), columns, file)
     check = read_dive(Path(arguments.check), columns, file) if arguments.check else None
     configuration = configuration_of(dive, file)
+    earlier = accepted_before(arguments.accepted, configuration) if arguments.accepted else None
     with show.progress(f"diagnosing {dive.name}") as tell:
-        found = diagnose(dive, file, configuration, check=check, progress=tell)
+        found = diagnose(dive, file, configuration, check=check, accepted=earlier, progress=tell)
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
     written = []
@@ -112,6 +119,23 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     if found.verdict == "unknown":
         how += " with --despite-doubts, because something is left that no cause explains"
     return (*found.accepted.sentences, how)
+
+
+def accepted_before(path: str, configuration: str) -> "dict[str, Prior]":
+    """Values accepted earlier, as well as they were known then: what may have changed since is what is asked for.
+
+    Raises UsageError for those of another configuration.
+    """
+    from tui.accepted import priors_of
+    from tui.parameter_files import Leave
+
+    of, priors = priors_of(Path(path), 0.0, Leave())
+    if of != configuration:
+        raise exit_codes.UsageError(
+            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
+            "that one"
+        )
+    return priors
 
 
 def configuration_of(dive: "Dive", file: "VehicleFile") -> str:

@@ -1,0 +1,195 @@
+"""What has changed since parameters were accepted: causes that a refit of the nominal model takes up whole.
+
+Each shifts masses and dampings in a pattern of its own: a thrust that is less shifts all alike, a payload the masses by
+so many kilograms. The shift from the accepted values to those of this dive is held against these patterns, in units of
+how well both are known (generalised least squares, Aitken 1935), the accepted causes of the dive beside them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act, Effect
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.config import Prior
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import Found, Tried, Value
+from identify.diagnose.gain import gain_by
+from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.missing import Missing
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.search import LEAST_GAIN, Explanation
+from identify.diagnose.whitened import of_the_mean
+from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.identification import Z95
+
+Array = NDArray[np.float64]
+
+ALIKE_NATS = 2.0
+"""A cause that speaks for itself by so little less can't be told from the best."""
+
+MOST = 2
+
+
+@dataclass(frozen=True)
+class Shift:
+    """From this dive's parameters to the accepted ones, (k,), in shares of the dive's: the size, and the precision
+    (k, k) to which it is known. patterns (e, k): what taking one unit of each effect out would make of it."""
+
+    size: Array
+    precision: Array
+    effects: tuple[Effect, ...]
+    patterns: Array
+
+    def without(self, chosen: Sequence[int]) -> tuple[Array, Array, Array]:
+        """What is left beside some effects (k,), their sizes (c,) and the covariance of these."""
+        columns = self.patterns[list(chosen)].T
+        covariance = np.linalg.pinv(columns.T @ self.precision @ columns, hermitian=True)
+        sizes = covariance @ (columns.T @ self.precision @ self.size)
+        return np.asarray(self.size - columns @ sizes), np.asarray(sizes), np.asarray(covariance, np.float64)
+
+    def nats(self, chosen: Sequence[int]) -> float:
+        """What some effects together save."""
+        if not chosen:
+            return 0.0
+        left, _, _ = self.without(chosen)
+        return 0.5 * float(self.size @ self.precision @ self.size - left @ self.precision @ left)
+
+    def best_beside(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
+        """What each other effect saves beside some, best first; another form of one of them is none."""
+        taken, base = {self.effects[k].name for k in chosen}, self.nats(chosen)
+        return sorted(
+            (
+                (self.nats([*chosen, k]) - base, k)
+                for k, effect in enumerate(self.effects)
+                if effect.name not in taken
+            ),
+            reverse=True,
+        )
+
+
+def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
+    """The shift of the masses and dampings that both the dive and the accepted values tell."""
+    ground, now = found.ground, found.now
+    inverse, places = _known(ground, found.fit)
+    names, at, prior = [], [], []
+    for name, place in _named(now):
+        if name in accepted:
+            names.append(name)
+            at.append(places.index(place))
+            prior.append(accepted[name])
+    theta = now.theta[[places[k] for k in at]]
+    fitted = np.exp(theta)
+    value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
+    covariance = inverse[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
+    effects = tuple(one for one in library if one.refit_absorbs and len(one.parameters) == 1)
+    patterns = [_pattern(one, ground, inverse)[at] if _is_push(one, now.course) else _own(one, now, names)
+                for one in effects]  # fmt: skip
+    precision = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+    return Shift(value / fitted - 1.0, precision, effects, np.array(patterns))
+
+
+def changed(
+    shift: Shift, found: Explanation, missing: Missing
+) -> tuple[tuple[Found, ...], tuple[Tried, ...]]:
+    """The causes of a shift that is more than chance, and all that were tried."""
+    chosen: list[int] = []
+    also: dict[int, dict[str, float]] = {}
+    while len(chosen) < MOST:
+        ranked = shift.best_beside(chosen)
+        if not ranked or ranked[0][0] < LEAST_GAIN:
+            break
+        best, k = ranked[0]
+        also[k] = {
+            shift.effects[other].name: _likeness(shift, k, other)
+            for nats, other in ranked[1:]
+            if best - nats < ALIKE_NATS and shift.effects[other].name != shift.effects[k].name
+        }
+        chosen.append(k)
+    causes = tuple(_found(shift, chosen, i, also[k], found, missing) for i, k in enumerate(chosen))
+    rest = [(gain, k, False) for gain, k in shift.best_beside(chosen)]
+    mine = [(one.gain_nats, k, True) for one, k in zip(causes, chosen, strict=True)]
+    tried = (
+        Tried(shift.effects[k].name, shift.effects[k].label, nats, yes) for nats, k, yes in (*mine, *rest)
+    )
+    return causes, tuple(tried)
+
+
+def _found(
+    shift: Shift, chosen: Sequence[int], i: int, also: dict[str, float], found: Explanation, missing: Missing
+) -> Found:
+    effect = shift.effects[chosen[i]]
+    (one,) = effect.parameters
+    _, sizes, covariance = shift.without(chosen)
+    cause = Cause(effect, np.clip(effect.none() + sizes[i], one.low, one.high))
+    half = Z95 * float(np.sqrt(covariance[i, i]))
+    told = {
+        name: Value(value, unit, value - half, value + half)
+        for name, (value, unit) in effect.told(cause.values).items()
+    }
+    others = [k for k in chosen if k != chosen[i]]
+    nats = shift.nats(chosen) - shift.nats(others)
+    wrench = _as_wrench(cause.act(found.now.course), found.now.course)
+    gain = gain_by(wrench, missing, found.now) if effect.feedforward else None
+    return Found(cause, tuple(also), also, float(1.0 - np.exp(-nats)), told, nats, gain)
+
+
+def _likeness(shift: Shift, one: int, other: int) -> float:
+    a, b, p = shift.patterns[one], shift.patterns[other], shift.precision
+    return float(abs(a @ p @ b) / max(np.sqrt((a @ p @ a) * (b @ p @ b)), 1e-300))
+
+
+def _known(ground: Ground, fit: Fitted) -> tuple[Array, list[int]]:
+    """The covariance of what moves the innovations' mean, the causes' parameters beside it, and the places in theta."""
+    joint = ground.now.joint
+    places = sorted({*joint.mass_places, *of_the_mean(joint)})
+    columns = np.column_stack([-ground.rows.nominal, fit.slopes])
+    known = np.concatenate([ground.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
+    inverse = np.linalg.pinv(columns.T @ columns + np.diag(known), rcond=1e-12, hermitian=True)
+    return np.asarray(inverse[: len(places), : len(places)]), places
+
+
+def _named(now: Nominal) -> list[tuple[str, int]]:
+    """Name and place in theta of each mass and damping; the mass that its own equation tells."""
+    out = []
+    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+        dof = problem.axis.dof
+        out += [(MASSES[dof].name, place.start + MASS), (DAMPINGS[dof].name, place.start + DAMPING)]
+    return out
+
+
+def _is_push(effect: Effect, course: Course) -> bool:
+    act = effect.act(course, effect.start())
+    return act.mass is None and act.damping is None
+
+
+def _pattern(effect: Effect, ground: Ground, inverse: Array) -> Array:
+    """What a refit makes of one unit of a force or of a reading, taken out; in logarithms."""
+    course = ground.now.course
+    unit = effect.act(course, effect.none() + 1.0)
+    column = ground.rows.columns([unit], course)[:, 0]
+    return np.asarray(inverse @ (ground.rows.nominal[:, : len(inverse)].T @ column))
+
+
+def _own(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
+    """What taking one unit of a change of masses and dampings out makes of them, in shares."""
+    act = effect.act(now.course, effect.none() + 1.0)
+    share = {}
+    for dof in range(6):
+        share[MASSES[dof].name] = 0.0 if act.mass is None else -act.mass[dof] / now.course.mass[dof]
+        less = 0.0 if act.damping is None else -act.damping[dof]
+        share[DAMPINGS[dof].name] = less / max(now.course.damping[dof], 1e-9)
+    return np.array([share[name] for name in names])
+
+
+def _as_wrench(act: Act, course: Course) -> Array:
+    """(n, 6): what an act pushes, its change of masses and dampings among it."""
+    out = np.zeros_like(course.nu) if act.wrench is None else act.wrench.copy()
+    if act.mass is not None:
+        out -= act.mass * course.nu_dot + course.coriolis_of(act.mass, course.nu)
+    if act.damping is not None:
+        out -= act.damping * course.nu
+    return out
