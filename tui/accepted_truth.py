@@ -15,7 +15,6 @@ SIMULATED = (
     "quadratic_drag",
     "dead_zone",
     "weak_thruster",
-    "thrust_gain",
     "reverse_thrust_loss",
 )
 """Names and labels of effects whose coefficients the simulator has."""

@@ -2,7 +2,6 @@
 makes up for them; what it can't make up for, in sentences."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,15 +41,16 @@ HELD_BY_PID = QUADRATIC[2:5]
 
 
 def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
-    """What accepting the causes comes to; `now` is the nominal model that was fitted together with them."""
+    """What accepting the causes comes to; `now` is the nominal model that was fitted together with them, so that what
+    a refit absorbs is in it already.
+    """
     values, sentences = _linear(found, now, shape)
     of_effects: dict[str, Value] = {}
     for one in found:
         coefficients = _coefficients(one, now.course)
-        if not coefficients and one.cause.effect.feedforward != "nominal":
+        if not coefficients:
             sentences.append(_not_made_up(one))
-        for name, value in coefficients.items():
-            of_effects[name] = _times(of_effects[name], value) if name in of_effects else value
+        of_effects |= coefficients
         sentences += _partly(one)
     fit = {one.name: one for one in effect_coefficients(shape)}
     for name, value in of_effects.items():
@@ -83,13 +83,9 @@ def _effect(one: Found) -> AcceptedEffect:
 
 
 def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple[dict[str, Value], list[str]]:
-    """The linear model's coefficients with what causes change of them, axis by axis, where the dive tells them."""
-    course, values, sentences = now.course, {}, []
-    mass, damping = course.mass.copy(), course.damping.copy()
-    for one in found:
-        act = one.cause.act(course)
-        mass += 0.0 if act.mass is None else act.mass
-        damping += 0.0 if act.damping is None else act.damping
+    """The linear model's coefficients, axis by axis, where the dive tells them."""
+    values, sentences = {}, []
+    mass, damping = now.course.mass, now.course.damping
     kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
     for problem, stds in zip(now.joint.problems, _log_stds(found, now), strict=True):
         dof = problem.axis.dof
@@ -115,7 +111,10 @@ def _log_stds(found: Sequence[Found], now: Nominal) -> list[tuple[float, float]]
     """Standard errors of log mass and log damping of each axis, beside the causes."""
     rows = whitened(now.joint, now.theta, now.doubted)
     slopes = [
-        one.cause.slope(now.course, p) for one in found for p in np.flatnonzero(one.cause.present).tolist()
+        one.cause.slope(now.course, p)
+        for one in found
+        if not one.cause.effect.refit_absorbs
+        for p in np.flatnonzero(one.cause.present).tolist()
     ]
     whole = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
@@ -148,10 +147,6 @@ def _munk(one: Found, course: Course) -> dict[str, Value]:
     return {"N_munk": _changed(one.parameters["gain"], lambda gain: (gain - 1.0) * arm, "kg")}
 
 
-def _every_gain(one: Found, course: Course) -> dict[str, Value]:
-    return {gain_name(k + 1): one.parameters["gain"] for k in range(course.asked_n.shape[1])}
-
-
 def _sag(one: Found, course: Course) -> dict[str, Value]:
     """The rate is in units of the rate at which V^2 fell in this dive."""
     begun_v, rate = voltage_law(course.voltage_v, course.since_s)
@@ -168,7 +163,6 @@ COEFFICIENTS_OF: dict[str, Callable[[Found, Course], dict[str, Value]]] = {
     "cross_flow_lift": lambda one, _: one.parameters,
     "munk_moment": _munk,
     "cg_offset": _offset,
-    "thrust_gain": _every_gain,
     "weak_thruster": lambda one, _: {gain_name(one.cause.effect.number): one.parameters["gain"]},
     "reverse_thrust_loss": lambda one, _: {ASTERN: one.parameters["gain"]},
     "dead_zone": lambda one, _: {
@@ -184,15 +178,10 @@ def _changed(value: Value, change: Callable[[float], float], unit: str) -> Value
     return Value(change(value.value), unit, low, high)
 
 
-def _times(one: Value, other: Value) -> Value:
-    """A product: two causes that weaken one thruster."""
-    return replace(
-        one, value=one.value * other.value, low95=one.low95 * other.low95, high95=one.high95 * other.high95
-    )
-
-
 def _not_made_up(one: Found) -> str:
     what = _capital(name_of(one))
+    if one.cause.effect.feedforward and one.cause.effect.refit_absorbs:
+        return f"{what} is in the masses and dampings of this dive, which are sent."
     if one.cause.effect.place in ("reading", "log"):
         return f"{what} lies in what is read, not in how the vehicle moves: correct it where it is read."
     if one.cause.effect.place == "water":

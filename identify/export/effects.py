@@ -8,8 +8,9 @@ from bridge.effects.accepted import AcceptedEffect
 from bridge.vehicle.config import Vector3
 from identify.export.model import Model, Propeller, six
 
-IN_COEFFICIENTS = ("added_payload", "entrained_water", "fouling (since the last time)")
-"""Names and labels of what is in the masses and dampings themselves."""
+IN_COEFFICIENTS = ("added_payload", "entrained_water", "fouling (since the last time)", "thrust_gain")
+"""Names and labels of what is in the masses and dampings themselves: told by thrust as the vehicle file has it, they
+are as much larger as it is weaker."""
 
 ALL_ABOVE = "all above it"
 
@@ -92,7 +93,6 @@ def _current(model: Model, effect: AcceptedEffect) -> Model:
 
 CHANGES: dict[str, Callable[[Model, AcceptedEffect], Model | None]] = {
     "quadratic_drag": _drag,
-    "thrust_gain": _gain,
     "weak_thruster": _gain,
     "reverse_thrust_loss": _astern,
     "dead_zone": _dead_zone,

@@ -92,14 +92,6 @@ def test_a_munk_moment_and_a_centre_of_mass_become_moments_of_this_vehicles_mass
     assert (told["S_x"], told["S_y"]) == pytest.approx((0.02 * shape.dry_mass_kg, -0.01 * shape.dry_mass_kg))
 
 
-def test_thrusters_all_weak_and_one_weaker_still_multiply(nominal, shape):
-    told = of_effects(
-        accepted_of((found(actuators.THRUST_GAIN, 0.9), found(one_thruster.weak(1), 0.8)), nominal, shape)
-    )
-    assert told["T1_gain"] == pytest.approx(0.72)
-    assert told["T2_gain"] == 0.9
-
-
 def test_a_sag_becomes_the_law_of_the_voltage_that_was_measured(nominal, shape):
     course = nominal.course
     falling = replace(nominal, course=replace(course, voltage_v=16.0 - 0.01 * course.since_s))
@@ -108,11 +100,13 @@ def test_a_sag_becomes_the_law_of_the_voltage_that_was_measured(nominal, shape):
     assert told == pytest.approx({"T_volt": begun_v, "T_vshare": 0.8})
 
 
-def test_more_mass_and_drag_are_in_the_linear_model_itself(nominal, shape):
-    plain = accepted_of((), nominal, shape).values
-    laden = accepted_of((found(rigid_body.ENTRAINED_WATER, 3.0),), nominal, shape)
-    assert laden.values["M_u"].value == pytest.approx(plain["M_u"].value + 3.0)
-    assert (of_effects(laden), laden.sentences) == ({}, ())
+@pytest.mark.parametrize(
+    ("effect", "size"), [(rigid_body.ENTRAINED_WATER, 3.0), (actuators.THRUST_GAIN, 0.9)]
+)
+def test_what_a_refit_takes_up_is_sent_once_in_the_masses_and_dampings(nominal, shape, effect, size):
+    accepted = accepted_of((found(effect, size),), nominal, shape)
+    assert accepted.values == accepted_of((), nominal, shape).values
+    assert "is in the masses and dampings of this dive" in accepted.sentences[-1]
 
 
 @pytest.mark.parametrize(
