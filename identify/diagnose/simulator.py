@@ -11,7 +11,6 @@ from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Diagnosis, Value
 from identify.diagnose.nominal import Nominal, refitted
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
 
 Array = NDArray[np.float64]
 
@@ -32,20 +31,24 @@ class Simulator:
 
     def beside(self, nominal: Nominal) -> Nominal:
         """A dive's filters where the simulator's parameters and effects are all that the model knows; trims and noise
-        levels are the dive's own."""
+        levels are the dive's own.
+
+        Of a mass or damping that its recording tells between two ends, the one nearest to the dive's is held: what the
+        recording does not tell is no fault of the simulator.
+        """
         joint = nominal.joint
         theta = nominal.theta.copy()
         for problem, place in zip(joint.problems, joint.places, strict=True):
-            told = self._logs(problem.axis.dof)
+            told = self._logs(problem.axis.dof, nominal)
             if told is not None:
                 theta[place.start + MASS], theta[place.start + DAMPING] = told
-        held = tuple(self._held(problem) for problem in joint.problems)
-        locked = replace(joint, problems=held, apart_prior=self._apart(joint))
+        held = tuple(self._held(problem, nominal) for problem in joint.problems)
+        locked = replace(joint, problems=held, apart_prior=self._apart(nominal))
         acts = [cause.act(nominal.course) for cause in self.causes]
         return refitted(replace(nominal, joint=locked, theta=theta), acts)
 
-    def _held(self, problem: AxisLikelihood) -> AxisLikelihood:
-        told = self._logs(problem.axis.dof)
+    def _held(self, problem: AxisLikelihood, nominal: Nominal) -> AxisLikelihood:
+        told = self._logs(problem.axis.dof, nominal)
         if told is None:
             return problem
         mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
@@ -53,20 +56,25 @@ class Simulator:
         precision[[MASS, DAMPING]] = HELD_STD**-2
         return replace(problem, prior_mean=mean, prior_precision=precision)
 
-    def _apart(self, joint: JointLikelihood) -> Array:
-        prior = joint.apart_prior.copy()
-        for k, dof in enumerate(joint.apart):
-            told = self._logs(dof)
+    def _apart(self, nominal: Nominal) -> Array:
+        prior = nominal.joint.apart_prior.copy()
+        for k, dof in enumerate(nominal.joint.apart):
+            told = self._logs(dof, nominal)
             if told is not None:
                 prior[k] = told[0], HELD_STD**-2
         return prior
 
-    def _logs(self, dof: int) -> tuple[float, float] | None:
+    def _logs(self, dof: int, nominal: Nominal) -> tuple[float, float] | None:
         """Logarithms of a degree of freedom's mass and damping."""
         mass, damping = (self.values.get(one.name) for one in (MASSES[dof], DAMPINGS[dof]))
         if mass is None or damping is None:
             return None
-        return float(np.log(mass.value)), float(np.log(damping.value))
+        return _nearest(mass, nominal.course.mass[dof]), _nearest(damping, nominal.course.damping[dof])
+
+
+def _nearest(told: Value, own: float) -> float:
+    """The logarithm of what is nearest to `own` in the interval that is told."""
+    return float(np.log(np.clip(own, told.low95, told.high95)))
 
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:

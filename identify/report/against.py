@@ -11,7 +11,8 @@ from identify.report.text import MISSING, unit, with_interval
 HOW = (
     "Both recordings are diagnosed alike, each by its own commands. The gap is that of the simulator's own model, "
     "masses, dampings and effects, along the real dive: before is the simulator as it is, after the simulator with all "
-    "that is named here."
+    "that is named here. A number of the simulator that its own recording does not tell is taken as near to the "
+    "vehicle's as that recording allows."
 )
 
 

@@ -176,13 +176,14 @@ def test_plain_data_hold_what_sets_the_two_apart():
     assert data["effects"][0]["name"] == "dead_zone"
 
 
-def test_a_simulator_s_numbers_are_held_whatever_the_dive_says():
+def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recording_lets_them():
     case = draw_case(150031, names=[], seconds=60.0)
     nominal = nominal_of(dive_of(case), case.file, case.configuration)
     mass = nominal.course.mass
-    held = Simulator({"M_u": value(1.3 * mass[0]), "D_u": value(20.0)}, ()).beside(nominal)
-    assert held.course.mass[0] == pytest.approx(1.3 * mass[0], rel=0.01)
-    assert held.course.damping[0] == pytest.approx(20.0, rel=0.01)
+    told = {"M_u": value(1.3 * mass[0]), "D_u": Value(20.0, "N/(m/s)", 1.0, 1000.0)}
+    held = Simulator(told, ()).beside(nominal)
+    assert held.course.mass[0] == pytest.approx(0.98 * 1.3 * mass[0], rel=0.005)
+    assert held.course.damping[0] == pytest.approx(nominal.course.damping[0], rel=0.005)
 
 
 def test_recordings_of_two_configurations_are_not_compared():
