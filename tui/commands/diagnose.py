@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 from tui import exit_codes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.console import Console
 
+    from bridge.effects.effect import Effect
     from bridge.vehicle.config import Prior, VehicleFile
     from identify.diagnose.diagnosis import Diagnosis
     from identify.dive import Dive
@@ -54,6 +57,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the model with the causes as a .param with its sidecar, for `seatrial params upload`",
     )
+    parser.add_argument(
+        "--without",
+        action="append",
+        metavar="EFFECT",
+        help="leave this effect out of those that are tried; may be given several times",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -84,8 +93,11 @@ def run(arguments: argparse.Namespace) -> int:
     check = read_dive(Path(arguments.check), columns, file) if arguments.check else None
     configuration = configuration_of(dive, file)
     earlier = accepted_before(arguments.accepted, configuration) if arguments.accepted else None
+    effects = effects_without(arguments.without, configuration, file) if arguments.without else None
     with show.progress(f"diagnosing {dive.name}") as tell:
-        found = diagnose(dive, file, configuration, check=check, accepted=earlier, progress=tell)
+        found = diagnose(
+            dive, file, configuration, check=check, effects=effects, accepted=earlier, progress=tell
+        )
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
     written = []
@@ -136,6 +148,20 @@ def accepted_before(path: str, configuration: str) -> "dict[str, Prior]":
             "that one"
         )
     return priors
+
+
+def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
+    """The library less some effects. Raises UsageError for a name that it does not hold."""
+    from bridge.effects.library import library
+
+    whole = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    known = {effect.name for effect in whole}
+    for name in names:
+        if name not in known:
+            raise exit_codes.UsageError(
+                f"--without {name}: there is no such effect; there are {', '.join(sorted(known))}"
+            )
+    return tuple(effect for effect in whole if effect.name not in names)
 
 
 def configuration_of(dive: "Dive", file: "VehicleFile") -> str:

@@ -1,0 +1,23 @@
+"""`seatrial diagnose --without EFFECT`: a library that lacks it."""
+
+import pytest
+
+from bridge.effects.library import library
+from bridge.vehicle.config import load_vehicle
+from tui.commands.diagnose import effects_without
+from tui.exit_codes import UsageError
+
+FILE = load_vehicle("ruvifist:survey")
+
+
+def test_what_is_left_out_is_not_tried_and_all_else_is() -> None:
+    whole = library(FILE.vehicle.configurations["survey"], FILE.vehicle.thrust_curve.lag_s)
+    left = effects_without(["weak_thruster", "tether"], "survey", FILE)
+    assert {effect.name for effect in whole} - {effect.name for effect in left} == {"weak_thruster", "tether"}
+
+
+def test_an_effect_that_does_not_exist_is_refused_with_those_that_do() -> None:
+    with pytest.raises(
+        UsageError, match=r"--without kraken: there is no such effect; there are .*battery_sag"
+    ):
+        effects_without(["kraken"], "survey", FILE)
