@@ -28,10 +28,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Targets:
-    """What is to be sent: parameter id to value, and what to know of where it came from."""
+    """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
+    which no effect that was accepted earlier holds."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) ->
             f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
             f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
         )
-    return _narrowed(path, Targets(values, notes), only)
+    return _narrowed(path, Targets(values, notes, sidecar is not None), only)
 
 
 def targets_of_identification(
@@ -80,7 +82,7 @@ def targets_of_identification(
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     told = (*doubts, *(f"note: {note}" for note in data.get("notes", ())))
     notes = (*warnings, f"outcome: {outcome}", *told)
-    return _narrowed(path, Targets(values, notes), only)
+    return _narrowed(path, Targets(values, notes, True), only)
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
     return AcceptedModel(
         file,
         sidecar.configuration,
-        {coefficient.name: values[name] for name, coefficient in named.items()},
+        {coefficient.name: values[name] for name, coefficient in named.items() if values[name]},
         {one.coefficient: (one.low95, one.high95) for one in sidecar.intervals.values()},
         sidecar.effects,
     )
@@ -136,7 +138,7 @@ def _narrowed(path: Path, found: Targets, only: Collection[str] | None) -> Targe
     if missing:
         raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found.values))}")
     kept = {name: value for name, value in found.values.items() if only is None or name in only}
-    return Targets(kept, found.notes)
+    return Targets(kept, found.notes, found.whole and only is None)
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:
@@ -182,6 +184,8 @@ def write_accepted(path: Path, found: "Diagnosis", dive: "Dive", file: VehicleFi
     ids = {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}
     ids |= {one.name: one.parameter_id(veh_cfg) for one in effect_coefficients(shape)}
     values = {ids[name]: float32.rounded(one.value) for name, one in accepted.values.items()}
+    # What was accepted earlier and is no more is taken back by whatever tool sends the file.
+    values |= {i: 0.0 for one in effect_coefficients(shape) if (i := ids[one.name]) not in values}
     names = ", ".join(effect.label for effect in accepted.effects)
     words = (
         f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",

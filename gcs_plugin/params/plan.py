@@ -119,6 +119,22 @@ def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Pla
     return Plan(tuple(_row(name, target, present) for name, target in targets.items()), dict(present))
 
 
+def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> dict[str, float]:
+    """Effects that a vehicle holds beside the model that is to replace its own, as 0: one that says nothing of them was
+    fitted without them, and stands for all that moves the vehicle.
+    """
+    about = {match.group(1) for name in targets if is_staged(name) and (match := _STAGED.fullmatch(name))}
+    return {
+        name: 0.0
+        for name, value in present.items()
+        if value != 0.0
+        and name not in targets
+        and isinstance(coefficient_of(name), EffectCoefficient)
+        and (match := _STAGED.fullmatch(name))
+        and match.group(1) in about
+    }
+
+
 def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     now = present.get(name)
     try:

@@ -68,6 +68,8 @@ def test_a_vehicle_takes_every_accepted_value_and_flies_it_once_committed(param)
     assert server.write("FF_COMMIT", float(server.staged_crc), armed=False) is None
     assert {name: server.active(1)[name] for name in VALUES} == pytest.approx(VALUES)
     assert "by diagnose: converged" in targets.notes[0]
+    assert targets.values["FF1_Y_VV"] == 0.0
+    assert targets.whole
 
 
 def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):

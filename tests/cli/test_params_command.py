@@ -324,3 +324,16 @@ def test_a_parameter_file_with_a_sidecar_says_where_it_comes_from(file, capsys):
     assert (
         "from lake-7 of ruvifist, configuration hovering, by likelihood: converged" in shown.out + shown.err
     )
+
+
+def test_a_model_without_effects_takes_back_those_accepted_before_and_says_so(vehicle, file, capsys):
+    vehicle.server.write("FF1_X_UU", 12.5, False)
+    vehicle.server.write("FF_COMMIT", float(vehicle.server.staged_crc), False)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1)["X_uu"] == 12.5
+    write_sidecar(
+        Path(file), Sidecar("", "", "hovering", "likelihood", "1", vehicle="ruvifist", outcome="converged")
+    )
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert "taken back: FF1_X_UU" in capsys.readouterr().out
+    assert "X_uu" not in vehicle.server.active(1)

@@ -4,7 +4,7 @@ import pytest
 
 from bridge.errors import ParamRejected, ParamUnknown
 from gcs_plugin.params import float32
-from gcs_plugin.params.plan import Verdict, is_staged, make_plan, printable
+from gcs_plugin.params.plan import Verdict, is_staged, make_plan, printable, taken_back
 from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 
@@ -126,3 +126,17 @@ def test_an_accepted_effect_is_part_of_the_staged_set_and_zero_means_that_it_is_
     plan = make_plan({"FF0_X_UU": 12.5, "FF0_T8_GAIN": 0.0, "FF0_N_V": -2.0, "FF0_T_ASTERN": 5.0}, present)
     assert [row.verdict for row in plan.rows] == [Verdict.CHANGED] * 3 + [Verdict.REFUSED]
     assert plan.rows[3].reason == "5 is outside 0.3 to 2"
+
+
+def test_a_model_that_was_fitted_without_effects_takes_back_those_of_its_configuration() -> None:
+    present = {
+        "FF0_M_U": 96.0,
+        "FF0_X_UU": 12.5,
+        "FF0_T2_GAIN": 0.8,
+        "FF0_N_V": 0.0,
+        "FF1_X_UU": 9.0,
+        "FF_MODE": 2.0,
+    }
+    assert taken_back({"FF0_M_U": 100.0}, present) == {"FF0_X_UU": 0.0, "FF0_T2_GAIN": 0.0}
+    assert taken_back({"FF0_M_U": 100.0, "FF0_X_UU": 10.0}, present) == {"FF0_T2_GAIN": 0.0}
+    assert taken_back({"FF_MODE": 1.0}, present) == {}

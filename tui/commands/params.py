@@ -120,6 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.framing import Encoder
     from bridge.link.open import open_link
     from gcs_plugin.params.client import ParameterClient
+    from gcs_plugin.params.plan import taken_back
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
 
@@ -136,11 +137,16 @@ def run(arguments: argparse.Namespace) -> int:
             present = client.read_all()
         if arguments.action == "show":
             return show_values(arguments, present)
-        for note in targets.notes:
+        back = taken_back(targets.values, present) if targets.whole else {}
+        told = (
+            f"note: effects accepted before are no part of this model and are taken back: {', '.join(back)}"
+        )
+        for note in (*targets.notes, *((told,) if back else ())):
             show.say(show.results(arguments.json), note)
+        values = targets.values | back
         if arguments.action == "diff":
-            return show_difference(arguments, targets.values, present)
-        return apply(arguments, client, watch, targets.values, present, clock.unix_s())
+            return show_difference(arguments, values, present)
+        return apply(arguments, client, watch, values, present, clock.unix_s())
     finally:
         link.close()
 
