@@ -30,7 +30,6 @@ from identify.diagnose.verdict import is_unknown, next_of, verdict_of
 from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
 from identify.diagnose.whitened import whitened
 from identify.dive import Dive
-from identify.identification import Z95
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -146,9 +145,9 @@ def _in_order(causes: tuple[Found, ...]) -> tuple[Found, ...]:
 
 
 def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
+    """As they were accepted, whatever their widths: the gap is that of the very model that the crew has."""
     return {
-        name: Value(one.value, BY_NAME[name].unit, one.value - Z95 * one.std, one.value + Z95 * one.std)
-        for name, one in accepted.items()
+        name: Value(one.value, BY_NAME[name].unit, one.value, one.value) for name, one in accepted.items()
     }
 
 
