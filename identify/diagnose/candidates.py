@@ -7,7 +7,9 @@ from identify.diagnose.cause import Cause, way
 from identify.diagnose.diagnosis import Found, Tried, Value
 from identify.diagnose.gain import gain_of
 from identify.diagnose.ground import Fitted
+from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
+from identify.diagnose.probability import probability
 from identify.diagnose.search import Explanation, candidates
 from identify.identification import Z95
 
@@ -22,12 +24,13 @@ def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
     out = []
     for k, cause in enumerate(found.causes):
         gain = found.fit.gain - _without(found, k)
+        alike = alike_of(found, k)
         out.append(
             Found(
                 cause,
-                (),
-                {},
-                float(1.0 - np.exp(-max(gain, 0.0))),
+                alike.names,
+                alike.likeness,
+                probability(alike.margin_nats),
                 parameters_of(found.fit, k),
                 gain,
                 gain_of(cause, missing, found.now),

@@ -28,7 +28,6 @@ from identify.diagnose.shrink import held_out
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.verdict import is_unknown, next_of, verdict_of
 from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
-from identify.diagnose.whitened import whitened
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
@@ -70,10 +69,10 @@ def diagnose(
     tried = effects or library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
     progress(0.7, "looking at what is left")
-    left = left_over(whitened(found.now.joint, found.now.theta, found.now.doubted), found.now.course)
+    left = left_over(found.ground, found.fit)
     progress(0.8, "measuring the gap")
-    before_it = simulator if accepted is None else Simulator(_values(accepted), ())
-    plain = nominal if before_it is None else before_it.beside(nominal)
+    before_it = simulator or Simulator(_values(accepted or {}), ())
+    plain = before_it.beside(nominal) if simulator or accepted else nominal
     models = beside(found, plain)
     wrong, felt = (of(found.causes, found.now.course)[::EACH] for of in (spoilt_by, felt_by))
     missing = missing_of(*models, wrong, felt, found.now)

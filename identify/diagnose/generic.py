@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.evidence import sums_of
-from identify.diagnose.whitened import Whitened
+from identify.diagnose.ground import Fitted, Ground
 
 Array = NDArray[np.float64]
 Variable = Literal[
@@ -53,23 +53,27 @@ class Left:
     forces: tuple[float, ...]
 
 
-def left_over(rows: Whitened, course: Course) -> Left:
-    """What generic forces foretell of a dive's innovations beyond the causes that are out of them."""
-    shapes = list(unit_forces(course, [own.problem.axis.dof for own in rows.own]))
-    found = [one for own in rows.own for one in _of_axis(rows, own.problem.axis.dof, shapes, course)]
+def left_over(ground: Ground, fit: Fitted) -> Left:
+    """What generic forces foretell of a dive's innovations beyond some causes and all that other forms of these add."""
+    known, dofs = ground.known(fit), [own.problem.axis.dof for own in ground.rows.own]
+    shapes = list(unit_forces(ground.now.course, dofs))
+    found = [one for dof in dofs for one in _of_axis(ground, fit.value, known, dof, shapes)]
     found.sort(key=lambda one: -one[1])
     return Left(*map(tuple, zip(*found[:MOST], strict=True))) if found else Left((), (), ())
 
 
 def _of_axis(
-    rows: Whitened, dof: int, forces: list[tuple[Variable, Parity | None, Array]], course: Course
+    ground: Ground, value: Array, known: Array, dof: int, forces: list[tuple[Variable, Parity | None, Array]]
 ) -> list[tuple[Shape, float, float]]:
     """The shapes that foretell one axis, one after another, with the nats and the force of each."""
+    rows, course = ground.rows, ground.now.course
     mine = rows.dof == dof
     shapes = [Shape(dof, variable, parity, force) for variable, parity, force in forces]
     acts = [_act(shape, course) for shape in shapes]
     columns = rows.columns_of(dof, acts, course)
-    sums = sums_of(rows.value[mine], rows.nominal[mine], rows.nominal_precision, columns, rows.piece[mine])
+    nominal = np.column_stack([rows.nominal[mine], known[mine]])
+    precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
+    sums = sums_of(value[mine], nominal, precision, columns, rows.piece[mine])
     kept: list[int] = []
     gains: list[float] = []
     while len(kept) < MOST:

@@ -104,9 +104,13 @@ class Ground:
 
     def beyond(self, fit: Fitted) -> Beside:
         """The same with what other forms of its causes would add taken out, too."""
+        return self._beside(fit.value, self.known(fit))
+
+    def known(self, fit: Fitted) -> Array:
+        """(rows, k): what other values and other forms of a fit's causes would add."""
         course = self.now.course
         others = [act for cause in fit.causes for act in forms(course, cause)]
-        return self._beside(fit.value, np.column_stack([fit.slopes, self.rows.columns(others, course)]))
+        return np.column_stack([fit.slopes, self.rows.columns(others, course)])
 
     def _beside(self, value: Array, known: Array) -> Beside:
         """The sums from what is made once for the ground and the products with what is new here."""

@@ -29,7 +29,7 @@ WEIGHED = 30
 """So many that fit best in sample are weighed on pieces held out."""
 
 MOST_CAUSES, MOST_TURNS = 3, 7
-SETTLED = 0.3
+SETTLED = 1.0
 LEAST_Z = 1.5
 
 

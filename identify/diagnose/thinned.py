@@ -7,12 +7,12 @@ import numpy as np
 
 from identify.dive import Dive, Signal
 
-MOST_HZ = 16.0
-"""Between one and two times as many readings a second are left."""
+USUAL_HZ = 12.0
+"""About so many readings a second are left."""
 
 
 def thinned(dive: Dive) -> Dive:
-    """The dive with gyros, attitude and depth averaged over as many neighbours as keep at least MOST_HZ."""
+    """The dive with gyros, attitude and depth averaged down to about USUAL_HZ."""
     return replace(
         dive,
         gyro=_averaged(dive.gyro),
@@ -25,7 +25,7 @@ def thinned(dive: Dive) -> Dive:
 
 def _averaged(signal: Signal | None) -> Signal | None:
     """Means over k neighbours, dated at the mean of their times; those with a gap in between are left out."""
-    if signal is None or (k := int(signal.rate_hz / MOST_HZ)) < 2:
+    if signal is None or (k := round(signal.rate_hz / USUAL_HZ)) < 2:
         return signal
     n = len(signal) // k
     time_s = signal.time_s[: n * k].reshape(n, k)

@@ -20,12 +20,13 @@ from identify.dive import Dive, Signal
 
 Array = NDArray[np.float64]
 
-EACH_S = 0.12
+EACH_S = 0.3
 WINDOW_S = 5.0
 """Over so long heading and gyro, accelerometer and attitude are compared."""
 
-STAMPED_S = 0.004
-"""To what a pulse's and a shaft speed's times are known beside each other."""
+STAMPED_S, SLOWER_S = 0.04, 0.01
+"""To what a thruster's pulse and shaft speed are known in time beside each other, speed controllers telling in turn
+what one message dates alike; and to what its lag is known."""
 
 MOST_MEMORY = 0.98
 LEAST_ROWS = 20
@@ -139,12 +140,12 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         later = -bins.along(course, np.gradient(course.thrust_n[:, k], course.step_s))
         slower = bins.along(course, _slower(course)[:, k])
         known = np.column_stack([np.maximum(nominal, 0.0), np.minimum(nominal, 0.0), later, slower])
-        precision = np.array([0.0, 0.0, STAMPED_S**-2.0, STAMPED_S**-2.0])
+        precision = np.array([0.0, 0.0, STAMPED_S**-2.0, SLOWER_S**-2.0])
         yield Witness("shaft", k, bins, thrust - nominal, known, precision, np.abs(nominal))
 
 
 def _by_pulses(pwm: Signal, file: VehicleFile, count: int) -> Callable[[Array], Array]:
-    """What the thrusters give by curve and lag at any times, (n, k): it has corners between the instants of a course, and
+    """What the thrusters give by curve and lag at any times, (n, k): it has corners between a course's instants, and
     shaft speeds are read there."""
     curve = file.vehicle.thrust_curve
     pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)

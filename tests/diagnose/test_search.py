@@ -15,9 +15,13 @@ from identify.diagnose.generic import left_over
 from identify.diagnose.ground import ground_of
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.search import explain
-from identify.diagnose.whitened import whitened
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
+
+
+def left_of(now):
+    ground = ground_of(now, LIBRARY)
+    return left_over(ground, ground.fitted(()))
 
 
 def quiet(_share, _words):
@@ -62,7 +66,6 @@ def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(no
     wrench = np.zeros_like(nominal.course.nu)
     wrench[:, 2] = 300.0 * nominal.course.nu[:, 2] ** 2
     spoilt = replace(refitted(nominal, [Act(wrench=wrench)]), acts=())
-    found = left_over(whitened(spoilt.joint, spoilt.theta, ()), spoilt.course)
+    found = left_of(spoilt)
     assert found.shapes[0].dof == 2
-    before = left_over(whitened(nominal.joint, nominal.theta, ()), nominal.course)
-    assert found.gains[0] > 5 * max(before.gains, default=1.0)
+    assert found.gains[0] > 5 * max(left_of(nominal).gains, default=1.0)
