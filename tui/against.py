@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 def run(arguments: Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.diagnose.against import against, plain
-    from identify.diagnose.words import cause_lines
     from identify.ingest.open import read_dive
     from identify.report.against import against_report
     from identify.report.page import write_report
@@ -39,19 +38,19 @@ def run(arguments: Namespace) -> int:
     if arguments.report:
         write_report(Path(arguments.report), against_report(found))
     console = show.results(arguments.json)
-    for line in told(found, cause_lines(found.vehicle)):
+    for line in told(found):
         show.say(console, line)
     if arguments.report:
         show.say(console, f"report: {arguments.report}")
     return exit_codes.DONE
 
 
-def told(found: "Against", causes: tuple[str, ...]) -> tuple[str, ...]:
+def told(found: "Against") -> tuple[str, ...]:
     """The verdict, then what else there is to say, indented."""
     from identify.diagnose import against_words, words
 
     lines = (
-        *causes,
+        *words.cause_lines(found.vehicle),
         *against_words.lines(found),
         *(f"Where: {line}." for line in words.where_lines(found.vehicle)),
         *words.shrink_lines(found.vehicle),

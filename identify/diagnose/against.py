@@ -15,7 +15,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.diagnose import answer
 from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.diagnosis import Diagnosis, Found, Value
-from identify.diagnose.simulator import lasting, simulator_of
+from identify.diagnose.simulator import lasting, priors_of, simulator_of
 from identify.dive import Dive
 from identify.identification import Z95
 
@@ -50,7 +50,8 @@ class Against:
     """vehicle: the diagnosis of the real dive, its gap the simulator's. simulator: that of its own recording.
 
     lacks: effects that it must gain; spare: effects of its own that the real dive does not show; differences: numbers
-    that must change; untold: degrees of freedom whose numbers one of the recordings does not tell.
+    that must change; stories: causes that would make masses and dampings differ so; untold: degrees of freedom whose
+    numbers one of the recordings does not tell.
     """
 
     vehicle: Diagnosis
@@ -58,6 +59,7 @@ class Against:
     lacks: tuple[Found, ...]
     spare: tuple[Found, ...]
     differences: tuple[Difference, ...]
+    stories: tuple[Found, ...]
     untold: tuple[str, ...]
 
 
@@ -74,12 +76,14 @@ def against(
     own = diagnose(
         sim, file, configuration, effects=effects, progress=lambda share, words: progress(0.5 * share, words)
     )
+    simulator = simulator_of(own)
     found = diagnose(
         real,
         file,
         configuration,
         effects=effects,
-        simulator=simulator_of(own),
+        simulator=simulator,
+        accepted=priors_of(simulator),
         progress=lambda share, words: progress(0.5 + 0.5 * share, words),
     )
     return compared(found, own)
@@ -87,7 +91,8 @@ def against(
 
 def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     """What sets the two apart."""
-    both = [(mine, _same(mine, simulator.found)) for mine in vehicle.found]
+    structural = [one for one in vehicle.found if not one.cause.effect.refit_absorbs]
+    both = [(mine, _same(mine, simulator.found)) for mine in structural]
     lacks = tuple(mine for mine, its in both if its is None)
     shared = {id(its) for _, its in both if its is not None}
     spare = tuple(its for its in simulator.found if id(its) not in shared and lasting(its.cause))
@@ -111,7 +116,8 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
         for dof in range(len(DOFS))
         if any(one.name not in its or one.name not in mine for one in (MASSES[dof], DAMPINGS[dof]))
     )
-    return Against(vehicle, simulator, lacks, spare, (*nominal, *differences), untold)
+    stories = tuple(one for one in vehicle.found if one.cause.effect.refit_absorbs) if nominal else ()
+    return Against(vehicle, simulator, lacks, spare, (*nominal, *differences), stories, untold)
 
 
 def plain(one: Against) -> dict[str, Any]:
@@ -130,6 +136,7 @@ def plain(one: Against) -> dict[str, Any]:
                 }
                 for each in one.differences
             ],
+            "stories": [found.name for found in one.stories],
             "untold": list(one.untold),
         }
     }

@@ -20,6 +20,8 @@ def verdict_sentence(one: Against) -> str:
         told = f"Your simulator must gain {causes}: {words.where_sentence(gap)}{_falls(one)}.{also}"
     elif numbers:
         told = f"Your simulator lacks no effect that this dive shows, but {numbers}{_falls(one)}."
+    elif one.vehicle.verdict == "unknown":
+        return f"Your simulator lacks something that no candidate explains: {words.where_sentence(gap)}."
     else:
         told = (
             f"Your simulator lacks nothing that this dive shows: its {words.DRIFT_S:g} s drift is "
@@ -44,7 +46,13 @@ def lines(one: Against) -> tuple[str, ...]:
         if one.untold
         else []
     )
-    return (*(f"{_capital(difference_sentence(each))}." for each in one.differences), *spare, *untold)
+    stories = [
+        f"{_capital(words.name_of(found))} would make masses and dampings differ so: {found.cause.effect.sentence} "
+        f"({', '.join(words.value_words(name, value) for name, value in words.told_parameters(found).items())})."
+        for found in one.stories
+    ]
+    numbers = [f"{_capital(difference_sentence(each))}." for each in one.differences]
+    return (*numbers, *stories, *spare, *untold)
 
 
 def difference_sentence(one: Difference) -> str:

@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.config import Prior
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Diagnosis, Value
 from identify.diagnose.nominal import Nominal, refitted
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.identification import Z95
 
 Array = NDArray[np.float64]
 
@@ -70,6 +72,15 @@ class Simulator:
         if mass is None or damping is None:
             return None
         return _nearest(mass, nominal.course.mass[dof]), _nearest(damping, nominal.course.damping[dof])
+
+
+def priors_of(simulator: Simulator) -> dict[str, Prior]:
+    """Its masses and dampings with their widths, as what was known before the real dive."""
+    return {
+        name: Prior(one.value, (one.high95 - one.low95) / (2 * Z95), "the simulator's recording", "thrust")
+        for name, one in simulator.values.items()
+        if one.high95 > one.low95
+    }
 
 
 def _nearest(told: Value, own: float) -> float:

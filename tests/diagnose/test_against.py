@@ -126,6 +126,25 @@ def test_a_number_that_costs_no_drift_is_not_told():
     assert compared(diagnosis(before=1.1), diagnosis(values={"M_u": 88.0})).differences == ()
 
 
+def test_what_no_candidate_explains_is_never_told_as_nothing():
+    one = compared(replace(diagnosis(before=1.3), verdict="unknown"), diagnosis())
+    assert against_words.verdict_sentence(one) == (
+        "Your simulator lacks something that no candidate explains: 100 % of it is in surge, steady."
+    )
+
+
+def test_a_cause_that_a_refit_takes_up_is_the_story_of_the_numbers_and_no_effect_to_gain():
+    payload = found("added_payload")
+    one = compared(diagnosis(payload), diagnosis(values={"M_u": 88.0}))
+    assert one.lacks == ()
+    assert one.stories == (payload,)
+    said = against_words.lines(one)[1]
+    assert said.startswith("Added payload would make masses and dampings differ so: ")
+    assert "(mass " in said
+    assert " kg (95 %: " in said
+    assert compared(diagnosis(payload), diagnosis()).stories == ()
+
+
 def test_no_more_than_three_numbers_stand_in_the_verdict_the_worst_first():
     off = {"M_u": 90.0, "D_u": 60.0, "M_v": 100.0, "D_v": 40.0}
     said = against_words.verdict_sentence(compared(diagnosis(), diagnosis(values=off)))
