@@ -131,6 +131,9 @@ def sums(square: Array, right: Array, precision: Array) -> Sums:
         base, leaning, one_square, one_right = _projected(
             square[taught].sum(axis=0), right[taught].sum(axis=0), known
         )
+        # What only the pieces held out show has no size to foretell them by.
+        mute = np.diag(one_square) <= NOTHING_NEW * np.maximum(own, 1e-300)
+        one_square[mute], one_square[:, mute], one_right[mute] = 0.0, 0.0, 0.0
         taught_square.append(one_square)
         taught_right.append(one_right)
         start = np.concatenate([base, np.zeros(len(one_right))])
