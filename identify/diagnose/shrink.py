@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,20 +100,30 @@ class Taught:
     slopes: Array
     value: Array
 
+    @cached_property
+    def _whole(self) -> Array:
+        """Columns (rows, k + 1), what they are to explain last. A rise of a nominal parameter adds its column to the
+        innovations, a force that is missing takes its own out."""
+        return np.column_stack([-self.rows.nominal, self.slopes, self.value])
+
+    @cached_property
+    def _products(self) -> Array:
+        """(F, k + 1, k + 1): the columns' products within the pieces of each fold."""
+        fold = self.rows.piece % FOLDS
+        return np.array([(own := self._whole[fold == k]).T @ own for k in range(FOLDS)])
+
     def without(self, fold: int) -> tuple[Array, Array]:
         """The fit's theta, and what the slopes' parameters change by, where the pieces of a fold are left out."""
         joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_places, *of_the_mean(joint)})
-        taught = self.rows.piece % FOLDS != fold
-        # A rise of a nominal parameter adds its column to the innovations, a force that is missing takes its own out.
-        columns = np.column_stack([-self.rows.nominal, self.slopes])[taught]
+        taught = self._products.sum(axis=0) - self._products[fold]
         precision = np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
         pull = np.zeros(len(precision))
         pull[: len(kept)] = (joint.prior_precision * (joint.prior_mean - theta))[kept]
-        square = columns.T @ columns + np.diag(precision)
+        square = taught[:-1, :-1] + np.diag(precision)
         scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
         inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-        step = inverse @ ((columns.T @ self.value[taught] + pull) / scale) / scale
+        step = inverse @ ((taught[:-1, -1] + pull) / scale) / scale
         theta = _moved(theta, joint, kept, step[: len(kept)])
         return theta, step[self.rows.nominal.shape[1] :]
 
