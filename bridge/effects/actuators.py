@@ -38,7 +38,7 @@ THRUST_CURVE = Effect(
     "thrust_curve",
     "thrust that falls short at the low end of the curve",
     "thruster",
-    (Parameter("low_end_loss", "1", 0.2, high=1.0),),
+    (Parameter("low_end_loss", "1", 0.2, low=0.0, high=1.0),),
     _low_end,
     "a staircase of thrust ahead and astern; shaft speeds",
 )

@@ -58,64 +58,89 @@ STEADY_CURRENT = Effect(
 )
 
 
-def varying_current(period_s: float) -> Effect:
-    """A sine and a cosine of one period in north and in east: four numbers, told as amplitude and period."""
-    rate = 2 * np.pi / period_s
+def varying_current(*periods_s: float) -> Effect:
+    """A sine and a cosine of each period in north and in east: four numbers a period, told as the amplitude of all
+    together and the period of their mean rate."""
+    rates = [2 * np.pi / period_s for period_s in periods_s]
 
     def act(course: Course, values: Array) -> Act:
-        sin, cos = np.sin(rate * course.since_s), np.cos(rate * course.since_s)
-        north, east = values[0] * sin + values[1] * cos, values[2] * sin + values[3] * cos
-        rising = rate * (values[0] * cos - values[1] * sin), rate * (values[2] * cos - values[3] * sin)
-        return Act(wrench=water_moves(course, course.in_body(north, east), course.in_body(*rising)))
+        water, rising = np.zeros((2, len(course.since_s))), np.zeros((2, len(course.since_s)))
+        for rate, line in zip(rates, values.reshape(-1, 2, 2), strict=True):
+            sin, cos = np.sin(rate * course.since_s), np.cos(rate * course.since_s)
+            water += line @ np.stack([sin, cos])
+            rising += rate * (line @ np.stack([cos, -sin]))
+        return Act(wrench=water_moves(course, course.in_body(*water), course.in_body(*rising)))
 
     def telling(values: Array) -> Told:
-        return {"amplitude": (float(np.linalg.norm(values)), "m/s"), "period": (period_s, "s")}
+        lines = np.linalg.norm(values.reshape(-1, 4), axis=1)
+        return {
+            "amplitude": (float(np.linalg.norm(lines)), "m/s"),
+            "period": (_usual_s(periods_s, lines**2), "s"),
+        }
 
     return Effect(
         "varying_current",
-        f"a current that comes and goes with a period of about {period_s:g} s",
+        f"a current that comes and goes with a period of about {periods_s[0]:.3g} s",
         "water",
         tuple(
-            Parameter(f"{way}_{part}", "m/s", 0.03) for way in ("north", "east") for part in ("sin", "cos")
+            Parameter(f"{way}_{part}", "m/s", 0.03)
+            for _ in periods_s
+            for way in ("north", "east")
+            for part in ("sin", "cos")
         ),
         act,
         "the same leg again; its spectrum",
-        variant=f"{period_s:g} s",
+        variant=_variant(periods_s),
         telling=telling,
     )
 
 
-def waves(period_s: float) -> Effect:
-    """A force of one period in north, east and down that dies with depth as exp(-k z) does, k of deep water; six
-    numbers, told as the larger of its level and its upright amplitude, at the depth that half the dive was above."""
-    rate = 2 * np.pi / period_s
+def waves(*periods_s: float) -> Effect:
+    """A force of each period in north, east and down that dies with depth as exp(-k z) does, k of deep water; six
+    numbers a period, told as the larger of its level and its upright amplitude, at the depth that half the dive was
+    above, and the period of their mean rate."""
+    rates = [2 * np.pi / period_s for period_s in periods_s]
 
     def act(course: Course, values: Array) -> Act:
-        sin, cos = np.sin(rate * course.since_s), np.cos(rate * course.since_s)
-        dying = np.exp(-(rate**2) / GRAVITY_M_S2 * _below_the_middle(course.depth_m))
-        north, east, down = (dying * (values[k] * sin + values[k + 1] * cos) for k in (0, 2, 4))
+        force, below_m = np.zeros((3, len(course.since_s))), _below_the_middle(course.depth_m)
+        for rate, line in zip(rates, values.reshape(-1, 3, 2), strict=True):
+            dying = np.exp(-(rate**2) / GRAVITY_M_S2 * below_m)
+            force += dying * (line @ np.stack([np.sin(rate * course.since_s), np.cos(rate * course.since_s)]))
         wrench = np.zeros_like(course.nu)
-        wrench[:, :3] = course.in_body(north, east) + course.world[2] * down[:, None]
+        wrench[:, :3] = course.in_body(force[0], force[1]) + course.world[2] * force[2][:, None]
         return Act(wrench=wrench)
 
     def telling(values: Array) -> Told:
-        amplitude = max(np.linalg.norm(values[:4]), np.linalg.norm(values[4:]))
-        return {"force_amplitude": (float(amplitude), "N"), "period": (period_s, "s")}
+        lines = values.reshape(-1, 6)
+        amplitude = max(np.linalg.norm(lines[:, :4]), np.linalg.norm(lines[:, 4:]))
+        usual_s = _usual_s(periods_s, (lines**2).sum(axis=1))
+        return {"force_amplitude": (float(amplitude), "N"), "period": (usual_s, "s")}
 
     return Effect(
         "waves",
-        f"waves with a period of about {period_s:g} s",
+        f"waves with a period of about {periods_s[0]:.3g} s",
         "water",
         tuple(
             Parameter(f"{way}_{part}", "N", 1.0)
+            for _ in periods_s
             for way in ("north", "east", "down")
             for part in ("sin", "cos")
         ),
         act,
         "its spectrum, and the same run deeper",
-        variant=f"{period_s:g} s",
+        variant=_variant(periods_s),
         telling=telling,
     )
+
+
+def _usual_s(periods_s: tuple[float, ...], power: Array) -> float:
+    """The period of the mean rate, by the lines' power."""
+    rates = 1.0 / np.array(periods_s)
+    return float(power.sum() / (power @ rates)) if power.any() else periods_s[0]
+
+
+def _variant(periods_s: tuple[float, ...]) -> str:
+    return f"{' and '.join(f'{period_s:.3g}' for period_s in periods_s)} s"
 
 
 def _below_the_middle(depth_m: Array) -> Array:

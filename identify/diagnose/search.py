@@ -11,6 +11,7 @@ from identify.diagnose.cause import Cause, Setting
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.ground import Beside, Fitted, Ground, ground_of
 from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.periods import seas_of
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,8 @@ LOOKED_AT = 5
 
 WEIGHED = 30
 """So many that fit best in sample are weighed on pieces held out."""
+
+SEAS = {"waves", "varying_current"}
 
 MOST_CAUSES, MOST_TURNS = 3, 7
 SETTLED = 1.0
@@ -51,7 +54,13 @@ def explain(
 ) -> Explanation:
     """The causes of a dive's gap among the effects of a library that a refit of the nominal model leaves to be seen."""
     able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
-    now, before = nominal, (ground := ground_of(nominal, able)).fitted(())
+    seas = {effect.name for effect in able} & SEAS
+    able = tuple(effect for effect in able if effect.name not in SEAS)
+
+    def at(now: Nominal) -> Ground:
+        return ground_of(now, (*able, *(effect for effect in seas_of(now) if effect.name in seas)))
+
+    now, before = nominal, (ground := at(nominal)).fitted(())
     fit = before
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
@@ -60,7 +69,7 @@ def explain(
             break
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(fit)) or 'none of them'}")
         now = refitted(nominal, [cause.act(now.course) for cause in fit.causes])
-        ground, before = ground_of(now, able), fit
+        ground, before = at(now), fit
     return Explanation(fit, ground, now)
 
 

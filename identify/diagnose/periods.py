@@ -1,0 +1,97 @@
+"""With which periods something pushes: the lines that stand out of what the nominal model leaves of the forces.
+
+A line that is a hundredth off its period is out of step within a dive, so that no table of periods finds it. They are
+read off the spectrum of the missing force in the world's axes, where a wave stays while the vehicle turns.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.effect import Effect
+from bridge.effects.environment import varying_current, waves
+from identify.diagnose.nominal import Nominal
+
+Array = NDArray[np.float64]
+
+WAVES_S, CURRENTS_S = (1.5, 12.0), (15.0, 200.0)
+MOST_LINES = 4
+NEAR, WIDE = 0.2, 0.6
+"""Lines of one sea lie within a share NEAR of the strongest's rate; what stands around is met within WIDE of it."""
+
+LEAST_OVER = 4.0
+"""So many times what stands around a further line must hold."""
+
+
+def periodic(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
+    """The effect of `sea` with the strongest line of a band of periods, and with all that stand out beside it."""
+    lines = _lines(_spectrum(now), band_s)
+    return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if count)
+
+
+def seas_of(now: Nominal) -> tuple[Effect, ...]:
+    """The waves and the varying currents that a dive may hold, by the periods of what its causes leave."""
+    return (*periodic(now, varying_current, CURRENTS_S), *periodic(now, waves, WAVES_S))
+
+
+def _spectrum(now: Nominal) -> tuple[Array, Array]:
+    """Rates (f,), Hz, and the power of what is missing in north, east and down together."""
+    course = now.course
+    missing = _missing(now)
+    north, east, down = course.world
+    world = np.column_stack([(missing * way).sum(axis=1) for way in (north, east, down)])
+    every = max(round(0.2 / course.step_s), 1)
+    whole = len(world) // every
+    slow = world[: whole * every].reshape(whole, every, 3).mean(axis=1)
+    slow = (slow - slow.mean(axis=0)) * np.hanning(whole)[:, None]
+    power = (np.abs(np.fft.rfft(slow, axis=0)) ** 2).sum(axis=1)
+    return np.asarray(np.fft.rfftfreq(whole, every * course.step_s), np.float64), np.asarray(
+        power, np.float64
+    )
+
+
+def _missing(now: Nominal) -> Array:
+    """The force (n, 3) of the smoothed motion that thrust, drag and Coriolis forces leave, and the causes so far."""
+    course, nu = now.course, now.motion.nu
+    moving = course.mass * np.gradient(nu, course.step_s, axis=0) + course.damping * nu
+    given = course.wrench_of(course.thrust_n) - course.coriolis_of(course.mass, nu)
+    for act in now.acts:
+        if act.wrench is not None:
+            given = given + act.wrench
+    fitted = [problem.axis.dof for problem in now.joint.problems]
+    out = np.where(np.isin(np.arange(6), fitted), moving - given, 0.0)[:, :3]
+    return np.asarray(out)
+
+
+def _lines(spectrum: tuple[Array, Array], band_s: tuple[float, float]) -> Sequence[float]:
+    """Periods, s, of the lines that stand out most over what is around them, the strongest first."""
+    rate, power = spectrum
+    inside = np.flatnonzero((rate > 1.0 / band_s[1]) & (rate < 1.0 / band_s[0]))
+    if len(inside) < 2 * MOST_LINES:
+        return ()
+    around = np.array(
+        [np.median(power[(rate > (1 - WIDE) * rate[i]) & (rate < (1 + WIDE) * rate[i])]) for i in inside]
+    )
+    over = power[inside] / np.maximum(around, 1e-300)
+    order = np.argsort(-over)
+    first = inside[order[0]]
+    lines = [first]
+    for k in order[1:].tolist():
+        i = inside[k]
+        apart = min(abs(i - line) for line in lines) > 1
+        if apart and over[k] > LEAST_OVER and abs(rate[i] - rate[first]) < NEAR * rate[first]:
+            lines.append(i)
+        if len(lines) == MOST_LINES:
+            break
+    return [float(1.0 / _peak(rate, power, i)) for i in lines]
+
+
+def _peak(rate: Array, power: Array, i: int) -> float:
+    """The rate of a line between the grid's, by a parabola through the logarithms of three powers."""
+    if not 0 < i < len(rate) - 1:
+        return float(rate[i])
+    low, middle, high = np.log(np.maximum(power[i - 1 : i + 2], 1e-300))
+    bend = low - 2 * middle + high
+    shift = 0.5 * (low - high) / bend if bend < 0 else 0.0
+    return float(rate[i] + np.clip(shift, -0.5, 0.5) * (rate[1] - rate[0]))
