@@ -45,16 +45,23 @@ def missing_of(before: Flown, after: Flown, wrong: Array, felt: Array, noise: No
 
 def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missing:
     """The same with the generic forces of what no cause explains, less what masses, a damping and a trim of their own
-    make of them; every: of their instants, those of `missing`."""
-    wrench, course = missing.wrench.copy(), noise.course
-    for shape, size in zip(left.shapes, left.forces, strict=True):
-        nu, nu_dot = course.nu[::every, shape.dof], course.nu_dot[::every, shape.dof]
-        wrench[:, shape.dof] += size * _beyond(
-            shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))])
-        )
+    make of them; every: of their instants, those of `missing`.
+
+    The squares of all count, but of each degree of freedom the strongest alone is told as a force: how they add up is
+    not known.
+    """
+    wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
     force, _ = _levels(noise)
-    more = np.nan_to_num((wrench / force) ** 2) - np.nan_to_num((missing.wrench / force) ** 2)
-    return Missing(missing.time_s, wrench, missing.wrong, np.maximum(missing.power + more, 0.0))
+    told: set[int] = set()
+    for shape, size in zip(left.shapes, left.forces, strict=True):
+        dof = shape.dof
+        nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
+        own = size * _beyond(shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))]))
+        power[:, dof] += (own / force[dof]) ** 2
+        if dof not in told:
+            wrench[:, dof] += own
+            told.add(dof)
+    return Missing(missing.time_s, wrench, missing.wrong, power)
 
 
 def _levels(noise: Nominal) -> tuple[Array, Array]:

@@ -8,10 +8,11 @@ import jsonschema
 import numpy as np
 import pytest
 
-from bridge.effects.actuators import DEAD_ZONE
+from bridge.effects.actuators import DEAD_ZONE, THRUST_GAIN
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from bridge.errors import FitError
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
@@ -21,7 +22,7 @@ from identify.dive import Signal
 from tui.cli import main
 
 SCHEMA = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
-SMALL = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
+SMALL = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG, THRUST_GAIN)
 
 
 def quiet(_share, _words):
@@ -157,3 +158,27 @@ class TestCommand:
         ])  # fmt: skip
         assert code == 2
         assert "would write over" in capsys.readouterr().err
+
+    def test_what_was_accepted_earlier_is_held_beside_the_dive(self, case, folder, tmp_path, capsys):
+        values = [
+            *zip(MASSES, case.vehicle.mass, strict=True),
+            *zip(DAMPINGS, case.vehicle.damping, strict=True),
+        ]
+        parameters = [
+            {"name": one.name, "identifiable": True, "given_thrust": 1.3 * v, "given_thrust_std": 0.02 * v}
+            for one, v in values
+        ]
+        earlier = tmp_path / "earlier.json"
+        told = {
+            "method": "likelihood", "outcome": "converged", "configuration": case.configuration,
+            "parameters": parameters, "vehicle": {"name": case.name, "sha256": "0" * 64},
+        }  # fmt: skip
+        earlier.write_text(json.dumps(told))
+        command = ["diagnose", str(folder / "dive.tlog"), "--vehicle", str(folder / "vehicle.yaml")]
+        assert main([*command, "--accepted", str(earlier), "--json", str(tmp_path / "a.json")]) == 0
+        names = {one["name"] for one in json.loads((tmp_path / "a.json").read_text())["effects"]}
+        assert "thrust_gain" in names
+        earlier.write_text(json.dumps(told | {"configuration": "another"}))
+        capsys.readouterr()
+        assert main([*command, "--accepted", str(earlier)]) == 2
+        assert "another" in capsys.readouterr().err

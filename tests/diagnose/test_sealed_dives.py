@@ -1,0 +1,55 @@
+"""Dives that were made elsewhere: of two the truth is known, of the others the answers keep to the form."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from bridge.vehicle.config import load_vehicle
+from identify.diagnose.diagnose import diagnose
+from identify.ingest.open import read_dive
+
+ROOT = Path(__file__).resolve().parents[2]
+SHARED = ROOT.parent / "shared"
+SEALED, SCHEMA = SHARED / "sealed", SHARED / "answers.schema.json"
+ANSWERS = ROOT / "tests" / "data" / "sealed_answers"
+
+
+def told(name):
+    if not SEALED.is_dir():
+        pytest.skip("no shared data beside the checkout")
+    file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    dives = [read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check")]
+    return diagnose(dives[0], file, "hovering", check=dives[1], progress=lambda _share, _words: None)
+
+
+@pytest.mark.slow
+def test_a_dive_that_hides_nothing_has_no_gap():
+    found = told("open_1")
+    assert found.verdict == "no_gap"
+    assert found.found == ()
+    assert found.gap.before == pytest.approx(1.0, abs=0.15)
+    assert found.check.after == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.slow
+def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is():
+    found = told("open_2")
+    assert [one.name for one in found.found] == ["quadratic_drag"]
+    truth = {"X_uu": 30.37, "Y_vv": 28.65, "N_rr": 10.43}
+    for name, value in truth.items():
+        one = found.found[0].parameters[name]
+        std = (one.high95 - one.low95) / 3.92
+        assert abs(one.value - value) < 3.3 * std, name
+    assert found.check.after < found.check.before
+    assert found.heldout.after < found.heldout.before
+
+
+@pytest.mark.parametrize("letter", "abcdefg")
+def test_the_answers_to_the_sealed_dives_keep_to_the_schema(letter):
+    if not SCHEMA.is_file():
+        pytest.skip("no shared data beside the checkout")
+    answer = json.loads((ANSWERS / f"{letter}.json").read_text(encoding="utf-8"))
+    jsonschema.validate(answer, json.loads(SCHEMA.read_text(encoding="utf-8")))
+    assert sum(one["share"] for one in answer["gap"]["where"]) == pytest.approx(1.0)
