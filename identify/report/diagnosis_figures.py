@@ -103,11 +103,11 @@ def candidates(tried: Sequence[Tried]) -> Figure:
     for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
         best.setdefault((one.name, _thruster(one)), one)
     order = sorted(best.values(), key=lambda t: (-t.gain_nats, t.label))
-    longest = max((one.gain_nats for one in order), default=0.0)
+    longest = math.log1p(max((max(one.gain_nats, 0.0) for one in order), default=0.0))
     rows = [
         Bar(
             words.label_words(one.name, one.label),
-            one.gain_nats / longest if longest > 0 else 0.0,
+            math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
             f"{_nats(one.gain_nats)} nats",
             "accepted" if one.accepted else "",
         )
@@ -118,7 +118,7 @@ def candidates(tried: Sequence[Tried]) -> Figure:
     return Figure(
         "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled) beside "
         "the other accepted ones, any other (hollow) on top of them. Of several forms of one the best is shown. "
-        "Below 0 a candidate foretells worse than none.",
+        "Bars grow with the logarithm of the nats; below 0 a candidate foretells worse than none.",
         bars(rows[:first]) + rest,
     )
 

@@ -301,6 +301,9 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     names = [line for line in page.lines if line.startswith(("munk moment", "quadratic drag"))]
     assert sum(line.startswith("munk moment (") for line in names) == 1
     assert page.lines[page.lines.index("accepted") + 1] == "61 nats"
+    accepted, best_other = (math.log1p(gain) / math.log1p(61.2) for gain in (61.2, 4.8))
+    assert f"width:{100 * accepted:.1f}%" in diagnosis_page(diagnosis())
+    assert f"width:{100 * best_other:.1f}%" in diagnosis_page(diagnosis())
     thrusters = len(FILE.vehicle.configurations["hovering"].thrusters)
     assert sum(line.startswith("weak thruster of thruster") for line in page.lines) == thrusters
     assert any("2.7 times as likely" in line for line in page.lines)
