@@ -11,6 +11,9 @@ Array = NDArray[np.float64]
 
 FOLDS = 5
 
+RIDGE = 1e-7
+"""Added to normal equations of columns of one length: what these tell of a direction by less is rounding."""
+
 NOTHING_NEW = 1e-6
 """Share of a column's square that must be left once the nominal ones are out, for it to tell anything."""
 
@@ -65,7 +68,7 @@ class Sums:
         place = [list(columns).index(one) for one in k.tolist()]
         size, covariance = np.zeros(len(columns)), np.full((len(columns), len(columns)), np.inf)
         size[place] = some
-        covariance[np.ix_(place, place)] = np.linalg.pinv(square, rcond=1e-12, hermitian=True)
+        covariance[np.ix_(place, place)] = inverse(square)
         return Evidence(
             float(gains.sum()),
             float(np.std(gains) * np.sqrt(len(gains))),
@@ -75,11 +78,17 @@ class Sums:
         )
 
 
-def _solved(square: Array, right: Array) -> Array:
-    """Sizes by the normal equations, in columns of one length."""
+def inverse(square: Array) -> Array:
+    """The inverse of normal equations (k, k), in columns of one length; what nothing tells apart is shared out."""
     scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
-    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-    return np.asarray(inverse @ (right / scale) / scale)
+    own = square / np.outer(scale, scale)
+    own[np.diag_indices(len(own))] += RIDGE
+    return np.asarray(np.linalg.inv(own) / np.outer(scale, scale))
+
+
+def _solved(square: Array, right: Array) -> Array:
+    """Sizes by the normal equations."""
+    return np.asarray(inverse(square) @ right)
 
 
 def sums_of(
@@ -156,10 +165,7 @@ def _projected(square: Array, right: Array, known: Array) -> tuple[Array, Array,
     """The nominal sizes (m,) without candidates, what they change by with each candidate's size (m, c), and the
     candidates' equations once they are out."""
     m = len(known)
-    inner = square[:m, :m] + known
-    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    inverse = np.linalg.pinv(inner / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-    inverse = inverse / np.outer(scale, scale)
-    base = inverse @ right[:m]
-    leaning = inverse @ square[:m, m:]
+    inner = inverse(square[:m, :m] + known)
+    base = inner @ right[:m]
+    leaning = inner @ square[:m, m:]
     return base, leaning, square[m:, m:] - square[m:, :m] @ leaning, right[m:] - leaning.T @ right[:m]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.effects.effect import Effect
 from identify.diagnose.cause import Cause, Setting, settings_of
-from identify.diagnose.evidence import FOLDS, Pieces, Sums, pieces_of, products_of, sums
+from identify.diagnose.evidence import FOLDS, Pieces, Sums, inverse, pieces_of, products_of, sums
 from identify.diagnose.forms import forms
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.whitened import Whitened, whitened
@@ -72,7 +72,7 @@ class Ground:
 
     @cached_property
     def _inverse_square(self) -> Array:
-        return _inverse(self._square)
+        return inverse(self._square)
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
         """The causes with their best values beside the best nominal model (Gauss and Newton); a step that leaves more
@@ -146,8 +146,7 @@ class Ground:
         columns = self.rows.columns([*acts, *(causes[k].slope(course, p) for k, p in at)], course)
         value = self.rows.value - columns[:, : len(causes)].sum(axis=1)
         slopes = columns[:, len(causes) :]
-        inverse = _inverse(self._normal(slopes))
-        covariance = inverse[len(self._square) :, len(self._square) :]
+        covariance = inverse(self._normal(slopes))[len(self._square) :, len(self._square) :]
         right = self.rows.nominal.T @ value
         left = float(value @ value - right @ self._inverse_square @ right)
         return Fitted(causes, at, value, slopes, covariance, left, 0.0, 0.0)
@@ -158,7 +157,7 @@ class Ground:
 
     def _step(self, fit: Fitted) -> Array:
         right = np.concatenate([self.rows.nominal.T @ fit.value, fit.slopes.T @ fit.value])
-        step = _inverse(self._normal(fit.slopes)) @ right
+        step = inverse(self._normal(fit.slopes)) @ right
         return np.asarray(step[len(self._square) :])
 
     def _held(self, fit: Fitted) -> tuple[float, float]:
@@ -178,7 +177,7 @@ class Ground:
             square[:m, :m] += known
             left = []
             for places, of in ((bare, none), (full, some)):
-                size = _inverse(square[np.ix_(places, places)]) @ taught[places, of]
+                size = inverse(square[np.ix_(places, places)]) @ taught[places, of]
                 held = grams[out]
                 left.append(
                     held[:, of, of]
@@ -194,11 +193,3 @@ def ground_of(now: Nominal, library: tuple[Effect, ...]) -> Ground:
     rows = whitened(now.joint, now.theta, now.doubted).with_witnesses(now.witnesses, now.acts, now.course)
     back = rows.columns(now.acts, now.course).sum(axis=1)
     return Ground(now, replace(rows, value=rows.value + back), library)
-
-
-def _inverse(square: Array) -> Array:
-    """By columns of one length; what nothing tells apart is shared out."""
-    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
-    return np.asarray(
-        np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True) / np.outer(scale, scale)
-    )

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnose.cause import Cause
+from identify.diagnose.evidence import inverse
 from identify.diagnose.ground import Fitted, Ground
 from identify.diagnose.search import LOOKED_AT, Explanation, candidates
 
@@ -54,15 +55,5 @@ def cosine(ground: Ground, others: Fitted, one: Cause, other: Cause) -> float:
     course = ground.now.course
     columns = ground.rows.columns([one.act(course), other.act(course)], course)
     known = np.column_stack([ground.rows.nominal, others.slopes])
-    length = np.maximum(np.linalg.norm(known, axis=0), 1e-300)
-    left = _less(columns, known / length)
-    a, b = left.T
+    a, b = (columns - known @ (inverse(known.T @ known) @ (known.T @ columns))).T
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))
-
-
-def _less(columns: Array, known: Array) -> Array:
-    """Columns without what the known ones make of them."""
-    square = known.T @ known
-    return np.asarray(
-        columns - known @ (np.linalg.pinv(square, rcond=1e-12, hermitian=True) @ (known.T @ columns))
-    )

@@ -27,7 +27,7 @@ LEAST_OVER = 4.0
 def periodic(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
     """The effect of `sea` with the strongest line of a band of periods, and with all that stand out beside it."""
     lines = _lines(_spectrum(now), band_s)
-    return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if count)
+    return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if lines)
 
 
 def seas_of(now: Nominal) -> tuple[Effect, ...]:
