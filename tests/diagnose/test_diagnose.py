@@ -136,7 +136,7 @@ class TestCommand:
         ])  # fmt: skip
         assert code == 0
         shown = capsys.readouterr().out
-        assert "Quadratic drag explains the gap" in shown
+        assert "Quadratic drag" in shown
         assert "X_uu" in shown
         assert "On the check dive" in shown
         assert json.loads(json_file.read_text())["effects"][0]["name"] == "quadratic_drag"
