@@ -58,6 +58,12 @@ def test_a_start_that_is_off_fades_with_its_damping_and_with_what_causes_add_to_
     assert after(still(slope=slope), 2.0, error)[0] == pytest.approx(0.1 * np.exp(-1.5), rel=1e-3)
 
 
+def test_an_end_that_is_off_counts_against_what_is_read_there():
+    errors = np.zeros((250, 6))
+    errors[100, 2] = 0.3
+    assert still().off(np.array([0]), [100], errors)[0, 0, 2] == pytest.approx(-0.3)
+
+
 def test_a_body_that_rights_itself_swings_back():
     stiffness = np.array([0.0, 0, 0, 40.0, 0, 0])
     model = still(stiffness=stiffness, damping=np.zeros(6))
