@@ -36,7 +36,8 @@ class Sums:
 
     square (c, c), right (c,): normal equations over all pieces. taught_square (F, c, c), taught_right (F, c): over
     those that a fold does not hold out. held_square (P, c, c), held_right (P, c): what sizes save in a piece that its
-    fold holds out, size . right - size . square . size / 2, beside the nominal columns refitted on the others.
+    fold holds out, size . right - size . square . size / 2. The nominal sizes are those of the whole dive: a fold that
+    moves an axis too little to tell these apart would foretell nothing of the rest, with or without a candidate.
     telling (c,): columns that are not made of nominal ones.
     """
 
@@ -127,45 +128,27 @@ def sums(square: Array, right: Array, precision: Array) -> Sums:
     """The sums from the products (P, m + c, m + c) of all columns, the nominal ones first, and theirs with the value
     (P, m + c); precision (m,): what is known of the nominal sizes beforehand."""
     m, count = len(precision), len(square)
-    known = np.diag(precision)
     every = np.arange(count)
-    _, _, whole_square, whole_right = _projected(square.sum(axis=0), right.sum(axis=0), known)
-    own = np.diag(square.sum(axis=0))[m:]
-    telling = np.diag(whole_square) > NOTHING_NEW * np.maximum(own, 1e-300)
-    taught_square, taught_right = [], []
-    held_square = np.zeros((count, len(own), len(own)))
-    held_right = np.zeros((count, len(own)))
-    for fold in range(min(FOLDS, count)):
-        taught = every % FOLDS != fold
-        base, leaning, one_square, one_right = _projected(
-            square[taught].sum(axis=0), right[taught].sum(axis=0), known
-        )
-        # What only the pieces held out show has no size to foretell them by.
-        mute = np.diag(one_square) <= NOTHING_NEW * np.maximum(own, 1e-300)
-        one_square[mute], one_square[:, mute], one_right[mute] = 0.0, 0.0, 0.0
-        taught_square.append(one_square)
-        taught_right.append(one_right)
-        start = np.concatenate([base, np.zeros(len(one_right))])
-        along = np.vstack([-leaning, np.eye(len(one_right))])
-        held = every[~taught]
-        held_square[held] = along.T @ square[held] @ along
-        held_right[held] = (right[held] - square[held] @ start) @ along
+    base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), np.diag(precision))
+    start = np.concatenate([base, np.zeros(leaning.shape[1])])
+    along = np.vstack([-leaning, np.eye(leaning.shape[1])])
+    held_square, held_right = along.T @ square @ along, (right - square @ start) @ along
+    own = np.einsum("pii->i", square)[m:]
+    telling = np.einsum("pii->i", held_square) > NOTHING_NEW * np.maximum(own, 1e-300)
+    taught = [every % FOLDS != fold for fold in range(min(FOLDS, count))]
     return Sums(
-        whole_square,
-        whole_right,
-        np.array(taught_square),
-        np.array(taught_right),
+        held_square.sum(axis=0),
+        held_right.sum(axis=0),
+        np.array([held_square[some].sum(axis=0) for some in taught]),
+        np.array([held_right[some].sum(axis=0) for some in taught]),
         held_square,
         held_right,
         telling,
     )
 
 
-def _projected(square: Array, right: Array, known: Array) -> tuple[Array, Array, Array, Array]:
-    """The nominal sizes (m,) without candidates, what they change by with each candidate's size (m, c), and the
-    candidates' equations once they are out."""
+def _nominal(square: Array, right: Array, known: Array) -> tuple[Array, Array]:
+    """The nominal sizes (m,) without candidates, and what they change by with each candidate's size (m, c)."""
     m = len(known)
     inner = inverse(square[:m, :m] + known)
-    base = inner @ right[:m]
-    leaning = inner @ square[:m, m:]
-    return base, leaning, square[m:, m:] - square[m:, :m] @ leaning, right[m:] - leaning.T @ right[:m]
+    return inner @ right[:m], inner @ square[:m, m:]

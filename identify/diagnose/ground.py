@@ -162,29 +162,17 @@ class Ground:
 
     def _held(self, fit: Fitted) -> tuple[float, float]:
         """Nats that the causes save on pieces held out, over the nominal model alone, and their standard error."""
-        rows, m = self.rows, self.rows.nominal.shape[1]
-        columns = np.column_stack([rows.nominal, fit.slopes, rows.value, fit.value])
-        grams = products_of(columns, self._pieces)
-        none, some = -2, -1
-        gains = np.zeros(len(grams))
-        for fold in range(min(FOLDS, len(grams))):
-            out = np.arange(len(grams)) % FOLDS == fold
-            taught = grams[~out].sum(axis=0)
-            known = np.diag(rows.nominal_precision)
-            bare = np.arange(m)
-            full = np.arange(m + fit.slopes.shape[1])
-            square = taught[np.ix_(full, full)].copy()
-            square[:m, :m] += known
-            left = []
-            for places, of in ((bare, none), (full, some)):
-                size = inverse(square[np.ix_(places, places)]) @ taught[places, of]
-                held = grams[out]
-                left.append(
-                    held[:, of, of]
-                    - 2 * held[:, of][:, places] @ size
-                    + np.einsum("i,pij,j->p", size, held[:, places][:, :, places], size)
-                )
-            gains[out] = 0.5 * (left[0] - left[1])
+        columns = np.column_stack([fit.slopes, self.rows.value, fit.value])
+        nominal = self.rows.nominal
+        columns -= nominal @ (self._inverse_square @ (nominal.T @ columns))
+        products = products_of(columns, self._pieces)
+        k = fit.slopes.shape[1]
+        square, right = products[:, :k, :k], products[:, :k, -1]
+        gains = 0.5 * (products[:, -2, -2] - products[:, -1, -1])
+        for fold in range(min(FOLDS, len(products))):
+            out = np.arange(len(products)) % FOLDS == fold
+            size = inverse(square[~out].sum(axis=0)) @ right[~out].sum(axis=0)
+            gains[out] += right[out] @ size - 0.5 * np.einsum("i,pij,j->p", size, square[out], size)
         return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains)))
 
 

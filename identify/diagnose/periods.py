@@ -17,8 +17,11 @@ Array = NDArray[np.float64]
 
 WAVES_S, CURRENTS_S = (1.5, 12.0), (15.0, 200.0)
 MOST_LINES = 4
-NEAR, WIDE = 0.2, 0.6
-"""Lines of one sea lie within a share NEAR of the strongest's rate; what stands around is met within WIDE of it."""
+NEAR, WIDE = 0.2, 3.0
+"""Lines of one sea lie within a share NEAR of the strongest's rate; what stands around is met within WIDE times it."""
+
+CORNER_HZ = 0.1
+"""Above this a disturbance as it is usual falls off as the square of the rate."""
 
 LEAST_OVER = 4.0
 """So many times what stands around a further line must hold."""
@@ -67,12 +70,11 @@ def _missing(now: Nominal) -> Array:
 def _lines(spectrum: tuple[Array, Array], band_s: tuple[float, float]) -> Sequence[float]:
     """Periods, s, of the lines that stand out most over what is around them, the strongest first."""
     rate, power = spectrum
+    power = power * (1.0 + (rate / CORNER_HZ) ** 2)
     inside = np.flatnonzero((rate > 1.0 / band_s[1]) & (rate < 1.0 / band_s[0]))
     if len(inside) < 2 * MOST_LINES:
         return ()
-    around = np.array(
-        [np.median(power[(rate > (1 - WIDE) * rate[i]) & (rate < (1 + WIDE) * rate[i])]) for i in inside]
-    )
+    around = np.array([np.median(power[(rate > rate[i] / WIDE) & (rate < WIDE * rate[i])]) for i in inside])
     over = power[inside] / np.maximum(around, 1e-300)
     order = np.argsort(-over)
     first = inside[order[0]]

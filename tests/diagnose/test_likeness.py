@@ -1,0 +1,53 @@
+"""A cause that another would do as well as is told with that other, and never surer than evidence makes it."""
+
+import numpy as np
+import pytest
+
+from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
+from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.cause import Cause
+from identify.diagnose.forms import forms
+from identify.diagnose.likeness import alike_of
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.probability import SURE, probability
+from identify.diagnose.search import explain
+
+LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    return explain(nominal, LIBRARY, lambda _share, _words: None)
+
+
+def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):
+    (cause,) = heavy.causes
+    alike = alike_of(heavy, 0)
+    both = {"net_buoyancy", "thrust_bias"}
+    assert {cause.effect.name, *alike.names} == both
+    assert all(one > 0.99 for one in alike.likeness.values())
+    assert alike.margin_nats > 20
+
+
+def test_a_cause_is_as_probable_as_its_margin_and_never_certain():
+    margins = np.array([-5.0, 0.0, 3.0, 6.0, 20.0, 1e6])
+    told = np.array([probability(one) for one in margins])
+    assert np.all(np.diff(told) >= 0)
+    assert told[0] < 0.05
+    assert told[-1] == pytest.approx(SURE)
+
+
+def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):
+    course = heavy.now.course
+    cause = Cause(QUADRATIC_DRAG, np.array([10.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    surge = course.nu[:, 0]
+    true = -np.sign(surge) * np.abs(surge) ** 1.8
+    own = cause.act(course).wrench[:, 0]
+    others = [act.wrench[:, 0] for act in forms(course, cause)]
+    whole = np.column_stack([own, *others])
+    left = true - whole @ np.linalg.lstsq(whole, true, rcond=None)[0]
+    alone = true - own * (own @ true) / (own @ own)
+    assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
