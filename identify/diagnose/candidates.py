@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.diagnose.cause import Cause, way
 from identify.diagnose.diagnosis import Found, Tried, Value
 from identify.diagnose.gain import gain_of
@@ -14,6 +15,10 @@ from identify.diagnose.search import Explanation, candidates
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
+
+HEARD_OTHERWISE = 0.9
+"""How probable it is that a recording lacks what the controller used, where its wrench follows from nothing recorded:
+of what else makes a wrench so, such as a gain that was changed, nothing here tells."""
 
 NEAR = 1e-3
 """Share of a parameter's way by which it is moved to see what an answer's own change by."""
@@ -36,6 +41,8 @@ def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
                 gain_of(cause, missing, found.now),
             )
         )
+    if found.now.doubted:
+        out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, HEARD_OTHERWISE, {}, 0.0))
     return tuple(sorted(out, key=lambda one: -one.gain_nats))
 
 
