@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 NEAR = 0.02
 
-LEAST_SIZE = 0.05
+LEAST_SIZE = 0.12
 """Of the way on which a parameter comes to show."""
 
 

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and their standard errors, that one more cause must save, among some forty tried."""
 
+LEAST_SEA_GAIN = 20.0
+"""The same of a sea, whose periods were looked for in all of the dive, the pieces held out among it."""
+
 LEAST_SHARE = 0.01
 """A further cause must save this share of what those before it save: no form of a library is quite true, and what a
 cause's form leaves grows with its evidence."""
@@ -57,10 +60,11 @@ def explain(
     seas = {effect.name for effect in able} & SEAS
     able = tuple(effect for effect in able if effect.name not in SEAS)
 
-    def at(now: Nominal) -> Ground:
-        return ground_of(now, (*able, *(effect for effect in seas_of(now) if effect.name in seas)))
+    def at(now: Nominal, causes: Sequence[Cause]) -> Ground:
+        found = [cause.effect for cause in causes if cause.effect.name in SEAS]
+        return ground_of(now, (*able, *found, *(effect for effect in seas_of(now) if effect.name in seas)))
 
-    now, before = nominal, (ground := at(nominal)).fitted(())
+    now, before = nominal, (ground := at(nominal, ())).fitted(())
     fit = before
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
@@ -69,7 +73,7 @@ def explain(
             break
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(fit)) or 'none of them'}")
         now = refitted(nominal, [cause.act(now.course) for cause in fit.causes])
-        ground, before = at(now), fit
+        ground, before = at(now, fit.causes), fit
     return Explanation(fit, ground, now)
 
 
@@ -101,9 +105,9 @@ def pruned(ground: Ground, fit: Fitted) -> Fitted:
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < least(others):
+            if max(own, default=0.0) < least(others, fit.causes[k]):
                 fit = others
-        elif fit.gain < LEAST_GAIN:
+        elif fit.gain < _alone(fit.causes[0]):
             fit = ground.fitted(())
     return fit
 
@@ -119,8 +123,10 @@ def swapped(ground: Ground, fit: Fitted) -> Fitted:
             cause for _, _, cause in candidates(ground.beside(others), others) if cause.effect.label != mine
         ]
         best = _best(ground, others.causes, tried)
-        if best is not None and best.gain > fit.gain + LEAST_SWAP:
-            fit = best
+        if best is not None:
+            handicap = max(_alone(best.causes[-1]) - _alone(fit.causes[k]), 0.0)
+            if best.gain > fit.gain + handicap + LEAST_SWAP:
+                fit = best
     return fit
 
 
@@ -129,15 +135,19 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
     tried = [
         cause
         for gain, sigma, cause in candidates(ground.beyond(fit), fit)
-        if gain > least(fit) and sigma > LEAST_SIGMA
+        if gain > least(fit, cause) and sigma > LEAST_SIGMA
     ]
     best = _best(ground, fit.causes, tried)
-    return best if best is not None and best.gain > fit.gain + least(fit) else fit
+    return best if best is not None and best.gain > fit.gain + least(fit, best.causes[-1]) else fit
 
 
-def least(fit: Fitted) -> float:
-    """Nats that one more cause than these must save."""
-    return max(LEAST_GAIN, LEAST_SHARE * fit.gain)
+def least(fit: Fitted, cause: Cause) -> float:
+    """Nats that one more cause than those of a fit must save."""
+    return max(_alone(cause), LEAST_SHARE * fit.gain)
+
+
+def _alone(cause: Cause) -> float:
+    return LEAST_SEA_GAIN if cause.effect.name in SEAS else LEAST_GAIN
 
 
 def _best(ground: Ground, others: tuple[Cause, ...], tried: Sequence[Cause]) -> Fitted | None:
