@@ -14,6 +14,10 @@ FOLDS = 5
 RIDGE = 1e-7
 """Added to normal equations of columns of one length: what these tell of a direction by less is rounding."""
 
+SCARCE = 0.02
+"""Of all that a dive shows of a column, so much speaks for no size of it: a fold to whose pieces nearly all that shows
+of it belongs would learn a size from noise."""
+
 NOTHING_NEW = 1e-6
 """Share of a column's square that must be left once the nominal ones are out, for it to tell anything."""
 
@@ -59,8 +63,9 @@ class Sums:
         k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
         gains = np.zeros(len(self.held_square))
         pieces = np.arange(len(gains))
+        scarce = SCARCE * np.diag(np.diag(self.square)[k])
         for fold in range(len(self.taught_square)):
-            size = _solved(self.taught_square[fold][np.ix_(k, k)], self.taught_right[fold][k])
+            size = _solved(self.taught_square[fold][np.ix_(k, k)] + scarce, self.taught_right[fold][k])
             held = pieces[pieces % FOLDS == fold]
             by_square = np.einsum("i,pij,j->p", size, self.held_square[np.ix_(held, k, k)], size)
             gains[held] = self.held_right[np.ix_(held, k)] @ size - 0.5 * by_square

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.effects.effect import Effect
 from identify.diagnose.cause import Cause, Setting, settings_of
-from identify.diagnose.evidence import FOLDS, Pieces, Sums, inverse, pieces_of, products_of, sums
+from identify.diagnose.evidence import FOLDS, SCARCE, Pieces, Sums, inverse, pieces_of, products_of, sums
 from identify.diagnose.forms import forms
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.whitened import Whitened, whitened
@@ -168,10 +168,11 @@ class Ground:
         products = products_of(columns, self._pieces)
         k = fit.slopes.shape[1]
         square, right = products[:, :k, :k], products[:, :k, -1]
+        scarce = SCARCE * np.diag(np.einsum("pii->i", square))
         gains = 0.5 * (products[:, -2, -2] - products[:, -1, -1])
         for fold in range(min(FOLDS, len(products))):
             out = np.arange(len(products)) % FOLDS == fold
-            size = inverse(square[~out].sum(axis=0)) @ right[~out].sum(axis=0)
+            size = inverse(square[~out].sum(axis=0) + scarce) @ right[~out].sum(axis=0)
             gains[out] += right[out] @ size - 0.5 * np.einsum("i,pij,j->p", size, square[out], size)
         return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains)))
 

@@ -32,6 +32,9 @@ LOOKED_AT = 5
 WEIGHED = 30
 """So many that fit best in sample are weighed on pieces held out."""
 
+WITNESSED = {"imu_gravity_leak", "gyro_bias"}
+"""What readings of their own tell, to which no form of another cause adds anything."""
+
 SEAS = {"waves", "varying_current"}
 
 MOST_CAUSES, MOST_TURNS = 3, 7
@@ -143,7 +146,8 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
 
 def least(fit: Fitted, cause: Cause) -> float:
     """Nats that one more cause than those of a fit must save."""
-    return max(_alone(cause), LEAST_SHARE * fit.gain)
+    share = 0.0 if cause.effect.name in WITNESSED else LEAST_SHARE
+    return max(_alone(cause), share * fit.gain)
 
 
 def _alone(cause: Cause) -> float:

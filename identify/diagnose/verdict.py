@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 from bridge.effects.effect import Effect
 from identify.diagnose.diagnosis import Found, Next, Verdict
-from identify.diagnose.generic import UNKNOWN_NATS, Left
+from identify.diagnose.generic import LEVELLED_NATS, UNKNOWN_NATS, Left
+from identify.diagnose.search import LEAST_SHARE
+from identify.diagnose.whitened import LEVELLED
 
 SENSORS = (
     "voltage",
@@ -21,7 +23,11 @@ SENSORS = (
 
 def is_unknown(left: Left) -> bool:
     """Whether generic forces foretell more of what is left than chance would let them."""
-    return sum(left.gains) > UNKNOWN_NATS
+    least = LEAST_SHARE * left.explained
+    return any(
+        gain > max(LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS, least)
+        for shape, gain in zip(left.shapes, left.gains, strict=True)
+    )
 
 
 def verdict_of(found: Sequence[Found], left: Left) -> Verdict:
