@@ -124,7 +124,7 @@ IMU_GRAVITY_LEAK = Effect(
     "imu_gravity_leak",
     "an accelerometer that is tilted, so that gravity leaks into it",
     "reading",
-    (Parameter("roll", "rad", 0.005), Parameter("pitch", "rad", 0.005)),
+    (Parameter("roll", "rad", 0.015), Parameter("pitch", "rad", 0.015)),
     _leak,
     "leave the accelerometer out of the fit; estimate its tilt",
     needs=("specific_force", "attitude"),

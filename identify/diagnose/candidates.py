@@ -20,6 +20,10 @@ HEARD_OTHERWISE = 0.9
 """How probable it is that a recording lacks what the controller used, where its wrench follows from nothing recorded:
 of what else makes a wrench so, such as a gain that was changed, nothing here tells."""
 
+HEARD = {0, 1, 5}
+"""Surge, sway and yaw: in heave a controller may well filter a depth of its own, and what it used of roll and pitch is
+seldom said."""
+
 NEAR = 1e-3
 """Share of a parameter's way by which it is moved to see what an answer's own change by."""
 
@@ -41,7 +45,7 @@ def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
                 gain_of(cause, missing, found.now),
             )
         )
-    if found.now.doubted:
+    if HEARD & set(found.now.doubted):
         out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, HEARD_OTHERWISE, {}, 0.0))
     return tuple(sorted(out, key=lambda one: -one.gain_nats))
 

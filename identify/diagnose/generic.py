@@ -62,8 +62,13 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
     shapes = list(unit_forces(ground.now.course, dofs))
     found = [one for dof in dofs for one in _of_axis(ground, fit.value, known, dof, shapes)]
     found.sort(key=lambda one: -one[1])
-    shapes, gains, forces = zip(*found[:MOST], strict=True) if found else ((), (), ())
-    return Left(shapes, gains, forces, fit.gain)
+    kept = found[:MOST]
+    return Left(
+        tuple(shape for shape, _, _ in kept),
+        tuple(gain for _, gain, _ in kept),
+        tuple(force for _, _, force in kept),
+        fit.gain,
+    )
 
 
 def _of_axis(
