@@ -41,6 +41,6 @@ def test_an_effect_that_hides_is_named_first(seed: int, name: str) -> None:
     assert found.verdict != "no_gap"
 
 
-def test_blows_that_no_library_has_are_unknown() -> None:
-    found = judged(391_008, "knocks")
+def test_play_in_the_thrusters_that_no_library_has_is_unknown() -> None:
+    found = judged(391_016, "backlash")
     assert found.verdict == "unknown"
