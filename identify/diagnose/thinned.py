@@ -1,4 +1,4 @@
-"""A dive with its fast readings averaged: a gap shows within tenths of a second, and every candidate is paid by the
+"""A dive with fewer of its fast readings: a gap shows within tenths of a second, and every candidate is paid by the
 reading."""
 
 from dataclasses import replace
@@ -12,20 +12,36 @@ USUAL_HZ = 12.0
 
 
 def thinned(dive: Dive) -> Dive:
-    """The dive with gyros, attitude and depth averaged down to about USUAL_HZ."""
+    """The dive with gyros, attitude and depth thinned to about USUAL_HZ.
+
+    Of readings of an instant every k-th is kept: the mean of some is no reading of any instant, and roll and pitch are
+    quick enough to show the difference. A fibre-optic gyro's are means over intervals, and so are means of these.
+    """
     return replace(
         dive,
-        gyro=_averaged(dive.gyro),
+        gyro=_kept(dive.gyro),
         fog=_averaged(dive.fog),
-        attitude=_averaged(dive.attitude),
-        pressure=_averaged(dive.pressure),
-        depth=_averaged(dive.depth),
+        attitude=_kept(dive.attitude),
+        pressure=_kept(dive.pressure),
+        depth=_kept(dive.depth),
     )
+
+
+def _each(signal: Signal) -> int:
+    return max(round(signal.rate_hz / USUAL_HZ), 1)
+
+
+def _kept(signal: Signal | None) -> Signal | None:
+    """Every k-th reading."""
+    if signal is None or not len(signal):
+        return signal
+    k = _each(signal)
+    return Signal(signal.time_s[::k], signal.value[::k])
 
 
 def _averaged(signal: Signal | None) -> Signal | None:
     """Means over k neighbours, dated at the mean of their times; those with a gap in between are left out."""
-    if signal is None or (k := round(signal.rate_hz / USUAL_HZ)) < 2:
+    if signal is None or not len(signal) or (k := _each(signal)) < 2:
         return signal
     n = len(signal) // k
     time_s = signal.time_s[: n * k].reshape(n, k)

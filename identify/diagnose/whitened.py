@@ -29,6 +29,7 @@ PIECE_S = 20.0
 
 
 LEVELLED = (3, 4)
+"""Roll and pitch."""
 
 FOLLOWED_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 """How much later a thrust that follows a disturbance unseen is allowed to show."""
