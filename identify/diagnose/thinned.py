@@ -7,21 +7,20 @@ import numpy as np
 
 from identify.dive import Dive, Signal
 
-USUAL_HZ = 12.0
+USUAL_HZ = 25.0
 """About so many readings a second are left."""
 
 
 def thinned(dive: Dive) -> Dive:
-    """The dive with gyros, attitude and depth thinned to about USUAL_HZ.
+    """The dive with gyros and depth thinned to about USUAL_HZ.
 
     Of readings of an instant every k-th is kept: the mean of some is no reading of any instant, and roll and pitch are
-    quick enough to show the difference. A fibre-optic gyro's are means over intervals, and so are means of these.
+    quick enough to show the difference, and more so the slower they are read. A fibre-optic gyro's are means over intervals, and so are means of these.
     """
     return replace(
         dive,
         gyro=_kept(dive.gyro),
         fog=_averaged(dive.fog),
-        attitude=_kept(dive.attitude),
         pressure=_kept(dive.pressure),
         depth=_kept(dive.depth),
     )

@@ -16,12 +16,12 @@ def test_a_fast_gyro_keeps_every_so_many_readings_as_they_were():
     time_s = np.arange(0.0, 10.0, 0.01)
     gyro = Signal(time_s, np.column_stack([np.sin(20 * time_s)] * 3))
     left = thinned(dive_with(gyro=gyro)).gyro
-    assert 100 < len(left) < 150
+    assert 200 < len(left) < 300
     np.testing.assert_array_equal(left.value[:, 0], np.sin(20 * left.time_s))
 
 
 def test_means_over_intervals_become_means_over_longer_ones_and_turn_as_far():
-    step_s = 0.02
+    step_s = 0.005
     time_s = step_s * (np.arange(600) + 0.5)
     fog = Signal(time_s, np.cos(time_s)[:, None])
     left = thinned(dive_with(fog=fog)).fog
@@ -32,7 +32,7 @@ def test_means_over_intervals_become_means_over_longer_ones_and_turn_as_far():
 
 
 def test_no_mean_is_made_over_a_gap():
-    time_s = np.concatenate([np.arange(0.0, 5.0, 0.02), np.arange(8.01, 12.0, 0.02)])
+    time_s = np.concatenate([np.arange(0.0, 5.0, 0.01), np.arange(8.01, 12.0, 0.01)])
     left = thinned(dive_with(fog=Signal(time_s, np.ones((len(time_s), 1))))).fog
     assert not np.any((left.time_s > 5.0) & (left.time_s < 8.0))
 
