@@ -48,7 +48,7 @@ class Shape:
 class Left:
     """What is left unexplained: the shapes that foretell it on held-out pieces, strongest first, with the nats (k,)
     that each saves in its axis beside those before it, and the standard deviation (k,) of its force, N or N m.
-    explained: nats that the causes save."""
+    explained: nats that the causes save where the vehicle moves."""
 
     shapes: tuple[Shape, ...] = ()
     gains: tuple[float, ...] = ()
@@ -67,7 +67,7 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
         tuple(shape for shape, _, _ in kept),
         tuple(gain for _, gain, _ in kept),
         tuple(force for _, _, force in kept),
-        fit.gain,
+        fit.felt,
     )
 
 

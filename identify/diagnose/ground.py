@@ -31,7 +31,7 @@ class Fitted:
 
     value (rows,): what is left to the nominal model; slopes (rows, k): of the parameters `at` (k of cause and
     parameter); covariance (k, k). left: squares that the best nominal model leaves of `value`. gain: nats saved on
-    pieces held out, `std` its standard error over pieces.
+    pieces held out, `std` its standard error over pieces; felt: what the vehicle's motion alone saves, in sample.
     """
 
     causes: tuple[Cause, ...]
@@ -42,6 +42,7 @@ class Fitted:
     left: float
     gain: float
     std: float
+    felt: float
 
 
 @dataclass(frozen=True)
@@ -89,8 +90,8 @@ class Ground:
             best = tried
             if small or not best.at or all(cause.effect.linear for cause in best.causes):
                 break
-        gain, std = self._held(best)
-        return replace(best, gain=gain, std=std)
+        gain, std, felt = self._held(best)
+        return replace(best, gain=gain, std=std, felt=felt)
 
     def _moved(self, fit: Fitted, step: Array) -> Fitted:
         moved = list(fit.causes)
@@ -149,7 +150,7 @@ class Ground:
         covariance = inverse(self._normal(slopes))[len(self._square) :, len(self._square) :]
         right = self.rows.nominal.T @ value
         left = float(value @ value - right @ self._inverse_square @ right)
-        return Fitted(causes, at, value, slopes, covariance, left, 0.0, 0.0)
+        return Fitted(causes, at, value, slopes, covariance, left, 0.0, 0.0, 0.0)
 
     def _normal(self, slopes: Array) -> Array:
         cross = self.rows.nominal.T @ slopes
@@ -160,8 +161,9 @@ class Ground:
         step = inverse(self._normal(fit.slopes)) @ right
         return np.asarray(step[len(self._square) :])
 
-    def _held(self, fit: Fitted) -> tuple[float, float]:
-        """Nats that the causes save on pieces held out, over the nominal model alone, and their standard error."""
+    def _held(self, fit: Fitted) -> tuple[float, float, float]:
+        """Nats that the causes save on pieces held out, over the nominal model alone, and their standard error; and in
+        sample, where the vehicle's own motion tells of them."""
         columns = np.column_stack([fit.slopes, self.rows.value, fit.value])
         nominal = self.rows.nominal
         columns -= nominal @ (self._inverse_square @ (nominal.T @ columns))
@@ -174,7 +176,11 @@ class Ground:
             out = np.arange(len(products)) % FOLDS == fold
             size = inverse(square[~out].sum(axis=0) + scarce) @ right[~out].sum(axis=0)
             gains[out] += right[out] @ size - 0.5 * np.einsum("i,pij,j->p", size, square[out], size)
-        return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains)))
+        moving = self.rows.dof >= 0
+        felt = 0.5 * float(
+            columns[moving, -2] @ columns[moving, -2] - columns[moving, -1] @ columns[moving, -1]
+        )
+        return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains))), felt
 
 
 def ground_of(now: Nominal, library: tuple[Effect, ...]) -> Ground:

@@ -18,12 +18,12 @@ Array = NDArray[np.float64]
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and their standard errors, that one more cause must save, among some forty tried."""
 
-LEAST_SEA_GAIN = 20.0
+LEAST_SEA_GAIN = 30.0
 """The same of a sea, whose periods were looked for in all of the dive, the pieces held out among it."""
 
 LEAST_SHARE = 0.01
-"""A further cause must save this share of what those before it save: no form of a library is quite true, and what a
-cause's form leaves grows with its evidence."""
+"""A further cause must save this share of what those before it save where the vehicle moves: no form of a library is
+quite true, and what a cause's form leaves grows with its evidence."""
 
 LEAST_SWAP = 1.0
 LOOKED_AT = 5
@@ -77,6 +77,8 @@ def explain(
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(fit)) or 'none of them'}")
         now = refitted(nominal, [cause.act(now.course) for cause in fit.causes])
         ground, before = at(now, fit.causes), fit
+    else:
+        fit = ground.fitted(before.causes)
     return Explanation(fit, ground, now)
 
 
@@ -147,7 +149,7 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
 def least(fit: Fitted, cause: Cause) -> float:
     """Nats that one more cause than those of a fit must save."""
     share = 0.0 if cause.effect.name in WITNESSED else LEAST_SHARE
-    return max(_alone(cause), share * fit.gain)
+    return max(_alone(cause), share * fit.felt)
 
 
 def _alone(cause: Cause) -> float:

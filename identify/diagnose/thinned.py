@@ -15,7 +15,8 @@ def thinned(dive: Dive) -> Dive:
     """The dive with gyros and depth thinned to about USUAL_HZ.
 
     Of readings of an instant every k-th is kept: the mean of some is no reading of any instant, and roll and pitch are
-    quick enough to show the difference, and more so the slower they are read. A fibre-optic gyro's are means over intervals, and so are means of these.
+    quick enough to show the difference, and more so the slower they are read. A fibre-optic gyro's are means over
+    intervals, and so are means of these.
     """
     return replace(
         dive,
