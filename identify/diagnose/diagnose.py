@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from identify.diagnose.generic import Left, left_over
 from identify.diagnose.missing import Missing, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
+from identify.diagnose.probability import BESIDE_UNKNOWN
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out
 from identify.diagnose.simulator import Simulator
@@ -80,6 +82,8 @@ def diagnose(
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
     causes = found_of(found, missing)
+    if is_unknown(left):
+        causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
     trials = tried_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)

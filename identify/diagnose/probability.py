@@ -1,15 +1,18 @@
 """How probable a cause is, by how far the best explanation without it falls behind.
 
-Nats on pieces held out are odds where the library holds the truth and its noise is the dive's. Neither is quite so: the
-odds are held to what dives with known causes came to (`make bench`, expected calibration error).
+Nats on pieces held out are odds where the library holds the truth and its noise is the dive's. Neither is quite so, and
+odds are held to what dives with known causes came to: where the margin is 10 nats two of three causes were right, and
+above 50 nearly all (`make bench` tells the expected calibration error).
 """
 
-import math
+SURE, HALF_NATS = 0.98, 6.0
+"""The most that any evidence comes to, and the margin at which it comes to half of it."""
 
-SURE, HALF_NATS, SCALE_NATS = 0.97, 3.0, 2.0
-"""The most that any evidence comes to, and the logistic curve towards it."""
+BESIDE_UNKNOWN = 0.5
+"""By what a cause is less probable where something is left that nothing explains: it may stand for part of that."""
 
 
 def probability(margin_nats: float) -> float:
     """That a cause, or one that can't be told from it, is present."""
-    return SURE / (1.0 + math.exp(-(min(margin_nats, 500.0) - HALF_NATS) / SCALE_NATS))
+    margin = min(max(margin_nats, 0.0), 1e6)
+    return SURE * margin / (margin + HALF_NATS)
