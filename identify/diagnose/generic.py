@@ -57,10 +57,15 @@ class Left:
 
 
 def left_over(ground: Ground, fit: Fitted) -> Left:
-    """What generic forces foretell of a dive's innovations beyond some causes and all that other forms of these add."""
+    """What generic forces foretell of a dive's innovations beyond some causes and all that other forms of these add.
+
+    Not where the controller used a reading that was not recorded: there thrust answers the sea unseen, and all that
+    goes with thrust foretells something.
+    """
     known, dofs = ground.known(fit), [own.problem.axis.dof for own in ground.rows.own]
     shapes = list(unit_forces(ground.now.course, dofs))
-    found = [one for dof in dofs for one in _of_axis(ground, fit.value, known, dof, shapes)]
+    clear = [dof for dof in dofs if dof not in ground.now.doubted]
+    found = [one for dof in clear for one in _of_axis(ground, fit.value, known, dof, shapes)]
     found.sort(key=lambda one: -one[1])
     kept = found[:MOST]
     return Left(
