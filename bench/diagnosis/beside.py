@@ -13,11 +13,9 @@ from bench.diagnosis.rivals.trials import NETWORK, RivalTrial
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph
 from identify.challenge.answers import Answer
-from identify.challenge.score import Judged, Rate
+from identify.challenge.score import WIDE, Judged, Rate
 
 OURS = "`seatrial diagnose`"
-LEAST_GAP = 1.5
-"""Drift before, in floors, from which on there is something to close."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ def lines(found: Sequence[Beside]) -> list[str]:
             "nominal model and names what survives by a fixed dictionary; its threshold was set on other dives. The",
             "network learns that force from velocity and thrust. Gaps closed: the 5 s drift of the simulated velocity",
             "on check dives with one or two effects hidden, by the same flight and in the same floors (those of the",
-            f"diagnosis) for all; the median is of dives with {LEAST_GAP:g} floors or more before.",
+            f"diagnosis) for all; the median is of dives with {WIDE:g} floors or more before.",
         ),
         "",
         *rows,
@@ -122,7 +120,7 @@ def _closing(own: Sequence[Beside]) -> list[str]:
     """The share of all gaps that is closed, and the median shrink."""
     flown = [one for one in own if math.isfinite(one.before) and math.isfinite(one.after)]
     gap = sum(max(one.before - 1.0, 0.0) for one in flown)
-    wide = [(one.before - one.after) / (one.before - 1.0) for one in flown if one.before >= LEAST_GAP]
+    wide = [(one.before - one.after) / (one.before - 1.0) for one in flown if one.before >= WIDE]
     return [
         f"{100 * sum(one.before - one.after for one in flown) / gap:.0f} %" if gap > 0 else "-",
         f"{100 * statistics.median(wide):.0f} %" if wide else "-",

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from bench.words import paragraph
-from identify.challenge.score import CLEAR, Rate, Score
+from identify.challenge.score import CLEAR, WIDE, Rate, Score
 
 
 @dataclass(frozen=True)
@@ -109,6 +109,11 @@ NUMBERS = (
     ("magnitude error, median", "magnitude error, median", True),
     ("magnitudes within their 95 % intervals", "magnitudes within their 95 % intervals", True),
     ("predicted less measured shrink, median size", "predicted less measured shrink, median size", True),
+    (
+        f"predicted less measured shrink, mean size, where the check dive drifts {WIDE:g} floors or more before",
+        f"predicted less measured shrink, mean size, of gaps of {WIDE:g} floors or more",
+        True,
+    ),
     ("measured shrink, median", "measured shrink, median", True),
 )
 

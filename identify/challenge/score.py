@@ -13,6 +13,9 @@ Z95 = 1.959964
 CLEAR = 0.5
 """Size over the noise floor from which on an effect counts as clear."""
 
+WIDE = 1.5
+"""Drift on a check dive, in floors, from which on there is something to close."""
+
 BINS = 10
 """Of probabilities, to compare with how often they were right."""
 
@@ -196,11 +199,13 @@ def _magnitudes(cases: Sequence[Judged]) -> dict[str, float | None]:
 def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
     told = [case.answer for case in cases if case.answer is not None]
     apart = [abs(answer.predicted - answer.measured) for answer in told]
+    wide = [abs(answer.predicted - answer.measured) for answer in told if answer.before >= WIDE]
     known = [(answer.before, answer.after) for answer in told if math.isfinite(answer.before - answer.after)]
     gap = sum(max(before - 1.0, 0.0) for before, _ in known)
     return {
         "predicted less measured shrink, mean size": _mean(apart),
         "predicted less measured shrink, median size": _median(apart),
+        f"predicted less measured shrink, mean size, of gaps of {WIDE:g} floors or more": _mean(wide),
         "measured shrink, median": _median(answer.measured for answer in told),
         "share of all gaps on check dives that is closed": (
             sum(before - after for before, after in known) / gap if gap > 0 else None

@@ -177,6 +177,15 @@ def test_the_gap_that_is_closed_is_pooled_over_check_dives() -> None:
     assert result.numbers["share of all gaps on check dives that is closed"] == pytest.approx(3.6 / 4.5)
 
 
+def test_a_shrink_is_predicted_well_or_badly_where_there_is_a_gap_to_close() -> None:
+    wide = replace(answer("explained", "waves", shrink=(0.9, 0.8)), before=2.0)
+    narrow = replace(answer("explained", "waves", shrink=(0.9, 0.1)), before=1.1)
+    result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
+    (apart,) = [value for name, value in result.numbers.items() if name.endswith("floors or more")]
+    assert apart == pytest.approx(0.1)
+    assert result.numbers["predicted less measured shrink, mean size"] == pytest.approx(0.45)
+
+
 def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else() -> None:
     lacking = left_out("thruster_lag")
     assert lacking == ("command_delay", "thruster_lag")
