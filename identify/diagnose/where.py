@@ -24,9 +24,13 @@ LEAST_SHARE = 0.001
 
 
 def phases_of(course: Course, every: int) -> NDArray[np.intp]:
-    """(n,) which of PHASES each of every so many instants lies in; turning comes before reversing, that before the
-    change of speed."""
-    nu, step_s = course.nu[::every], course.step_s * every
+    """(n,) which of PHASES each of every so many instants lies in."""
+    return phases_of_motion(course.nu[::every], course.step_s * every)
+
+
+def phases_of_motion(nu: Array, step_s: float) -> NDArray[np.intp]:
+    """(n,) which of PHASES velocities (n, 6) belong to; turning comes before reversing, that before the change of
+    speed."""
     kernel = np.ones(max(round(MEANT_S / step_s), 1))
     kernel /= len(kernel)
     speed = np.convolve(np.linalg.norm(nu[:, :3], axis=1), kernel, mode="same")
