@@ -33,18 +33,21 @@ def test_bic_names_none_where_none_pays_for_its_parameters(pair: tuple[Nominal, 
     assert bic.named(bare, (QUADRATIC_DRAG,)).names == ()
 
 
-@pytest.mark.skipif(find_spec("pysindy") is None, reason="PySINDy comes with the extra `bench`")
-def test_the_sparse_regression_keeps_the_terms_that_push_and_names_them() -> None:
-    from bench.diagnosis.rivals import sindy
+if find_spec("pysindy") is not None:  # it comes with the optional extra `bench`
 
-    rng = np.random.default_rng(1)
-    columns = rng.standard_normal((2000, 6))
-    sizes = sindy.sparse(columns, 2.0 * columns[:, 3] + 0.1 * columns[:, 1] + 0.5 * rng.standard_normal(2000))
-    assert np.flatnonzero(sizes).tolist() == [3]
-    assert sizes[3] == pytest.approx(2.0, rel=0.15)
-    case = draw_case(300_114, names=["steady_current"])
-    said = sindy.named(nominal_of(dive_of(case), case.file, case.configuration))
-    assert said.names[0] == ("steady_current", 0)
+    def test_the_sparse_regression_keeps_the_terms_that_push_and_names_them() -> None:
+        from bench.diagnosis.rivals import sindy
+
+        rng = np.random.default_rng(1)
+        columns = rng.standard_normal((2000, 6))
+        sizes = sindy.sparse(
+            columns, 2.0 * columns[:, 3] + 0.1 * columns[:, 1] + 0.5 * rng.standard_normal(2000)
+        )
+        assert np.flatnonzero(sizes).tolist() == [3]
+        assert sizes[3] == pytest.approx(2.0, rel=0.15)
+        case = draw_case(300_114, names=["steady_current"])
+        said = sindy.named(nominal_of(dive_of(case), case.file, case.configuration))
+        assert said.names[0] == ("steady_current", 0)
 
 
 def test_the_network_shrinks_the_gap_of_its_own_dive_and_names_nothing(pair: tuple[Nominal, Nominal]) -> None:
