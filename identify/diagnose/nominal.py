@@ -17,10 +17,10 @@ from identify.diagnose.whitened import spoilt
 from identify.diagnose.witness import Witness, witnesses
 from identify.dive import Dive
 from identify.estimators.axes import Axes, build_axes
-from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.pinn.start import filters_of
+from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
 
@@ -31,6 +31,12 @@ NEARLY = 0.05
 
 PASSES = 2
 
+QUICKEST_S = 0.06
+"""A degree of freedom's mass over its damping: three commands of an autopilot's log."""
+
+STILL_RAD = np.deg2rad(0.1)
+"""Roll or pitch that no thruster pushed and that keeps within so much, rms, is held level: it tells of nothing."""
+
 
 @dataclass(frozen=True)
 class Nominal:
@@ -38,7 +44,8 @@ class Nominal:
 
     built, joint: as the identification has them, without what `acts` add. theta (p,): the maximum. motion: velocities
     that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom whose controller used
-    a reading that was not recorded. witnesses: what else tells of effects.
+    a reading that was not recorded. filtered: degrees of freedom whose readings an autopilot's own filter has freed of
+    wild ones. witnesses: what else tells of effects.
     """
 
     built: Axes
@@ -47,6 +54,7 @@ class Nominal:
     motion: Motion
     course: Course
     doubted: tuple[int, ...]
+    filtered: tuple[int, ...] = ()
     witnesses: tuple[Witness, ...] = ()
     acts: tuple[Act, ...] = ()
 
@@ -56,7 +64,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
 
     Raises FitError where the recording moves no axis that could be looked at.
     """
-    built = build_axes(thinned(dive), file, configuration)
+    built = _without_still(build_axes(thinned(dive), file, configuration), dive)
     if not built.axes:
         raise FitError(
             f"{dive.name}: there is nothing to compare with a model ({'; '.join(built.missing.values())}); record "
@@ -64,20 +72,55 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         )
     shape = file.vehicle.configurations[configuration]
     start = filters_of(built, shape)
-    joint, theta = _climbed(start.joint, start.theta, built.motion)
+    if (slow := _without_quick(start, built)) is not built:
+        start, built = filters_of(slow, shape), slow
+    filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
+    problems = tuple(
+        replace(one, reading=one.axis.reading) if one.axis.dof in filtered else one
+        for one in start.joint.problems
+    )
+    joint, theta = _climbed(replace(start.joint, problems=problems), start.theta, built.motion, filtered)
     doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, expected(joint, theta, motion), mass, damping)
     seen = witnesses(dive, file, course)
-    return Nominal(built, joint, theta, motion, course, doubted, seen)
+    return Nominal(built, joint, theta, motion, course, doubted, filtered, seen)
+
+
+def _without_quick(start: Filters, built: Axes) -> Axes:
+    """Without the degrees of freedom that settle within a few commands: how these were in between, nobody knows."""
+    theta = start.theta
+    quick = {
+        problem.axis.dof
+        for problem, place in zip(start.joint.problems, start.joint.places, strict=True)
+        if theta[place.start + MASS] - theta[place.start + DAMPING] < np.log(QUICKEST_S)
+    }
+    left = dict.fromkeys(
+        quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"
+    )
+    kept = tuple(axis for axis in built.axes if axis.dof not in quick)
+    return replace(built, axes=kept, missing=built.missing | left) if kept and left else built
+
+
+def _without_still(built: Axes, dive: Dive) -> Axes:
+    """Without roll and pitch that are held level and that no thruster pushed: what little moves there is the model's
+    own rounding, and readings without noise make a cause of it."""
+    if dive.attitude is None:
+        return built
+    w, x, y, z = dive.attitude.value.T
+    angles = {3: np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), 4: 2 * (w * y - z * x)}
+    still = {dof: float(np.nanstd(angle)) < STILL_RAD for dof, angle in angles.items()}
+    left = {dof: "it was held level, and no thruster pushed" for dof in built.unpushed if still.get(dof)}
+    kept = tuple(axis for axis in built.axes if axis.dof not in left)
+    return replace(built, axes=kept, missing=built.missing | left)
 
 
 def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
     """The same dive less what the acts add to forces and readings, its parameters and noise levels found anew."""
     problems = tuple(_without(problem, acts, nominal.course) for problem in nominal.joint.problems)
     joint = replace(nominal.joint, problems=problems)
-    joint, theta = _climbed(joint, nominal.theta, nominal.motion)
+    joint, theta = _climbed(joint, nominal.theta, nominal.motion, nominal.filtered)
     mass, damping = _coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
     at = expected(joint, theta, motion)
@@ -85,11 +128,21 @@ def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
     return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
 
 
-def _climbed(joint: JointLikelihood, theta: Array, motion: Motion) -> tuple[JointLikelihood, Array]:
-    """Climbed with the Coriolis forces of ever better velocities."""
+def _climbed(
+    joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...]
+) -> tuple[JointLikelihood, Array]:
+    """Climbed with the Coriolis forces of ever better velocities.
+
+    What a fit finds wild is left out, but not of `filtered` degrees of freedom: there it is the model that is far off.
+    """
     for _ in range(PASSES):
         theta = climb(joint, theta, NEARLY, JointLikelihood.score).theta
-        joint = joint.with_better_forces(motion, theta)
+        better = joint.with_better_forces(motion, theta)
+        problems = tuple(
+            replace(new, reading=old.reading) if new.axis.dof in filtered else new
+            for new, old in zip(better.problems, joint.problems, strict=True)
+        )
+        joint = replace(better, problems=problems)
     return joint, climb(joint, theta, NEARLY, JointLikelihood.score).theta
 
 
