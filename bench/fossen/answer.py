@@ -6,7 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.fossen.candidates import CURRENT
-from bench.fossen.fit import PIECE_S, Candidate, Pair, Weighed, accelerations, sizes
+from bench.fossen.fit import (
+    FOLDS,
+    PIECE_S,
+    Candidate,
+    Pair,
+    Weighed,
+    accelerations,
+    best_values,
+    folds,
+    scales,
+    sizes,
+)
 from bench.fossen.runs import STEP_S, Columns, Water, terms, through_water
 from identify.diagnose.where import PHASES, phases_of_motion
 
@@ -24,20 +35,21 @@ PROBABILITY = 0.99
 DOFS = ("surge", "sway", "yaw")
 
 
-def drift(pair: Pair, run: Columns, learnt: Water, flown: Water) -> Array:
+def drift(
+    pair: Pair, run: Columns, learnt: Water, flown: Water, starts: NDArray[np.intp], taught: NDArray[np.bool_]
+) -> Array:
     """(windows, 3): how far surge and sway over ground and yaw rate, simulated over 5 s from the recorded ones, end
-    off those. The model is learnt from the plain run and, under `learnt`, from the other; it flies `run` in `flown`
-    water, where actuators, attitude, heave, roll and pitch are the recorded ones.
+    off those. The model is learnt from the plain run and, under `learnt`, from what is `taught` (n,) of the other; it
+    flies `run` in `flown` water from the steps `starts`, where actuators, attitude, heave, roll and pitch are the recorded ones.
     """
     both = (
         accelerations(pair.vehicle, pair.plain, Water()),
         accelerations(pair.vehicle, pair.other, learnt),
     )
     model = [
-        sizes(np.concatenate([one[0], other[0]]), np.vstack([one[1], other[1]]))
+        sizes(np.concatenate([one[0], other[0][taught]]), np.vstack([one[1], other[1][taught]]))
         for one, other in zip(*both, strict=True)
     ]
-    starts = np.arange(0, len(run["t"]) - HORIZON, HORIZON // 2)
     state = np.stack([run[name][starts] for name in "uvr"])
 
     def rates(at: NDArray[np.intp], nu: Array) -> Array:
@@ -59,10 +71,8 @@ def drift(pair: Pair, run: Columns, learnt: Water, flown: Water) -> Array:
 def answer(pair: Pair, run: str, weighed: tuple[Weighed, ...]) -> dict[str, Any]:
     """The answer in the form of a diagnosis, with the run that holds the cause and what was tried beside it."""
     found = next(one for one in weighed if one.candidate is CURRENT)
-    water = found.candidate.water(found.values)
-    # The plain run's own model and what it leaves there stand for the floor.
-    floor = np.sqrt(np.mean(drift(pair, pair.plain, water, Water()) ** 2, axis=0))
-    before, after = (drift(pair, pair.other, water, one) / floor for one in (Water(), water))
+    floor, before, after = _drifts(pair, found)
+    before, after = before / floor, after / floor
     rms_before, rms_after = (float(np.sqrt(np.mean(one**2))) for one in (before, after))
     low, high = _interval(before, after)
     return {
@@ -103,6 +113,29 @@ def answer(pair: Pair, run: str, weighed: tuple[Weighed, ...]) -> dict[str, Any]
         "run": run,
         "tried": {one.candidate.name: dict(zip(DOFS, one.left.tolist(), strict=True)) for one in weighed},
     }
+
+
+def _starts(run: Columns) -> NDArray[np.intp]:
+    return np.arange(0, len(run["t"]) - HORIZON, HORIZON // 2)
+
+
+def _drifts(pair: Pair, found: Weighed) -> tuple[Array, Array, Array]:
+    """The floor (3,), which is what the model leaves of the plain run, and the drifts (windows, 3) of the other run in
+    still water and in its own, each window by what was learnt without its fold."""
+    fold, scale, starts = folds(pair.other), scales(pair), _starts(pair.other)
+    water = found.candidate.water(found.values)
+    plain = drift(pair, pair.plain, water, Water(), _starts(pair.plain), np.ones(len(fold), np.bool_))
+    before, after = np.empty((2, len(starts), len(DOFS)))
+    for k in range(FOLDS):
+        # A window that ends in another fold would have its end taught.
+        mine = fold[starts] == k
+        reached = (starts[mine] + HORIZON) // HORIZON
+        held = (fold == k) | np.isin(np.arange(len(fold)) // HORIZON, reached)
+        values, _ = best_values(pair, found.candidate, found.values, held, scale)
+        water = found.candidate.water(values)
+        before[mine] = drift(pair, pair.other, water, Water(), starts[mine], ~held)
+        after[mine] = drift(pair, pair.other, water, water, starts[mine], ~held)
+    return np.sqrt(np.mean(plain**2, axis=0)), before, after
 
 
 def _shrink(before: float, after: float) -> float:

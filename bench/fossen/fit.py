@@ -83,22 +83,27 @@ def scales(pair: Pair) -> Array:
     return np.array([np.std(value) for value, _ in accelerations(pair.vehicle, pair.plain, Water())])
 
 
+def folds(run: Columns) -> NDArray[np.intp]:
+    """The fold (n,) that each step of a run belongs to, piece by piece."""
+    return np.asarray((np.arange(len(run["t"]) - 1) * STEP_S / PIECE_S).astype(np.intp) % FOLDS)
+
+
 def weigh(pair: Pair, candidate: Candidate) -> Weighed:
     """A candidate's values from all that there is, and what it leaves of pieces held out, found anew without these."""
     scale = scales(pair)
-    count = len(pair.other["t"]) - 1
-    fold = (np.arange(count) * STEP_S / PIECE_S).astype(np.intp) % FOLDS
-    values, std = _values(pair, candidate, np.array(candidate.start), np.zeros(count, np.bool_), scale)
+    fold = folds(pair.other)
+    count = len(fold)
+    values, std = best_values(pair, candidate, np.array(candidate.start), np.zeros(count, np.bool_), scale)
     squares = np.zeros(len(STATES))
     for k in range(FOLDS):
         held = fold == k
-        own, _ = _values(pair, candidate, values, held, scale)
+        own, _ = best_values(pair, candidate, values, held, scale)
         left = left_of(pair, candidate, own, held)
         squares += [float(np.sum(one[-count:][held] ** 2)) for one in left]
     return Weighed(candidate, values, std, np.sqrt(squares / count) / scale)
 
 
-def _values(
+def best_values(
     pair: Pair, candidate: Candidate, start: Array, held: NDArray[np.bool_], scale: Array
 ) -> tuple[Array, Array]:
     """The best values and their standard errors, widened by how long what is left remembers itself."""
