@@ -26,6 +26,10 @@ Array = NDArray[np.float64]
 HORIZON = 50
 """Steps of the drift that is told of: 5 s."""
 
+STARTED = round(PIECE_S / STEP_S)
+"""Runs start at rest over ground and in a current at once: water from abeam at no speed ahead is seen there alone, and
+a model that was not taught it flies off."""
+
 DRAWS, SEED = 400, 0
 Z95 = 1.959964
 
@@ -40,7 +44,8 @@ def drift(
 ) -> Array:
     """(windows, 3): how far surge and sway over ground and yaw rate, simulated over 5 s from the recorded ones, end
     off those. The model is learnt from the plain run and, under `learnt`, from what is `taught` (n,) of the other; it
-    flies `run` in `flown` water from the steps `starts`, where actuators, attitude, heave, roll and pitch are the recorded ones.
+    flies `run` in `flown` water from the steps `starts`, where actuators, attitude, heave, roll and pitch are the
+    recorded ones.
     """
     both = (
         accelerations(pair.vehicle, pair.plain, Water()),
@@ -116,7 +121,8 @@ def answer(pair: Pair, run: str, weighed: tuple[Weighed, ...]) -> dict[str, Any]
 
 
 def _starts(run: Columns) -> NDArray[np.intp]:
-    return np.arange(0, len(run["t"]) - HORIZON, HORIZON // 2)
+    """The steps that windows start from; the first piece is left out, see STARTED."""
+    return np.arange(STARTED, len(run["t"]) - HORIZON, HORIZON // 2)
 
 
 def _drifts(pair: Pair, found: Weighed) -> tuple[Array, Array, Array]:
@@ -158,7 +164,7 @@ def _interval(before: Array, after: Array) -> tuple[float, float]:
 
 def _where(run: Columns, before: Array) -> list[dict[str, Any]]:
     nu = np.column_stack([run[name] for name in "uvwpqr"])
-    phases = phases_of_motion(nu, STEP_S)[HORIZON // 2 :: HORIZON // 2][: len(before)]
+    phases = phases_of_motion(nu, STEP_S)[_starts(run) + HORIZON // 2]
     table = np.stack([np.square(before[phases == k]).sum(axis=0) for k in range(len(PHASES))])
     shares = table / table.sum()
     found = [
@@ -172,7 +178,7 @@ def _where(run: Columns, before: Array) -> list[dict[str, Any]]:
 
 def _by_heading(run: Columns, before: Array) -> list[dict[str, Any]]:
     """How much of each drift goes with the cosine and sine of the heading."""
-    heading = run["psi"][HORIZON // 2 :: HORIZON // 2][: len(before)]
+    heading = run["psi"][_starts(run) + HORIZON // 2]
     columns = np.column_stack([np.cos(heading), np.sin(heading), np.ones(len(heading))])
     found = []
     for dof, off in zip(DOFS, before.T, strict=True):
