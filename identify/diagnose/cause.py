@@ -43,8 +43,8 @@ class Cause:
         return self.effect.act(course, self.values)
 
     def moved(self, p: int, by: float) -> "Cause":
-        """With one parameter changed within its bounds; by no more than the way on which it comes to show, where what it
-        adds is not proportional to it."""
+        """With one parameter changed within its bounds; by no more than the way on which it comes to show, where what
+        it adds is not proportional to it."""
         one, values = self.effect.parameters[p], self.values.copy()
         far = np.inf if self.effect.linear else way(one)
         values[p] = float(np.clip(values[p] + np.clip(by, -far, far), one.low, one.high))
