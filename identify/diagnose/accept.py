@@ -25,6 +25,7 @@ from bridge.vehicle.effect_coefficients import (
     gain_name,
 )
 from identify.diagnose.diagnosis import Accepted, Found, Value
+from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.whitened import of_the_mean, whitened
 from identify.diagnose.words import effect_words, name_of, words
@@ -118,10 +119,7 @@ def _log_stds(found: Sequence[Found], now: Nominal) -> list[tuple[float, float]]
     ]
     whole = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
-    square = whole.T @ whole + np.diag(known)
-    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
-    inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-    std = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale
+    std = np.sqrt(np.maximum(np.diag(inverse(whole.T @ whole + np.diag(known))), 0.0))
     kept = sorted({*now.joint.mass_places, *of_the_mean(now.joint)})
     at = {place: float(std[i]) for i, place in enumerate(kept)}
     return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]

@@ -17,10 +17,12 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Found, Tried, Value
+from identify.diagnose.evidence import inverse
 from identify.diagnose.gain import gain_by
 from identify.diagnose.ground import Fitted, Ground
 from identify.diagnose.missing import Missing
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.probability import probability
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.whitened import of_the_mean
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -74,7 +76,7 @@ class Shift:
 def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of the masses and dampings that both the dive and the accepted values tell."""
     ground, now = found.ground, found.now
-    inverse, places = _known(ground, found.fit)
+    covariance, places = _known(ground, found.fit)
     names, at, prior = [], [], []
     for name, place in _named(now):
         if name in accepted:
@@ -84,11 +86,11 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
     theta = now.theta[[places[k] for k in at]]
     fitted = np.exp(theta)
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
-    covariance = inverse[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
+    both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
     effects = tuple(one for one in library if one.refit_absorbs and len(one.parameters) == 1)
-    patterns = [_pattern(one, ground, inverse)[at] if _is_push(one, now.course) else _own(one, now, names)
+    patterns = [_pattern(one, ground, covariance)[at] if _is_push(one, now.course) else _own(one, now, names)
                 for one in effects]  # fmt: skip
-    precision = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+    precision = np.asarray(np.linalg.inv(both), dtype=np.float64)
     return Shift(value / fitted - 1.0, precision, effects, np.array(patterns))
 
 
@@ -134,7 +136,7 @@ def _found(
     nats = shift.nats(chosen) - shift.nats(others)
     wrench = _as_wrench(cause.act(found.now.course), found.now.course)
     gain = gain_by(wrench, missing, found.now) if effect.feedforward else None
-    return Found(cause, tuple(also), also, float(1.0 - np.exp(-nats)), told, nats, gain)
+    return Found(cause, tuple(also), also, probability(nats), told, nats, gain)
 
 
 def _likeness(shift: Shift, one: int, other: int) -> float:
@@ -148,8 +150,7 @@ def _known(ground: Ground, fit: Fitted) -> tuple[Array, list[int]]:
     places = sorted({*joint.mass_places, *of_the_mean(joint)})
     columns = np.column_stack([-ground.rows.nominal, fit.slopes])
     known = np.concatenate([ground.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
-    inverse = np.linalg.pinv(columns.T @ columns + np.diag(known), rcond=1e-12, hermitian=True)
-    return np.asarray(inverse[: len(places), : len(places)]), places
+    return inverse(columns.T @ columns + np.diag(known))[: len(places), : len(places)], places
 
 
 def _named(now: Nominal) -> list[tuple[str, int]]:

@@ -33,8 +33,9 @@ WEIGHED = 12
 """So many that fit best in sample are weighed on pieces held out."""
 
 UNKNOWN_NATS, LEVELLED_NATS = 10.0, 100.0
-"""Nats that one force must save, for something unexplained to be there: the most of 66 honest dives was 8. In roll and
-pitch it was 48: a vehicle that is held level tells little of its own inertia there, and much of what levels it."""
+"""Nats that one force must save, for something unexplained to be there: more than any did in drawn dives that hide
+nothing. In roll and pitch far more: a vehicle that is held level tells little of its own inertia there, and much of
+what levels it."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causal import expected, mean_before
 from identify.diagnose.course import course_of
 from identify.diagnose.thinned import thinned
-from identify.diagnose.whitened import spoilt
+from identify.diagnose.whitened import spoilt, steady_pushes
 from identify.diagnose.witness import Witness, witnesses
 from identify.dive import Dive
 from identify.estimators.axes import Axes, build_axes
@@ -42,10 +42,10 @@ STILL_RAD = np.deg2rad(0.1)
 class Nominal:
     """A dive's filters at the best parameters of the nominal model.
 
-    built, joint: as the identification has them, without what `acts` add. theta (p,): the maximum. motion: velocities
-    that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom whose controller used
-    a reading that was not recorded. filtered: degrees of freedom whose readings an autopilot's own filter has freed of
-    wild ones. witnesses: what else tells of effects.
+    built, joint: as the identification has them, without what `acts` add. theta (p,): the maximum, with no steady push.
+    motion: velocities that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom
+    whose controller used a reading that was not recorded. filtered: degrees of freedom whose readings an autopilot's
+    own filter has freed of wild ones. witnesses: what else tells of effects.
     """
 
     built: Axes
@@ -85,7 +85,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, expected(joint, theta, motion), mass, damping)
     seen = witnesses(dive, file, course)
-    return Nominal(built, joint, theta, motion, course, doubted, filtered, seen)
+    return Nominal(built, joint, _unpushed(joint, theta), motion, course, doubted, filtered, seen)
 
 
 def _without_quick(start: Filters, built: Axes) -> Axes:
@@ -125,7 +125,16 @@ def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
     motion = _smoothed(joint, theta, nominal.motion)
     at = expected(joint, theta, motion)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
+    theta = _unpushed(joint, theta)
     return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
+
+
+def _unpushed(joint: JointLikelihood, theta: Array) -> Array:
+    """Without steady pushes: these are fitted, or else the disturbance would swell to make up for them, but they are no
+    part of the nominal model."""
+    out = theta.copy()
+    out[steady_pushes(joint)] = 0.0
+    return out
 
 
 def _climbed(

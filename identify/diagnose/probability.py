@@ -1,8 +1,8 @@
 """How probable a cause is, by how far the best explanation without it falls behind.
 
 Nats on pieces held out are odds where the library holds the truth and its noise is the dive's. Neither is quite so, and
-odds are held to what dives with known causes came to: where the margin is 10 nats two of three causes were right, and
-above 50 nearly all (`make bench` tells the expected calibration error).
+a margin of some nats is worth less than that: the curve was set on drawn dives whose causes are known. How well it is
+calibrated on others `make bench` tells.
 """
 
 SURE, HALF_NATS = 0.98, 6.0

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.diagnose.diagnosis import Shrink
+from identify.diagnose.evidence import inverse
 from identify.diagnose.flown import Flown, flown, logarithms, slope_of, spoilt_by, wrench_of
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.search import Explanation
@@ -120,10 +121,7 @@ class Taught:
         precision = np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
         pull = np.zeros(len(precision))
         pull[: len(kept)] = (joint.prior_precision * (joint.prior_mean - theta))[kept]
-        square = taught[:-1, :-1] + np.diag(precision)
-        scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
-        inverse = np.linalg.pinv(square / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-        step = inverse @ ((taught[:-1, -1] + pull) / scale) / scale
+        step = inverse(taught[:-1, :-1] + np.diag(precision)) @ (taught[:-1, -1] + pull)
         theta = _moved(theta, joint, kept, step[: len(kept)])
         return theta, step[self.rows.nominal.shape[1] :]
 

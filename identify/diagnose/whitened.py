@@ -231,13 +231,11 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
         dofs.append(np.full(count, axis.dof, dtype=np.intp))
     kept = np.array(sorted({*masses, *of_the_mean(joint)}))
     dof = np.concatenate(dofs)
-    trims = _trims(joint)
-    value = np.concatenate(values) - np.vstack(columns)[:, trims] @ theta[trims]
     unseen = [_unseen(own, dof) for own in owns if own.problem.axis.dof in doubted]
     nominal = np.hstack([np.vstack(columns)[:, kept], *unseen])
     return Whitened(
         tuple(owns),
-        value,
+        np.concatenate(values),
         nominal,
         np.concatenate([joint.prior_precision[kept], np.zeros(nominal.shape[1] - len(kept))]),
         np.concatenate(pieces),
@@ -248,21 +246,18 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
 def of_the_mean(joint: JointLikelihood) -> list[int]:
     """The places in theta of what moves the innovations' mean: masses, dampings, masses of one axis alone, and the
     trims that are nobody's evidence."""
-    trims = _trims(joint)
+    pushes = steady_pushes(joint)
     return [
         at
         for one, place in zip(joint.problems, joint.places, strict=True)
         for at in (place.start + k for k in (MASS, DAMPING, *range(FORCES, one.noise_place)))
-        if at not in trims
+        if at not in pushes
     ]
 
 
-def _trims(joint: JointLikelihood) -> list[int]:
-    """The places in theta of the trims that stay in the innovations: what pushes steadily is a cause to be found.
-
-    They are fitted, or else the disturbance would swell to make up for them; but a nominal model has the vehicle file's
-    net buoyancy and no other steady push. In roll and pitch a sensor that is not level makes one.
-    """
+def steady_pushes(joint: JointLikelihood) -> list[int]:
+    """The places in theta of the trims that a nominal model has none of: it has the vehicle file's net buoyancy, and
+    what else pushes steadily is a cause to be found. In roll and pitch a sensor that is not level makes one."""
     return [
         place.start + FORCES
         for one, place in zip(joint.problems, joint.places, strict=True)
