@@ -15,6 +15,7 @@ from bridge.vehicle.config import Water
 from identify.dive import Array, Dive
 from identify.estimators.said import axes_named
 from identify.identification import Doubt
+from identify.ingest.frozen import axis_key
 
 LARGEST_UNEXPLAINED = 0.25
 """Share of the controller's wrench that may follow from nothing recorded: rounding and late readings."""
@@ -48,8 +49,8 @@ class Unrecorded:
         """The doubt of that axis's mass, with what was done about it."""
         sentence = (
             f"{self.found[0].upper()}{self.found[1:]}: a fit of {DOFS[self.dof]} takes that for mass, so "
-            f"{MASSES[self.dof].name} {done}, and {DAMPINGS[self.dof].name} may be smaller than told; record the very "
-            f"{READINGS[self.dof]} that the controller uses, to know both from {DOFS[self.dof]} itself."
+            f"{MASSES[self.dof].name} {done}, and the true {DAMPINGS[self.dof].name} may lie below its value; "
+            f"record the very {READINGS[self.dof]} that the controller uses, to know both from {DOFS[self.dof]} itself."
         )
         return Doubt((MASSES[self.dof].name,), sentence)
 
@@ -80,12 +81,12 @@ def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
 
 def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
     """A warning where the recorded velocity stood still while the one that the controller used went on."""
-    stretches = dive.frozen.get("velocity", ())
-    dofs = [dof for dof in range(3) if _went_on(dive, dof, stretches)]
-    if not dofs:
+    by_dof = {dof: frozen for dof in range(3) if _went_on(dive, dof, frozen := _frozen_velocity(dive, dof))}
+    if not by_dof:
         return ()
+    dofs = list(by_dof)
     named = tuple(group[dof].name for dof in dofs for group in (MASSES, DAMPINGS))
-    seconds = sum(end_s - start_s for start_s, end_s in stretches)
+    seconds = max(sum(end_s - start_s for start_s, end_s in frozen) for frozen in by_dof.values())
     share = seconds / max(dive.duration_s, 1e-9)
     sentence = (
         f"For {seconds:.0f} s ({100 * share:.1f} % of the dive) the recorded velocity stood still while the "
@@ -94,6 +95,11 @@ def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
         "record the very velocity that the controller uses."
     )
     return (Doubt(named, sentence),)
+
+
+def _frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:
+    """From when to when the recorded velocity of an axis stood still, by itself or with all others."""
+    return dive.frozen.get("velocity", ()) + dive.frozen.get(axis_key("velocity", DOFS[dof]), ())
 
 
 def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> bool:
@@ -109,7 +115,7 @@ def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> 
     turning, fed = table[:, 3:], table[:, dof]
     fitted, *_ = np.linalg.lstsq(turning, fed, rcond=None)
     read = np.zeros((0, 3)) if dive.velocity is None else dive.velocity.value
-    noise = _noise(read[np.isfinite(read).all(axis=1), dof])
+    noise = _noise(read[np.isfinite(read[:, dof]), dof])
     return _spread(fed - turning @ fitted) > max(LARGEST_FOREIGN * noise, SAME)
 
 
@@ -175,13 +181,13 @@ def foreign_velocity(dive: Dive, dof: int) -> float | None:
     """
     if dive.nu_fb is None or dive.velocity is None or dive.velocity_is_filtered:
         return None
-    good = np.isfinite(dive.velocity.value).all(axis=1)
+    good = np.isfinite(dive.velocity.value[:, dof])
     time_s, read = dive.velocity.time_s[good], dive.velocity.value[good, dof]
     noise = _noise(read)
     table = np.column_stack([_past(read), _memories(time_s, read)]) if noise > 0 else np.zeros((0, 0))
     fed = dive.nu_fb.value[:, dof]
     frozen = np.zeros(len(fed), dtype=np.bool_)  # `frozen_doubts` tells of those
-    for start_s, end_s in dive.frozen.get("velocity", ()):
+    for start_s, end_s in _frozen_velocity(dive, dof):
         frozen |= (dive.nu_fb.time_s >= start_s) & (dive.nu_fb.time_s <= end_s + LATEST_S)
     left = []
     for late_s in np.arange(0.0, LATEST_S, LATE_STEP_S) if noise > 0 else ():

@@ -17,6 +17,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
+from identify.ingest.commands import held_commands
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
@@ -98,8 +99,8 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         directory, vehicle = vehicle.path.parent, vehicle.vehicle
     else:
         directory = CONFIGS / "thrusters"
-    from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name)
     commanded = dive.tau_cmd if dive.tau_cmd is not None and len(dive.tau_cmd) else None
+    from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name, commanded)
     lag_s = vehicle.thrust_curve.lag_s
     if from_pwm is not None:
         if commanded is None:
@@ -115,8 +116,12 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
 
 
 def _asked_by_pwm(
-    dive: Dive, vehicle: Vehicle, directory: Path, name: str
+    dive: Dive, vehicle: Vehicle, directory: Path, name: str, commanded: Signal | None
 ) -> tuple[Signal | None, tuple[str, ...]]:
+    """The wrench that the outputs ask for, and notes on them.
+
+    A command that is no number is the one before it; where it is none for long, the wrench is TAU_CMD, if recorded.
+    """
     configuration = vehicle.configurations[name]
     thrusters = len(configuration.thrusters)
     if dive.pwm is None or len(dive.pwm) == 0:
@@ -126,16 +131,32 @@ def _asked_by_pwm(
     outputs = dive.pwm.value.shape[1]
     if outputs < thrusters:
         return None, (f"{outputs} thruster outputs are recorded, the vehicle file names {thrusters}.",)
-    notes: tuple[str, ...] = ()
-    pwm_us = dive.pwm.value[:, :thrusters]
-    silent = ~(pwm_us > 0)
+    time_s = dive.pwm.time_s
+    pwm_us = held_commands(Signal(time_s, dive.pwm.value[:, :thrusters])).value
+    notes = []
+    unknown = ~np.isfinite(pwm_us)
+    silent = ~unknown & (pwm_us <= 0)
     if silent.any():
-        notes = (
-            f"{silent.any(axis=1).sum()} commands leave a thruster without a pulse: taken to be at rest.",
+        notes.append(
+            f"{silent.any(axis=1).sum()} commands leave a thruster without a pulse: taken to be at rest."
         )
-        pwm_us = np.where(silent, NEUTRAL_US, pwm_us)
+    pwm_us = np.where(silent | unknown, NEUTRAL_US, pwm_us)
     thrust_n = thrust_curve(vehicle.thrust_curve, directory).thrust(pwm_us)
-    return Signal(dive.pwm.time_s, thrust_n @ allocation_matrix(configuration).T), notes
+    asked: Array = thrust_n @ allocation_matrix(configuration).T
+    if unknown.any():
+        stands_in = np.full(asked.shape, np.nan) if commanded is None else commanded.held_at(time_s)
+        by_controller = unknown.any(axis=1) & np.isfinite(stands_in).all(axis=1)
+        at_rest = unknown.any(axis=1) & ~by_controller
+        asked = np.where(by_controller[:, None], stands_in, asked)
+        notes += [
+            f"{count} commands lack a thruster for longer than it holds: {what}."
+            for count, what in (
+                (by_controller.sum(), "the wrench is TAU_CMD there"),
+                (at_rest.sum(), "it is taken to be at rest there"),
+            )
+            if count
+        ]
+    return Signal(time_s, asked), tuple(notes)
 
 
 def _history(

@@ -30,10 +30,15 @@ def parameter_tables(rows: Sequence[Row], group: Sequence[Row], configuration: s
         some = names[first : first + PARAMETERS_WIDE]
         columns = [f"{name} {BY_NAME[name].unit}" for name in some]
         lines = [
-            (str(1 + rows.index(row)), utc(row.unix_s), *(_cell(row.values.get(name)) for name in some))
+            (
+                f"{1 + rows.index(row)}{'' if row.converged else '*'}",
+                utc(row.unix_s),
+                *(_cell(row.values.get(name)) for name in some),
+            )
             for row in group
         ]
         title = f"{configuration}: {', '.join(some)}, with half of their 95 % intervals"
+        title += "" if all(row.converged for row in group) else "; *: in no trend, for it did not converge"
         tables.append(show.table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
     return tables
 

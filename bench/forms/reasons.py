@@ -53,7 +53,9 @@ def standing(found: Sequence[Judged]) -> list[str]:
     if REFERENCE in rms:
         forms = [method for method in rms if method in FORMS]
         more = sum(rms[method] > rms[REFERENCE] for method in forms)
-        sentences.append(f"Of the {len(forms)} forms, {more} err by more than `{REFERENCE}`.")
+        who = {len(forms): f"All {len(forms)} forms err", 0: "No form errs"}
+        words = who.get(more, f"Of the {len(forms)} forms, {more} err{'s' if more == 1 else ''}")
+        sentences.append(f"{words} by more than `{REFERENCE}`.")
     return paragraph(*sentences)
 
 

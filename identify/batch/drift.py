@@ -9,7 +9,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.batch.rows import Row, names_in
 from identify.batch.series import Series, common_series, ratio
-from identify.batch.trend import LEVEL, Trend, fit_trend, holm
+from identify.batch.trend import LEVEL, ONE_MOMENT_S, Trend, fit_trend, holm
 from identify.dates import utc
 
 VOLTAGE_STD_V = 0.05
@@ -73,8 +73,8 @@ class Drift:
 
 
 def drift_of(rows: Sequence[Row]) -> Drift:
-    """What the rows of one configuration tell together; only dated ones count."""
-    dated = [row for row in rows if row.unix_s is not None and row.values]
+    """What the rows of one configuration tell together; only dated ones that converged count."""
+    dated = [row for row in rows if row.unix_s is not None and row.values and row.converged]
     found = ((name, _trend_of(dated, name)) for name in names_in(dated))
     trends = {name: trend for name, trend in found if trend is not None}
     chances = holm({name: trend.p for name, trend in trends.items()})
@@ -87,7 +87,7 @@ def drift_of(rows: Sequence[Row]) -> Drift:
     if story is Story.TOO_FEW:
         sentence = f"{story.value}. {_what_there_is(rows, dated, masses, dampings)}"
     else:
-        sentence = _sentence(story, mass, damping, over, voltage)
+        sentence = _sentence(story, mass, damping, over, voltage) + _left_out(rows)
     return Drift(story, sentence, trends, real, mass, damping, over, voltage)
 
 
@@ -169,12 +169,27 @@ def _sentence(
 
 def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
     """What a configuration has instead of enough for a trend."""
-    told = (
-        f"Of the {len(rows)} identified in this configuration {len(dated)} are dated, of these {len(masses.rows)} "
-        f"tell a mass and {len(dampings.rows)} a damping"
-    )
-    alike = len(dated) > 1 and len({row.unix_s for row in dated}) == 1
+    count = sum(row.unix_s is not None for row in rows)
+    told = f"Of the {len(rows)} identified in this configuration {count} are dated"
+    if len(usable := [row for row in rows if row.converged]) < len(rows):
+        told += f", and {len(usable)} converged; of the {len(dated)} that are both "
+    else:
+        told += ", of these "
+    told += f"{len(masses.rows)} tell a mass and {len(dampings.rows)} a damping"
+    times = [row.unix_s for row in dated if row.unix_s is not None]
+    alike = len(times) > 1 and max(times) - min(times) <= ONE_MOMENT_S
     return f"{told}; they all began at one moment." if alike else f"{told}."
+
+
+def _left_out(rows: Sequence[Row]) -> str:
+    """How many dives no trend takes, and for what; empty where it takes all."""
+    outcomes = [row.outcome for row in rows if row.values and not row.converged]
+    if not outcomes:
+        return ""
+    why = " and ".join(
+        f"{outcomes.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(outcomes)
+    )
+    return f" Left out: {why}."
 
 
 def _within(trend: Trend) -> float:

@@ -28,8 +28,9 @@ REAL, NOT_REAL = 1, 2
 HOW = (
     "A trend is a straight line through the values, each weighted by its own standard error and by what dives scatter "
     "beyond it. It is called significant where a slope as large would come up by chance in fewer than one batch of "
-    "twenty, among all the parameters of the configuration together. Damping over mass does not depend on how much "
-    "thrust there really was, mass and damping each do: that tells a fouled hull from weak thrust."
+    "twenty, among all the parameters of the configuration together. Only dives that converged count. Damping over "
+    "mass does not depend on how much thrust there really was, mass and damping each do: that tells a fouled hull from weak "
+    "thrust."
 )
 
 
@@ -77,7 +78,7 @@ def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
     lines = []
     for name in names_in(rows):
         trend = drift.trends.get(name)
-        count = sum(name in row.values for row in rows)
+        count = sum(name in row.values and row.converged for row in rows)
         lines.append((
             BY_NAME[name].symbol, str(count), unit(BY_NAME[name].unit), *_trend_cells(trend, name in drift.real),
             meaning(name),
@@ -110,11 +111,15 @@ def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[str, str, str, str
 def _dive_table(rows: Sequence[Row], kind: Kind, caption: str) -> Table:
     names = [name for name in names_in(rows) if BY_NAME[name].kind == kind]
     lines = [
-        (utc(row.unix_s), *(_cell(row.values.get(name)) for name in names), row.outcome, row.dive)
+        (utc(row.unix_s), *(_cell(row.values.get(name)) for name in names), _outcome(row), row.dive)
         for row in rows
     ]
     headings = [f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}" for name in names]
     return Table(("Date, UTC", *headings, "Outcome", "Dive"), tuple(lines), caption)
+
+
+def _outcome(row: Row) -> str:
+    return row.outcome if row.converged else f"{row.outcome}: in no trend"
 
 
 def _cell(value: Value | None) -> str:
@@ -138,7 +143,7 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
     if any(row.voltage_v is not None for row in dated):
         panels.append(_voltage_panel(dated, drift.voltage, x))
     empty = np.zeros(0)
-    legend = plot.mark_legend([("disc", "converged"), ("diamond", "another outcome: see the dive")])
+    legend = plot.mark_legend([("disc", "converged"), ("diamond", "another outcome: in no trend")])
     legend += plot.legend([
         Line(empty, empty, "95 % interval"),
         Line(empty, empty, "significant trend", REAL),

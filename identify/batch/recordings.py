@@ -19,14 +19,20 @@ DIVE_FILE = "telemetry."
 SAME, BEGINNING = "holds the same recording as", "is the beginning of"
 """How one recording may be another's twin, in words between their names."""
 
+GAVE_NOTHING = "gave nothing ({why}), so what counts is its beginning,"
+
 
 @dataclass(frozen=True)
 class Twin:
-    """A recording at `path` that does not count, for the one at `counted` is of the same dive; `why` in words."""
+    """A recording at `path` that does not count, for the one at `counted` is of the same dive; `why` in words.
+
+    `recording` is that at `path` where it is a part of the other, and may count in its place.
+    """
 
     path: Path
     counted: Path
     why: str
+    recording: Recording | None = None
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,23 @@ class Found:
     recordings: tuple[Recording, ...]
     twins: tuple[Twin, ...]
     unreadable: tuple[Result, ...]
+
+    def beginnings_of(self, path: Path) -> tuple[Recording, ...]:
+        """The recordings that are the beginning of the one at `path`, the longest first."""
+        parts = (t.recording for t in self.twins if t.counted == path and t.recording is not None)
+        return tuple(sorted(parts, key=lambda one: -one.size_bytes))
+
+    def with_beginning(self, failed: Path, why: str, instead: Recording) -> "Found":
+        """The same, with the beginning of a recording that gave nothing in its place."""
+        own = Twin(failed, instead.path, GAVE_NOTHING.format(why=why))
+        others = [
+            replace(own, path=t.path) if t.why == SAME else replace(t, counted=instead.path)
+            for t in self.twins
+            if t.counted == failed and t.path != instead.path
+        ]
+        rest = [t for t in self.twins if t.counted != failed]
+        counted = tuple(instead if one.path == failed else one for one in self.recordings)
+        return Found(told_apart(counted), (own, *others, *rest), self.unreadable)
 
 
 def find_recordings(
@@ -64,7 +87,10 @@ def find_recordings(
         else:
             recordings[known_by.sha256] = Recording(name_of(path), path, files, **vars(known_by))
     cut = {twin.path: twin for twin in _cut(recordings.values())}
-    told = [replace(cut[t.counted], path=t.path) if t.counted in cut else t for t in (twins | cut).values()]
+    told = [
+        replace(cut[t.counted], path=t.path, recording=None) if t.counted in cut else t
+        for t in (twins | cut).values()
+    ]
     whole = tuple(one for one in recordings.values() if one.path not in cut)
     return Found(told_apart(whole), tuple(told), tuple(unreadable))
 
@@ -96,7 +122,7 @@ def _cut(recordings: Iterable[Recording]) -> list[Twin]:
             if longer is None:
                 whole.append((one, data))
             else:
-                twins.append(Twin(one.path, longer.path, BEGINNING))
+                twins.append(Twin(one.path, longer.path, BEGINNING, one))
     return twins
 
 

@@ -16,6 +16,9 @@ from identify.dive import Array
 
 FEWEST = 3
 LEVEL = 0.05
+ONE_MOMENT_S = 60.0
+"""Dives that all began within so long are copies of one: in that time nothing ages."""
+
 _HALVINGS = 200
 
 
@@ -57,10 +60,10 @@ class Trend:
 def fit_trend(unix_s: Array, value: Array, std: Array) -> Trend | None:
     """The trend of values (n,) with standard errors (n,) > 0 at Unix times (n,).
 
-    None for fewer than three, or where all are of one moment.
+    None for fewer than three, or where all began within ONE_MOMENT_S.
     """
     span_s = float(np.ptp(unix_s)) if len(unix_s) else 0.0
-    if len(unix_s) < FEWEST or span_s <= 0:
+    if len(unix_s) < FEWEST or span_s <= ONE_MOMENT_S:
         return None
     x = (unix_s - unix_s.min()) / span_s
     between = _variance_between(x, value, std)

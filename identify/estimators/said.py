@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 SHORTEST_DIVE_S = 20.0
 
+LATEST_S = 0.5
+"""No thruster's lag and no sensor's clock is off by more: a driver's buffers hold tenths of a second."""
+
 
 def long_enough(dive: Dive) -> None:
     """Raises FitError where a dive is too short to identify anything from it."""
@@ -46,11 +49,27 @@ def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
 
 
 def late_doubts(late: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
-    """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two."""
-    later = {dof: one for dof, one in late.items() if one.size > 0}
-    earlier = {dof: one for dof, one in late.items() if one.size <= 0}
+    """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two.
+
+    One more for the axes in which that would have to be by more than any lag or clock is off.
+    """
+    absurd = {dof: one for dof, one in late.items() if abs(one.size) > LATEST_S}
+    later = {dof: one for dof, one in late.items() if dof not in absurd and one.size > 0}
+    earlier = {dof: one for dof, one in late.items() if dof not in absurd and one.size <= 0}
     told = (("later", later), ("earlier", earlier))
-    return tuple(_late_doubt(way, found) for way, found in told if found)
+    by_timing = tuple(_late_doubt(way, found) for way, found in told if found)
+    return (*by_timing, *((_unexplained_doubt(absurd),) if absurd else ()))
+
+
+def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
+    sigma = max(abs(one.score) for one in found.values())
+    return Doubt(
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
+        f"In {axes_named(list(found))} the motion does not follow from the thrust, and timing does not explain it: "
+        f"thrust would have to act more than {LATEST_S:g} s off its time ({sigma:.0f} standard errors); check that the "
+        "vehicle file is this vehicle's, and the velocity's axes, signs and unit.",
+        Outcome.DISAGREES,
+    )
 
 
 def _late_doubt(way: str, found: "Mapping[int, Tested]") -> Doubt:

@@ -3,7 +3,8 @@
 A value that comes again proves nothing by itself: a sensor of coarse steps repeats at rest, one that is passed on
 faster than it reads repeats by nature, and a simulated one without noise is as still as its vehicle. So a long run of
 one value in all axes is taken for frozen only while the thrusters push, and only where either the signal's own noise
-never repeats so long by chance, or something else that was recorded says that the vehicle moved meanwhile.
+never repeats so long by chance, or something else that was recorded says that the vehicle moved meanwhile. One axis
+alone may well stand still, so there only its own noise counts, where it is at least a step of its resolution.
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.dive import Array, Dive, Signal
 
@@ -31,6 +33,15 @@ IDLE_US = 30.0
 FORCE_SHARE = 0.1
 MOVED, TURNED_RAD = 0.03, 0.2
 """Thrust as a share of its range in the dive, velocity in m/s or rad/s, angle: more than one reading has room for."""
+
+THIRD_DIFFERENCE = 0.6745 * 20**0.5
+"""The median size of white noise's third differences, over its standard deviation."""
+
+STEADY = 0.4
+"""Of white noise of one step's standard deviation: how often at most a reading repeats the one before."""
+
+AXES = {"velocity": DOFS[:3], "gyro": DOFS[3:]}
+"""Signals whose axes are looked at one by one, too."""
 
 WORDS = {
     "velocity": "The velocity",
@@ -85,7 +96,59 @@ def without_frozen(dive: Dive) -> Dive:
         left = Signal(signal.time_s[stays], signal.value[stays])
         kept[name] = left if np.isfinite(left.value).all(axis=1).sum() > np.count_nonzero(frozen) else None
         notes.append(_note(words, stretches[name], len(index) / len(known)))
-    return replace(dive, **kept, frozen=stretches, notes=dive.notes + tuple(notes)) if stretches else dive
+    if stretches:
+        dive = replace(dive, **kept, frozen=stretches, notes=dive.notes + tuple(notes))
+    for name, axes in AXES.items():
+        for column, axis in enumerate(axes):
+            dive = _without_frozen_axis(dive, name, column, axis)
+    return dive
+
+
+def axis_key(name: str, axis: str) -> str:
+    """Of one axis of a signal in `Dive.frozen`."""
+    return f"{name} in {axis}"
+
+
+def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
+    """The dive with NaN where one axis of a signal stands still alone, but for the first reading of each run."""
+    signal = dive.signals().get(name)
+    if signal is None:
+        return dive
+    rows = np.flatnonzero(np.isfinite(signal.value[:, column]))
+    known = Signal(signal.time_s[rows], signal.value[rows, column : column + 1])
+    likely = _log_chance_by_noise(known) if len(known) >= FEWEST else None
+    if likely is None:
+        return dive
+    runs = _runs(known)
+    frozen = np.array([
+        is_long and _pushed(dive, (start_s, end_s - SETTLING_S)) and _is_unlikely(count, likely, len(known))
+        for is_long, start_s, end_s, count in zip(runs.long, runs.start_s, runs.end_s, runs.count, strict=True)
+    ])  # fmt: skip
+    if not frozen.any():
+        return dive
+    index = np.concatenate([np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)])
+    value = signal.value.copy()
+    value[rows[index], column] = np.nan
+    found = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
+    return replace(
+        dive,
+        **{name: Signal(signal.time_s, value)},
+        frozen={**dive.frozen, axis_key(name, axis): found},
+        notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", found, len(index) / len(known))),
+    )
+
+
+def _log_chance_by_noise(signal: Signal) -> float | None:
+    """Logarithm of the chance that a sample (n, 1) repeats the one before; None where its noise is below its steps."""
+    value = signal.value[:, 0]
+    steps = np.abs(np.diff(value))
+    moved = steps[steps > 0]
+    if len(moved) < ENOUGH:
+        return None
+    white = float(np.median(np.abs(np.diff(value, 3)))) / THIRD_DIFFERENCE
+    if white < float(moved.min()):
+        return None
+    return _log_chance(signal, _runs(signal), STEADY)
 
 
 def _note(words: str, stretches: tuple[tuple[float, float], ...], share: float) -> str:
@@ -115,15 +178,20 @@ def _frozen(dive: Dive, name: str, signal: Signal, runs: Runs) -> NDArray[np.boo
     found = np.zeros(len(runs.first), dtype=np.bool_)
     for i in np.flatnonzero(runs.long):
         span_s = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
-        by_noise = likely is not None and (runs.count[i] - 1) * likely + np.log(len(signal)) < np.log(CHANCE)
+        by_noise = likely is not None and _is_unlikely(int(runs.count[i]), likely, len(signal))
         found[i] = _pushed(dive, span_s) and (by_noise or _moved(dive, name, span_s))
     return found
 
 
-def _log_chance(signal: Signal, runs: Runs) -> float | None:
+def _is_unlikely(count: int, log_chance: float, samples: int) -> bool:
+    """Whether a run of so many samples is one that chance alone hardly brings in so many samples."""
+    return bool((count - 1) * log_chance + np.log(samples) < np.log(CHANCE))
+
+
+def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None:
     """Logarithm of the chance that a sample repeats the one before, beside the long runs; None where no noise is seen.
 
-    Noise makes third differences larger than first ones, motion makes them smaller.
+    Noise makes third differences larger than first ones, motion makes them smaller. Never below `least`.
     """
     usual = ~runs.long
     if np.count_nonzero(usual) < ENOUGH:
@@ -137,7 +205,7 @@ def _log_chance(signal: Signal, runs: Runs) -> float | None:
     # What repeated once may well do so again, where a sensor's steps are coarse.
     twice = int(np.maximum(count - 2, 0).sum())
     likely = max(again / int(count.sum()), twice / again if again else 0.0)
-    return float(np.log(max(likely, 1e-3)))
+    return float(np.log(max(likely, least)))
 
 
 def _pushed(dive: Dive, span_s: tuple[float, float]) -> bool:

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from bridge.vehicle.coefficients import DOFS
 from identify.dive import Array, Dive, Signal
+from identify.ingest.frozen import axis_key
 
 SLOWEST_COMMAND_HZ = 5.0
 SLOWEST_VELOCITY_HZ = 2.0
@@ -23,7 +25,11 @@ def _velocity(dive: Dive) -> list[str]:
     notes = []
     if signal.rate_hz < SLOWEST_VELOCITY_HZ:
         notes.append(f"Velocity comes at {signal.rate_hz:.1f} Hz, too slow to identify masses.")
-    share = float(np.mean(~np.isfinite(signal.value).all(axis=1)))
+    unknown = ~np.isfinite(signal.value).all(axis=1)
+    for axis in DOFS[:3]:
+        for start_s, end_s in dive.frozen.get(axis_key("velocity", axis), ()):
+            unknown &= (signal.time_s < start_s) | (signal.time_s > end_s)
+    share = float(np.mean(unknown))
     if share > 0.01:
         notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
     if dive.velocity_is_filtered:

@@ -9,10 +9,12 @@ from typing import Any
 from bridge.errors import LogError
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
+from identify.ingest.commands import with_known_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.frozen import without_frozen
 from identify.ingest.gaps import gaps
 from identify.ingest.identity import identity_of
+from identify.ingest.possible import without_impossible
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 
@@ -20,7 +22,8 @@ FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
 def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | None = None) -> Dive:
-    """The dive that a recording holds, without readings that stand still, and with notes on what it lacks.
+    """The dive that a recording holds, without readings that can't be or stand still, and with notes on what
+    it lacks.
 
     `columns` is the column map of a `.csv`, a file or the bare name of one in configs/columns; a dive folder
     made from a `.csv` holds its own, `columns.yaml`. With `vehicle` the notes also say whether the recording
@@ -31,7 +34,8 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     beside = path / "columns.yaml"
     columns = beside if columns is None and beside.exists() else columns
     fields, known_by = _fields(files, columns, str(path)), identity_of(files)
-    dive = without_frozen(Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields))
+    whole = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
+    dive = without_frozen(with_known_commands(without_impossible(whole), _thrusters(vehicle)))
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
 
@@ -76,6 +80,13 @@ def _name(path: Path) -> str:
     for ending in (".gz", ".tlog", ".BIN", ".bin", ".csv"):
         name = name.removesuffix(ending)
     return name
+
+
+def _thrusters(vehicle: VehicleFile | None) -> int | None:
+    """How many outputs drive thrusters in any configuration; None, for all of them, where nothing tells."""
+    if vehicle is None:
+        return None
+    return max(len(c.thrusters) for c in vehicle.vehicle.configurations.values()) or None
 
 
 def _misfits(dive: Dive, vehicle: VehicleFile | None) -> tuple[str, ...]:

@@ -34,6 +34,8 @@ ROUNDING = 1e-6
 FIRM = 0.05
 """Relative standard deviation up to which a value is firm enough to show a narrower interval around it."""
 
+DOUBTED = "A doubt of that dive holds for this plan too, until its cause is mended:"
+
 DISTURBANCE_TIME_S = 1.5
 ARM_M = 1.0 / 6.0
 """Moment of a disturbance over its force."""
@@ -120,6 +122,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
         of = [str(name) for name in of]
         nuisance = {str(k): float(v) for k, v in identified["nuisance"].items()}
         values = {name: float(found[name]["value"]) for name in of if (found[name]["value"] or 0.0) > 0}
+        doubted = [str(doubt["sentence"]) for doubt in identified.get("doubts", ())]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(
             f"{source}: not an identification as seatrial identify --json writes it ({error}); give one, or the dive"
@@ -153,6 +156,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
             f"It tells little or nothing of {', '.join(left)}: their values are the vehicle file's or, where that has "
             f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
         )
+    sentences += [f"{DOUBTED} {sentence}" for sentence in dict.fromkeys(doubted)]
     noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
     return Knowledge({**first.values, **values}, precision, noise, tuple(sentences), first.guessed - firm)
 

@@ -25,7 +25,7 @@ OUTCOME_MEANS = {
         "The recording holds what the model can't explain: use these values only as the notes below allow."
     ),
 }
-PARTLY = "Warning: not all of this may be used"
+PARTLY = "Warning: some of these values are in doubt"
 FF_MODE_WORDS = ("off", "shadow", "feed-forward only", "feed-forward and PID")
 
 

@@ -135,3 +135,27 @@ def test_three_dated_dives_that_make_no_trend_say_what_they_lack():
 def test_nothing_planted_is_seldom_called_a_story():
     told = [drift_of(dives(seed=seed)).story for seed in range(60)]
     assert sum(story is not Story.STEADY for story in told) <= 9
+
+
+def test_a_dive_in_which_data_and_model_disagree_bends_no_trend_and_is_counted_out():
+    rows = dives()
+    wrong = {name: replace(v, value=2 * v.value) for name, v in rows[-1].values.items()}
+    spoilt = [*rows[:-1], replace(rows[-1], outcome="data and model disagree", values=wrong)]
+    drift = drift_of(spoilt)
+    assert drift.story is Story.STEADY
+    assert drift.trends == drift_of(rows[:-1]).trends
+    assert drift.sentence.endswith("Left out: 1 ended as 'data and model disagree'.")
+    assert "Left out" not in drift_of(rows).sentence
+
+
+def test_a_fleet_of_doubted_dives_says_why_it_has_no_trend():
+    rows = [replace(row, outcome="data and model disagree") for row in dives(count=4)]
+    assert drift_of(rows).sentence.endswith(
+        "4 are dated, and 0 converged; of the 0 that are both 0 tell a mass and 0 a damping."
+    )
+
+
+def test_copies_that_begin_within_a_minute_make_no_trend():
+    first, *_ = dives(count=3)
+    copies = [replace(first, dive=f"copy {k}", unix_s=first.unix_s + 20.0 * k) for k in range(3)]
+    assert drift_of(copies).sentence.endswith("they all began at one moment.")

@@ -144,3 +144,12 @@ def test_dives_stand_by_date_and_those_without_one_come_last():
         Result("c", "2025-11-20", "c.tlog", "0", None, "cut"),
     ]
     assert [row.dive for row in rows_of(results)] == ["2025-11-20", "2026-11-20", "undated"]
+
+
+def test_a_dive_that_is_in_no_trend_is_marked_on_the_page_and_in_the_terminal():
+    *rows, last = dives(count=5)
+    rows.append(replace(last, outcome="data and model disagree"))
+    assert "data and model disagree: in no trend" in page(rows)
+    table, *_ = parameter_tables(rows, rows, "only")
+    assert [line[0] for line in table.rows] == ["1", "2", "3", "4", "5*"]
+    assert table.title.endswith("; *: in no trend, for it did not converge")

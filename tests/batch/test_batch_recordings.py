@@ -6,7 +6,8 @@ import batch_jobs
 import pytest
 
 from bridge.errors import LogError
-from identify.batch.jobs import Recording
+from identify.batch.beginnings import with_beginnings
+from identify.batch.jobs import Recording, Result
 from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart
 from identify.dates import date_in_name, utc
 from identify.ingest.identity import OPENING_BYTES
@@ -141,3 +142,38 @@ def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_t
     paths = [tmp_path / way / "dive.tlog" for way in ("a/x", "b/x", "b/y")] + [tmp_path / "other.tlog"]
     recordings = [Recording(path.stem, path, (path,), str(k)) for k, path in enumerate(paths)]
     assert [one.name for one in told_apart(recordings)] == ["a/x/dive", "b/x/dive", "y/dive", "other"]
+
+
+def answered(recording, gives):
+    told = {"name": "M_u", "value": 2.0, "std": 1.0, "low95": 1.0, "high95": 3.0, "identifiable": True}
+    found = {
+        "parameters": [told], "configuration": "only", "outcome": "converged", "dive": {"duration_s": 60.0},
+        "covariance": {"of": ["M_u"], "matrix": [[1.0]]},
+    }  # fmt: skip
+    answer = {"identification": found, "unix_s": 1.77e9, "dated_by": "its name", "voltage_v": None}
+    told_of = recording.name, str(recording.path), recording.sha256
+    return (
+        Result(recording.sha256, *told_of, answer)
+        if gives
+        else Result("", *told_of, None, "turned upside down")
+    )
+
+
+@pytest.mark.parametrize(("good", "counts"), [("cut", "cut"), ("short", "short"), ("", "whole")])
+def test_a_longer_copy_that_gives_nothing_does_not_swallow_a_good_beginning(tmp_path, good, counts):
+    for name, end in (("whole", 0), ("cut", 999), ("short", 5000)):
+        put(tmp_path / f"{name}.tlog", LONG[: len(LONG) - end])
+    asked = []
+
+    def work(recordings):
+        asked.extend(one.name for one in recordings)
+        return [answered(one, one.name == good) for one in recordings]
+
+    found = find_recordings([str(tmp_path)])
+    found, (result,) = with_beginnings(found, work(found.recordings), work)
+    assert asked == ["whole", "cut", "short"][: 3 if good != "cut" else 2]
+    assert result.dive == counts
+    assert names(found) == [counts]
+    assert set(twins(found).values()) == {tmp_path / f"{counts}.tlog"}
+    told = " ".join(twin.why for twin in found.twins)
+    assert ("gave nothing (turned upside down)" in told) == bool(good)

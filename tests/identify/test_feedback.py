@@ -36,7 +36,10 @@ def test_a_wrench_that_follows_from_nothing_recorded_is_doubted_with_what_to_do(
     assert doubt.about == ("M_u",)
     assert "In surge 6" in doubt.sentence
     assert "of the controller's wrench (TAU_PID) follows from nothing recorded" in doubt.sentence
-    assert "so M_u is left out, and D_u may be smaller than told; record the very velocity" in doubt.sentence
+    assert (
+        "so M_u is left out, and the true D_u may lie below its value; record the very velocity"
+        in doubt.sentence
+    )
 
 
 def test_a_fed_back_velocity_of_another_sensor_is_told_by_its_own_noise():

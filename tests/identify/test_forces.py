@@ -138,6 +138,21 @@ def test_a_thruster_without_a_pulse_is_at_rest() -> None:
     assert any("without a pulse" in note for note in ours.notes)
 
 
+def test_a_command_that_is_no_number_is_the_one_before_it() -> None:
+    gap = pwm([0.0, 0.1, 0.2, 0.3], (1500.0, 1500.0), (1700.0, 1700.0), (np.nan, 1700.0), (1700.0, 1700.0))
+    ours = wrench(dive(pwm=gap), vehicle(), "twin")
+    assert ours.asked[:, 0] == pytest.approx([0.0, 20.0, 20.0, 20.0])
+    assert ours.notes == ()
+
+
+def test_tau_cmd_stands_in_where_a_command_is_unknown_for_long() -> None:
+    gap = pwm([0.0, 1.0, 2.0, 3.0], (1500.0, 1500.0), (1700.0, 1700.0), (np.nan, 1700.0), (1700.0, 1700.0))
+    tau = Signal(gap.time_s, np.outer([0.0, 20.0, 15.0, 20.0], np.eye(6)[0]))
+    ours = wrench(dive(pwm=gap, tau_cmd=tau), vehicle(), "twin")
+    assert ours.asked[:, 0] == pytest.approx([0.0, 20.0, 15.0, 20.0])
+    assert any("1 commands lack a thruster" in note and "TAU_CMD" in note for note in ours.notes)
+
+
 def test_nothing_at_all_is_refused() -> None:
     with pytest.raises(FitError, match="neither thruster commands"):
         wrench(dive(), vehicle(), "twin")

@@ -188,3 +188,39 @@ def test_a_velocity_that_stood_still_for_most_of_a_dive_leaves_the_mass_to_the_r
     mass = answered(estimate(found, FILE, "only", quiet), found, FILE)["M_u"]
     assert mass.low95 < closed_loop.MASS < mass.high95
     assert mass.identifiable
+
+
+def test_one_axis_that_stands_still_alone_is_left_out_there_and_told():
+    whole = draw_one(100_002, seconds=60.0, kind="rocking").dive
+    read = whole.velocity
+    alone = stuck(Signal(read.time_s, read.value[:, :1]), (20.0, 40.0))
+    value = np.column_stack([alone.value, read.value[:, 1:]])
+    found = without_frozen(replace(whole, velocity=Signal(read.time_s, value)))
+    assert list(found.frozen) == ["velocity in surge"]
+    (note,) = found.notes
+    assert note.startswith("The velocity in surge repeats one value for 20 s")
+    held = (read.time_s > 20.2) & (read.time_s < 39.8)
+    assert np.isnan(found.velocity.value[held, 0]).all()
+    assert np.array_equal(found.velocity.value[:, 1:], read.value[:, 1:], equal_nan=True)
+
+
+def test_a_controller_whose_velocity_went_on_in_the_frozen_axis_is_warned_of_that_axis_alone():
+    recorded = replace(dive(), velocity=with_moving_sway(with_stuck_velocity((50.0, 110.0)).velocity))
+    found = without_frozen(recorded)
+    assert list(found.frozen) == ["velocity in surge"]
+    (doubt,) = frozen_doubts(found)
+    assert doubt.about == ("M_u", "D_u")
+
+
+def with_moving_sway(velocity):
+    value = velocity.value.copy()
+    value[:, 1] = 0.004 * np.random.default_rng(1).standard_normal(len(value))
+    return Signal(velocity.time_s, value)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.05])
+def test_an_axis_that_rests_within_one_step_of_its_sensor_stays(step):
+    value = with_moving_sway(dive().velocity).value
+    value[:, 1] = step * np.round(value[:, 1] / step)
+    recorded = replace(dive(), velocity=Signal(dive().velocity.time_s, value))
+    assert without_frozen(recorded) is recorded

@@ -11,11 +11,11 @@ import pytest
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
-from identify.estimators import likelihood_fit
+from identify.estimators import likelihood_fit, multiplier
 from identify.estimators.axes import build_axes
 from identify.estimators.doubts import by_lateness, doubts_of
 from identify.estimators.likelihood import estimate
-from identify.estimators.said import lateness_note
+from identify.estimators.said import late_doubts, lateness_note
 from identify.estimators.scoring import MOST_STEPS, Maximum
 from identify.estimators.table import estimator
 from identify.estimators.unseen import silent_share, unseen_doubts
@@ -86,6 +86,20 @@ def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_
     assert wrong["I_r"].value / right["I_r"].value == pytest.approx(1 - 0.036, abs=0.005)
     assert wrong["I_r"].low95 < 16.0 < wrong["I_r"].high95
     assert wrong["M_u"].std == pytest.approx(right["M_u"].std, rel=0.02)
+
+
+def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
+    none = np.zeros(12)
+    by_timing, absurd = late_doubts(
+        {0: multiplier.Tested(9.0, 0.1, none), 1: multiplier.Tested(-30.0, -8.3, none)}
+    )
+    assert by_timing.about == ("M_u", "D_u")
+    assert "(later by about 100 ms; 9 standard errors)" in by_timing.sentence
+    assert absurd.about == ("M_v", "D_v")
+    assert absurd.sentence.startswith(
+        "In sway the motion does not follow from the thrust, and timing does not explain it"
+    )
+    assert " ms" not in absurd.sentence
 
 
 def test_what_a_later_thrust_would_move_is_told_and_comes_true():

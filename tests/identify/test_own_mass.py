@@ -58,7 +58,7 @@ def test_a_mass_told_by_the_others_is_a_warning_and_no_disagreement():
     (doubt,) = [doubt for doubt in found.doubts if doubt.about == ("M_w",)]
     assert doubt.sentence.startswith("In heave ")
     assert (
-        "so M_w is taken from the other axes' Coriolis forces alone, and D_w may be smaller than told"
+        "so M_w is taken from the other axes' Coriolis forces alone, and the true D_w may lie below its value"
         in doubt.sentence
     )
 
@@ -84,7 +84,7 @@ def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():
     assert found["D_u"].identifiable
     assert found["M_u"].reason.startswith("in surge ")
     assert any(
-        "which say too little of it, and D_u may be smaller than told; record" in told
+        "which say too little of it, and the true D_u may lie below its value; record" in told
         for told in found.sentences
     )
     assert not any("surge mass" in direction.sentence for direction in found.null_directions)

@@ -143,7 +143,7 @@ def test_an_outcome_other_than_converged_is_a_warning_with_the_notes_that_explai
 def test_a_doubt_about_a_part_of_a_converged_answer_is_a_warning_too():
     doubt = Doubt(("M_u",), "In surge the recorded velocity can't be what the controller used.")
     section = identification_section(replace(identification(MASS), doubts=(doubt,)))
-    assert section.warning.split("\n\n") == ["Warning: not all of this may be used", doubt.sentence]
+    assert section.warning.split("\n\n") == ["Warning: some of these values are in doubt", doubt.sentence]
     assert doubt.sentence not in section.text
     assert "The DVL is late." in section.text
 

@@ -115,3 +115,14 @@ def test_what_is_no_identification_of_this_configuration_is_refused(
 ) -> None:
     with pytest.raises(ConfigError, match=says):
         after(identified(**changes), FILE, "hovering", "odd.json")
+
+
+def test_the_doubts_of_the_dive_stand_beside_what_a_plan_after_it_promises() -> None:
+    doubt = {
+        "about": ["M_w"],
+        "sentence": "In heave 68 % follows from nothing recorded.",
+        "outcome": "converged",
+    }
+    known = after(identified(doubts=[doubt]), FILE, "hovering", "a.json")
+    assert [s for s in known.sentences if s.endswith(doubt["sentence"]) and "holds for this plan too" in s]
+    assert not any("doubt" in s for s in after(identified(), FILE, "hovering", "a.json").sentences)

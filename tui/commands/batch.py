@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bridge.clock import Clock
     from bridge.vehicle.config import VehicleFile
     from identify.batch.drift import Drift
+    from identify.batch.jobs import Recording, Result
     from identify.batch.recordings import Found
     from identify.batch.rows import Row
     from identify.batch.run import Engine, Standing
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
+    from identify.batch.beginnings import with_beginnings
     from identify.batch.cache import Cache
     from identify.batch.jobs import IDENTIFY, column_file, job_for
     from identify.batch.recordings import find_recordings
@@ -71,11 +73,15 @@ def run(arguments: argparse.Namespace) -> int:
     columns = column_file(arguments.columns)
     with show.progress("find the recordings") as tell:
         found = find_recordings(arguments.dives, tell)
-    jobs = [job_for(IDENTIFY, one, file, arguments.method, columns) for one in found.recordings]
     cache = Cache(Path(arguments.out) / KEPT)
-    try:
+
+    def work(recordings: "Sequence[Recording]") -> "list[Result]":
+        jobs = [job_for(IDENTIFY, one, file, arguments.method, columns) for one in recordings]
         with show.progress(f"identify {len(jobs)} dives") as tell:
-            results = run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
+            return run_batch(jobs, cache, engine(arguments), teller(tell, SystemClock()))
+
+    try:
+        found, results = with_beginnings(found, work(found.recordings), work)
     except KeyboardInterrupt:
         show.say(show.words(), f"what is done is kept in {cache.path}; the same command goes on from there")
         raise

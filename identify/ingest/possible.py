@@ -1,0 +1,49 @@
+"""Readings that no underwater vehicle can have made: a damaged message, an overflow, a field that was never filled."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from identify.dive import Dive, Signal
+
+MOST = {
+    "velocity": (20.0, "the velocity", "20 m/s"),
+    "gyro": (50.0, "the gyro", "50 rad/s"),
+    "fog": (50.0, "the fibre-optic gyro", "50 rad/s"),
+    "specific_force": (1e3, "the accelerometer", "100 g"),
+    "pressure": (2e8, "the pressure sensor", "200 MPa"),
+    "depth": (12e3, "the depth", "12 km"),
+    "attitude": (2.0, "the attitude", "a quaternion's 1"),
+    "nu_fb": (50.0, "the controller's velocity (NU_FB)", "50 m/s or rad/s"),
+    "tau_cmd": (1e6, "the wrench (TAU_CMD)", "1 MN"),
+    "tau_pid": (1e6, "the wrench (TAU_PID)", "1 MN"),
+}
+"""By signal the largest size of a value, whose readings they are, and that size in words.
+
+A torpedo makes some 30 m/s, a vehicle that is to be identified not half; the deepest sea is 10.9 km, 110 MPa.
+"""
+
+MOST_US = 1e4
+"""A servo's pulse is 0.5 to 2.5 ms; 65535 stands for none."""
+
+
+def without_impossible(dive: Dive) -> Dive:
+    """The dive without readings that can't be, with a note for each sensor; an output that can't be is unknown."""
+    kept: dict[str, Any] = {}
+    notes = []
+    for name, (most, words, limit) in MOST.items():
+        signal = dive.signals().get(name)
+        if signal is None or not len(signal):
+            continue
+        beyond = (np.abs(signal.value) > most).any(axis=1)
+        if not beyond.any():
+            continue
+        kept[name] = Signal(signal.time_s[~beyond], signal.value[~beyond]) if not beyond.all() else None
+        notes.append(
+            f"{beyond.sum()} readings of {words} ({100 * beyond.mean():.1f} %) are beyond {limit}, which no vehicle "
+            "reaches: they are left out; check that sensor, its unit, and what passes its readings on."
+        )
+    if dive.pwm is not None and (beyond := np.abs(dive.pwm.value) > MOST_US).any():
+        kept["pwm"] = Signal(dive.pwm.time_s, np.where(beyond, np.nan, dive.pwm.value))
+    return replace(dive, **kept, notes=dive.notes + tuple(notes)) if kept else dive
