@@ -135,7 +135,7 @@ def _asked_by_pwm(
     pwm_us = held_commands(Signal(time_s, dive.pwm.value[:, :thrusters])).value
     notes = []
     unknown = ~np.isfinite(pwm_us)
-    silent = ~unknown & (pwm_us <= 0)
+    silent: NDArray[np.bool_] = ~unknown & (pwm_us <= 0)
     if silent.any():
         notes.append(
             f"{silent.any(axis=1).sum()} commands leave a thruster without a pulse: taken to be at rest."

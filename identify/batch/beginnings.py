@@ -19,9 +19,9 @@ def with_beginnings(found: Found, results: Sequence[Result], work: Work) -> tupl
     by_source = {result.source: result for result in results}
     left = {}
     for source, result in by_source.items():
-        why, parts = _nothing(result), found.beginnings_of(Path(source))
-        if why and parts:
-            left[source] = why, list(parts)
+        reason, beginnings = _nothing(result), list(found.beginnings_of(Path(source)))
+        if reason and beginnings:
+            left[source] = reason, beginnings
     while left:
         tried = {source: parts.pop(0) for source, (_, parts) in left.items()}
         came = {result.source: result for result in work(list(tried.values()))}

@@ -29,8 +29,8 @@ HOW = (
     "A trend is a straight line through the values, each weighted by its own standard error and by what dives scatter "
     "beyond it. It is called significant where a slope as large would come up by chance in fewer than one batch of "
     "twenty, among all the parameters of the configuration together. Only dives that converged count. Damping over "
-    "mass does not depend on how much thrust there really was, mass and damping each do: that tells a fouled hull from weak "
-    "thrust."
+    "mass does not depend on how much thrust there really was, mass and damping each do: that tells a fouled hull from "
+    "weak thrust."
 )
 
 

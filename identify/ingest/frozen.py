@@ -129,10 +129,11 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
     index = np.concatenate([np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)])
     value = signal.value.copy()
     value[rows[index], column] = np.nan
+    kept: dict[str, Any] = {name: Signal(signal.time_s, value)}
     found = tuple(zip(runs.start_s[frozen].tolist(), runs.end_s[frozen].tolist(), strict=True))
     return replace(
         dive,
-        **{name: Signal(signal.time_s, value)},
+        **kept,
         frozen={**dive.frozen, axis_key(name, axis): found},
         notes=(*dive.notes, _note(f"{WORDS[name]} in {axis}", found, len(index) / len(known))),
     )
