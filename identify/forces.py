@@ -145,7 +145,7 @@ def _asked_by_pwm(
     asked: Array = thrust_n @ allocation_matrix(configuration).T
     if unknown.any():
         stands_in = np.full(asked.shape, np.nan) if commanded is None else commanded.held_at(time_s)
-        by_controller: NDArray[np.bool_] = unknown.any(axis=1) & np.isfinite(stands_in).all(axis=1)
+        by_controller = np.asarray(unknown.any(axis=1) & np.isfinite(stands_in).all(axis=1))
         at_rest = unknown.any(axis=1) & ~by_controller
         asked = np.where(by_controller[:, None], stands_in, asked)
         notes += [

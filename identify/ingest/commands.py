@@ -43,7 +43,7 @@ def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
     if not unknown.any():
         return dive
     held = held_commands(dive.pwm)
-    lacking: NDArray[np.bool_] = ~np.isfinite(held.value[:, :thrusters]).all(axis=1)
+    lacking = np.asarray(~np.isfinite(held.value[:, :thrusters]).all(axis=1))
     outputs = _named(unknown)
     rows = np.count_nonzero(unknown.any(axis=1))
     told = (

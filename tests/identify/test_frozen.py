@@ -221,6 +221,7 @@ def with_moving_sway(velocity):
 @pytest.mark.parametrize("step", [0.01, 0.05])
 def test_an_axis_that_rests_within_one_step_of_its_sensor_stays(step):
     value = with_moving_sway(dive().velocity).value
+    value[:1000, 1] += 0.4 * np.sin(dive().velocity.time_s[:1000])
     value[:, 1] = step * np.round(value[:, 1] / step)
     recorded = replace(dive(), velocity=Signal(dive().velocity.time_s, value))
     assert without_frozen(recorded) is recorded
