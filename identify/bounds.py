@@ -1,4 +1,5 @@
-"""Where a fit ended at what a coefficient may not pass: the bounds of the list, and the rigid body's own mass."""
+"""Where a fit ended at what a coefficient may not pass: the bounds of the list, the rigid body's own mass, and what the
+water round it can weigh at most."""
 
 import math
 from dataclasses import replace
@@ -12,6 +13,10 @@ NEAR = 1e-3
 
 TELLING_PER_S = 0.1
 """A damping known to better than this share of the rigid body's mass (1/s) is small, not unknown."""
+
+MOST_ADDED = 3.0
+"""Added mass in a translation over the dry mass. A disc broadside has 8/3 rho r^3 (DNV-RP-H103 2011, table A-2): three
+times its own water where it is a seventh as thick as it is wide. Vehicles have less: open frames, two in heave."""
 
 
 def with_bounds(found: Identification, configuration: Configuration) -> Identification:
@@ -43,6 +48,14 @@ def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt 
         sentence = (
             f"{one.name} came out at {one.value:.3g} {one.unit}, below the rigid body's own {rigid:g}, which no water "
             "can take away: the vehicle file's thrust is too weak or its mass too large; measure both again."
+        )
+        return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
+    most = (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std)
+    if coefficient.kind == "mass" and coefficient.dof < 3 and one.identifiable and one.low95 > most:
+        sentence = (
+            f"{one.name} came out at {one.value:.3g} {one.unit}, {one.value / rigid:.1f} times the vehicle file's dry "
+            "mass, which no water round it can make up: it hardly means this vehicle; check the DVL's axes and scale, "
+            "the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's."
         )
         return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
     return one, None

@@ -79,6 +79,21 @@ def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
     return tuple(out)
 
 
+def unchecked(dive: Dive) -> tuple[str, ...]:
+    """A note where the recording lacks what would tell whether the controller used the velocity that it holds."""
+    if dive.velocity is None:
+        return ()
+    named = {"NU_FB": dive.nu_fb, "TAU_PID": dive.tau_pid, "NU_REF": dive.nu_ref}
+    lacking = [name for name, signal in named.items() if signal is None or len(signal) == 0]
+    if not lacking:
+        return ()
+    used = "the recorded velocity" if "NU_FB" in lacking else "recorded readings alone"
+    return (
+        f"{' and '.join(lacking)} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
+        f"controller used {used}; where it used others, masses come out wrong and nothing shows it.",
+    )
+
+
 def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
     """A warning where the recorded velocity stood still while the one that the controller used went on."""
     by_dof = {dof: frozen for dof in range(3) if _went_on(dive, dof, frozen := _frozen_velocity(dive, dof))}

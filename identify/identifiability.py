@@ -120,7 +120,18 @@ def scale_direction(of: Sequence[str]) -> NullDirection:
         dict.fromkeys((THRUST_SCALE, *of), share),
         math.inf,
         "Thrust scale and all masses and dampings that thrust weighs can't be told apart: weigh the vehicle, or hang "
-        "0.5 kg on it, and give what you find as a prior in the vehicle file.",
+        f"0.5 kg on it, and give what you find as a prior in the vehicle file.{_of_dvl(of)}",
+    )
+
+
+def _of_dvl(of: Sequence[str]) -> str:
+    """What the DVL's scale does to the coefficients of the axes that it reads."""
+    names = [name for name in of if BY_NAME[name].dof < 3]
+    if not names:
+        return ""
+    return (
+        f" Nor can the DVL's scale and {', '.join(names)}: one that read 1 % too little would make them 1 % larger; "
+        "surface fixes at both ends of a straight leg tell it."
     )
 
 

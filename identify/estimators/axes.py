@@ -34,7 +34,10 @@ TIME_DIGITS = 5
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
 LEAST_COMMANDS_HZ = 4.0
-STRANGE_SHARE, TELLING_SHARE = 0.5, 0.15
+STRANGE_SHARE, TELLING_SHARE = 0.2, 0.15
+"""A thrust curve is known to 10 % as a rule: twice that between PWM and TAU_CMD is another vehicle's. Thrust below the
+other share of a thruster's limit lies in the dead band."""
+
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
 

@@ -18,6 +18,7 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted
 from identify.estimators.axes import Axes, shared_axes
+from identify.estimators.crossed import crossed, crossed_doubts
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
@@ -91,6 +92,7 @@ def estimate(
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
     told = (
         *strange_doubts(built.strange),
+        *crossed_doubts(crossed(joint.joint, joint.theta)),
         *unseen_doubts(built),
         *late_doubts(late),
         *drag_doubts(lacking),

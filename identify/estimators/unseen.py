@@ -1,4 +1,4 @@
-"""Speeds that nobody read turn the vehicle all the same: the moments that they make can't be told from inertia."""
+"""Speeds and rates of turn that nobody read push and turn the vehicle all the same, which can't be told from mass."""
 
 import numpy as np
 
@@ -15,6 +15,36 @@ TELLING_SHARE = 0.1
 
 
 def unseen_doubts(built: Axes) -> tuple[Doubt, ...]:
+    """Warnings about what turns where speeds were not read, or not for a good part of the dive, and the other way."""
+    return (*_unseen_speeds(built), *_unseen_turning(built))
+
+
+def _unseen_turning(built: Axes) -> tuple[Doubt, ...]:
+    """A warning about surge, sway and heave where rates of turn that push there were not read."""
+    nu = built.motion.nu
+    never = [dof for dof in range(3, 6) if not nu[:, dof].any()]
+    # Turning about one axis with speed along a second pushes along the third.
+    along_third = {
+        3 - (turn - 3) - along
+        for turn in never
+        for along in range(3)
+        if along != turn - 3 and nu[:, along].any()
+    }
+    pushed = sorted(along_third & {axis.dof for axis in built.axes})
+    if not pushed:
+        return ()
+    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed)
+    return (
+        Doubt(
+            about,
+            f"No rate of turn was recorded in {axes_named(never)}: the forces that turning at speed makes in "
+            f"{axes_named(pushed)} (Coriolis) are left out, so {', '.join(about)} may be off by more than their "
+            "intervals; record a gyro, or dive without turning.",
+        ),
+    )
+
+
+def _unseen_speeds(built: Axes) -> tuple[Doubt, ...]:
     """A warning about roll, pitch and yaw where speeds were not read, or not for a good part of the dive."""
     turning = [axis.dof for axis in built.axes if axis.dof >= 3]
     moving = {axis.dof: axis for axis in built.axes if axis.dof < 3}

@@ -11,6 +11,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted
 from identify.estimators.axes import shared_axes
+from identify.estimators.crossed import crossed, crossed_doubts
 from identify.estimators.doubts import doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.multiplier import Tested
@@ -61,6 +62,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     )
     doubts = (
         *strange_doubts(built.strange),
+        *(() if fit is None else crossed_doubts(crossed(fit.filters.joint, fit.filters.theta))),
         *unseen_doubts(built),
         *late_doubts(late),
         *drag_doubts(lacking),

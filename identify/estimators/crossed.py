@@ -1,0 +1,64 @@
+"""Does the thrust of another axis move this one? It does where the DVL's axes, or the thrusters, are not the file's."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from identify.estimators.axes import Axis
+from identify.estimators.doubts import DOUBTFUL_SCORE
+from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.multiplier import Force, Tested, with_forces
+from identify.estimators.said import axes_named
+from identify.identification import Doubt, Outcome
+
+Array = NDArray[np.float64]
+
+SURGE, SWAY = 0, 1
+
+LARGEST_SHARE = 0.1
+"""Of another axis's thrust: a DVL mounted about 4 degrees off its axes makes as much of it."""
+
+
+def crossed(joint: JointLikelihood, theta: Array) -> dict[tuple[int, int], Tested]:
+    """By (axis, other) of surge and sway: the share of the other's thrust that moves the axis beside its own.
+
+    It is none where readings and thrust are in the same axes. With the DVL turned it is about the tangent of that.
+    """
+    events = {problem.axis.dof: problem.axis for problem in joint.problems}
+    if not {SURGE, SWAY} <= set(events):
+        return {}
+    pairs = ((SURGE, SWAY), (SWAY, SURGE))
+    forces = [Force(dof, _thrust_over(events[other], events[dof])) for dof, other in pairs]
+    return dict(zip(pairs, with_forces(joint, theta, forces).tested(), strict=True))
+
+
+def crossed_doubts(found: Mapping[tuple[int, int], Tested]) -> tuple[Doubt, ...]:
+    """A doubt of the axes that another's thrust moves: by LARGEST_SHARE of it or more, and beyond chance."""
+    told = {
+        pair: one
+        for pair, one in found.items()
+        if abs(one.score) > DOUBTFUL_SCORE and abs(one.size) > LARGEST_SHARE
+    }
+    if not told:
+        return ()
+    worst = max(told, key=lambda pair: abs(told[pair].score))
+    axis, other = (DOFS[dof] for dof in worst)
+    dofs = sorted(dof for dof, _ in told)
+    sentence = (
+        f"The velocity in {axis} answers to the thrust in {other} ({told[worst].size:+.2g} of it, beside its own; "
+        f"{abs(told[worst].score):.0f} standard errors): the DVL's axes or the thrusters are not as the vehicle file "
+        f"has them, and what is said of {axes_named(dofs)} hardly means this vehicle; check the DVL's mounting and the "
+        "order of the thrusters: seatrial doctor --wet tells of both."
+    )
+    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs)
+    return (Doubt(about, sentence, Outcome.DISAGREES),)
+
+
+def _thrust_over(other: Axis, axis: Axis) -> Array:
+    """The mean force (n,) of the other axis over each step of this one."""
+    impulse = np.cumsum(other.force.mean(axis=1) * other.step_s)
+    gained = np.diff(np.interp(axis.time_s, other.time_s, impulse), prepend=0.0)
+    some = axis.step_s > 0
+    return np.asarray(np.where(some, gained / np.where(some, axis.step_s, 1.0), 0.0))

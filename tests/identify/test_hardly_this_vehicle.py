@@ -1,0 +1,181 @@
+"""Readings, thrusters or masses that can hardly be this vehicle's are doubted; those of honest dives are not."""
+
+from dataclasses import replace
+from functools import cache
+
+import fitted
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from identify.answer import answered
+from identify.descent import descent
+from identify.dive import Signal
+from identify.estimators.axes import build_axes
+from identify.estimators.crossed import LARGEST_SHARE, crossed, crossed_doubts
+from identify.estimators.likelihood_fit import fit_axes
+from identify.estimators.table import estimator
+from identify.estimators.unseen import unseen_doubts
+from identify.feedback import unchecked
+from identify.identification import Outcome
+
+SEED = 100_011
+
+
+def quiet(_share, _text):
+    pass
+
+
+@cache
+def mission():
+    return draw_one(SEED, seconds=100.0)
+
+
+def with_velocity(dive, to):
+    """The dive with velocities (n, 3) times a matrix, in what the controller says that it used too."""
+    velocity, fed = dive.velocity, dive.nu_fb.value.copy()
+    fed[:, :3] = fed[:, :3] @ to.T
+    return replace(
+        dive,
+        velocity=Signal(velocity.time_s, velocity.value @ to.T),
+        nu_fb=Signal(dive.nu_fb.time_s, fed),
+    )
+
+
+def turned(degrees):
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+SWAPPED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def crossing(dive):
+    """By (axis, other), the share of the other's thrust."""
+    dived = mission()
+    shape = dived.file.vehicle.configurations[dived.configuration]
+    fit = fit_axes(build_axes(dive, dived.file, dived.configuration), shape, quiet)
+    return crossed(fit.joint, fit.theta)
+
+
+def test_an_honest_dive_answers_to_its_own_thrust_alone():
+    found = crossing(mission().dive)
+    assert set(found) == {(0, 1), (1, 0)}
+    assert max(abs(one.score) for one in found.values()) < 3.0
+    assert crossed_doubts(found) == ()
+
+
+@pytest.mark.parametrize("degrees", [-15.0, 15.0])
+def test_a_dvl_turned_off_its_axes_answers_to_the_other_axis_with_the_sign_of_the_turn(degrees):
+    found = crossing(with_velocity(mission().dive, turned(degrees)))
+    assert np.sign(found[1, 0].size) == np.sign(degrees) == -np.sign(found[0, 1].size)
+    assert abs(found[1, 0].size) > LARGEST_SHARE
+    (doubt,) = crossed_doubts(found)
+    assert doubt.outcome is Outcome.DISAGREES
+    assert doubt.about == ("M_u", "M_v", "D_u", "D_v")
+    assert "check the DVL's mounting and the order of the thrusters" in doubt.sentence
+
+
+@pytest.mark.parametrize("method", ["likelihood", "pinn"])
+def test_swapped_axes_of_the_dvl_make_data_and_model_disagree_without_any_word_of_the_controller(method):
+    dived = mission()
+    dive = replace(with_velocity(dived.dive, SWAPPED), nu_fb=None, tau_pid=None, tau_cmd=None, nu_ref=None)
+    found = estimator(method)(dive, dived.file, dived.configuration, quiet)
+    assert found.outcome is not Outcome.CONVERGED
+    assert any("answers to the thrust in" in doubt.sentence for doubt in found.doubts)
+
+
+@pytest.mark.parametrize(("times_dry", "doubted"), [(1.05, False), (3.5, False), (4.8, True)])
+def test_a_mass_that_no_water_could_make_up_is_doubted_and_the_heaviest_hull_is_not(times_dry, doubted):
+    values = {"M_w": 72.0 * times_dry, "D_w": 90.0}
+    found = answered(fitted.fit(values, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file())
+    told = [doubt for doubt in found.doubts if "times the vehicle file's dry mass" in doubt.sentence]
+    assert bool(told) is doubted
+    assert (found.outcome is Outcome.DISAGREES) is doubted
+
+
+def test_a_mass_that_the_dive_hardly_knows_is_not_called_too_large():
+    values = {"M_u": 72.0 * 4.8, "D_u": 90.0}
+    found = answered(fitted.fit(values, 0.04 * np.eye(2)), fitted.dive(), fitted.vehicle_file())
+    assert found.outcome is Outcome.CONVERGED
+
+
+@pytest.mark.parametrize(("share", "strange"), [(1.0, False), (1.1, False), (1.4, True), (0.7, True)])
+def test_thrusters_that_come_to_another_wrench_than_was_commanded_are_another_vehicles(share, strange):
+    dived = mission()
+    commanded = Signal(dived.dive.tau_cmd.time_s, share * dived.dive.tau_cmd.value)
+    told = build_axes(replace(dived.dive, tau_cmd=commanded), dived.file, dived.configuration).strange
+    assert ("the vehicle file's thrusters are not this vehicle's" in told) is strange
+
+
+def test_a_dive_without_a_gyro_is_doubted_where_turning_at_speed_pushes():
+    dived = mission()
+    assert unseen_doubts(build_axes(dived.dive, dived.file, dived.configuration)) == ()
+    blind = replace(dived.dive, gyro=None, fog=None)
+    (doubt,) = unseen_doubts(build_axes(blind, dived.file, dived.configuration))
+    assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
+    assert doubt.sentence.startswith(
+        "No rate of turn was recorded in roll, pitch and yaw: the forces that turning"
+    )
+    assert doubt.outcome is Outcome.CONVERGED
+
+
+def test_speed_ahead_alone_is_pushed_along_no_axis_that_was_read():
+    """What turning makes of speed ahead is in sway and heave."""
+    dived = mission()
+    ahead = replace(with_velocity(dived.dive, np.diag([1.0, 0.0, 0.0])), gyro=None, fog=None)
+    assert unseen_doubts(build_axes(ahead, dived.file, dived.configuration)) == ()
+
+
+@pytest.mark.parametrize("scale", [0.5, 3.28, -1.0])
+def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
+    dived = mission()
+    dive = with_velocity(dived.dive, np.diag([scale] * 3))
+    found = descent(dive, dived.file.vehicle.water)
+    assert found.contradicts
+    assert found.least == pytest.approx(1.0 / scale, rel=0.1)
+    told = estimator("likelihood")(dive, dived.file, dived.configuration, quiet)
+    (doubt,) = [doubt for doubt in told.doubts if doubt.sentence.startswith("Depth changes by")]
+    assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
+    assert told.outcome is not Outcome.CONVERGED
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.05])
+def test_depth_does_not_contradict_the_velocity_of_a_healthy_dvl(scale):
+    dived = mission()
+    found = descent(with_velocity(dived.dive, np.diag([scale] * 3)), dived.file.vehicle.water)
+    assert not found.contradicts
+    assert found.least <= found.most
+
+
+def test_a_vehicle_that_keeps_its_depth_tells_nothing_of_the_dvls_scale():
+    dived = mission()
+    rng = np.random.default_rng(SEED)
+    level = with_velocity(dived.dive, np.diag([1.0, 1.0, 0.0]))
+    level.velocity.value[:, 2] = 0.01 * rng.standard_normal(len(level.velocity))
+    still = Signal(level.velocity.time_s, 5.0 + 0.01 * rng.standard_normal((len(level.velocity), 1)))
+    found = descent(replace(level, depth=still, pressure=None), dived.file.vehicle.water)
+    assert not found.contradicts
+
+
+def test_what_can_not_be_told_apart_names_the_scale_of_the_dvl():
+    found = answered(
+        fitted.fit({"M_u": 100.0, "I_r": 15.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file()
+    )
+    assert any(
+        "Nor can the DVL's scale and M_u: one that read 1 % too little" in told for told in found.sentences
+    )
+
+
+def test_a_recording_without_the_controllers_own_signals_says_that_it_can_not_be_checked():
+    dive = mission().dive
+    assert unchecked(dive) == ()
+    (bare,) = unchecked(replace(dive, nu_fb=None, tau_pid=None))
+    assert bare.startswith(
+        "NU_FB and TAU_PID are not recorded: it can't be checked whether the controller used the "
+    )
+    (half,) = unchecked(replace(dive, nu_ref=None))
+    assert half.startswith(
+        "NU_REF is not recorded: it can't be checked whether the controller used recorded readings"
+    )
+    assert unchecked(replace(dive, velocity=None, nu_fb=None)) == ()
