@@ -71,7 +71,7 @@ def descent(dive: Dive, water: Water) -> Descent | None:
     edges = start_s + WINDOW_S * np.arange(count + 1)
     gone = [_gained(time_s, rate, edges) for rate in (down, u, v)]
     fallen = np.diff(_near(depth.time_s, depth.value[:, 0], edges))
-    good: NDArray[np.bool_] = np.isfinite(velocity.value).all(axis=1)
+    good = np.asarray(np.isfinite(velocity.value).all(axis=1))
     kept = _read(velocity.time_s, good, edges)
     kept &= np.isfinite(fallen) & np.isfinite(np.array(gone)).all(axis=0)
     if np.count_nonzero(kept) < FEWEST_WINDOWS:
