@@ -159,7 +159,9 @@ def test_a_vehicle_that_keeps_its_depth_tells_nothing_of_the_dvls_scale():
     level = with_velocity(dived.dive, np.diag([1.0, 1.0, 0.0]))
     level.velocity.value[:, 2] = 0.01 * rng.standard_normal(len(level.velocity))
     still = Signal(level.velocity.time_s, 5.0 + 0.01 * rng.standard_normal((len(level.velocity), 1)))
-    found = descent(replace(level, depth=still, pressure=None), dived.file.vehicle.water)
+    upright = Signal(level.velocity.time_s, np.tile([1.0, 0.0, 0.0, 0.0], (len(level.velocity), 1)))
+    kept = replace(level, depth=still, pressure=None, attitude=upright)
+    found = descent(kept, dived.file.vehicle.water)
     assert not found.contradicts
 
 
