@@ -87,9 +87,10 @@ def unchecked(dive: Dive) -> tuple[str, ...]:
     lacking = [name for name, signal in named.items() if signal is None or len(signal) == 0]
     if not lacking:
         return ()
+    listed = " and ".join(part for part in (", ".join(lacking[:-1]), lacking[-1]) if part)
     used = "the recorded velocity" if "NU_FB" in lacking else "recorded readings alone"
     return (
-        f"{' and '.join(lacking)} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
+        f"{listed} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
         f"controller used {used}; where it used others, masses come out wrong and nothing shows it.",
     )
 
