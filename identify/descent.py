@@ -94,11 +94,12 @@ def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     if found is None or not found.contradicts:
         return ()
     about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in range(3))
-    low, high = sorted((found.least, found.most))
+    ends = [f"{end:.2g}" for end in sorted((found.least, found.most))]
+    times = " to ".join(dict.fromkeys(ends))
     return (
         Doubt(
             about,
-            f"Depth changes by {low:.2g} to {high:.2g} times what the recorded downward velocity comes to: the DVL's "
+            f"Depth changes by {times} times what the recorded downward velocity comes to: the DVL's "
             f"scale, sign or mounting is not as taken, and {', '.join(about)} are as far off where it is all of the "
             "DVL's; check its units and mounting, its speed of sound, and the depth sensor.",
             Outcome.DISAGREES,
