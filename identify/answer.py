@@ -8,6 +8,7 @@ from identify.bounds import with_bounds
 from identify.dates import date_in_name, utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
+from identify.fed_velocity import stamp_doubts
 from identify.feedback import feedback_doubts, frozen_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
@@ -18,7 +19,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    doubts = (*fit.doubts, *frozen_doubts(dive), *descent_doubts(dive, vehicle.water))
+    doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *descent_doubts(dive, vehicle.water))
     notes = (*fit.notes, *unchecked(dive))
     found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:

@@ -8,14 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive
 from identify.estimators.said import axes_named
+from identify.fed_velocity import SAME, TAPS, fed_velocity, frozen_velocity, spread, white_noise
 from identify.identification import Doubt
-from identify.ingest.frozen import axis_key
 
 LARGEST_UNEXPLAINED = 0.25
 """Share of the controller's wrench that may follow from nothing recorded: rounding and late readings."""
@@ -28,12 +27,6 @@ OPEN_SHARE = 0.05
 """A window in which the controller asked for nothing at all for more than this share of it is left out."""
 
 READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
-TAPS = 8
-MEMORIES_S = (0.3, 1.0, 3.0, 10.0)
-LATEST_S, LATE_STEP_S = 0.3, 0.01
-SAME = 1e-5
-"""m/s: two velocities nearer than this are one."""
-
 AFTER_S = 1.0
 """What a filter still makes of the readings before a stretch in which they stand still is over by then."""
 
@@ -65,13 +58,13 @@ def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
     out = []
     for dof, name in enumerate(DOFS):
         share = unexplained_wrench(dive, dof, water)
-        foreign = foreign_velocity(dive, dof) if dof < 3 else None
+        fed = fed_velocity(dive, dof) if dof < 3 else None
         if share is not None and share > LARGEST_UNEXPLAINED:
             found = f"in {name} {100 * share:.0f} % of the controller's wrench (TAU_PID) follows from nothing recorded"
-        elif foreign is not None and foreign > LARGEST_FOREIGN:
+        elif fed is not None and fed.left > LARGEST_FOREIGN:
             found = (
                 f"in {name} the velocity that the controller used (NU_FB) is no filter of the recorded one, and "
-                f"{foreign:.1f} times its noise away from the nearest"
+                f"{fed.left:.1f} times its noise away from the nearest"
             )
         else:
             continue
@@ -97,7 +90,7 @@ def unchecked(dive: Dive) -> tuple[str, ...]:
 
 def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
     """A warning where the recorded velocity stood still while the one that the controller used went on."""
-    by_dof = {dof: frozen for dof in range(3) if _went_on(dive, dof, frozen := _frozen_velocity(dive, dof))}
+    by_dof = {dof: frozen for dof in range(3) if _went_on(dive, dof, frozen := frozen_velocity(dive, dof))}
     if not by_dof:
         return ()
     dofs = list(by_dof)
@@ -113,11 +106,6 @@ def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
     return (Doubt(named, sentence),)
 
 
-def _frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:
-    """From when to when the recorded velocity of an axis stood still, by itself or with all others."""
-    return dive.frozen.get("velocity", ()) + dive.frozen.get(axis_key("velocity", DOFS[dof]), ())
-
-
 def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> bool:
     """Whether NU_FB moved in these stretches by more than the lever arm's turning, and the velocity's noise, tell."""
     used = dive.nu_fb
@@ -131,8 +119,8 @@ def _went_on(dive: Dive, dof: int, stretches: Sequence[tuple[float, float]]) -> 
     turning, fed = table[:, 3:], table[:, dof]
     fitted, *_ = np.linalg.lstsq(turning, fed, rcond=None)
     read = np.zeros((0, 3)) if dive.velocity is None else dive.velocity.value
-    noise = _noise(read[np.isfinite(read[:, dof]), dof])
-    return _spread(fed - turning @ fitted) > max(LARGEST_FOREIGN * noise, SAME)
+    noise = white_noise(read[np.isfinite(read[:, dof]), dof])
+    return spread(fed - turning @ fitted) > max(LARGEST_FOREIGN * noise, SAME)
 
 
 def unexplained_wrench(dive: Dive, dof: int, water: Water) -> float | None:
@@ -186,76 +174,3 @@ def _left_over(table: Array) -> float | None:
         return None
     fitted, *_ = np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)
     return float(np.std(table[:, -1] - table[:, :-1] @ fitted) / np.std(table[:, -1]))
-
-
-def foreign_velocity(dive: Dive, dof: int) -> float | None:
-    """What no causal linear filter of the recorded velocity makes of NU_FB, over that velocity's noise.
-
-    Rates of turn stand beside the velocity: with a lever arm they carry it to the body's origin. A reading reaches
-    the controller late by a constant of LATEST_S at most: the one that explains most is taken. None where there is too
-    little to tell; both spreads are medians, which dropouts and wild readings leave alone.
-    """
-    if dive.nu_fb is None or dive.velocity is None or dive.velocity_is_filtered:
-        return None
-    good = np.isfinite(dive.velocity.value[:, dof])
-    time_s, read = dive.velocity.time_s[good], dive.velocity.value[good, dof]
-    noise = _noise(read)
-    table = np.column_stack([_past(read), _memories(time_s, read)]) if noise > 0 else np.zeros((0, 0))
-    fed = dive.nu_fb.value[:, dof]
-    frozen = np.zeros(len(fed), dtype=np.bool_)  # `frozen_doubts` tells of those
-    for start_s, end_s in _frozen_velocity(dive, dof):
-        frozen |= (dive.nu_fb.time_s >= start_s) & (dive.nu_fb.time_s <= end_s + LATEST_S)
-    left = []
-    for late_s in np.arange(0.0, LATEST_S, LATE_STEP_S) if noise > 0 else ():
-        latest = np.searchsorted(time_s, dive.nu_fb.time_s - late_s + 1e-6, side="right") - 1
-        known = (latest >= TAPS) & np.isfinite(fed) & ~frozen
-        if np.count_nonzero(known) < 10 * TAPS:
-            return None
-        columns = table
-        if dive.gyro is not None and len(dive.gyro):
-            columns = np.column_stack([table, np.nan_to_num(dive.gyro.held_at(time_s + late_s + 1e-6))])
-        left.append(_left_by(columns[latest[known]], fed[known]))
-        if left[-1] == 0.0:
-            break
-    return float(min(left) / noise) if left else None
-
-
-def _past(read: Array) -> Array:
-    """Each reading (n,) and those before it, (n, TAPS); the first ones' past is the first."""
-    return np.asarray(read[np.maximum(np.arange(len(read))[:, None] - np.arange(TAPS), 0)], dtype=np.float64)
-
-
-def _left_by(table: Array, fed: Array) -> float:
-    """Spread of what no combination of the columns, the first TAPS of them readings, gives of `fed`."""
-    if np.mean(np.abs(table[:, :TAPS] - fed[:, None]).min(axis=1) < SAME) > 0.5:
-        return 0.0
-    table = np.column_stack([table, np.ones(len(fed))])
-    fitted, *_ = np.linalg.lstsq(table, fed, rcond=None)
-    return _spread(fed - table @ fitted)
-
-
-def _memories(time_s: Array, read: Array) -> Array:
-    """Readings (n,) through low-pass filters of several time constants, (n, k): what filters keep beyond the taps."""
-    step_s = float(np.median(np.diff(time_s)))
-    return np.asarray(_kept(read, np.exp(-step_s / np.array(MEMORIES_S))), dtype=np.float64)
-
-
-@njit(cache=True, nogil=True)
-def _kept(read: Array, keep: Array) -> Array:
-    """Readings (n,) through filters that keep these shares (k,) of what they held, (n, k)."""
-    out = np.empty((len(read), len(keep)))
-    held = np.full(len(keep), read[0])
-    for i in range(len(read)):
-        held = keep * held + (1.0 - keep) * read[i]
-        out[i] = held
-    return out
-
-
-def _noise(read: Array) -> float:
-    """Standard deviation of the white noise on readings (n,); 0 where they are too few."""
-    return _spread(np.diff(read, 2)) / float(np.sqrt(6.0)) if len(read) > TAPS else 0.0
-
-
-def _spread(value: Array) -> float:
-    """Standard deviation of a normal bulk, by its median."""
-    return float(1.4826 * np.median(np.abs(value - np.median(value))))

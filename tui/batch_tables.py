@@ -22,7 +22,9 @@ def dive_table(rows: Sequence[Row]) -> Table:
     return show.table("dives", ("no.", "date, UTC", "configuration", "dive"), lines, numbers=("no.",))
 
 
-def parameter_tables(rows: Sequence[Row], group: Sequence[Row], configuration: str) -> list[Table]:
+def parameter_tables(
+    rows: Sequence[Row], group: Sequence[Row], drift: Drift, configuration: str
+) -> list[Table]:
     """The parameters of one configuration's dives, with half the width of each 95 % interval."""
     names = names_in(group)
     tables = []
@@ -31,14 +33,14 @@ def parameter_tables(rows: Sequence[Row], group: Sequence[Row], configuration: s
         columns = [f"{name} {BY_NAME[name].unit}" for name in some]
         lines = [
             (
-                f"{1 + rows.index(row)}{'' if row.converged else '*'}",
+                f"{1 + rows.index(row)}{'' if drift.counts(row) else '*'}",
                 utc(row.unix_s),
                 *(_cell(row.values.get(name)) for name in some),
             )
             for row in group
         ]
         title = f"{configuration}: {', '.join(some)}, with half of their 95 % intervals"
-        title += "" if all(row.converged for row in group) else "; *: in no trend, for it did not converge"
+        title += "" if all(map(drift.counts, group)) else "; *: in no trend, for it did not converge"
         tables.append(show.table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
     return tables
 

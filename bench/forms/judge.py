@@ -39,6 +39,7 @@ OF_FORMS = (
     *(f"{path.replace('.', '/')}.py" for path in FORMS.values()),
     "identify/forces.py",
     "identify/estimators/smoothing.py",
+    "identify/ingest/commands.py",
     "identify/ingest/rotation.py",
 )
 SECONDS = 60.0

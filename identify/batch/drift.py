@@ -1,7 +1,7 @@
 """What the trends of a configuration mean: one of a closed list of stories, in words with figures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -11,6 +11,13 @@ from identify.batch.rows import Row, names_in
 from identify.batch.series import Series, common_series, ratio
 from identify.batch.trend import LEVEL, ONE_MOMENT_S, Trend, fit_trend, holm
 from identify.dates import utc
+from identify.identification import Outcome
+
+SOUND = frozenset({Outcome.CONVERGED.value})
+DOUBTED = (
+    "Too few converged, so dives in which data and model disagree count too: what all err by alike makes no trend, but "
+    "another speed or manoeuvre may look like one."
+)
 
 VOLTAGE_STD_V = 0.05
 """Of a dive's mean pack voltage as an autopilot measures it; the scatter between dives is fitted beside it."""
@@ -59,7 +66,7 @@ class Drift:
     """The story of one configuration. `trends` by coefficient, those of the list that have one.
 
     `real` are the coefficients whose trend is significant among all of them. `mass`, `damping` and `damping_over_mass`
-    are trends of logarithms, `voltage` of the pack's volts.
+    are trends of logarithms, `voltage` of the pack's volts. Dives that ended with one of the `outcomes` count.
     """
 
     story: Story
@@ -70,11 +77,30 @@ class Drift:
     damping: Trend | None = None
     damping_over_mass: Trend | None = None
     voltage: Trend | None = None
+    outcomes: frozenset[str] = SOUND
+
+    def counts(self, row: Row) -> bool:
+        """Whether a row is among those that the trends were made of."""
+        return row.outcome in self.outcomes
 
 
 def drift_of(rows: Sequence[Row]) -> Drift:
-    """What the rows of one configuration tell together; only dated ones that converged count."""
-    dated = [row for row in rows if row.unix_s is not None and row.values and row.converged]
+    """What the dated rows of one configuration tell together.
+
+    Those that converged count, where they are enough for a trend. Where they are not, as with a vehicle whose drag the
+    model never holds, those in which data and model disagree count too.
+    """
+    sound = _drift(rows, SOUND)
+    if sound.story is not Story.TOO_FEW or all(row.outcome in SOUND for row in rows):
+        return sound
+    doubted = _drift(rows, SOUND | {Outcome.DISAGREES.value})
+    if doubted.story is Story.TOO_FEW:
+        return sound
+    return replace(doubted, sentence=f"{doubted.sentence} {DOUBTED}")
+
+
+def _drift(rows: Sequence[Row], outcomes: frozenset[str]) -> Drift:
+    dated = [row for row in rows if row.unix_s is not None and row.values and row.outcome in outcomes]
     found = ((name, _trend_of(dated, name)) for name in names_in(dated))
     trends = {name: trend for name, trend in found if trend is not None}
     chances = holm({name: trend.p for name, trend in trends.items()})
@@ -87,8 +113,8 @@ def drift_of(rows: Sequence[Row]) -> Drift:
     if story is Story.TOO_FEW:
         sentence = f"{story.value}. {_what_there_is(rows, dated, masses, dampings)}"
     else:
-        sentence = _sentence(story, mass, damping, over, voltage) + _left_out(rows)
-    return Drift(story, sentence, trends, real, mass, damping, over, voltage)
+        sentence = _sentence(story, mass, damping, over, voltage) + _left_out(rows, outcomes)
+    return Drift(story, sentence, trends, real, mass, damping, over, voltage, outcomes)
 
 
 def percent(log_change: float) -> float:
@@ -181,14 +207,12 @@ def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, da
     return f"{told}; they all began at one moment." if alike else f"{told}."
 
 
-def _left_out(rows: Sequence[Row]) -> str:
+def _left_out(rows: Sequence[Row], counted: frozenset[str]) -> str:
     """How many dives no trend takes, and for what; empty where it takes all."""
-    outcomes = [row.outcome for row in rows if row.values and not row.converged]
-    if not outcomes:
+    others = [row.outcome for row in rows if row.values and row.outcome not in counted]
+    if not others:
         return ""
-    why = " and ".join(
-        f"{outcomes.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(outcomes)
-    )
+    why = " and ".join(f"{others.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(others))
     return f" Left out: {why}."
 
 

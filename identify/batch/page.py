@@ -28,9 +28,9 @@ REAL, NOT_REAL = 1, 2
 HOW = (
     "A trend is a straight line through the values, each weighted by its own standard error and by what dives scatter "
     "beyond it. It is called significant where a slope as large would come up by chance in fewer than one batch of "
-    "twenty, among all the parameters of the configuration together. Only dives that converged count. Damping over "
-    "mass does not depend on how much thrust there really was, mass and damping each do: that tells a fouled hull from "
-    "weak thrust."
+    "twenty, among all the parameters of the configuration together. Only dives that converged count, where there are "
+    "enough of them. Damping over mass does not depend on how much thrust there really was, mass and damping each do: "
+    "that tells a fouled hull from weak thrust."
 )
 
 
@@ -45,7 +45,7 @@ def batch_report(
     groups = by_configuration(rows)
     failed = [row for row in rows if not row.values]
     sections = [_configuration(name, group, drifts[name]) for name, group in groups.items()]
-    sections += [_dives(name, group) for name, group in groups.items()]
+    sections += [_dives(name, group, drifts[name]) for name, group in groups.items()]
     if failed:
         sections.append(_failures(failed))
     if twins:
@@ -65,10 +65,10 @@ def _configuration(name: str, rows: Sequence[Row], drift: Drift) -> Section:
     )
 
 
-def _dives(name: str, rows: Sequence[Row]) -> Section:
+def _dives(name: str, rows: Sequence[Row], drift: Drift) -> Section:
     kinds: tuple[tuple[Kind, str], ...] = (("mass", "Masses and inertias"), ("damping", "Dampings"))
     tables = [
-        _dive_table(rows, kind, f"{words}, with half the width of each 95 % interval.")
+        _dive_table(rows, drift, kind, f"{words}, with half the width of each 95 % interval.")
         for kind, words in kinds
     ]
     return Section(f"Dives of configuration {name}", tables=tuple(tables))
@@ -78,7 +78,7 @@ def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
     lines = []
     for name in names_in(rows):
         trend = drift.trends.get(name)
-        count = sum(name in row.values and row.converged for row in rows)
+        count = sum(name in row.values and drift.counts(row) for row in rows)
         lines.append((
             BY_NAME[name].symbol, str(count), unit(BY_NAME[name].unit), *_trend_cells(trend, name in drift.real),
             meaning(name),
@@ -108,18 +108,18 @@ def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[str, str, str, str
     )
 
 
-def _dive_table(rows: Sequence[Row], kind: Kind, caption: str) -> Table:
+def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> Table:
     names = [name for name in names_in(rows) if BY_NAME[name].kind == kind]
     lines = [
-        (utc(row.unix_s), *(_cell(row.values.get(name)) for name in names), _outcome(row), row.dive)
+        (utc(row.unix_s), *(_cell(row.values.get(name)) for name in names), _outcome(row, drift), row.dive)
         for row in rows
     ]
     headings = [f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}" for name in names]
     return Table(("Date, UTC", *headings, "Outcome", "Dive"), tuple(lines), caption)
 
 
-def _outcome(row: Row) -> str:
-    return row.outcome if row.converged else f"{row.outcome}: in no trend"
+def _outcome(row: Row, drift: Drift) -> str:
+    return row.outcome if drift.counts(row) else f"{row.outcome}: in no trend"
 
 
 def _cell(value: Value | None) -> str:
@@ -139,11 +139,11 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
         return None
     times = [row.unix_s or 0.0 for row in dated]
     x = date_axis(min(times), max(times))
-    panels = [_panel(name, dated, drift.trends.get(name), name in drift.real, x) for name in names_in(dated)]
+    panels = [_panel(name, dated, drift, x) for name in names_in(dated)]
     if any(row.voltage_v is not None for row in dated):
         panels.append(_voltage_panel(dated, drift.voltage, x))
     empty = np.zeros(0)
-    legend = plot.mark_legend([("disc", "converged"), ("diamond", "another outcome: in no trend")])
+    legend = plot.mark_legend([("disc", "in the trend"), ("diamond", "another outcome: in no trend")])
     legend += plot.legend([
         Line(empty, empty, "95 % interval"),
         Line(empty, empty, "significant trend", REAL),
@@ -152,10 +152,11 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
     return Figure("Each parameter over the date of the dive.", legend + plot.side_by_side(panels))
 
 
-def _panel(name: str, rows: Sequence[Row], trend: Trend | None, is_real: bool, x: Axis) -> Panel:
-    found = [(row.unix_s or 0.0, row.values[name], row.converged) for row in rows if name in row.values]
+def _panel(name: str, rows: Sequence[Row], drift: Drift, x: Axis) -> Panel:
+    trend, is_real = drift.trends.get(name), name in drift.real
+    found = [(row.unix_s or 0.0, row.values[name], drift.counts(row)) for row in rows if name in row.values]
     lines = [Line(np.full(2, t), np.array([v.low95, v.high95])) for t, v, _ in found]
-    marks = tuple(Mark(t, v.value, "disc" if converged else "diamond") for t, v, converged in found)
+    marks = tuple(Mark(t, v.value, "disc" if counts else "diamond") for t, v, counts in found)
     return Panel(
         x,
         roomy_axis(f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}", [_reach([v for _, v, _ in found])]),

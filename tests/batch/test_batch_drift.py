@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from identify.batch.drift import Story, drift_of, percent
+from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value
 from identify.batch.series import common_series, ratio
 
@@ -148,8 +148,16 @@ def test_a_dive_in_which_data_and_model_disagree_bends_no_trend_and_is_counted_o
     assert "Left out" not in drift_of(rows).sentence
 
 
-def test_a_fleet_of_doubted_dives_says_why_it_has_no_trend():
-    rows = [replace(row, outcome="data and model disagree") for row in dives(count=4)]
+def test_a_fleet_whose_model_never_holds_has_trends_that_say_so():
+    rows = dives(damping=0.2)
+    doubted = [replace(row, outcome="data and model disagree") for row in rows]
+    assert drift_of(doubted).story is drift_of(rows).story is Story.FOULING
+    assert drift_of(doubted).sentence == f"{drift_of(rows).sentence} {DOUBTED}"
+    assert all(map(drift_of(doubted).counts, doubted))
+
+
+def test_a_fleet_of_dives_that_settled_nowhere_says_why_it_has_no_trend():
+    rows = [replace(row, outcome="stopped at a bound") for row in dives(count=4)]
     assert drift_of(rows).sentence.endswith(
         "4 are dated, and 0 converged; of the 0 that are both 0 tell a mass and 0 a damping."
     )

@@ -114,7 +114,7 @@ def test_tables_are_whole_at_80_columns_with_the_longest_words():
     rows = [long(row) for row in dives(count=4)]
     tables = [
         dive_table(rows),
-        *parameter_tables(rows, rows, "hovering"),
+        *parameter_tables(rows, rows, drift_of(rows), "hovering"),
         trend_table(drift_of(rows), "hovering"),
     ]
     lines = [line for table in tables for line in table.lines(80)]
@@ -150,6 +150,6 @@ def test_a_dive_that_is_in_no_trend_is_marked_on_the_page_and_in_the_terminal():
     *rows, last = dives(count=5)
     rows.append(replace(last, outcome="data and model disagree"))
     assert "data and model disagree: in no trend" in page(rows)
-    table, *_ = parameter_tables(rows, rows, "only")
+    table, *_ = parameter_tables(rows, rows, drift_of(rows), "only")
     assert [line[0] for line in table.rows] == ["1", "2", "3", "4", "5*"]
     assert table.title.endswith("; *: in no trend, for it did not converge")

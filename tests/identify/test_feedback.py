@@ -7,11 +7,14 @@ import closed_loop
 import numpy as np
 import pytest
 
+from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
 from identify.estimators.table import judged
-from identify.feedback import feedback_doubts, foreign_velocity
+from identify.fed_velocity import fed_velocity, stamp_doubts
+from identify.feedback import feedback_doubts
+from identify.identification import Outcome
 from identify.ingest.open import read_dive
 
 SEALED = Path(__file__).resolve().parents[2].parent / "shared" / "sealed"
@@ -46,7 +49,7 @@ def test_a_fed_back_velocity_of_another_sensor_is_told_by_its_own_noise():
     recorded = dive()
     truth = np.convolve(recorded.velocity.value[:, 0], np.ones(7) / 7, "same")
     other = truth + 0.006 * np.random.default_rng(100_002).normal(size=len(truth))
-    assert foreign_velocity(with_nu_fb(recorded, other), 0) > 0.9
+    assert fed_velocity(with_nu_fb(recorded, other), 0).left > 0.9
 
 
 @pytest.mark.parametrize("weight", [0.2, 0.5, 1.0])
@@ -55,7 +58,7 @@ def test_a_causal_filter_of_the_recorded_velocity_is_the_recorded_velocity(weigh
     filtered = recorded.velocity.value[:, 0].copy()
     for k in range(1, len(filtered)):
         filtered[k] = filtered[k - 1] + weight * (filtered[k] - filtered[k - 1])
-    assert foreign_velocity(with_nu_fb(recorded, filtered), 0) < 0.3
+    assert fed_velocity(with_nu_fb(recorded, filtered), 0).left < 0.3
 
 
 def test_a_velocity_carried_to_the_origin_by_the_gyro_is_the_recorded_one():
@@ -66,7 +69,19 @@ def test_a_velocity_carried_to_the_origin_by_the_gyro_is_the_recorded_one():
     carried = replace(
         with_nu_fb(recorded, at_transducer + 0.3 * turning), gyro=Signal(recorded.velocity.time_s, gyro)
     )
-    assert foreign_velocity(carried, 0) < 0.1
+    assert fed_velocity(carried, 0).left < 0.1
+
+
+def test_a_velocity_that_was_used_before_its_stamp_tells_how_late_the_stamps_are():
+    mission = draw_one(100_301, seconds=120.0)
+    assert stamp_doubts(mission.dive) == ()
+    read = mission.dive.velocity
+    late = replace(mission.dive, velocity=Signal(read.time_s + 0.1, read.value))
+    (doubt,) = stamp_doubts(late)
+    assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
+    assert doubt.outcome is Outcome.DISAGREES
+    assert "(NU_FB) some 100 ms before the recording says that they were read" in doubt.sentence
+    assert feedback_doubts(late, Water()) == ()
 
 
 def test_a_recording_without_the_controllers_own_signals_is_not_judged():

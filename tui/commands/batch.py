@@ -187,9 +187,9 @@ def tell(
     console = show.results(show.STANDARD_OUTPUT if taken else None)
     show.put(console, dive_table(rows))
     for configuration, group in by_configuration(rows).items():
-        for table in parameter_tables(rows, group, configuration):
-            show.put(console, table)
         drift = drifts[configuration]
+        for table in parameter_tables(rows, group, drift, configuration):
+            show.put(console, table)
         if drift.trends:
             show.put(console, trend_table(drift, configuration))
         show.say(console, f"{configuration}: {drift.sentence}")
