@@ -13,13 +13,15 @@ from identify.feedback import feedback_doubts, frozen_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
 from identify.priors import with_priors
+from identify.turning import turning_doubts
 
 
 def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identification:
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *descent_doubts(dive, vehicle.water))
+    contradicted = (*descent_doubts(dive, vehicle.water), *turning_doubts(dive))
+    doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
     notes = (*fit.notes, *unchecked(dive))
     found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:

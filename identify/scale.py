@@ -1,0 +1,69 @@
+"""Two sensors of one motion held against each other, window by window: the scale between them, and how well known."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LEAST_READ = 0.8
+"""Share of a window's readings that must be there."""
+
+FEWEST_WINDOWS = 10
+DOUBTFUL_SCORE = 5.0
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What one sensor saw over what another said of it.
+
+    The truth lies between `least` and `most`, whatever the noise of either (Frisch 1934): all of it in what was seen,
+    or all of it in what was said. std: of `least`.
+    """
+
+    least: float
+    most: float
+    std: float
+
+    def contradicts(self, largest_off: float) -> bool:
+        """Whether the two can't have the same scale: beyond noise, and beyond what healthy sensors may be off by."""
+        least, most = self.least - 1.0, self.most - 1.0
+        beyond_noise = abs(least) > DOUBTFUL_SCORE * self.std
+        return least * most > 0 and min(abs(least), abs(most)) > largest_off and beyond_noise
+
+    @property
+    def times(self) -> str:
+        """The range in words, `1.9 to 2.1`; one number where it is one."""
+        ends = [f"{end:.2g}" for end in sorted((self.least, self.most))]
+        return " to ".join(dict.fromkeys(ends))
+
+
+def scale_of(seen: Array, said: Array, beside: Array) -> Scale | None:
+    """Of what was seen (n,) by what was said (n,), without what the columns of `beside` (n, k) give of either.
+
+    None where there are too few windows, or neither moved.
+    """
+    if len(seen) < max(FEWEST_WINDOWS, beside.shape[1] + 2):
+        return None
+    said, seen = _without(beside, said), _without(beside, seen)
+    both, own = float(said @ seen), float(said @ said)
+    if both == 0.0 or own == 0.0:
+        return None
+    least = both / own
+    left = seen - least * said
+    free = len(seen) - beside.shape[1] - 1
+    return Scale(least, float(seen @ seen) / both, math.sqrt(float(left @ left) / free / own))
+
+
+def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:
+    """Whether each window has its share of the readings at these times."""
+    count = np.histogram(time_s, edges_s)[0]
+    return np.asarray(count >= max(LEAST_READ * float(np.median(count)), 1.0))
+
+
+def _without(beside: Array, value: Array) -> Array:
+    """What no combination of the columns gives of a value (n,)."""
+    fitted, *_ = np.linalg.lstsq(beside, value, rcond=None)
+    return np.asarray(value - beside @ fitted)

@@ -1,0 +1,123 @@
+"""The rate of turn held against heading: a scale or a sign of the gyro's that both can't have."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from identify.dive import Array, Dive, Signal
+from identify.identification import Doubt, Outcome
+from identify.ingest.rotation import attitude_at
+from identify.scale import FEWEST_WINDOWS, Scale, scale_of, well_read
+
+WINDOW_S, SHORTEST_S = 10.0, 4.0
+"""Of each window, and at least, in a short dive."""
+
+SPARE_WINDOWS = 2
+"""More than are needed, as some may lack readings."""
+
+EDGE_S = 0.5
+"""Heading at a window's edge is the mean over so long before and after it."""
+
+LARGEST_OFF = 0.05
+"""Of the angle turned through: a healthy gyro's scale is off by less, and a compass's over all headings."""
+
+LEAST_TURNED_RAD = 0.1
+"""Root mean square over windows, beside steady turning: below it, what a compass is off by is as large."""
+
+LEAST_UPRIGHT = 0.5
+"""Cosine of pitch, below which heading is hardly defined."""
+
+FOG, IMU = "the fibre-optic gyro", "the IMU's gyro"
+
+
+def turning(dive: Dive, rate: Signal | None) -> Scale | None:
+    """Heading turned through by the integral of a rate of turn (n, 1), over windows.
+
+    Body rates come to psi_dot = (q sin phi + r cos phi) / cos theta (Fossen 2011, eq. 2.28); what pitching does of it
+    is taken off heading. Both sides are averaged over the same instants at the edges of windows, and a constant bias
+    of the gyro's is projected out. None where heading turned too little or too steadily to tell, or rate or attitude
+    is missing or too short.
+    """
+    rate, attitude = _known(rate), _known(dive.attitude)
+    if rate is None or attitude is None:
+        return None
+    start_s = max(rate.time_s[0], attitude.time_s[0])
+    end_s = min(rate.time_s[-1], attitude.time_s[-1])
+    count = max(int((end_s - start_s) / WINDOW_S), FEWEST_WINDOWS + SPARE_WINDOWS)
+    if end_s - start_s < SHORTEST_S * count:
+        return None
+    edges_s = np.linspace(start_s, end_s, count + 1)
+    by_yaw, by_pitch, upright = _yawing(dive, rate, attitude)
+    within = (attitude.time_s >= start_s) & (attitude.time_s <= end_s)
+    time_s, heading = attitude.time_s[within], np.unwrap(_heading(attitude.value[within]))
+    said, pitched = (_integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
+    ways = np.column_stack([heading - pitched, said, time_s - start_s])
+    changes = np.diff(_edge_means(time_s, ways, edges_s), axis=0)
+    kept = well_read(rate.time_s[upright], edges_s) & well_read(time_s, edges_s)
+    turned, said, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
+    if not len(turned):
+        return None
+    unsteady = turned - passed_s * float(passed_s @ turned) / float(passed_s @ passed_s)
+    if np.sqrt(np.mean(unsteady**2)) < LEAST_TURNED_RAD:
+        return None
+    return scale_of(turned, said, passed_s[:, None])
+
+
+def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:
+    """A doubt of what was found in yaw where heading contradicts the rate of turn that it was found from."""
+    by_imu = None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, 2:])
+    by_fog = turning(dive, dive.fog)
+    name, found = (FOG, by_fog) if by_fog is not None else (IMU, turning(dive, by_imu))
+    if found is None or not found.contradicts(LARGEST_OFF):
+        return ()
+    about = (MASSES[5].name, DAMPINGS[5].name)
+    both = " and ".join(about)
+    beside = turning(dive, by_imu) if name == FOG else None
+    if beside is not None and not beside.contradicts(LARGEST_OFF):
+        told = (
+            f", and {IMU} agrees with heading: the scale, unit or sign of {name} is not as taken, and {both} are as "
+            f"far off; check {name} and what passes its readings on, or identify without it."
+        )
+    else:
+        also = "" if beside is None else f", and {IMU} contradicts heading too"
+        told = (
+            f"{also}: the scale, unit or sign of one of them is not as taken, and {both} are as far off where it is "
+            "all of the gyro's; turn the vehicle once round to see which, and check the gyro's unit and the compass."
+        )
+    return (Doubt(about, f"Heading turns by {found.times} times what {name} says{told}", Outcome.DISAGREES),)
+
+
+def _known(signal: Signal | None) -> Signal | None:
+    """Only its whole readings; None where there are fewer than two."""
+    if signal is None:
+        return None
+    good = np.isfinite(signal.value).all(axis=1)
+    return Signal(signal.time_s[good], signal.value[good]) if np.count_nonzero(good) > 1 else None
+
+
+def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """What yaw rate and pitch rate (n,) turn heading by, at the rate's times, and whether it is upright enough."""
+    w, x, y, z = attitude_at(attitude, rate.time_s).T
+    aside, down = 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    level = np.hypot(aside, down)
+    squared = np.maximum(level, LEAST_UPRIGHT) ** 2
+    pitch = np.zeros(len(rate)) if dive.gyro is None else np.nan_to_num(dive.gyro.at(rate.time_s)[:, 1])
+    return rate.value[:, 0] * down / squared, pitch * aside / squared, level > LEAST_UPRIGHT
+
+
+def _integral(time_s: Array, rate: Array, at_s: Array) -> Array:
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s)
+    return np.asarray(np.interp(at_s, time_s, np.concatenate([[0.0], np.cumsum(steps)])))
+
+
+def _heading(quaternion: Array) -> Array:
+    w, x, y, z = quaternion.T
+    return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def _edge_means(time_s: Array, value: Array, edges_s: Array) -> Array:
+    """The mean (m, k) of a value (n, k) within EDGE_S of each edge (m,); NaN where nothing was read."""
+    total = np.concatenate([np.zeros((1, value.shape[1])), np.cumsum(value, axis=0)])
+    first, last = np.searchsorted(time_s, edges_s - EDGE_S), np.searchsorted(time_s, edges_s + EDGE_S)
+    count = (last - first)[:, None]
+    return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
