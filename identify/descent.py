@@ -19,6 +19,9 @@ FEWEST_WINDOWS = 10
 LEAST_READ = 0.8
 """Share of a window's readings that must be there."""
 
+STILL_M = 0.02
+"""Over a window: what moves no more tells nothing of a scale, nor does a sensor that stands still."""
+
 LARGEST_OFF = 0.1
 """Of the depth gone through: a scale of pressure, by the water's density, or of a healthy DVL is off by less."""
 
@@ -69,7 +72,8 @@ def descent(dive: Dive, water: Water) -> Descent | None:
     qw, x, y, z = attitude_at(attitude, time_s).T
     down = 2 * (x * z - qw * y) * u + 2 * (y * z + qw * x) * v + (1 - 2 * (x * x + y * y)) * w
     edges = start_s + WINDOW_S * np.arange(count + 1)
-    gone = [_gained(time_s, rate, edges) for rate in (down, u, v)]
+    # Both sides are averaged over the same moments about each edge: what goes down and up within one cancels alike.
+    gone = [np.diff(_near(depth.time_s, _gone(time_s, rate, depth.time_s), edges)) for rate in (down, u, v)]
     fallen = np.diff(_near(depth.time_s, depth.value[:, 0], edges))
     good = np.asarray(np.isfinite(velocity.value).all(axis=1))
     kept = _read(velocity.time_s, good, edges)
@@ -80,7 +84,7 @@ def descent(dive: Dive, water: Water) -> Descent | None:
     said, fallen = _without(beside, gone[0][kept]), _without(beside, fallen[kept])
     both = float(said @ fallen)
     own = float(said @ said)
-    if both == 0.0 or own == 0.0:
+    if both == 0.0 or own == 0.0 or min(np.std(said), np.std(fallen)) < STILL_M:
         return None
     least = both / own
     left = fallen - least * said
@@ -107,10 +111,10 @@ def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     )
 
 
-def _gained(time_s: Array, rate: Array, edges: Array) -> Array:
-    """The integral (n,) of a rate between each two edges."""
+def _gone(time_s: Array, rate: Array, at_s: Array) -> Array:
+    """The integral of a rate up to each of the times (n,); NaN outside."""
     total = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s))])
-    return np.asarray(np.diff(np.interp(edges, time_s, total)))
+    return np.asarray(np.interp(at_s, time_s, total, left=np.nan, right=np.nan))
 
 
 def _near(time_s: Array, value: Array, at_s: Array) -> Array:

@@ -1,18 +1,22 @@
-"""What coefficients would be, were the forces let in that a fit is doubted for."""
+"""What coefficients would be, were the forces let in that a fit is doubted for, and how far they hang on its timing."""
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimators.doubts import LATER_S, by_drag, by_lateness, coefficients
+from identify.estimators.doubts import LATER_S, Doubts, by_drag, by_lateness, coefficients
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.multiplier import Force, Wider, with_forces
 from identify.estimators.scoring import climb
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
+
+STAMPED_S = 0.5e-3
+"""Standard error of when forces act beside readings: many stamps are whole milliseconds, and a computer's tasks wait
+for each other. Where masses are known to a tenth of a per cent, that is most of what is not known."""
 
 TURNS, SETTLED = 6, 0.1
 """Forces are made of the speeds and the lateness that the fit with them came to, so often at most, or until no
@@ -22,14 +26,22 @@ coefficient moves by more than this share of its standard error."""
 @dataclass(frozen=True)
 class Admitted:
     """What letting forces in changes of the coefficients, (12,) with the masses first: `shift` of their logarithms, 0
-    where nothing is let in, and `looser`, what their standard errors are multiplied by."""
+    where nothing is let in, and `looser`, what their standard errors are multiplied by. timing (k, 12): one standard
+    error of each degree of freedom's timing in them."""
 
     shift: Array
     looser: Array
+    timing: Array
+
+    @property
+    def covariance(self) -> Array:
+        """Of the logarithms (12, 12): what comes to that of the fit."""
+        return np.asarray(np.outer(self.shift, self.shift) + self.timing.T @ self.timing)
 
     def std(self, row: int, std: float) -> float:
-        """The standard error of a logarithm with what the model without those forces is off by."""
-        return float(np.hypot(std, self.shift[row]))
+        """The standard error of a logarithm with its timing's, and with what the model without those forces is off
+        by."""
+        return float(np.hypot(self._timed(row, std), self.shift[row]))
 
     def reach(self, row: int, std: float, stretch: Array) -> tuple[float, float]:
         """How far the 95 % interval of a logarithm reaches below and above; `stretch` (2,): see `JointFit`.
@@ -37,18 +49,27 @@ class Admitted:
         As far as the shift as one more error takes it, for the form of those forces is a guess; and no less than the
         interval of the model with them reaches, should the guess be right.
         """
-        whole, loose, shift = self.std(row, std), std * self.looser[row], self.shift[row]
+        shift, timed = self.shift[row], self._timed(row, std)
+        whole, loose = float(np.hypot(timed, shift)), timed * self.looser[row]
         below, above = Z95 * stretch
         return float(max(whole * below, loose * below - shift)), float(
             max(whole * above, loose * above + shift)
         )
 
+    def _timed(self, row: int, std: float) -> float:
+        return float(np.hypot(std, np.linalg.norm(self.timing[:, row])))
 
-NOTHING = Admitted(np.zeros(12), np.ones(12))
+
+NOTHING = Admitted(np.zeros(12), np.ones(12), np.zeros((0, 12)))
+
+
+def timing_of(doubts: Mapping[int, Doubts]) -> Array:
+    """What one standard error of when forces act does to the logarithms, (k, 12): each degree of freedom by itself."""
+    return STAMPED_S * np.array([one.late.leaning for one in doubts.values()]).reshape(-1, 12)
 
 
 def admitted(
-    joint: JointLikelihood, theta: Array, lacking: Collection[int], late: Collection[int]
+    joint: JointLikelihood, theta: Array, lacking: Collection[int], late: Collection[int], timing: Array
 ) -> Admitted:
     """All axes fitted again from theta with the forces that are missing: a quadratic drag in the degrees of freedom
     that are `lacking` it, thrust at another time in those that are `late`.
@@ -58,7 +79,7 @@ def admitted(
     what is known (Berkson 1950).
     """
     if not lacking and not late:
-        return NOTHING
+        return replace(NOTHING, timing=timing)
     without = climb(joint, theta, score=JointLikelihood.score)
     rows, where = coefficients(joint)
     axes = {problem.axis.dof: problem.axis for problem in joint.problems}
@@ -80,7 +101,7 @@ def admitted(
     shift, looser = np.zeros(12), np.ones(12)
     shift[rows] = coefficient - without.theta[where]
     looser[rows] = np.maximum(np.sqrt(variance / narrow), 1.0)
-    return Admitted(shift, looser)
+    return Admitted(shift, looser, timing)
 
 
 def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:

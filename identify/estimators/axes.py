@@ -15,6 +15,7 @@ from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
+from identify.estimators.lasting import lasting, too_short
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
 from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
@@ -255,5 +256,14 @@ def _initial(value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
     return np.array([speed[0], place, max(float(np.std(speed)), 1e-4) ** 2, FIRST_POSITION_STD**2])
 
 
-shared_axes = shared(build_axes)
+def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
+    """Those that were read for long enough to be identified; raises FitError where none was, and as `build_axes`."""
+    lasting(dive)
+    built = build_axes(dive, file, name)
+    short = {axis.dof: reason for axis in built.axes if (reason := too_short(dive, axis.dof))}
+    kept = tuple(axis for axis in built.axes if axis.dof not in short)
+    return replace(built, axes=kept, missing=built.missing | short)
+
+
+shared_axes = shared(lasting_axes)
 """Of a dive, a vehicle file and a configuration: its `Axes`, for all methods that hold them."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.admitted import Admitted, admitted
+from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.axes import Axes, shared_axes
 from identify.estimators.crossed import crossed, crossed_doubts
 from identify.estimators.doubts import Doubts, doubts_of
@@ -82,13 +82,13 @@ def estimate(
     lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
     # Where the thrust follows the disturbance unseen, it seems to come late.
     late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
-    let_in = admitted(joint.joint, joint.theta, lacking, late)
+    let_in = admitted(joint.joint, joint.theta, lacking, late, timing_of(doubts))
     progress(1.0, "done")
     missing = missing_forces(tuple(lacking), tuple(late))
     totals = tuple(
         _one(c, row, joint, let_in, missing, built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, let_in.shift)
+    names, covariance = _covariance(totals, joint, let_in)
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
     told = (
         *strange_doubts(built.strange),
@@ -183,10 +183,12 @@ def _rests_on_lag(totals: tuple[Estimate, ...], doubts: Mapping[int, Doubts]) ->
     return (lateness_note(moved, TELLING_LATE_S),) if moved else ()
 
 
-def _covariance(totals: tuple[Estimate, ...], joint: JointFit, shift: Array) -> tuple[tuple[str, ...], Array]:
+def _covariance(
+    totals: tuple[Estimate, ...], joint: JointFit, let_in: Admitted
+) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
     kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
-    relative = joint.covariance[np.ix_(kept, kept)] + np.outer(shift[kept], shift[kept])
+    relative = (joint.covariance + let_in.covariance)[np.ix_(kept, kept)]
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
 

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 SHORTEST_DIVE_S = 20.0
 
+FARTHEST_S = 0.2
+"""One step of scoring from no lateness sizes what is no farther than some thruster's lags."""
+
 LATEST_S = 0.5
 """No thruster's lag and no sensor's clock is off by more: a driver's buffers hold tenths of a second."""
 
@@ -51,9 +54,13 @@ def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
 def late_doubts(late: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
     """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two.
 
-    One more for the axes in which that would have to be by more than any lag or clock is off.
+    One more for the axes in which that would have to be by more than any lag or clock is off, where no other axis is
+    off the same way.
     """
-    absurd = {dof: one for dof, one in late.items() if abs(one.size) > LATEST_S}
+    ways = {one.size > 0 for one in late.values() if abs(one.size) <= LATEST_S}
+    absurd = {
+        dof: one for dof, one in late.items() if abs(one.size) > LATEST_S and (one.size > 0) not in ways
+    }
     later = {dof: one for dof, one in late.items() if dof not in absurd and one.size > 0}
     earlier = {dof: one for dof, one in late.items() if dof not in absurd and one.size <= 0}
     told = (("later", later), ("earlier", earlier))
@@ -75,12 +82,14 @@ def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
 def _late_doubt(way: str, found: "Mapping[int, Tested]") -> Doubt:
     by_ms = [1000 * abs(one.size) for one in found.values()]
     least, most = min(by_ms), max(by_ms)
-    size = f"{most:.0f} ms" if most - least < 10 else f"{least:.0f} to {most:.0f} ms"
+    size = f"by about {most:.0f} ms" if most - least < 10 else f"by about {least:.0f} to {most:.0f} ms"
+    if most > 1000 * FARTHEST_S:
+        size = "by how much can't be told from this fit"
     sigma = max(abs(one.score) for one in found.values())
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
         f"In {axes_named(list(found))} thrust acts at another time than the vehicle file's lag and the sensors' "
-        f"stamps say ({way} by about {size}; {sigma:.0f} standard errors): masses and dampings there are off by that, "
+        f"stamps say ({way}, {size}; {sigma:.0f} standard errors): masses and dampings there are off by that, "
         "and the intervals of all that it bears on are widened by it; mend the lag in the vehicle file, or the "
         "sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
         Outcome.DISAGREES,

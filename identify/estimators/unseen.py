@@ -1,11 +1,13 @@
 """Speeds and rates of turn that nobody read push and turn the vehicle all the same, which can't be told from mass."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.estimators.axes import Axes, Axis
 from identify.estimators.said import axes_named
-from identify.identification import Doubt
+from identify.identification import Doubt, Outcome
 
 LONGEST_GAP_S = 5.0
 """Over a shorter one a vehicle's speed follows from what it was before and from its thrust."""
@@ -40,34 +42,47 @@ def _unseen_turning(built: Axes) -> tuple[Doubt, ...]:
             f"No rate of turn was recorded in {axes_named(never)}: the forces that turning at speed makes in "
             f"{axes_named(pushed)} (Coriolis) are left out, so {', '.join(about)} may be off by more than their "
             "intervals; record a gyro, or dive without turning.",
+            _outcome(never, pushed),
         ),
     )
 
 
 def _unseen_speeds(built: Axes) -> tuple[Doubt, ...]:
-    """A warning about roll, pitch and yaw where speeds were not read, or not for a good part of the dive."""
-    turning = [axis.dof for axis in built.axes if axis.dof >= 3]
+    """A warning about what speed works on where it was not read, or not for a good part of the dive: all turning, and
+    where the vehicle turns, its other speeds."""
     moving = {axis.dof: axis for axis in built.axes if axis.dof < 3}
-    if not turning:
-        return ()
-    about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in turning)
     never = [dof for dof in range(3) if dof not in moving]
     gaps = {dof: silent_share(axis) for dof, axis in moving.items()}
     seldom = [dof for dof, share in gaps.items() if share > TELLING_SHARE]
     found = []
     if never:
-        found.append(f"No velocity was recorded in {axes_named(never)}")
+        found.append((never, f"No velocity was recorded in {axes_named(never)}"))
     if seldom:
-        worst = max(gaps[dof] for dof in seldom)
-        found.append(f"For {100 * worst:.0f} % of the dive no velocity was read in {axes_named(seldom)}")
-    return tuple(
-        Doubt(
-            about,
-            f"{one}: what speed there does to the vehicle's turning is guessed, so {', '.join(about)} may be off by "
-            "more than their intervals; dive with the DVL's bottom lock, or without speed while it turns.",
+        worst = f"For {100 * max(gaps[dof] for dof in seldom):.0f} % of the dive"
+        found.append((seldom, f"{worst} no velocity was read in {axes_named(seldom)}"))
+    doubts = []
+    for dofs, words in found:
+        worked_on = [axis.dof for axis in built.axes if axis.dof >= 3 or _turned_into(axis.dof, dofs, built)]
+        about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in worked_on)
+        sentence = (
+            f"{words}: what speed there does to the vehicle's {axes_named(worked_on)} is guessed, so "
+            f"{', '.join(about)} may be off by more than their intervals; dive with the DVL's bottom lock, or without "
+            "speed while it turns."
         )
-        for one in found
-    )
+        if about:
+            doubts.append(Doubt(about, sentence, _outcome(never if dofs is never else (), worked_on)))
+    return tuple(doubts)
+
+
+def _turned_into(dof: int, unread: Sequence[int], built: Axes) -> bool:
+    """Whether turning makes a force along a surge, sway or heave of a speed that was not read along another of them."""
+    return any(dof != along and built.motion.nu[:, 6 - dof - along].any() for along in unread)
+
+
+def _outcome(never: Sequence[int], worked_on: Sequence[int]) -> Outcome:
+    """Of a fit to which these velocities were never given, in these axes: turning in the horizontal plane is what a
+    vehicle does most, and what it makes of surge and sway is no small force."""
+    return Outcome.DISAGREES if {0, 1, 5} & set(never) and {0, 1} & set(worked_on) else Outcome.CONVERGED
 
 
 def silent_share(axis: Axis) -> float:

@@ -12,7 +12,7 @@ from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.estimators import multiplier
-from identify.estimators.admitted import NOTHING, Admitted, admitted
+from identify.estimators.admitted import NOTHING, STAMPED_S, Admitted, admitted, timing_of
 from identify.estimators.axes import build_axes
 from identify.estimators.doubts import doubts_of
 from identify.estimators.likelihood_fit import fit_axes
@@ -27,6 +27,7 @@ FILE = closed_loop.vehicle_file()
 BOTH = pytest.mark.parametrize("method", ["likelihood", "pinn"])
 SURGE, DAMPING_OF_SURGE = 0, 6
 EVEN = np.ones(2)
+UNTIMED = np.zeros((0, 12))
 
 
 def fitted(dive, file=FILE, configuration="only"):
@@ -42,14 +43,30 @@ def test_without_anything_let_in_an_interval_stays_as_it_is():
 def test_an_interval_holds_those_of_both_models_and_the_shift_as_an_error():
     shift = np.zeros(12)
     shift[0] = 0.03
-    below, above = Admitted(shift, np.full(12, 2.0)).reach(0, 0.01, EVEN)
+    below, above = Admitted(shift, np.full(12, 2.0), UNTIMED).reach(0, 0.01, EVEN)
     assert above == pytest.approx(0.03 + Z95 * 0.02)
     assert below == pytest.approx(Z95 * np.hypot(0.01, 0.03))
 
 
 def test_where_nothing_is_doubted_nothing_is_let_in():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), 120.0))
-    assert admitted(fit.joint, fit.theta, (), ()) is NOTHING
+    timing = np.full((1, 12), 0.02)
+    found = admitted(fit.joint, fit.theta, (), (), timing)
+    assert not found.shift.any()
+    assert found.std(0, 0.01) == pytest.approx(np.hypot(0.01, 0.02))
+    assert found.reach(0, 0.01, EVEN) == pytest.approx((Z95 * np.hypot(0.01, 0.02),) * 2)
+    assert found.covariance == pytest.approx(np.full((12, 12), 0.02**2))
+
+
+def test_the_error_by_timing_covers_what_readings_that_are_late_by_that_change_of_a_mass():
+    """And is less than twice that."""
+    recorded = closed_loop.dive(np.random.default_rng(4), 120.0)
+    fit, times = fitted(recorded), 40
+    (by_timing,) = timing_of(doubts_of(fit.joint, fit.theta))
+    read = recorded.velocity
+    late = fitted(replace(recorded, velocity=Signal(read.time_s + times * STAMPED_S, read.value)))
+    change = (late.log_value[SURGE] - fit.log_value[SURGE]) / times
+    assert 0.5 < -change / by_timing[SURGE] < 1.0
 
 
 @BOTH
@@ -64,7 +81,7 @@ def test_a_dive_without_a_doubt_is_as_wide_as_its_information_says(method):
 
 def test_letting_a_drag_in_moves_the_linear_damping_to_the_truth():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), quadratic=40.0))
-    found = admitted(fit.joint, fit.theta, [SURGE], ())
+    found = admitted(fit.joint, fit.theta, [SURGE], (), UNTIMED)
     off = np.log(closed_loop.DAMPING) - fit.log_value[DAMPING_OF_SURGE]
     assert off < -0.15
     std = found.looser[DAMPING_OF_SURGE] * np.sqrt(fit.covariance[DAMPING_OF_SURGE, DAMPING_OF_SURGE])
@@ -76,7 +93,7 @@ def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
     command = dive.tau_cmd
     early = replace(dive, tau_cmd=Signal(command.time_s - 0.15, command.value))
     fit = fitted(early)
-    found = admitted(fit.joint, fit.theta, (), [SURGE])
+    found = admitted(fit.joint, fit.theta, (), [SURGE], UNTIMED)
     off = np.log(closed_loop.MASS) - fit.log_value[SURGE]
     assert abs(off) > 0.05
     assert abs(found.shift[SURGE] - off) < 0.25 * abs(off)
@@ -85,7 +102,7 @@ def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
 def test_a_drag_in_one_axis_moves_the_mass_that_weighs_in_the_coriolis_forces_there():
     mission = draw_one(100_009, seconds=60.0, kind="together")
     fit = fitted(mission.dive, mission.file, mission.configuration)
-    found = admitted(fit.joint, fit.theta, [SURGE], ())
+    found = admitted(fit.joint, fit.theta, [SURGE], (), UNTIMED)
     std = np.sqrt(np.diag(fit.covariance))
     assert np.max(np.abs(found.shift[1:6]) / std[1:6]) > 1e-3
 
@@ -123,8 +140,8 @@ def test_later_and_earlier_are_said_apart():
     told = late_doubts({0: of_size(-0.019), 5: of_size(0.052), 1: of_size(0.031)})
     assert [doubt.about for doubt in told] == [("I_r", "M_v", "D_r", "D_v"), ("M_u", "D_u")]
     assert "In yaw and sway thrust" in told[0].sentence
-    assert "(later by about 31 to 52 ms; 7 standard errors)" in told[0].sentence
-    assert "(earlier by about 19 ms; 7 standard errors)" in told[1].sentence
+    assert "(later, by about 31 to 52 ms; 7 standard errors)" in told[0].sentence
+    assert "(earlier, by about 19 ms; 7 standard errors)" in told[1].sentence
 
 
 def test_what_is_too_wide_for_what_the_model_lacks_says_what_it_lacks():

@@ -123,7 +123,7 @@ def test_a_dive_without_a_gyro_is_doubted_where_turning_at_speed_pushes():
     assert doubt.sentence.startswith(
         "No rate of turn was recorded in roll, pitch and yaw: the forces that turning"
     )
-    assert doubt.outcome is Outcome.CONVERGED
+    assert doubt.outcome is Outcome.DISAGREES
 
 
 def test_speed_ahead_alone_is_pushed_along_no_axis_that_was_read():
@@ -161,8 +161,27 @@ def test_a_vehicle_that_keeps_its_depth_tells_nothing_of_the_dvls_scale():
     still = Signal(level.velocity.time_s, 5.0 + 0.01 * rng.standard_normal((len(level.velocity), 1)))
     upright = Signal(level.velocity.time_s, np.tile([1.0, 0.0, 0.0, 0.0], (len(level.velocity), 1)))
     kept = replace(level, depth=still, pressure=None, attitude=upright)
-    found = descent(kept, dived.file.vehicle.water)
-    assert not found.contradicts
+    assert descent(kept, dived.file.vehicle.water) is None
+
+
+def test_quick_heave_is_no_doubt_of_the_dvls_scale():
+    """Down and up again within the second over which depth is averaged at a window's edge."""
+    dived = longer()
+    time_s = np.arange(0.0, 120.0, 0.1)
+    heave = 0.3 * np.sign(np.sin(2 * np.pi * time_s / 4.1))
+    depth = 5.0 + np.cumsum(heave) * 0.1
+    level = np.column_stack([0 * heave, 0 * heave, heave])
+    upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(time_s), 1))
+    quick = replace(
+        dived.dive,
+        velocity=Signal(time_s, level),
+        depth=Signal(time_s, depth[:, None]),
+        pressure=None,
+        attitude=Signal(time_s, upright),
+    )
+    found = descent(quick, dived.file.vehicle.water)
+    assert found.least == pytest.approx(1.0, abs=0.03)
+    assert found.most == pytest.approx(1.0, abs=0.03)
 
 
 def test_what_can_not_be_told_apart_names_the_scale_of_the_dvl():

@@ -59,7 +59,7 @@ def test_late_thrust_makes_data_and_model_disagree_and_says_by_how_much_and_what
     (doubt,) = [doubt for doubt in found.doubts if "acts at another time" in doubt.sentence]
     assert doubt.about == ("M_u", "D_u")
     assert found.outcome is Outcome.DISAGREES
-    assert "(later by about 1" in doubt.sentence
+    assert "(later, by about 1" in doubt.sentence
     assert " ms; " in doubt.sentence
     assert "doctor --wet" in doubt.sentence
 
@@ -82,7 +82,7 @@ def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_
     assert wrong.outcome is Outcome.DISAGREES
     (doubt,) = [doubt for doubt in wrong.doubts if "acts at another time" in doubt.sentence]
     assert doubt.about == ("I_r", "D_r")
-    assert "(earlier by about 19 ms; 12 standard errors)" in doubt.sentence
+    assert "(earlier, by about 19 ms; 12 standard errors)" in doubt.sentence
     assert wrong["I_r"].value / right["I_r"].value == pytest.approx(1 - 0.036, abs=0.005)
     assert wrong["I_r"].low95 < 16.0 < wrong["I_r"].high95
     assert wrong["M_u"].std == pytest.approx(right["M_u"].std, rel=0.02)
@@ -94,12 +94,19 @@ def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
         {0: multiplier.Tested(9.0, 0.1, none), 1: multiplier.Tested(-30.0, -8.3, none)}
     )
     assert by_timing.about == ("M_u", "D_u")
-    assert "(later by about 100 ms; 9 standard errors)" in by_timing.sentence
+    assert "(later, by about 100 ms; 9 standard errors)" in by_timing.sentence
     assert absurd.about == ("M_v", "D_v")
     assert absurd.sentence.startswith(
         "In sway the motion does not follow from the thrust, and timing does not explain it"
     )
     assert " ms" not in absurd.sentence
+
+
+def test_an_axis_that_is_off_the_same_way_as_another_is_late_by_what_no_fit_can_size():
+    none = np.zeros(12)
+    (doubt,) = late_doubts({0: multiplier.Tested(9.0, 0.4, none), 2: multiplier.Tested(30.0, 0.7, none)})
+    assert doubt.about == ("M_u", "M_w", "D_u", "D_w")
+    assert "(later, by how much can't be told from this fit; 30 standard errors)" in doubt.sentence
 
 
 def test_what_a_later_thrust_would_move_is_told_and_comes_true():

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.admitted import NOTHING, Admitted, admitted
+from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
 from identify.estimators.axes import shared_axes
 from identify.estimators.crossed import crossed, crossed_doubts
-from identify.estimators.doubts import doubts_of
+from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.multiplier import Tested
 from identify.estimators.pinn.fit import Fit, Progress, fit_network
@@ -54,8 +54,11 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     built = axes.value
     shape = file.vehicle.configurations[configuration]
     fit = fit_network(dive, file, configuration, built, progress) if built.axes else None
-    lacking, late = ({}, {}) if fit is None else _doubted(fit, dive, file)
-    let_in = NOTHING if fit is None else admitted(fit.filters.joint, fit.filters.theta, lacking, late)
+    doubted = {} if fit is None else doubts_of(fit.filters.joint, fit.filters.theta)
+    lacking, late = _missing(doubted, dive, file)
+    let_in = NOTHING
+    if fit is not None:
+        let_in = admitted(fit.filters.joint, fit.filters.theta, lacking, late, timing_of(doubted))
     missing = missing_forces(tuple(lacking), tuple(late))
     totals = tuple(
         _one(row, c, fit, let_in, missing, built.missing) for row, c in enumerate((*MASSES, *DAMPINGS))
@@ -68,7 +71,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         *drag_doubts(lacking),
         *(() if fit is None else _unsettled(fit)),
     )
-    names, covariance = ((), np.zeros((0, 0))) if fit is None else _covariance(fit, totals, let_in.shift)
+    names, covariance = ((), np.zeros((0, 0))) if fit is None else _covariance(fit, totals, let_in)
     return Identification(
         "pinn",
         outcome_of(totals, doubts),
@@ -98,9 +101,10 @@ def _place(fit: Fit, name: str) -> int:
     return coefficient.dof if coefficient.kind == "mass" else 6 + axis
 
 
-def _doubted(fit: Fit, dive: Dive, file: VehicleFile) -> tuple[dict[int, Tested], dict[int, Tested]]:
-    """The axes that lack a quadratic drag, and those where thrust acts at another time, as the filters have it."""
-    doubts = doubts_of(fit.filters.joint, fit.filters.theta)
+def _missing(
+    doubts: Mapping[int, Doubts], dive: Dive, file: VehicleFile
+) -> tuple[dict[int, Tested], dict[int, Tested]]:
+    """The axes that lack a quadratic drag, and those where thrust acts at another time."""
     lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
     late = {dof: one.late for dof, one in doubts.items() if one.is_late}
     # Where the thrust follows the disturbance unseen, it seems to come late.
@@ -128,12 +132,12 @@ def _one(
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
 
-def _covariance(fit: Fit, totals: tuple[Estimate, ...], shift: Array) -> tuple[tuple[str, ...], Array]:
+def _covariance(fit: Fit, totals: tuple[Estimate, ...], let_in: Admitted) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
     rows = [row for row, total in enumerate(totals) if BY_NAME[total.name].dof in fit.layout.dofs]
     names = tuple(totals[row].name for row in rows)
     places = [_place(fit, name) for name in names]
-    relative = fit.covariance[np.ix_(places, places)] + np.outer(shift[rows], shift[rows])
+    relative = fit.covariance[np.ix_(places, places)] + let_in.covariance[np.ix_(rows, rows)]
     values = np.array([totals[row].value for row in rows])
     return names, relative * np.outer(values, values)
 
