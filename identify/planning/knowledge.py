@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -34,8 +34,6 @@ ROUNDING = 1e-6
 FIRM = 0.05
 """Relative standard deviation up to which a value is firm enough to show a narrower interval around it."""
 
-DOUBTED = "A doubt of that dive holds for this plan too, until its cause is mended:"
-
 DISTURBANCE_TIME_S = 1.5
 ARM_M = 1.0 / 6.0
 """Moment of a disturbance over its force."""
@@ -61,7 +59,8 @@ class Knowledge:
     """Coefficients by name, all twelve, the noise of each degree of freedom, and in sentences where it all comes from.
 
     `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero where nothing is known. `guessed` are
-    those whose value no prior gives, and no identification to within `FIRM`.
+    those whose value no prior gives, and no identification to within `FIRM`. `doubted`: by coefficient, in sentences,
+    why the identification doubts what its dive tells of it, or has nothing at all of it; `doubts` are all of these.
     """
 
     values: dict[str, float]
@@ -69,6 +68,11 @@ class Knowledge:
     noise: tuple[AxisNoise, ...]
     sentences: tuple[str, ...]
     guessed: frozenset[str] = frozenset()
+    doubted: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(sentence for told in self.doubted.values() for sentence in told))
 
 
 def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
@@ -122,7 +126,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
         of = [str(name) for name in of]
         nuisance = {str(k): float(v) for k, v in identified["nuisance"].items()}
         values = {name: float(found[name]["value"]) for name in of if (found[name]["value"] or 0.0) > 0}
-        doubted = [str(doubt["sentence"]) for doubt in identified.get("doubts", ())]
+        doubted = _doubted(identified, of)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(
             f"{source}: not an identification as seatrial identify --json writes it ({error}); give one, or the dive"
@@ -156,9 +160,26 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
             f"It tells little or nothing of {', '.join(left)}: their values are the vehicle file's or, where that has "
             f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
         )
-    sentences += [f"{DOUBTED} {sentence}" for sentence in dict.fromkeys(doubted)]
     noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
-    return Knowledge({**first.values, **values}, precision, noise, tuple(sentences), first.guessed - firm)
+    guessed = first.guessed - firm
+    return Knowledge({**first.values, **values}, precision, noise, tuple(sentences), guessed, doubted)
+
+
+def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Why each coefficient is doubted: by a doubt about it, or for readings that were too few to fit it."""
+    told = [
+        ([str(name) for name in doubt["about"]], str(doubt["sentence"]))
+        for doubt in identified.get("doubts", ())
+    ]
+    lacking: dict[str, list[str]] = {}
+    for parameter in identified["parameters"]:
+        if parameter["name"] in BY_NAME and parameter["name"] not in fitted and parameter.get("reason"):
+            lacking.setdefault(str(parameter["reason"]), []).append(str(parameter["name"]))
+    told += [
+        (names, f"Of {' and '.join(names)} it told nothing: {reason}.") for reason, names in lacking.items()
+    ]
+    by_name = {name: tuple(sentence for about, sentence in told if name in about) for name in NAMES}
+    return {name: sentences for name, sentences in by_name.items() if sentences}
 
 
 def _check(of: Sequence[str], covariance: Array, nuisance: Mapping[str, float], source: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from bridge.simulator.missions import Step
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US
-from identify.planning.knowledge import Knowledge
+from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import REST_S, START_DEPTH_M, Limits, Tank
 from identify.planning.manoeuvres import WAYS, Manoeuvre
 from identify.planning.propose import Part, Proposal
@@ -18,6 +18,8 @@ from identify.planning.propose import Part, Proposal
 Z95 = 1.959963984540054
 NOTABLE_M = 0.05
 NO_ROOM = "stays in place"
+DOUBT_MARK = "*"
+DOUBT = "That dive's doubt:"
 TITLE = "# Plan for"
 GUESSED = (
     "What no prior and no dive has told firmly is planned with a guessed value: it has no interval around it, only how "
@@ -82,7 +84,25 @@ def interval(name: str, relative_std: float, knowledge: Knowledge) -> dict[str, 
 
 def notes(knowledge: Knowledge) -> tuple[str, ...]:
     """Where the numbers come from and how far they hold, in sentences."""
-    return (*knowledge.sentences, *((GUESSED,) if knowledge.guessed else ()), *ADVICE)
+    doubts = tuple(f"{DOUBT} {sentence}" for sentence in knowledge.doubts)
+    return (*doubts, *knowledge.sentences, *((GUESSED,) if knowledge.guessed else ()), *ADVICE)
+
+
+def legend(proposal: Proposal, knowledge: Knowledge) -> tuple[str, ...]:
+    """What DOUBT_MARK means at promised coefficients, and the doubts behind it; nothing where it stands nowhere."""
+    marked = [
+        name
+        for name, after in zip(NAMES, proposal.after, strict=True)
+        if name in knowledge.doubted and math.isfinite(after)
+    ]
+    if not marked:
+        return ()
+    reasons = dict.fromkeys(sentence for name in marked for sentence in knowledge.doubted[name])
+    return (
+        f"{DOUBT_MARK}: the dive before is in doubt here: what is promised of {', '.join(marked)} holds only if "
+        "the cause of that doubt is mended.",
+        *(f"{DOUBT} {sentence}" for sentence in reasons),
+    )
 
 
 def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> str:
@@ -130,6 +150,7 @@ def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[st
                 "unit": coefficient.unit,
                 "value": knowledge.values[coefficient.name],
                 "guessed": coefficient.name in knowledge.guessed,
+                "doubted": coefficient.name in knowledge.doubted,
                 "before": interval(coefficient.name, float(before), knowledge),
                 "alone": interval(coefficient.name, float(alone), knowledge),
                 "after": interval(coefficient.name, float(after), knowledge),

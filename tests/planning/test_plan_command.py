@@ -23,7 +23,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def identified(path: Path, std: float) -> Path:
+def identified(path: Path, std: float, **more: object) -> Path:
     """The JSON of an identification that knows the yaw inertia to `std`, relative."""
     parameters = [{"name": name, "value": 16.0 if name == "I_r" else None} for name in NAMES]
     data = {
@@ -33,6 +33,7 @@ def identified(path: Path, std: float) -> Path:
         "parameters": parameters,
         "covariance": {"of": ["I_r"], "matrix": [[(16.0 * std) ** 2]]},
         "nuisance": {},
+        **more,
     }
     path.write_text(json.dumps(data), encoding="utf-8")
     return path
@@ -75,6 +76,32 @@ def test_it_starts_from_an_identification(here, capsys):
     assert f"seatrial prior {source} --vehicle YOUR.yaml first" in shown
     assert "3 % for masses and 10 % for dampings" in shown
     assert told["notes"][0].startswith("The plan keeps to 6 m across (--space) and 1.5 m up and down")
+
+
+def test_what_the_dive_before_doubted_is_marked_and_told_right_under_the_table(here, capsys):
+    sentence = "In yaw 46 % of the wrench follows from nothing recorded."
+    doubt = {"about": ["I_r", "M_w"], "sentence": sentence, "outcome": "converged"}
+    source = identified(here / "hovering.json", 0.001, doubts=[doubt])
+    assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "plan.json", *QUICK]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    (row,) = (number for number, line in enumerate(shown) if line.startswith("I_r"))
+    assert shown[row].split()[0] == "I_r*"
+    assert shown[row + 1].split()[0] == "D_r"
+    under = [line for line in shown[row + 2 :] if line][:2]
+    assert under[0].startswith("*: the dive before is in doubt here: what is promised of I_r holds only")
+    assert under[1].endswith(sentence)
+    assert sum(sentence in line for line in shown) == 1
+    told = json.loads((here / "plan.json").read_text())
+    assert {p["name"] for p in told["parameters"] if p["doubted"]} == {"I_r", "M_w"}
+    assert told["notes"][:2] == under
+
+
+def test_without_a_doubt_nothing_is_marked(here, capsys):
+    source = identified(here / "hovering.json", 0.001)
+    assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "plan.json", *QUICK]) == 0
+    assert "*" not in capsys.readouterr().out
+    told = json.loads((here / "plan.json").read_text())
+    assert not any(parameter["doubted"] for parameter in told["parameters"])
 
 
 @pytest.mark.usefixtures("here")

@@ -10,6 +10,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import Prior, VehicleFile, load_vehicle
 from identify.planning.knowledge import DAMPING_RATIO, MASS_RATIO, NAMES, after, before_any_dive
 from identify.planning.propose import relative_std
+from identify.planning.writing import DOUBT, notes
 
 FILE = load_vehicle("ruvifist:hovering")
 
@@ -124,5 +125,17 @@ def test_the_doubts_of_the_dive_stand_beside_what_a_plan_after_it_promises() -> 
         "outcome": "converged",
     }
     known = after(identified(doubts=[doubt]), FILE, "hovering", "a.json")
-    assert [s for s in known.sentences if s.endswith(doubt["sentence"]) and "holds for this plan too" in s]
-    assert not any("doubt" in s for s in after(identified(), FILE, "hovering", "a.json").sentences)
+    assert known.doubted == {"M_w": (doubt["sentence"],)}
+    assert known.doubts == (doubt["sentence"],)
+    assert notes(known)[0] == f"{DOUBT} {doubt['sentence']}"
+    assert after(identified(), FILE, "hovering", "a.json").doubted == {}
+
+
+def test_what_a_dive_had_no_readings_for_is_doubted_and_what_it_said_too_little_of_is_not() -> None:
+    parameters = identified()["parameters"]
+    reasons = {"M_w": "no velocity in heave was recorded", "D_w": "no velocity in heave was recorded",
+               "D_u": "the dive says too little of surge"}  # fmt: skip
+    told = [{**one, "reason": reasons[one["name"]]} if one["name"] in reasons else one for one in parameters]
+    known = after(identified(parameters=told), FILE, "hovering", "a.json")
+    sentence = "Of M_w and D_w it told nothing: no velocity in heave was recorded."
+    assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}

@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.planning.limits import Limits, Tank
     from identify.planning.propose import propose
-    from identify.planning.writing import mission_text, notes, to_json
+    from identify.planning.writing import legend, mission_text, notes, to_json
     from tui import show
     from tui.outputs import check_file, check_files
 
@@ -91,8 +91,11 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     show.put(console, manoeuvre_table(f"plan for {title}", proposal))
     show.put(console, interval_table(proposal, knowledge))
-    told = (room(limits), *joint(proposal, arguments.after), *notes(knowledge))
-    for sentence in told:
+    marked = legend(proposal, knowledge)
+    for sentence in marked:
+        show.say(console, sentence)
+    told = tuple(dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge))))
+    for sentence in told[len(marked) :]:
         show.say(console, f"note: {sentence}")
     show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
     found = to_json(proposal, knowledge, limits)
@@ -224,10 +227,11 @@ def _known_before(proposal: "Proposal") -> bool:
 def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
     """How well each parameter is known before and after; those that nothing is or will be known of are left out.
 
-    What the dive would tell by itself stands apart where something is known before.
+    What the dive would tell by itself stands apart where something is known before. What the dive before doubted bears
+    DOUBT_MARK.
     """
     from bridge.vehicle.coefficients import COEFFICIENTS
-    from identify.planning.writing import interval
+    from identify.planning.writing import DOUBT_MARK, interval
     from tui import show
 
     joined = _known_before(proposal)
@@ -236,10 +240,11 @@ def interval_table(proposal: "Proposal", knowledge: "Knowledge") -> "Table":
     for coefficient, before, alone, after in widths:
         if math.isfinite(after):
             value = knowledge.values[coefficient.name]
+            mark = DOUBT_MARK if coefficient.name in knowledge.doubted else ""
             then = interval(coefficient.name, float(after), knowledge)
             shares = (before, alone, after) if joined else (before, after)
             rows.append(
-                (coefficient.name, show.number(value), *map(_share, shares), show.number(then["low95"]),
+                (f"{coefficient.name}{mark}", show.number(value), *map(_share, shares), show.number(then["low95"]),
                  show.number(then["high95"]), coefficient.unit)
             )  # fmt: skip
     after_columns = ("± this dive alone", "± with known") if joined else ("± after",)
