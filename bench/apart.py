@@ -7,16 +7,21 @@ import numpy as np
 
 from bench.accuracy_trials import Stated, Trial
 from bench.words import paragraph
-from identify.comparison import TOO_FAR
+from identify.comparison import LEAST_DIFFERENCE
+from identify.comparison import apart as beyond_intervals
 from identify.estimators.table import SIDE_BY_SIDE
 
 
 def distances(trials: Sequence[Trial]) -> dict[int, list[float]]:
     """Of each seed that both methods answered, over the larger standard error: sizes of all that both state."""
+    return {seed: [_distance(*pair) for pair in pairs] for seed, pairs in _pairs(trials).items()}
+
+
+def _pairs(trials: Sequence[Trial]) -> dict[int, list[tuple[Stated, Stated]]]:
     first, second = ({t.seed: t for t in trials if t.method == method} for method in SIDE_BY_SIDE)
     return {
         seed: [
-            _distance(one, second[seed].stated[name])
+            (one, second[seed].stated[name])
             for name, one in first[seed].stated.items()
             if name in second[seed].stated
         ]
@@ -35,10 +40,10 @@ def lines(trials: Sequence[Trial]) -> list[str]:
     sizes = [size for of_seed in found.values() for size in of_seed if math.isfinite(size)]
     if not sizes:
         return []
-    beyond = sum(any(size > TOO_FAR for size in of_seed) for of_seed in found.values())
+    beyond = sum(any(beyond_intervals(*pair) for pair in pairs) for pairs in _pairs(trials).values())
     return paragraph(
         f"The two methods of `identify` are {np.median(sizes):.2f} standard errors apart in the median, "
         f"{np.percentile(sizes, 99):.2f} in the 99th percentile and {max(sizes):.1f} at most, of {len(sizes)}",
-        f"coefficients that both state. {beyond} of {len(found)} missions hold one beyond {TOO_FAR:g}, from where on",
-        "`identify` calls it a disagreement.",
+        f"coefficients that both state. {beyond} of {len(found)} missions hold one beyond both intervals and by",
+        f"{100 * LEAST_DIFFERENCE:g} % or more, which `identify` calls a disagreement.",
     )

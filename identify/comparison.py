@@ -1,29 +1,39 @@
 """Two methods on one dive: where they disagree beyond their intervals, and why.
 
+They disagree on a coefficient where each one's value lies outside the other's 95 % interval, by as much as matters.
 Both saw the same noise, so their difference spreads less than the root of the sum of their variances. For an efficient
 estimator and another of the same truth its variance is the difference of theirs (Hausman 1978, lemma 2.1), at most the
-larger of the two: `TOO_FAR` of the larger standard error is hardly chance, whichever of them is efficient.
+larger of the two: what lies beyond both intervals is no chance, whichever of them is efficient.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior
 from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, worst
 
-TOO_FAR = 1.5
-"""Likelihood and pinn are both nearly efficient and see one noise: on dives that their model fits they differ by far
-less than either's error (`python -m bench accuracy` tells how far, and how often they are beyond this by chance). A
-method that is not efficient would be beyond this by chance in one of seven coefficients.
-"""
+LEAST_DIFFERENCE = 0.005
+"""As a share of the value. A smaller one changes nothing that anybody does with it: the thrust that all values hang on
+is known to some per cent, and a controller's feed-forward does not feel it."""
 
 OTHER_LEVEL = 1.5
 """Two fitted noise levels differ where one is this many times the other."""
 
 UNITS = {"n": "N", "nm": "N m", "m_s": "m/s", "rad_s": "rad/s"}
+
+
+class Interval(Protocol):
+    """A value with its 95 % interval."""
+
+    @property
+    def value(self) -> float: ...
+    @property
+    def low95(self) -> float: ...
+    @property
+    def high95(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -41,7 +51,7 @@ class Difference:
 
     @property
     def disagrees(self) -> bool:
-        return abs(self.distance) > TOO_FAR
+        return bool(self.why)
 
 
 @dataclass(frozen=True)
@@ -68,7 +78,7 @@ class Comparison:
         furthest = max(both, key=lambda d: abs(d.distance))
         return (
             f"{names[0].upper()}{names[1:]} agree in all {len(both)} parameters that both identify: at most "
-            f"{abs(furthest.distance):.2g} standard errors apart, in {furthest.name}.",
+            f"{abs(furthest.distance):.2g} standard errors apart, in {furthest.name} ({_percent(furthest):+.2g} %).",
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -114,7 +124,7 @@ def _difference(
     one: Estimate, other: Estimate, first: Identification, second: Identification, prior: Prior | None
 ) -> Difference:
     distance = distance_between(one, other)
-    if not abs(distance) > TOO_FAR:
+    if not (math.isfinite(distance) and apart(one, other)):
         return Difference(one.name, one, other, distance)
     why = (
         f"On {one.name} two methods disagree, {first.method} {one.value:.4g} ± {one.std:.2g} {one.unit} and "
@@ -123,6 +133,12 @@ def _difference(
         "before another dive tells (`seatrial plan --after` proposes one)."
     )
     return Difference(one.name, one, other, distance, why)
+
+
+def apart(one: Interval, other: Interval) -> bool:
+    """Whether each value lies outside the other's 95 % interval, and LEAST_DIFFERENCE of it or more away."""
+    outside = all(not a.low95 <= b.value <= a.high95 for a, b in ((one, other), (other, one)))
+    return outside and abs(other.value / one.value - 1) >= LEAST_DIFFERENCE
 
 
 def distance_between(one: Estimate, other: Estimate) -> float:
@@ -179,6 +195,10 @@ def _entangled(one: Estimate, other: Estimate, first: Identification, second: Id
             told.setdefault(_correlated(found.partner), []).append(method.method)
     words = " and ".join(f"{correlated} by {' and '.join(by)}" for correlated, by in told.items())
     return [f"{one.name} is correlated {words}"] if told else []
+
+
+def _percent(of: Difference) -> float:
+    return 100 * (of.second.value / of.first.value - 1)
 
 
 def _correlated(partner: Partner) -> str:

@@ -6,7 +6,7 @@ import fitted
 import numpy as np
 import pytest
 
-from identify.comparison import TOO_FAR, compare, doubted
+from identify.comparison import LEAST_DIFFERENCE, compare, doubted
 from identify.identification import Doubt, Outcome, Partner
 from identify.report.compared import comparison_section
 
@@ -30,7 +30,7 @@ def test_the_distance_is_in_standard_errors_of_the_less_sure():
 def test_two_that_agree_say_so_in_one_sentence():
     (sentence,) = compare(by("likelihood"), by("pinn", 101.0)).sentences
     assert sentence.startswith("Likelihood and pinn agree in all 2 parameters")
-    assert "1 standard errors apart, in M_u" in sentence
+    assert "1 standard errors apart, in M_u (+1 %)" in sentence
 
 
 def test_beyond_the_intervals_they_disagree_and_why_is_what_either_doubts():
@@ -42,6 +42,25 @@ def test_beyond_the_intervals_they_disagree_and_why_is_what_either_doubts():
     assert told.name == "M_u"
     assert "+10.0 % and 9.5 standard errors apart" in told.why
     assert "likelihood doubts it itself (in surge a drag is missing from the model)" in told.why
+
+
+@pytest.mark.parametrize(("apart", "disagree"), [(1.7, False), (1.95, False), (1.97, True)])
+def test_they_disagree_from_where_each_lies_outside_the_others_interval(apart, disagree):
+    found = difference(compare(by("likelihood"), by("pinn", 100.0 * np.exp(0.01 * apart))))
+    assert found.disagrees is disagree
+
+
+def test_a_value_that_either_interval_holds_is_no_disagreement():
+    found = difference(compare(by("likelihood", 100.0, 0.001), by("pinn", 101.0, 0.01)))
+    assert not found.disagrees
+
+
+@pytest.mark.parametrize(("share", "disagree"), [(0.99, False), (1.01, True)])
+def test_a_difference_that_changes_nothing_is_none_however_sharp_both_are(share, disagree):
+    first = by("likelihood", std=1e-4)
+    compared = compare(first, by("pinn", 100.0 * (1 + share * LEAST_DIFFERENCE), std=1e-4))
+    assert difference(compared).disagrees is disagree
+    assert (doubted(compared) is first) is not disagree
 
 
 def test_a_different_sea_explains_a_difference():
@@ -145,7 +164,7 @@ def test_the_json_names_the_disagreeing_parameters_with_why():
     mass, sway, *_ = data["parameters"]
     assert mass["disagrees"] is True
     assert mass["value"] == 110.0
-    assert mass["difference_in_std"] > TOO_FAR
+    assert mass["difference_in_std"] == pytest.approx(np.log(1.1) / 0.01)
     assert "standard errors apart" in mass["why"]
     assert sway["difference_in_std"] is None
     assert "why" not in sway
