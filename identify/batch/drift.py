@@ -195,13 +195,13 @@ def _sentence(
 
 def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
     """What a configuration has instead of enough for a trend."""
-    count = sum(row.unix_s is not None for row in rows)
-    told = f"Of the {len(rows)} identified in this configuration {count} are dated"
-    if len(usable := [row for row in rows if row.converged]) < len(rows):
-        told += f", and {len(usable)} converged; of the {len(dated)} that are both "
-    else:
-        told += ", of these "
-    told += f"{len(masses.rows)} tell a mass and {len(dampings.rows)} a damping"
+    dates, sound = sum(row.unix_s is not None for row in rows), sum(row.outcome in SOUND for row in rows)
+    told = (
+        f"A trend takes dives that have a date and converged: of the {len(rows)} identified in this configuration "
+        f"{dates} have a date, {sound} converged and {len(dated)} are both"
+    )
+    if dated:
+        told += f"; {len(masses.rows)} of these give a mass and {len(dampings.rows)} a damping"
     times = [row.unix_s for row in dated if row.unix_s is not None]
     alike = len(times) > 1 and max(times) - min(times) <= ONE_MOMENT_S
     return f"{told}; they all began at one moment." if alike else f"{told}."

@@ -112,8 +112,8 @@ def test_dampings_alone_can_not_tell_drag_from_thrust():
 
 def test_two_dives_or_none_that_is_dated_are_too_few():
     assert drift_of(dives(count=2)).sentence == (
-        f"{Story.TOO_FEW.value}. Of the 2 identified in this configuration 2 are dated, of these 2 tell a mass and "
-        "2 a damping."
+        f"{Story.TOO_FEW.value}. A trend takes dives that have a date and converged: of the 2 identified in this "
+        "configuration 2 have a date, 2 converged and 2 are both; 2 of these give a mass and 2 a damping."
     )
     undated = [replace(row, unix_s=None) for row in dives()]
     assert drift_of(undated).story is Story.TOO_FEW
@@ -124,7 +124,7 @@ def test_three_dated_dives_that_make_no_trend_say_what_they_lack():
     without = replace(second, values={name: v for name, v in second.values.items() if name[0] == "D"})
     rows = [first, without, replace(without, unix_s=None)]
     assert (
-        "Of the 3 identified in this configuration 2 are dated, of these 1 tell a mass"
+        "of the 3 identified in this configuration 2 have a date, 3 converged and 2 are both; 1 of these give a mass"
         in drift_of(rows).sentence
     )
     together = [replace(row, unix_s=first.unix_s) for row in (first, second, third)]
@@ -159,7 +159,7 @@ def test_a_fleet_whose_model_never_holds_has_trends_that_say_so():
 def test_a_fleet_of_dives_that_settled_nowhere_says_why_it_has_no_trend():
     rows = [replace(row, outcome="stopped at a bound") for row in dives(count=4)]
     assert drift_of(rows).sentence.endswith(
-        "4 are dated, and 0 converged; of the 0 that are both 0 tell a mass and 0 a damping."
+        "of the 4 identified in this configuration 4 have a date, 0 converged and 0 are both."
     )
 
 
