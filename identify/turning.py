@@ -70,20 +70,22 @@ def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:
     name, found = (FOG, by_fog) if by_fog is not None else (IMU, turning(dive, by_imu))
     if found is None or not found.contradicts(LARGEST_OFF):
         return ()
-    about = (MASSES[5].name, DAMPINGS[5].name)
-    both = " and ".join(about)
+    inertia, damping, masses = MASSES[5].name, DAMPINGS[5].name, tuple(mass.name for mass in MASSES[:3])
+    off = f"{inertia} and {damping} are as far off"
+    others = f"by less {', '.join(masses)}, which turning at speed weighs too"
     beside = turning(dive, by_imu) if name == FOG else None
     if beside is not None and not beside.contradicts(LARGEST_OFF):
         told = (
-            f", and {IMU} agrees with heading: the scale, unit or sign of {name} is not as taken, and {both} are as "
-            f"far off; check {name} and what passes its readings on, or identify without it."
+            f", and {IMU} agrees with heading: the scale, unit or sign of {name} is not as taken, and {off}, and "
+            f"{others}; check {name} and what passes its readings on."
         )
     else:
         also = "" if beside is None else f", and {IMU} contradicts heading too"
         told = (
-            f"{also}: the scale, unit or sign of one of them is not as taken, and {both} are as far off where it is "
-            "all of the gyro's; turn the vehicle once round to see which, and check the gyro's unit and the compass."
+            f"{also}: the scale, unit or sign of one of them is not as taken, and where it is all of the gyro's {off}, "
+            f"and {others}; turn the vehicle once round to see which, and check the gyro's unit and the compass."
         )
+    about = (inertia, damping, *masses)
     return (Doubt(about, f"Heading turns by {found.times} times what {name} says{told}", Outcome.DISAGREES),)
 
 

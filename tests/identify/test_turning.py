@@ -62,7 +62,7 @@ def with_rates(dive, scale=1.0, bias_rad_s=0.0):
 
 def said_by(doubts):
     (doubt,) = doubts
-    assert doubt.about == ("I_r", "D_r")
+    assert doubt.about == ("I_r", "D_r", "M_u", "M_v", "M_w")
     assert doubt.outcome is Outcome.DISAGREES
     return doubt.sentence
 
@@ -79,7 +79,7 @@ def test_a_spoilt_fog_is_named_where_the_other_gyro_agrees_with_heading():
     told = said_by(turning_doubts(turns(fog=0.5)))
     assert told.startswith(
         "Heading turns by 2 times what the fibre-optic gyro says, and the IMU's gyro agrees with heading: the scale, "
-        "unit or sign of the fibre-optic gyro is not as taken, and I_r and D_r are as far off; check "
+        "unit or sign of the fibre-optic gyro is not as taken, and I_r and D_r are as far off, and by less M_u"
     )
 
 
