@@ -4,6 +4,8 @@ water round it can weigh at most."""
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from bridge.vehicle.coefficients import BY_NAME, Coefficient
 from bridge.vehicle.config import Configuration
 from identify.identification import Z95, Doubt, Estimate, Identification, Outcome
@@ -44,16 +46,17 @@ def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt 
         return _at(one, coefficient, "lower", coefficient.low)
     if one.value >= coefficient.high * (1 - NEAR):
         return _at(one, coefficient, "upper", coefficient.high)
+    came_out = f"{one.name} came out at {_written_out(one.value)} {one.unit}"
     if coefficient.kind == "mass" and one.identifiable and one.high95 < rigid - Z95 * rigid_std:
         sentence = (
-            f"{one.name} came out at {one.value:.3g} {one.unit}, below the rigid body's own {rigid:g}, which no water "
+            f"{came_out}, below the rigid body's own {rigid:g}, which no water "
             "can take away: the vehicle file's thrust is too weak or its mass too large; measure both again."
         )
         return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
     most = (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std)
     if coefficient.kind == "mass" and coefficient.dof < 3 and one.identifiable and one.low95 > most:
         sentence = (
-            f"{one.name} came out at {one.value:.3g} {one.unit}, {one.value / rigid:.1f} times the vehicle file's dry "
+            f"{came_out}, {one.value / rigid:.1f} times the vehicle file's dry "
             "mass, which no water round it can make up: it hardly means this vehicle; check the DVL's axes and scale, "
             "the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's."
         )
@@ -64,7 +67,7 @@ def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt 
 def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tuple[Estimate, Doubt]:
     """The estimate held to its bound, and the doubt that names both."""
     upper = max(one.value + Z95 * one.std, bound) if math.isfinite(one.std) else math.nan
-    told = f"; the dive puts it below {upper:.3g}" if bound == 0.0 and math.isfinite(upper) else ""
+    told = f"; the dive puts it below {_written_out(upper)}" if bound == 0.0 and math.isfinite(upper) else ""
     reason = f"{one.name} stopped at its {side} bound of {bound:g} {one.unit}{told}"
     low, high = (bound, upper) if side == "lower" else (min(one.low95, bound), bound)
     held = replace(
@@ -80,3 +83,8 @@ def _at(one: Estimate, coefficient: Coefficient, side: str, bound: float) -> tup
         "look at these before you rely on what else was identified."
     )
     return held, Doubt((one.name,), sentence, Outcome.AT_BOUND)
+
+
+def _written_out(value: float) -> str:
+    """Three significant digits, never as a power of ten."""
+    return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")

@@ -17,7 +17,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
-from identify.ingest.commands import held_commands
+from identify.ingest.commands import held_commands, never_known
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
@@ -92,7 +92,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     """The wrench that the thrusters of a configuration made during a dive.
 
     From PWM where the recording has an output for every thruster, else from TAU_CMD. A thrust table beside
-    the vehicle file is found only by way of its VehicleFile. Raises FitError where the recording has
+    the vehicle file is found only by way of its VehicleFile. Raises FitError where the recording tells
     neither, ConfigError for a thrust table that can't be read.
     """
     if isinstance(vehicle, VehicleFile):
@@ -121,6 +121,7 @@ def _asked_by_pwm(
     """The wrench that the outputs ask for, and notes on them.
 
     A command that is no number is the one before it; where it is none for long, the wrench is TAU_CMD, if recorded.
+    Raises FitError where that is so all the dive and none is recorded.
     """
     configuration = vehicle.configurations[name]
     thrusters = len(configuration.thrusters)
@@ -137,26 +138,36 @@ def _asked_by_pwm(
     unknown = ~np.isfinite(pwm_us)
     silent: NDArray[np.bool_] = ~unknown & (pwm_us <= 0)
     if silent.any():
-        notes.append(
-            f"{silent.any(axis=1).sum()} commands leave a thruster without a pulse: taken to be at rest."
-        )
+        rows = int(np.count_nonzero(silent.any(axis=1)))
+        notes.append(f"{_commands(rows, 'leave')} a thruster without a pulse: taken to be at rest.")
     pwm_us = np.where(silent | unknown, NEUTRAL_US, pwm_us)
     thrust_n = thrust_curve(vehicle.thrust_curve, directory).thrust(pwm_us)
     asked: Array = thrust_n @ allocation_matrix(configuration).T
+    if commanded is None and unknown.any(axis=1).all():
+        never = np.asarray(unknown.all(axis=0))
+        what = never_known(never) if never.any() else "at no time are those of all thrusters numbers"
+        raise FitError(
+            f"{dive.source}: the recorded thruster commands tell no wrench, as {what}; check what sends them, or "
+            "record TAU_CMD"
+        )
     if unknown.any():
         stands_in = np.full(asked.shape, np.nan) if commanded is None else commanded.held_at(time_s)
         by_controller = np.asarray(unknown.any(axis=1) & np.isfinite(stands_in).all(axis=1))
         at_rest = unknown.any(axis=1) & ~by_controller
         asked = np.where(by_controller[:, None], stands_in, asked)
         notes += [
-            f"{count} commands lack a thruster for longer than it holds: {what}."
+            f"{_commands(count, 'lack')} a thruster for longer than it holds: {what}."
             for count, what in (
-                (by_controller.sum(), "the wrench is TAU_CMD there"),
-                (at_rest.sum(), "it is taken to be at rest there"),
+                (int(by_controller.sum()), "the wrench is TAU_CMD there"),
+                (int(at_rest.sum()), "it is taken to be at rest there"),
             )
             if count
         ]
     return Signal(time_s, asked), tuple(notes)
+
+
+def _commands(count: int, verb: str) -> str:
+    return f"1 command {verb}s" if count == 1 else f"{count} commands {verb}"
 
 
 def _history(

@@ -231,6 +231,8 @@ def mission_named(name: str, configuration: Configuration, heading: HeadingRefer
     if name == "validation":
         return validation(heading, sways=can_sway(configuration))
     if not Path(name).exists():
+        if Path(name).suffix or Path(name).name != name:
+            raise ConfigError(f"mission file '{name}' is not found; check its name and its folder")
         raise ConfigError(f"no mission '{name}'; there are survey, hovering, validation, or give a YAML file")
     return load_mission(Path(name))
 

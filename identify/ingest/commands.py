@@ -6,7 +6,6 @@ commands are known is used.
 """
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,34 +42,59 @@ def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
     if not unknown.any():
         return dive
     held = held_commands(dive.pwm)
-    lacking = np.asarray(~np.isfinite(held.value[:, :thrusters]).all(axis=1))
-    outputs = _named(unknown)
-    rows = np.count_nonzero(unknown.any(axis=1))
-    told = (
-        f"{rows} thruster commands ({100 * rows / len(counted):.1f} %) are no number in {outputs}: the command before "
-        f"holds for up to {HELD_S:g} s."
-    )
-    noted = replace(dive, pwm=held, notes=(*dive.notes, told))
-    if not lacking.any() or (dive.tau_cmd is not None and len(dive.tau_cmd)):
+    lacks = ~np.isfinite(held.value[:, :thrusters])
+    noted = replace(dive, pwm=held, notes=dive.notes + _told_of(unknown))
+    if not lacks.any() or lacks.any(axis=1).all() or (dive.tau_cmd is not None and len(dive.tau_cmd)):
         return noted
-    start_s, end_s = _longest(held.time_s, lacking, dive.span_s)
+    outputs = _named(np.asarray(lacks.any(axis=0)))
+    start_s, end_s = _longest(held.time_s, np.asarray(lacks.any(axis=1)), dive.span_s)
+    digits = 0 if dive.duration_s - (end_s - start_s) >= 1.0 else 2
     told = (
-        f"A thruster's command is unknown for longer, and no TAU_CMD is recorded that tells the wrench meanwhile: only "
-        f"the longest part in which all are known is used, {end_s - start_s:.0f} s of {dive.duration_s:.0f} s; check "
-        "what sends the thruster commands."
+        f"Before its first number, or for more than {HELD_S:g} s, the command in {outputs} is unknown, and no TAU_CMD "
+        "is recorded that tells the wrench meanwhile: only the longest part in which all are known is used, "
+        f"{end_s - start_s:.{digits}f} s of {dive.duration_s:.{digits}f} s; check what sends the thruster commands."
     )
     return replace(noted.between(start_s, end_s), notes=(*noted.notes, told))
 
 
-def _named(unknown: NDArray[np.bool_]) -> str:
-    """`output 2`, `outputs 2 and 5`: the columns in which anything is unknown."""
-    numbers = [str(1 + i) for i in np.flatnonzero(unknown.any(axis=0))]
+def _told_of(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Notes on commands (n, thrusters) that are no number: outputs that never are one, and others."""
+    never = np.asarray(unknown.all(axis=0))
+    notes = []
+    if never.any():
+        notes.append(f"{never_known(never).capitalize()}: what was asked of a thruster there is unknown.")
+    rows = np.count_nonzero((unknown & ~never).any(axis=1))
+    if rows:
+        share = f"({percent(rows / len(unknown))} %)"
+        what = f"1 thruster command {share} is" if rows == 1 else f"{rows} thruster commands {share} are"
+        outputs = _named(np.asarray(unknown.any(axis=0) & ~never))
+        notes.append(f"{what} no number in {outputs}: the command before holds for up to {HELD_S:g} s.")
+    return tuple(notes)
+
+
+def percent(share: float) -> str:
+    """A share above 0 in percent, never as 0.0."""
+    return f"{100 * share:.1f}" if share >= 5e-4 else "less than 0.1"
+
+
+def never_known(never: NDArray[np.bool_]) -> str:
+    """What outputs (n,) that are never a number come to: `output 2 is no number all the dive`."""
+    return f"{_named(never)} {'is' if np.count_nonzero(never) == 1 else 'are'} no number all the dive"
+
+
+def _named(which: NDArray[np.bool_]) -> str:
+    """`output 2`, `outputs 2 and 5`: where (n,) is true, counted from 1."""
+    numbers = [str(1 + i) for i in np.flatnonzero(which)]
     words = " and ".join(", ".join(part) for part in (numbers[:-1], numbers[-1:]) if part)
     return f"output{'s' if len(numbers) > 1 else ''} {words}"
 
 
 def _longest(time_s: NDArray[np.float64], lacking: NDArray[np.bool_], span_s: Span) -> Span:
-    """The longest part of a dive between commands that are lacking (n,); its end is beyond its last sample."""
-    marks = [span_s[0], *time_s[lacking].tolist(), float(np.nextafter(span_s[1], np.inf))]
-    # A part that begins with a lacking command begins at the known one after it.
-    return max(pairwise(marks), key=lambda part: part[1] - part[0])
+    """The longest part of a dive in which no command is lacking (n,); its end is beyond its last sample."""
+    edges = np.flatnonzero(np.diff(~lacking, prepend=False, append=False))
+    starts_s = time_s[edges[::2]]
+    if not lacking[0]:
+        starts_s[0] = span_s[0]
+    ends_s = np.append(time_s, np.nextafter(span_s[1], np.inf))[edges[1::2]]
+    longest = np.argmax(ends_s - starts_s)
+    return float(starts_s[longest]), float(ends_s[longest])

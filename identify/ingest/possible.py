@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from identify.dive import Dive, Signal
+from identify.ingest.commands import percent
 
 MOST = {
     "velocity": (20.0, "the velocity", "20 m/s"),
@@ -40,10 +41,15 @@ def without_impossible(dive: Dive) -> Dive:
         if not beyond.any():
             continue
         kept[name] = Signal(signal.time_s[~beyond], signal.value[~beyond]) if not beyond.all() else None
-        notes.append(
-            f"{beyond.sum()} readings of {words} ({100 * beyond.mean():.1f} %) are beyond {limit}, which no vehicle "
-            "reaches: they are left out; check that sensor, its unit, and what passes its readings on."
-        )
+        share = f"({percent(float(beyond.mean()))} %)"
+        if np.count_nonzero(beyond) == 1:
+            told = f"1 reading of {words} {share} is beyond {limit}, which no vehicle reaches: it is"
+        else:
+            told = (
+                f"{np.count_nonzero(beyond)} readings of {words} {share} are beyond {limit}, which no vehicle reaches: "
+                "they are"
+            )
+        notes.append(f"{told} left out; check that sensor, its unit, and what passes its readings on.")
     if dive.pwm is not None and (beyond := np.abs(dive.pwm.value) > MOST_US).any():
         kept["pwm"] = Signal(dive.pwm.time_s, np.where(beyond, np.nan, dive.pwm.value))
     return replace(dive, **kept, notes=dive.notes + tuple(notes)) if kept else dive

@@ -182,7 +182,9 @@ def _servos(batch: Batch | None) -> Signal | None:
 
 
 def _used_columns(time_s: Array, pwm_us: Array) -> Signal | None:
-    idle = np.flatnonzero(~(pwm_us > 0).any(axis=0))
+    """An output that is never a number counts as driven, unless all unused ones are written so: the last one too."""
+    unknown = np.asarray(np.isnan(pwm_us).all(axis=0))
+    idle = np.flatnonzero(~((pwm_us > 0).any(axis=0) | (unknown & ~unknown[-1])))
     width = int(idle[0]) if len(idle) else pwm_us.shape[1]
     return Signal(time_s, pwm_us[:, :width]) if width else None
 

@@ -150,7 +150,13 @@ def test_tau_cmd_stands_in_where_a_command_is_unknown_for_long() -> None:
     tau = Signal(gap.time_s, np.outer([0.0, 20.0, 15.0, 20.0], np.eye(6)[0]))
     ours = wrench(dive(pwm=gap, tau_cmd=tau), vehicle(), "twin")
     assert ours.asked[:, 0] == pytest.approx([0.0, 20.0, 15.0, 20.0])
-    assert any("1 commands lack a thruster" in note and "TAU_CMD" in note for note in ours.notes)
+    assert any(note.startswith("1 command lacks a thruster") and "TAU_CMD" in note for note in ours.notes)
+
+
+def test_commands_of_which_one_is_unknown_at_any_time_tell_no_wrench() -> None:
+    gap = pwm([0.0, 1.0, 2.0, 3.0], (1500.0, np.nan), (np.nan, 1700.0), (np.nan, 1600.0), (1700.0, np.nan))
+    with pytest.raises(FitError, match="tell no wrench, as at no time are those of all thrusters numbers"):
+        wrench(dive(pwm=gap), vehicle(), "twin")
 
 
 def test_nothing_at_all_is_refused() -> None:

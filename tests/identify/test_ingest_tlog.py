@@ -266,6 +266,22 @@ def test_servo_outputs_end_at_the_first_that_is_never_driven(tmp_path: Path) -> 
     assert dive.pwm.value[0] == pytest.approx([1500, 1600])
 
 
+def of_outputs(path: Path, pwm: list[float]) -> Any:
+    said = [(k / 10, 1, 1, outputs(k / 10, pwm)) for k in range(100)]
+    return read_dive(write(path, recording([*said, (10.0, 1, 1, imu(10.0, 0, 56, (0.1, 0.2, 0.3)))]))).pwm
+
+
+def test_an_output_that_is_never_a_number_counts_as_driven(tmp_path: Path) -> None:
+    value = of_outputs(tmp_path / "a.tlog", [NAN, 1500.0, 1600.0]).value
+    assert value.shape == (100, 3)
+    assert np.isnan(value[:, 0]).all()
+    assert value[0, 1:] == pytest.approx([1500.0, 1600.0])
+
+
+def test_unused_outputs_may_all_be_no_number(tmp_path: Path) -> None:
+    assert of_outputs(tmp_path / "a.tlog", [1500.0, 1600.0, *[NAN] * 30]).value.shape == (100, 2)
+
+
 def test_the_32_bit_microseconds_of_servo_outputs_are_unwrapped(tmp_path: Path) -> None:
     boot_s = 2 * 4294.967296 - 5.0
     dive = read_dive(write(tmp_path / "a.tlog", recording(ardusub_dive(boot_s))))

@@ -99,6 +99,12 @@ def test_an_unknown_mission_is_refused_with_the_names_there_are() -> None:
         mission_named("surbey", SHAPES["survey"])
 
 
+@pytest.mark.parametrize("name", ["legs.yaml", "plans/legs", "legs.yml"])
+def test_a_mission_file_that_is_not_there_is_not_found(name: str) -> None:
+    with pytest.raises(ConfigError, match=f"mission file '{name}' is not found"):
+        mission_named(name, SHAPES["survey"])
+
+
 def test_a_mission_file_gives_steps_ramps_and_square_waves(tmp_path: Path) -> None:
     path = tmp_path / "plan.yaml"
     path.write_text(
