@@ -23,7 +23,7 @@ LATEST_S = 0.5
 
 def long_enough(dive: Dive) -> None:
     """Raises FitError where a dive is too short to identify anything from it."""
-    if dive.duration_s < SHORTEST_DIVE_S:
+    if round(dive.duration_s) < SHORTEST_DIVE_S:
         raise FitError(
             f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, identification needs at least "
             f"{SHORTEST_DIVE_S:.0f} s; record a longer one"

@@ -1,6 +1,7 @@
 """What is known of a vehicle before a dive: coefficients, how well, and the noise that the dive will have."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -166,9 +167,9 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
 
 
 def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Why each coefficient is doubted: by a doubt about it, or for readings that were too few to fit it."""
+    """Why each coefficient is doubted: by a doubt about it or that names it, or for want of readings to fit it."""
     told = [
-        ([str(name) for name in doubt["about"]], str(doubt["sentence"]))
+        ([*map(str, doubt["about"]), *re.findall(r"\w+", doubt["sentence"])], str(doubt["sentence"]))
         for doubt in identified.get("doubts", ())
     ]
     lacking: dict[str, list[str]] = {}

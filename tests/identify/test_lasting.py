@@ -9,6 +9,7 @@ import pytest
 from bridge.errors import FitError
 from identify.dive import Signal
 from identify.estimators.lasting import common_s, lasting, too_short
+from identify.estimators.said import long_enough
 from identify.estimators.table import METHODS, estimator
 
 VOLTAGE = Signal(np.array([0.0, 417.0]), np.full((2, 1), 16.0))
@@ -40,7 +41,10 @@ def test_commands_and_velocity_that_hardly_meet_are_a_short_dive():
 
 
 def test_twenty_seconds_to_the_nearest_are_enough():
-    lasting(dive(20.0))
+    bare = replace(dive(20.0), voltage=None)
+    assert 19.5 < bare.duration_s < 20.0
+    long_enough(bare)
+    lasting(bare)
     assert too_short(dive(20.0), 0) == ""
 
 

@@ -131,6 +131,13 @@ def test_the_doubts_of_the_dive_stand_beside_what_a_plan_after_it_promises() -> 
     assert after(identified(), FILE, "hovering", "a.json").doubted == {}
 
 
+def test_a_coefficient_that_a_doubt_of_another_names_is_doubted_too() -> None:
+    sentence = "M_w is taken from the other axes alone, and the true D_w may lie below its value."
+    doubt = {"about": ["M_w"], "sentence": sentence, "outcome": "converged"}
+    known = after(identified(doubts=[doubt]), FILE, "hovering", "a.json")
+    assert known.doubted == {"M_w": (sentence,), "D_w": (sentence,)}
+
+
 def test_what_a_dive_had_no_readings_for_is_doubted_and_what_it_said_too_little_of_is_not() -> None:
     parameters = identified()["parameters"]
     reasons = {"M_w": "no velocity in heave was recorded", "D_w": "no velocity in heave was recorded",
