@@ -116,6 +116,10 @@ def test_a_dive_whose_gyros_read_another_scale_is_doubted(seed, scale):
 def test_a_gyros_bias_is_not_taken_for_a_scale():
     for dive in (turns(), mission(100_301, "together")):
         assert turning_doubts(with_rates(dive, bias_rad_s=0.05)) == ()
+    level = np.zeros(len(TIME_S))
+    round_and_round = of_roll_pitch_and_heading(level, level, 0.2 * TIME_S + 3.0 * np.sin(0.1 * TIME_S))
+    biased = with_rates(round_and_round, bias_rad_s=-0.1)
+    assert turning(biased, biased.fog).least == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_late_gyro_is_not_taken_for_a_scale():
