@@ -11,6 +11,9 @@ Array = NDArray[np.float64]
 LEAST_READ = 0.8
 """Share of a window's readings that must be there."""
 
+EDGE_S = 0.5
+"""What was seen at a window's edge is the mean over so long before and after it."""
+
 FEWEST_WINDOWS = 10
 DOUBTFUL_SCORE = 5.0
 
@@ -61,6 +64,23 @@ def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:
     """Whether each window has its share of the readings at these times."""
     count = np.histogram(time_s, edges_s)[0]
     return np.asarray(count >= max(LEAST_READ * float(np.median(count)), 1.0))
+
+
+def integral(time_s: Array, rate: Array, at_s: Array) -> Array:
+    """Of a rate (n,) up to each of the times (m,)."""
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s)
+    return np.asarray(np.interp(at_s, time_s, np.concatenate([[0.0], np.cumsum(steps)])))
+
+
+def edge_means(time_s: Array, value: Array, edges_s: Array) -> Array:
+    """The mean (m, k) of a value (n, k) within EDGE_S of each edge (m,); NaN where nothing was read.
+
+    Both sensors go through it at the same times, so that what goes and comes again within one cancels alike.
+    """
+    total = np.concatenate([np.zeros((1, value.shape[1])), np.cumsum(value, axis=0)])
+    first, last = np.searchsorted(time_s, edges_s - EDGE_S), np.searchsorted(time_s, edges_s + EDGE_S)
+    count = (last - first)[:, None]
+    return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
 
 
 def _without(beside: Array, value: Array) -> Array:

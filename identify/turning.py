@@ -7,16 +7,13 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
 from identify.ingest.rotation import attitude_at
-from identify.scale import FEWEST_WINDOWS, Scale, scale_of, well_read
+from identify.scale import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read
 
 WINDOW_S, SHORTEST_S = 10.0, 4.0
 """Of each window, and at least, in a short dive."""
 
 SPARE_WINDOWS = 2
 """More than are needed, as some may lack readings."""
-
-EDGE_S = 0.5
-"""Heading at a window's edge is the mean over so long before and after it."""
 
 LARGEST_OFF = 0.05
 """Of the angle turned through: a healthy gyro's scale is off by less, and a compass's over all headings."""
@@ -50,9 +47,9 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     by_yaw, by_pitch, upright = _yawing(dive, rate, attitude)
     within = (attitude.time_s >= start_s) & (attitude.time_s <= end_s)
     time_s, heading = attitude.time_s[within], np.unwrap(_heading(attitude.value[within]))
-    said, pitched = (_integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
+    said, pitched = (integral(rate.time_s, part, time_s) for part in (by_yaw, by_pitch))
     ways = np.column_stack([heading - pitched, said, time_s - start_s])
-    changes = np.diff(_edge_means(time_s, ways, edges_s), axis=0)
+    changes = np.diff(edge_means(time_s, ways, edges_s), axis=0)
     kept = well_read(rate.time_s[upright], edges_s) & well_read(time_s, edges_s)
     turned, said, passed_s = changes[kept & np.isfinite(changes).all(axis=1)].T
     if not len(turned):
@@ -107,19 +104,6 @@ def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, N
     return rate.value[:, 0] * down / squared, pitch * aside / squared, level > LEAST_UPRIGHT
 
 
-def _integral(time_s: Array, rate: Array, at_s: Array) -> Array:
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s)
-    return np.asarray(np.interp(at_s, time_s, np.concatenate([[0.0], np.cumsum(steps)])))
-
-
 def _heading(quaternion: Array) -> Array:
     w, x, y, z = quaternion.T
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-
-
-def _edge_means(time_s: Array, value: Array, edges_s: Array) -> Array:
-    """The mean (m, k) of a value (n, k) within EDGE_S of each edge (m,); NaN where nothing was read."""
-    total = np.concatenate([np.zeros((1, value.shape[1])), np.cumsum(value, axis=0)])
-    first, last = np.searchsorted(time_s, edges_s - EDGE_S), np.searchsorted(time_s, edges_s + EDGE_S)
-    count = (last - first)[:, None]
-    return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)

@@ -9,7 +9,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
-from identify.descent import descent, descent_doubts
+from identify.descent import LARGEST_OFF, descent, descent_doubts
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
 from identify.estimators.crossed import LARGEST_SHARE, crossed, crossed_doubts
@@ -145,7 +145,7 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
     dived = longer()
     dive = with_velocity(dived.dive, np.diag([scale] * 3))
     found = descent(dive, dived.file.vehicle.water)
-    assert found.contradicts
+    assert found.contradicts(LARGEST_OFF)
     assert found.least == pytest.approx(1.0 / scale, rel=0.1)
     (doubt,) = descent_doubts(dive, dived.file.vehicle.water)
     assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
@@ -156,7 +156,7 @@ def test_depth_contradicts_a_downward_velocity_of_another_scale_or_sign(scale):
 def test_depth_does_not_contradict_the_velocity_of_a_healthy_dvl(scale):
     dived = longer()
     found = descent(with_velocity(dived.dive, np.diag([scale] * 3)), dived.file.vehicle.water)
-    assert not found.contradicts
+    assert not found.contradicts(LARGEST_OFF)
     assert found.least <= found.most
 
 
