@@ -8,12 +8,16 @@ sum of that over the spectrum of what is read without it, S = N + S_d / |Z|^2 (W
 
 and mass and damping are told apart at every frequency, being in quadrature. The trim force takes the mean.
 The forces by which axes act on each other count as known, and so do noise levels, whose information stands apart.
+
+Thrust that acts a little later answers as -j w V / (1 + j w L), behind the last part of a lag L: what that has in
+common with mass and damping, no dive can tell from them.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from identify.estimators.doubts import LATER_S
 from identify.planning.knowledge import NAMES, AxisNoise, Knowledge
 
 Array = NDArray[np.float64]
@@ -38,17 +42,39 @@ def of_motion(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, .
     return out
 
 
+def of_timing(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
+    """(k, 12) information that log coefficients share with when thrust acts, s, in each of the k axes `dofs`."""
+    out = np.zeros((len(dofs), len(NAMES)))
+    for row, dof in enumerate(dofs):
+        mass, damping = MASSES[dof].name, DAMPINGS[dof].name
+        m, d = knowledge.values[mass], knowledge.values[damping]
+        w, weight = _spectrum(step_s, nu[:, dof], m, d, knowledge.noise[dof])
+        impedance, later = m * 1j * w + d, 1j * w / (1 + 1j * w * LATER_S)
+        for name, answer in ((mass, m * 1j * w), (damping, d)):
+            out[row, NAMES.index(name)] = np.sum((np.conj(answer) * impedance * later).real * weight)
+    return out
+
+
 def of_axis(
     step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
 ) -> tuple[float, float]:
     """Information of log M and of log D in the velocity (n,) of one axis."""
+    w, weight = _spectrum(step_s, velocity, mass, damping, noise)
+    return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
+
+
+def _spectrum(
+    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
+) -> tuple[Array, Array]:
+    """Frequencies (m,), rad/s, and |V|^2 / (|Z|^2 N + S_d) there."""
     frequency = np.fft.rfftfreq(len(velocity), step_s)
     power = np.abs(np.fft.rfft(velocity) * step_s) ** 2
     told = (frequency > 0) & (frequency <= TELLING_HZ)
-    w, power = 2 * np.pi * frequency[told], power[told]
+    w: Array = 2 * np.pi * frequency[told]
+    power = power[told]
     read = 1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position))
     pushed = 2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
     impedance = (mass * w) ** 2 + damping**2
     # Two for the frequencies below zero, one over the duration for the width of a line.
-    weight = 2.0 * power / (impedance * read + pushed) / (len(velocity) * step_s)
-    return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
+    weight: Array = 2.0 * power / (impedance * read + pushed) / (len(velocity) * step_s)
+    return w, weight

@@ -17,7 +17,8 @@ from bridge.simulator.direct import TICK_S
 from bridge.simulator.missions import Leg
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
-from identify.planning.information import of_motion
+from identify.estimators.admitted import STAMPED_S
+from identify.planning.information import of_motion, of_timing
 from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import REST_S, Limits, Tank, Trial
 from identify.planning.manoeuvres import (
@@ -151,7 +152,8 @@ def propose(
         part for candidate, cycles in chosen for part in _parts(candidate, cycles, tank, limits, knowledge)
     )
     whole = tank.dive(mission_legs([part.manoeuvre for part in parts]))
-    told = of_motion(TICK_S, whole.nu, knowledge, able)
+    timing = of_timing(TICK_S, whole.nu, knowledge, able)
+    told = stamped(of_motion(TICK_S, whole.nu, knowledge, able), timing)
     progress(1.0, "done")
     return Proposal(
         parts,
@@ -183,9 +185,26 @@ def drivable(tank: Tank, dofs: Sequence[int]) -> tuple[int, ...]:
 def relative_std(precision: Array) -> Array:
     """Standard deviations (12,) of the logarithms; inf where nothing, or as good as nothing, is known."""
     out = np.full(len(precision), np.inf)
-    known = np.flatnonzero(np.diag(precision) > NOTHING**-2)
+    known = _known(precision)
     out[known] = np.sqrt(np.diag(np.linalg.inv(precision[np.ix_(known, known)])))
     return out
+
+
+def stamped(precision: Array, timing: Array) -> Array:
+    """A dive's information (12, 12) less what it loses by when thrust acts, which is known to STAMPED_S.
+
+    timing (k, 12): what the coefficients share with that.
+    """
+    out, known = np.zeros_like(precision), _known(precision)
+    covariance = np.linalg.inv(precision[np.ix_(known, known)])
+    off = STAMPED_S * timing[:, known] @ covariance
+    out[np.ix_(known, known)] = np.linalg.inv(covariance + off.T @ off)
+    return out
+
+
+def _known(precision: Array) -> NDArray[np.intp]:
+    """Of what something is known."""
+    return np.flatnonzero(np.diag(precision) > NOTHING**-2)
 
 
 def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]:

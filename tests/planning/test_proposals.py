@@ -10,10 +10,11 @@ from bridge.errors import FitError
 from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
+from identify.estimators.admitted import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep
-from identify.planning.propose import drivable, mission_legs, propose, relative_std
+from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
 from identify.planning.writing import instruction, mission_text, needs, pulses
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -90,11 +91,22 @@ def test_too_little_room_is_said_with_what_could_give_more() -> None:
 
 
 def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest() -> None:
-    place = NAMES.index("D_r")
-    fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
+    place = NAMES.index("D_u")
+    fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [SURGE])
     assert np.array_equal(fresh.alone, fresh.after)
-    found = propose(FILE, "hovering", known_to({"D_r": 0.004}), Limits(), 60.0, [YAW])
-    assert found.after[place] ** -2 == pytest.approx(found.alone[place] ** -2 + 0.004**-2)
+    found = propose(FILE, "hovering", known_to({"D_u": 0.004}), Limits(), 60.0, [SURGE])
+    assert found.after[place] ** -2 == pytest.approx(found.alone[place] ** -2 + 0.004**-2, rel=1e-3)
+
+
+def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower() -> None:
+    """Yaw is quick, and half a millisecond of thrust's timing is worth more of its damping than all noise."""
+    place = NAMES.index("D_r")
+    short, long = (propose(FILE, "hovering", KNOWN, Limits(), s, [YAW]).after[place] for s in (60.0, 240.0))
+    assert short / 2 < long < short
+    precision = np.diag(np.full(len(NAMES), 100.0**2))
+    timing = np.zeros((1, len(NAMES)))
+    timing[0, place] = 0.02 * 100.0**2 / STAMPED_S
+    assert relative_std(stamped(precision, timing))[place] == pytest.approx(np.hypot(0.01, 0.02))
 
 
 def test_time_that_holds_no_whole_block_is_filled_with_cycles() -> None:
@@ -109,9 +121,9 @@ def test_what_is_known_least_is_aimed_at() -> None:
 
 
 def test_what_was_known_before_adds_to_what_the_dive_gives() -> None:
-    fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [YAW])
-    place = NAMES.index("D_r")
-    again = propose(FILE, "hovering", known_to({"D_r": float(fresh.after[place])}), Limits(), 60.0, [YAW])
+    fresh = propose(FILE, "hovering", KNOWN, Limits(), 60.0, [SURGE])
+    place = NAMES.index("D_u")
+    again = propose(FILE, "hovering", known_to({"D_u": float(fresh.after[place])}), Limits(), 60.0, [SURGE])
     assert np.isinf(fresh.before[place])
     assert again.after[place] <= fresh.after[place] / np.sqrt(2) * 1.01
 
