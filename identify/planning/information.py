@@ -67,10 +67,10 @@ def _spectrum(
     step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
 ) -> tuple[Array, Array]:
     """Frequencies (m,), rad/s, and |V|^2 / (|Z|^2 N + S_d) there."""
-    frequency = np.fft.rfftfreq(len(velocity), step_s)
+    frequency = np.asarray(np.fft.rfftfreq(len(velocity), step_s), dtype=np.float64)
     power = np.abs(np.fft.rfft(velocity) * step_s) ** 2
     told = (frequency > 0) & (frequency <= TELLING_HZ)
-    w: Array = 2 * np.pi * frequency[told]
+    w = 2 * np.pi * frequency[told]
     power = power[told]
     read = 1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position))
     pushed = 2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
