@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.cause import Cause
+from identify.diagnose.flight import off_by
 from identify.diagnose.nominal import Nominal
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
@@ -63,9 +63,11 @@ class Flown:
     def off(self, starts: NDArray[np.int64], steps: Sequence[int], errors: Array) -> Array:
         """(w, h, 6): by how much it is off after so many steps from each start; NaN where the recording ends before,
         and in axes that are not fitted. errors (n, 6): of the recorded velocity, 0 where it is taken for true."""
-        out = _off(
-            starts, np.array(sorted(steps), dtype=np.int64), self.lacking, self.nu, self.slope, self.mass,
-            self.damping, self.stiffness, np.array(self.dofs), errors, self.step_s,
+        along = (self.lacking, self.nu, self.slope)
+        lacking, nu, slope = (np.ascontiguousarray(one) for one in along)
+        out = off_by(
+            starts, np.array(sorted(steps), dtype=np.int64), lacking, nu, slope, self.mass, self.damping,
+            self.stiffness, np.array(self.dofs), errors, self.step_s,
         )  # fmt: skip
         return np.asarray(out)
 
@@ -185,91 +187,3 @@ def _quiet(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
     edges = np.clip(np.arange(len(beside))[:, None] + [-half, half + 1], 0, len(beside))
     total = np.concatenate([[0.0], np.cumsum(beside)])
     return np.asarray(turned + (total[edges[:, 1]] - total[edges[:, 0]]) / (edges[:, 1] - edges[:, 0]))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _off(
-    starts: NDArray[np.int64],
-    steps: NDArray[np.int64],
-    lacking: Array,
-    nu: Array,
-    slope: Array,
-    mass: Array,
-    damping: Array,
-    stiffness: Array,
-    dofs: NDArray[np.int64],
-    errors: Array,
-    step_s: float,
-) -> Array:
-    n, last = nu.shape[0], steps[-1]
-    out = np.full((starts.shape[0], steps.shape[0], 6), np.nan)
-    guess, tilted = np.zeros(6), np.zeros(6)
-    first, second = np.zeros(6), np.zeros(6)
-    for w in range(starts.shape[0]):
-        at = starts[w]
-        d, a = np.zeros(6), np.zeros(6)
-        for i in dofs:
-            d[i] = errors[at, i]
-        now = 0
-        for k in range(1, last + 1):
-            if at + k >= n:
-                break
-            i = at + k - 1
-            _rate(first, d, a, lacking[i], nu[i], slope[i], mass, damping, stiffness, dofs)
-            for j in dofs:
-                guess[j] = d[j] + step_s * first[j]
-                tilted[j] = a[j] + step_s * d[j]
-            _rate(
-                second, guess, tilted, lacking[i + 1], nu[i + 1], slope[i + 1], mass, damping, stiffness, dofs
-            )
-            for j in dofs:
-                a[j] += 0.5 * step_s * (d[j] + guess[j])
-                d[j] += 0.5 * step_s * (first[j] + second[j])
-            if k == steps[now]:
-                for j in dofs:
-                    out[w, now, j] = d[j] - errors[at + k, j]
-                now += 1
-    return out
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _rate(
-    out: Array,
-    d: Array,
-    a: Array,
-    lacking: Array,
-    nu: Array,
-    slope: Array,
-    mass: Array,
-    damping: Array,
-    stiffness: Array,
-    dofs: NDArray[np.int64],
-) -> None:
-    """How fast the difference d (6,) changes; a (6,) is its integral."""
-    x = nu + d
-    for j in dofs:
-        moved = 0.0
-        for i in range(6):
-            moved += slope[j, i] * d[i]
-        change = _coriolis(j, mass, x) - _coriolis(j, mass, nu)
-        out[j] = (-lacking[j] - change - damping[j] * d[j] + moved - stiffness[j] * a[j]) / mass[j]
-
-
-@njit(cache=True, inline="always")
-def _coriolis(dof: int, m: Array, x: Array) -> float:
-    """One of C(nu) nu, as `bridge.vehicle.dynamics.coriolis` has it."""
-    u, v, w, p, q, r = x[0], x[1], x[2], x[3], x[4], x[5]
-    force = 0.0
-    if dof == 0:
-        force = m[2] * w * q - m[1] * v * r
-    elif dof == 1:
-        force = m[0] * u * r - m[2] * w * p
-    elif dof == 2:
-        force = m[1] * v * p - m[0] * u * q
-    elif dof == 3:
-        force = (m[2] - m[1]) * v * w + (m[5] - m[4]) * q * r
-    elif dof == 4:
-        force = (m[0] - m[2]) * u * w + (m[3] - m[5]) * p * r
-    else:
-        force = (m[1] - m[0]) * u * v + (m[4] - m[3]) * p * q
-    return float(force)
