@@ -12,7 +12,7 @@ from bridge.vehicle.thrusters import allocation_matrix
 
 Array = NDArray[np.float64]
 
-BLOCK = 64
+BLOCK = 16
 """So many steps of a lag are one product of matrices."""
 
 
@@ -24,7 +24,7 @@ class Course:
     and heading, which runs on past pi. depth_m, altitude_m, voltage_v (n,), NaN where nothing tells. position_m (n, 2):
     north and east of where it began. asked_n (n, k): what each thruster is asked for by its nominal curve; rpm (n, k):
     signed shaft speeds, NaN where nothing tells. lag_s: the thrusters' nominal lag. mass, damping (6,): of the nominal
-    model, total.
+    model, total. Arrays are held column by column: most of what is made of them is of one column.
     """
 
     configuration: Configuration
@@ -69,11 +69,11 @@ class Course:
 
     def wrench_of(self, thrust_n: Array) -> Array:
         """(n, 6) of thrusts (n, k)."""
-        return np.asarray(thrust_n @ self.allocation.T)
+        return np.asarray((self.allocation @ thrust_n.T).T)
 
     def coriolis_of(self, mass: Array, nu: Array) -> Array:
         """C(nu) nu, (n, 6), for diagonal masses (6,)."""
-        return np.column_stack([np.broadcast_to(f, len(nu)) for f in coriolis(mass.tolist(), tuple(nu.T))])
+        return np.stack([np.broadcast_to(f, len(nu)) for f in coriolis(mass.tolist(), tuple(nu.T))]).T
 
     @cached_property
     def world(self) -> tuple[Array, Array, Array]:
@@ -82,7 +82,7 @@ class Course:
         north = [cos_p * cos_h, sin_r * sin_p * cos_h - cos_r * sin_h, cos_r * sin_p * cos_h + sin_r * sin_h]
         east = [cos_p * sin_h, sin_r * sin_p * sin_h + cos_r * cos_h, cos_r * sin_p * sin_h - sin_r * cos_h]
         down = [-sin_p, sin_r * cos_p, cos_r * cos_p]
-        return np.column_stack(north), np.column_stack(east), np.column_stack(down)
+        return np.stack(north).T, np.stack(east).T, np.stack(down).T
 
     def in_body(self, north: float | Array, east: float | Array) -> Array:
         """A level world-fixed vector in body axes, (n, 3); north, east: one value, or (n,)."""
@@ -110,10 +110,12 @@ def _decaying_sum(inputs: Array, keep: float, before: Array) -> Array:
     full = -(-count // BLOCK)
     padded = np.zeros((full * BLOCK, width))
     padded[:count] = inputs
-    own = within @ padded.reshape(full, BLOCK, width)
-    ends = _decaying_sum(own[:, -1], keep**BLOCK, before)
+    by_step = padded.reshape(full, BLOCK, width).transpose(1, 0, 2)
+    own = (within @ by_step.reshape(BLOCK, -1)).reshape(BLOCK, full, width)
+    ends = _decaying_sum(own[-1], keep**BLOCK, before)
     begins = np.concatenate([before[None], ends[:-1]])
-    return np.asarray((own + fading[:, None] * begins[:, None, :]).reshape(-1, width)[:count])
+    every = own + fading[:, None, None] * begins
+    return np.asarray(every.transpose(1, 0, 2).reshape(-1, width)[:count])
 
 
 def delayed(values: Array, step_s: float, delay_s: float) -> Array:

@@ -1,5 +1,7 @@
 """What the water does: currents that stay or change, waves."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,20 +23,23 @@ def water_moves(course: Course, water: Array, rising: Array) -> Array:
     along: d(nu_r)/dt = d(nu)/dt - R^T dVc/dt + omega x Vc (Fossen 2011, section 8.3). The water's own acceleration
     pushes what it displaces as well (Newman 1977, section 4.13).
     """
-    added, still = course.added_mass, np.zeros_like(course.nu)
-    moving = still.copy()
-    moving[:, :3] = water
-    # C(nu) nu is quadratic: its change less that of the water alone is what is linear in the water.
-    out = (
-        course.damping * moving
-        + course.coriolis_of(added, course.nu)
-        - course.coriolis_of(added, course.nu - moving)
-        + course.coriolis_of(added, moving)
-    )
-    p, q, r = course.nu[:, 3:].T
+    m_u, m_v, m_w = course.added_mass[:3].tolist()
+    u, v, w, p, q, r = course.nu.T
     x, y, z = water.T
-    turning = np.column_stack([q * z - r * y, r * x - p * z, p * y - q * x])
-    out[:, :3] += added[:3] * (rising - turning) + course.configuration.dry_mass_kg * rising
+    # What is linear in the water of C(nu) nu - C(nu - water) (nu - water).
+    carried = [
+        m_w * z * q - m_v * y * r,
+        m_u * x * r - m_w * z * p,
+        m_v * y * p - m_u * x * q,
+        (m_w - m_v) * (y * w + v * z),
+        (m_u - m_w) * (x * w + u * z),
+        (m_v - m_u) * (x * v + u * y),
+    ]
+    turning = [q * z - r * y, r * x - p * z, p * y - q * x]
+    out = np.stack(carried).T
+    rising_too = course.added_mass[:3] + course.configuration.dry_mass_kg
+    out[:, :3] += course.damping[:3] * water + rising_too * rising
+    out[:, :3] -= course.added_mass[:3] * np.stack(turning).T
     return np.asarray(out)
 
 
@@ -65,7 +70,7 @@ def varying_current(*periods_s: float) -> Effect:
 
     def act(course: Course, values: Array) -> Act:
         water, rising = np.zeros((2, len(course.since_s))), np.zeros((2, len(course.since_s)))
-        for rate, line in zip(rates, values.reshape(-1, 2, 2), strict=True):
+        for rate, line in _present(rates, values.reshape(-1, 2, 2)):
             sin, cos = np.sin(rate * course.since_s), np.cos(rate * course.since_s)
             water += line @ np.stack([sin, cos])
             rising += rate * (line @ np.stack([cos, -sin]))
@@ -103,11 +108,11 @@ def waves(*periods_s: float) -> Effect:
 
     def act(course: Course, values: Array) -> Act:
         force, below_m = np.zeros((3, len(course.since_s))), _below_the_middle(course.depth_m)
-        for rate, line in zip(rates, values.reshape(-1, 3, 2), strict=True):
+        for rate, line in _present(rates, values.reshape(-1, 3, 2)):
             dying = np.exp(-(rate**2) / GRAVITY_M_S2 * below_m)
             force += dying * (line @ np.stack([np.sin(rate * course.since_s), np.cos(rate * course.since_s)]))
         wrench = np.zeros_like(course.nu)
-        wrench[:, :3] = course.in_body(force[0], force[1]) + course.world[2] * force[2][:, None]
+        wrench[:, :3] = course.in_body(force[0], force[1]) + (course.world[2].T * force[2]).T
         return Act(wrench=wrench)
 
     def telling(values: Array) -> Told:
@@ -131,6 +136,11 @@ def waves(*periods_s: float) -> Effect:
         variant=_variant(periods_s),
         telling=telling,
     )
+
+
+def _present(rates: Sequence[float], lines: Array) -> Iterator[tuple[float, Array]]:
+    """The lines that are not nought, with their rates."""
+    return ((rate, line) for rate, line in zip(rates, lines, strict=True) if line.any())
 
 
 def _usual_s(periods_s: tuple[float, ...], power: Array) -> float:

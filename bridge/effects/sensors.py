@@ -43,7 +43,7 @@ def _turned(course: Course, values: Array) -> Act:
     """v_m = R(yaw) v."""
     u, v, _ = course.nu[:, :3].T
     cos, sin = np.cos(values[0]), np.sin(values[0])
-    read = np.column_stack([u * cos - v * sin - u, u * sin + v * cos - v, np.zeros_like(u)])
+    read = np.stack([u * cos - v * sin - u, u * sin + v * cos - v, np.zeros_like(u)]).T
     return Act(velocity=read)
 
 
@@ -62,7 +62,7 @@ def _lever(course: Course, values: Array) -> Act:
     """v_m = v + omega x l."""
     p, q, r = course.nu[:, 3:].T
     x, y, z = values.tolist()
-    return Act(velocity=np.column_stack([q * z - r * y, r * x - p * z, p * y - q * x]))
+    return Act(velocity=np.stack([q * z - r * y, r * x - p * z, p * y - q * x]).T)
 
 
 DVL_LEVER_ARM = Effect(
