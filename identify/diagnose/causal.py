@@ -17,6 +17,8 @@ from identify.estimators.motion import Motion
 
 Array = NDArray[np.float64]
 
+TOGETHER = 8
+
 APART_S = 1e-4
 """Times nearer than this are one: those of readings are rounded."""
 
@@ -49,7 +51,7 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
         rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
         nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
-    return Expected(motion.time_s, nu, nu_dot)
+    return Expected(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
 
 
 def _means(problem: AxisLikelihood, theta: Array) -> Array:
@@ -67,6 +69,11 @@ def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> A
     What happened since the last of the times is drawn out from the two before; the next interval makes up for it. 0
     where an interval is empty.
     """
+    return means_before(time_s, values[None], start_s, end_s)[:, 0]
+
+
+def means_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
+    """The same (m, k) of several, (k, n)."""
     step_s = float(time_s[1] - time_s[0])
     values = np.ascontiguousarray(values, dtype=np.float64)
     return np.asarray(_mean_of_each(float(time_s[0]), step_s, values, start_s, end_s))
@@ -80,27 +87,32 @@ def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
     return np.asarray(values[last] + since * (values[last] - values[last - 1]))
 
 
-@njit(cache=True, nogil=True)
-def _drawn(began_s: float, step_s: float, values: Array, total: Array, at_s: float) -> float:
-    """The integral up to a time."""
-    last = min(max(int((at_s - began_s) / step_s + 1e-6), 1), len(values) - 1)
-    since = min(max(at_s - (began_s + last * step_s), -step_s), step_s)
-    slope = (values[last] - values[last - 1]) / step_s
-    return float(total[last] + since * values[last] + 0.5 * since**2 * slope)
+@njit(cache=True, inline="always")
+def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, float]:
+    """The last of the times that is not later, from the second on, and how long ago that was."""
+    last = min(max(int((at_s - began_s) / step_s + 1e-6), 1), count - 1)
+    return last, min(max(at_s - (began_s + last * step_s), -step_s), step_s)
 
 
 @njit(cache=True, nogil=True)
 def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, end_s: Array) -> Array:
-    total = np.empty(len(values))
-    total[0] = 0.0
-    for i in range(1, len(values)):
-        total[i] = total[i - 1] + 0.5 * step_s * (values[i] + values[i - 1])
-    out = np.zeros(len(start_s))
-    for k in range(len(start_s)):
-        span_s = end_s[k] - start_s[k]
-        if span_s > 0:
-            until = _drawn(began_s, step_s, values, total, end_s[k])
-            out[k] = (until - _drawn(began_s, step_s, values, total, start_s[k])) / span_s
+    width, count = values.shape
+    out = np.zeros((len(start_s), width))
+    # Some columns at a time, so that what they write of a row lies together.
+    for first in range(0, width, TOGETHER):
+        for k in range(len(start_s)):
+            span_s = end_s[k] - start_s[k]
+            if span_s > 0:
+                i, early_s = _last(began_s, step_s, count, start_s[k])
+                j, late_s = _last(began_s, step_s, count, end_s[k])
+                by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
+                for c in range(first, min(first + TOGETHER, width)):
+                    own = values[c]
+                    area = (late_s + by_j) * own[j] - by_j * own[j - 1]
+                    area -= (early_s + by_i) * own[i] - by_i * own[i - 1]
+                    for at in range(i, j):
+                        area += 0.5 * step_s * (own[at] + own[at + 1])
+                    out[k, c] = area / span_s
     return out
 
 

@@ -110,23 +110,27 @@ def sums_of(
 
 @dataclass(frozen=True)
 class Pieces:
-    """Rows ordered by their pieces: `order` (n,), and where in it each piece begins and the last ends (P + 1,)."""
+    """Rows in stretches of one piece each: which of `count` pieces each is `of` (s,), and where each begins and the
+    last ends (s + 1,)."""
 
-    order: NDArray[np.intp]
+    count: int
+    of: NDArray[np.intp]
     ends: NDArray[np.intp]
 
 
-def pieces_of(piece: NDArray[np.intp]) -> Pieces:
-    """The pieces of rows that lie in `piece` (n,)."""
-    order = np.argsort(piece, kind="stable")
-    return Pieces(order, np.searchsorted(piece[order], np.arange(int(piece.max()) + 2)))
+def pieces_of(piece: NDArray[np.intp], count: int | None = None) -> Pieces:
+    """The stretches of rows that lie in `piece` (n,); `count`: of pieces, where these may not be all."""
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(piece)) + 1, [len(piece)]])
+    return Pieces(int(piece.max()) + 1 if count is None else count, piece[ends[:-1]], ends)
 
 
 def products_of(columns: Array, pieces: Pieces, others: Array | None = None) -> Array:
     """(P, a, b): the products of columns (n, a) with others (n, b), or with themselves, within each piece."""
-    left = columns[pieces.order]
-    right = left if others is None else others[pieces.order]
-    return np.array([left[a:b].T @ right[a:b] for a, b in pairwise(pieces.ends)])
+    right = columns if others is None else others
+    out = np.zeros((pieces.count, columns.shape[1], right.shape[1]))
+    for k, (a, b) in zip(pieces.of.tolist(), pairwise(pieces.ends.tolist()), strict=True):
+        out[k] += columns[a:b].T @ right[a:b]
+    return out
 
 
 def sums(square: Array, right: Array, precision: Array) -> Sums:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act
 from identify.diagnose.evidence import sums_of
 from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.own import Own
 
 Array = NDArray[np.float64]
 Variable = Literal[
@@ -68,34 +68,34 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
     """
     known, dofs = ground.known(fit), [own.problem.axis.dof for own in ground.rows.own]
     shapes = list(unit_forces(ground.now.course, dofs))
-    clear = [dof for dof in dofs if dof not in ground.now.doubted]
-    found = [one for dof in clear for one in _of_axis(ground, fit.value, known, dof, shapes)]
-    found.sort(key=lambda one: -one[1])
+    forces = np.stack([force for _, _, force in shapes])
+    clear = [own for own in ground.rows.own if own.problem.axis.dof not in ground.now.doubted]
+    found = [one for own in clear for one in _of_axis(ground, fit.value, known, own, forces)]
+    found.sort(key=lambda one: -one[2])
     kept = found[:MOST]
     return Left(
-        tuple(shape for shape, _, _ in kept),
-        tuple(gain for _, gain, _ in kept),
-        tuple(force for _, _, force in kept),
+        tuple(Shape(dof, *shapes[k]) for dof, k, _, _ in kept),
+        tuple(gain for _, _, gain, _ in kept),
+        tuple(force for _, _, _, force in kept),
         fit.felt,
     )
 
 
 def _of_axis(
-    ground: Ground, value: Array, known: Array, dof: int, forces: list[tuple[Variable, Parity | None, Array]]
-) -> list[tuple[Shape, float, float]]:
-    """The shapes that foretell one axis, one after another, with the nats and the force of each."""
-    rows, course = ground.rows, ground.now.course
+    ground: Ground, value: Array, known: Array, own: Own, forces: Array
+) -> list[tuple[int, int, float, float]]:
+    """The places among forces (k, n) of those that foretell one axis, one after another: the axis, the place, the nats
+    and the size of each."""
+    rows, dof = ground.rows, own.problem.axis.dof
     mine = rows.dof == dof
-    shapes = [Shape(dof, variable, parity, force) for variable, parity, force in forces]
-    acts = [_act(shape, course) for shape in shapes]
-    columns = rows.columns_of(dof, acts, course)
+    columns = own.by_course(ground.now.course, forces)
     nominal = np.column_stack([rows.nominal[mine], known[mine]])
     precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
     sums = sums_of(value[mine], nominal, precision, columns, rows.piece[mine])
     kept: list[int] = []
     gains: list[float] = []
     while len(kept) < MOST:
-        able = [k for k in range(len(shapes)) if k not in kept and sums.telling[k]]
+        able = [k for k in range(len(forces)) if k not in kept and sums.telling[k]]
         able.sort(key=lambda k: -sums.fitted([*kept, k]))
         tried = [(sums.evidence([*kept, k]).gain, k) for k in able[:WEIGHED]]
         gain, best = max(tried, default=(-np.inf, -1))
@@ -104,13 +104,7 @@ def _of_axis(
         kept.append(best)
         gains.append(gain - sum(gains))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
-    return [(shapes[k], gain, float(size)) for k, gain, size in zip(kept, gains, sizes, strict=True)]
-
-
-def _act(shape: Shape, course: Course) -> Act:
-    wrench = np.zeros((len(course.time_s), 6))
-    wrench[:, shape.dof] = shape.force
-    return Act(wrench=wrench)
+    return [(dof, k, gain, float(size)) for k, gain, size in zip(kept, gains, sizes, strict=True)]
 
 
 def unit_forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:

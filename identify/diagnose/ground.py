@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.effect import Effect
+from identify.diagnose.blocks import Blocks
 from identify.diagnose.cause import Cause, Setting, settings_of
 from identify.diagnose.evidence import FOLDS, SCARCE, Pieces, Sums, inverse, pieces_of, products_of, sums
 from identify.diagnose.forms import forms
@@ -62,9 +63,10 @@ class Ground:
     library: tuple[Effect, ...]
 
     @cached_property
-    def _candidates(self) -> tuple[tuple[Setting, ...], Array]:
+    def _candidates(self) -> tuple[tuple[Setting, ...], Blocks]:
+        """The settings, and the columns that they are of after the nominal ones."""
         settings, acts = settings_of(self.library, self.now.course)
-        return settings, self.rows.columns(acts, self.now.course)
+        return settings, self.rows.blocks(acts, self.now.course).after(self.rows.nominal)
 
     @cached_property
     def _square(self) -> Array:
@@ -117,8 +119,7 @@ class Ground:
         """The sums from what is made once for the ground and the products with what is new here."""
         settings, candidates = self._candidates
         m, new = self.rows.nominal.shape[1], np.column_stack([known, value])
-        old = np.column_stack([self.rows.nominal, candidates])
-        cross, own = products_of(old, self._pieces, new), products_of(new, self._pieces)
+        cross, own = candidates.products_with(new, self.rows.piece), products_of(new, self._pieces)
         n = known.shape[1]
         square = np.block(
             [
@@ -138,7 +139,7 @@ class Ground:
     @cached_property
     def _products(self) -> Array:
         """(P, m + c, m + c): of the nominal columns and the candidates'."""
-        return products_of(np.column_stack([self.rows.nominal, self._candidates[1]]), self._pieces)
+        return self._candidates[1].products(self.rows.piece)
 
     def _weighed(self, causes: tuple[Cause, ...]) -> Fitted:
         course = self.now.course

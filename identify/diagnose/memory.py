@@ -8,6 +8,7 @@ would be too small, and the first slow effect that comes by would seem to explai
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -25,11 +26,22 @@ class Memory:
 
     def freed(self, values: Array) -> None:
         """Take out of values (n, k), in place, what the channel's rows remember; the first few stay as they are."""
-        own = values[self.rows]
-        left = own.copy()
-        for lag, share in enumerate(self.by_lag.tolist(), start=1):
-            left[lag:] -= share * own[:-lag]
-        values[self.rows] = left
+        _freed(values, self.rows, self.by_lag)
+
+
+@njit(cache=True, nogil=True)
+def _freed(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
+    """From the last row back, so that what is taken is of rows that still hold it."""
+    width = values.shape[1]
+    left = np.empty(width)
+    for k in range(len(rows) - 1, -1, -1):
+        own = values[rows[k]]
+        left[:] = own
+        for lag in range(1, min(len(by_lag), k) + 1):
+            share, before = by_lag[lag - 1], values[rows[k - lag]]
+            for c in range(width):
+                left[c] -= share * before[c]
+        own[:] = left
 
 
 def memory_of(rows: NDArray[np.intp], innovations: Array) -> Memory:

@@ -12,8 +12,9 @@ from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causal import expected, mean_before
 from identify.diagnose.course import course_of
+from identify.diagnose.own import spoilt
 from identify.diagnose.thinned import thinned
-from identify.diagnose.whitened import spoilt, steady_pushes
+from identify.diagnose.whitened import steady_pushes
 from identify.diagnose.witness import Witness, witnesses
 from identify.dive import Dive
 from identify.estimators.axes import Axes, build_axes

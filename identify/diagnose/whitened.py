@@ -8,18 +8,17 @@ nominal model's own parameters among the columns, what a refit of these would ta
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
-from identify.diagnose.causal import mean_before, value_before
-from identify.diagnose.memory import Memory, memory_of
+from identify.diagnose.blocks import Block, Blocks
+from identify.diagnose.memory import memory_of
+from identify.diagnose.own import Own
 from identify.diagnose.witness import Weighed, Witness, weighed
-from identify.estimators.innovations import INCREMENT, POSITION, innovations, responses
-from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisLikelihood
+from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 
 Array = NDArray[np.float64]
@@ -33,52 +32,6 @@ LEVELLED = (3, 4)
 
 FOLLOWED_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 """How much later a thrust that follows a disturbance unseen is allowed to show."""
-
-
-@dataclass(frozen=True)
-class Own:
-    """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has, with what
-    these remember of those before."""
-
-    problem: AxisLikelihood
-    theta: Array
-    table: Array
-    gain: Array
-    error: Array
-    std: Array
-    memories: tuple[Memory, ...]
-
-    def freed(self, columns: Array) -> Array:
-        """Columns (rows, k) without what the rows remember."""
-        out = columns.copy()
-        for memory in self.memories:
-            memory.freed(out)
-        return out
-
-    @cached_property
-    def read(self) -> NDArray[np.bool_]:
-        return np.isfinite(self.problem.reading)
-
-    def by_force(self, force: Array) -> Array:
-        """What forces (n, k) that the filter knows nothing of add to the innovations, (rows, k), whitened."""
-        axis = self.problem.axis
-        out = responses(self.table, axis.step, force, self.problem.reading, axis.state_read, self.gain)
-        return np.asarray(-out[:, self.read].T / self.std[:, None])
-
-    def by_reading(self, off: Array) -> Array:
-        """What readings that are `off` (n, k) add to the innovations, (rows, k), whitened."""
-        axis, problem = self.problem.axis, self.problem
-        variance = problem.noise_variance(self.theta)
-        still = np.concatenate([np.zeros(2), axis.initial[2:]])
-        out = np.empty((int(self.read.sum()), off.shape[1]))
-        for k, column in enumerate(off.T):
-            reading = np.where(self.read, column, np.nan)
-            error, _, _ = innovations(
-                self.table, axis.step, np.zeros((len(column), 2)), reading, axis.state_read, variance,
-                float(np.exp(self.theta[DISTURBANCE])), still, np.inf,
-            )  # fmt: skip
-            out[:, k] = error[self.read]
-        return out / self.std[:, None]
 
 
 @dataclass(frozen=True)
@@ -98,10 +51,14 @@ class Whitened:
     dof: NDArray[np.intp]
     beside: tuple[Weighed, ...] = ()
 
+    def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
+        """What each act would add to `value`: a block for each axis and each witness."""
+        axes = [own.block(acts, course) for own in self.own]
+        return Blocks((*axes, *(_of_witness(one, acts, course) for one in self.beside)), len(acts))
+
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
-        """What each act would add to `value`, (rows, acts)."""
-        axes = [self._of_axis(own, acts, course) for own in self.own]
-        return np.vstack([*axes, *(_of_witness(one, acts, course) for one in self.beside)])
+        """The same, (rows, acts)."""
+        return self.blocks(acts, course).dense()
 
     def with_witnesses(self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course) -> "Whitened":
         """With the rows of witnesses, weighed by what the acts leave of them."""
@@ -129,43 +86,16 @@ class Whitened:
             beside=beside,
         )
 
-    def columns_of(self, dof: int, acts: Sequence[Act], course: Course) -> Array:
-        """The same of the rows of one degree of freedom."""
-        return np.vstack(
-            [self._of_axis(own, acts, course) for own in self.own if own.problem.axis.dof == dof]
-        )
-
-    def _of_axis(self, own: Own, acts: Sequence[Act], course: Course) -> Array:
-        axis = own.problem.axis
-        out = np.zeros((int(own.read.sum()), len(acts)))
-        before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-        pushed, forces, wrong, offs = [], [], [], []
-        for k, act in enumerate(acts):
-            if act.wrench is not None and np.any(act.wrench[:, axis.dof]):
-                pushed.append(k)
-                forces.append(mean_before(course.time_s, act.wrench[:, axis.dof], before, axis.time_s))
-            off = spoilt(own.problem, act, course)
-            if off is not None:
-                wrong.append(k)
-                offs.append(off)
-        if pushed:
-            out[:, pushed] = own.by_force(np.column_stack(forces))
-        if wrong:
-            out[:, wrong] += own.by_reading(np.column_stack(offs))
-        return own.freed(out)
-
 
 def _left(witness: Witness, acts: Sequence[Act], course: Course) -> Array:
     seen = [part for act in acts if (part := witness.of(act, course)) is not None]
     return np.asarray(witness.off - sum(seen, np.zeros(len(witness.off))))
 
 
-def _of_witness(one: Weighed, acts: Sequence[Act], course: Course) -> Array:
-    out = np.zeros((len(one.std), len(acts)))
-    for k, act in enumerate(acts):
-        if (seen := one.witness.of(act, course)) is not None:
-            out[:, k] = seen
-    return one.whitened(out)
+def _of_witness(one: Weighed, acts: Sequence[Act], course: Course) -> Block:
+    seen = {k: part for k, act in enumerate(acts) if (part := one.witness.of(act, course)) is not None}
+    values = np.array([*seen.values()]).reshape(len(seen), len(one.std)).T
+    return Block(np.array([*seen], dtype=np.intp), one.whitened(values))
 
 
 def block_diag(blocks: Sequence[Array]) -> Array:
@@ -176,22 +106,6 @@ def block_diag(blocks: Sequence[Array]) -> Array:
         out[row : row + len(one), column : column + one.shape[1]] = one
         row, column = row + len(one), column + one.shape[1]
     return out
-
-
-def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
-    """By how much an act spoils the axis's readings (n,); None where by nothing."""
-    axis = problem.axis
-    wrong = act.velocity if axis.dof < 3 else act.gyro
-    rate = None if wrong is None else wrong[:, axis.dof % 3]
-    angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
-    out = np.zeros(len(axis.time_s))
-    if rate is not None and rate.any():
-        at = value_before(course.time_s, rate, axis.time_s)
-        summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
-        out += np.where(axis.state_read == INCREMENT, summed * axis.scale, at) * (axis.state_read != POSITION)
-    if angle is not None and angle.any():
-        out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
-    return out if out.any() else None
 
 
 def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Whitened:

@@ -1,0 +1,151 @@
+"""One axis's part of a dive's regression: what its filter makes of forces and readings that it knows nothing of."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Act
+from identify.diagnose.blocks import Block
+from identify.diagnose.causal import mean_before, means_before, value_before
+from identify.diagnose.memory import Memory
+from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
+from identify.estimators.likelihood_axis import AxisLikelihood
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Own:
+    """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has, with what
+    these remember of those before."""
+
+    problem: AxisLikelihood
+    theta: Array
+    table: Array
+    gain: Array
+    error: Array
+    std: Array
+    memories: tuple[Memory, ...]
+
+    def freed(self, columns: Array) -> Array:
+        """Columns (rows, k) without what the rows remember, in place."""
+        for memory in self.memories:
+            memory.freed(columns)
+        return columns
+
+    @cached_property
+    def read(self) -> NDArray[np.bool_]:
+        return np.isfinite(self.problem.reading)
+
+    def by_force(self, force: Array) -> Array:
+        """What forces (n, k) that the filter knows nothing of add to the innovations, (rows, k), whitened."""
+        return self._answer(force, np.zeros((0, force.shape[1])))
+
+    def by_reading(self, off: Array) -> Array:
+        """What readings that are `off` (n, k) add to the innovations, (rows, k), whitened."""
+        return self._answer(np.zeros((0, off.shape[1])), off)
+
+    def _answer(self, force: Array, off: Array) -> Array:
+        axis = self.problem.axis
+        return np.asarray(
+            _answers(self.table, axis.step, force, off, self.read, axis.state_read, self.gain, self.std)
+        )
+
+    def by_course(self, course: Course, forces: Array) -> Array:
+        """The same, freed, of forces (k, t) along a course."""
+        time_s = self.problem.axis.time_s
+        before = np.concatenate([time_s[:1], time_s[:-1]])
+        return self.freed(self.by_force(means_before(course.time_s, forces, before, time_s)))
+
+    def block(self, acts: Sequence[Act], course: Course) -> Block:
+        """What each act would add to the axis's rows, but for those that add nothing."""
+        dof = self.problem.axis.dof
+        pushed = [k for k, act in enumerate(acts) if act.wrench is not None and np.any(act.wrench[:, dof])]
+        offs = {
+            k: off for k, act in enumerate(acts) if (off := spoilt(self.problem, act, course)) is not None
+        }
+        of = sorted({*pushed, *offs})
+        place = {k: i for i, k in enumerate(of)}
+        values = np.zeros((len(self.std), len(of)))
+        if pushed:
+            forces = np.stack([wrench[:, dof] for k in pushed if (wrench := acts[k].wrench) is not None])
+            values[:, [place[k] for k in pushed]] = self.by_course(course, forces)
+        if offs:
+            values[:, [place[k] for k in offs]] += self.freed(
+                self.by_reading(np.column_stack([*offs.values()]))
+            )
+        return Block(np.array(of, dtype=np.intp), values)
+
+
+def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
+    """By how much an act spoils the axis's readings (n,); None where by nothing."""
+    axis = problem.axis
+    wrong = act.velocity if axis.dof < 3 else act.gyro
+    rate = None if wrong is None else wrong[:, axis.dof % 3]
+    angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
+    out = np.zeros(len(axis.time_s))
+    if rate is not None and rate.any():
+        at = value_before(course.time_s, rate, axis.time_s)
+        summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
+        out += np.where(axis.state_read == INCREMENT, summed * axis.scale, at) * (axis.state_read != POSITION)
+    if angle is not None and angle.any():
+        out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
+    return out if out.any() else None
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _answers(
+    table: Array,
+    step: NDArray[np.int64],
+    force: Array,
+    off: Array,
+    read: NDArray[np.bool_],
+    state_read: NDArray[np.int64],
+    gain: Array,
+    std: Array,
+) -> Array:
+    """Innovations (rows, k) over `std` (rows,) of a filter of given gains (n, 3), by what it knows nothing of: forces
+    on the vehicle and readings that are off, (n, k) each, or (0, k) for none.
+
+    x is by how much the vehicle is ahead of the filter; columns run side by side, for the processor to take several at
+    once.
+    """
+    count = force.shape[1]
+    pushed, wrong = len(force) > 0, len(off) > 0
+    out = np.empty((std.shape[0], count))
+    x0, x1, x2 = np.zeros(count), np.zeros(count), np.zeros(count)
+    row = 0
+    for i in range(step.shape[0]):
+        if step[i] >= 0:
+            t = table[step[i]]
+            t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
+            for c in range(count):
+                a, b, d = x0[c], x1[c], x2[c]
+                x0[c] = t0 * a + t1 * b + t2 * d
+                x1[c] = t3 * a + t4 * b + t5 * d
+                x2[c] = t6 * d
+            if pushed:
+                to_nu, to_x = t[7] + t[9], t[8] + t[10]
+                for c in range(count):
+                    x0[c] += to_nu * force[i, c]
+                    x1[c] += to_x * force[i, c]
+        if read[i]:
+            k0, k1, k2, scale = gain[i, 0], gain[i, 1], gain[i, 2], 1.0 / std[row]
+            velocity = state_read[i] == VELOCITY
+            for c in range(count):
+                e = x0[c] if velocity else x1[c]
+                if wrong:
+                    e += off[i, c]
+                out[row, c] = scale * e
+                x0[c] -= k0 * e
+                x1[c] -= k1 * e
+                x2[c] -= k2 * e
+            row += 1
+        if state_read[i] == INCREMENT:
+            x1[:] = 0.0
+    return out

@@ -1,0 +1,46 @@
+"""Columns that only some rows show are the same columns, and have the same products, as all rows with their zeros."""
+
+import numpy as np
+import pytest
+
+from identify.diagnose.blocks import Block, Blocks
+from identify.diagnose.evidence import pieces_of, products_of
+
+PIECE = np.concatenate([np.repeat(np.arange(4), 25), np.repeat(np.arange(4), 15)])
+
+
+@pytest.fixture
+def blocks():
+    rng = np.random.default_rng(100_001)
+    first = Block(np.array([0, 2]), rng.normal(size=(100, 2)))
+    return Blocks((first, Block(np.array([1, 2, 4]), rng.normal(size=(60, 3)))), 5)
+
+
+def test_a_column_is_zero_where_no_block_has_it(blocks):
+    dense = blocks.dense()
+    np.testing.assert_array_equal(dense[:100, 2], blocks.parts[0].values[:, 1])
+    np.testing.assert_array_equal(dense[100:, 4], blocks.parts[1].values[:, 2])
+    assert not dense[:100, 1].any()
+    assert not dense[:, 3].any()
+
+
+def test_products_within_pieces_are_those_of_all_rows(blocks):
+    pieces = pieces_of(PIECE)
+    np.testing.assert_allclose(blocks.products(PIECE), products_of(blocks.dense(), pieces), atol=1e-12)
+    others = np.random.default_rng(100_002).normal(size=(160, 3))
+    together = products_of(blocks.dense(), pieces, others)
+    np.testing.assert_allclose(blocks.products_with(others, PIECE), together, atol=1e-12)
+
+
+def test_columns_put_before_others_come_first_and_leave_these_as_they_are(blocks):
+    before = np.zeros((160, 2))
+    before[:100, 1] = 3.0
+    both = blocks.after(before)
+    np.testing.assert_array_equal(both.dense(), np.hstack([before, blocks.dense()]))
+    assert 1 not in both.parts[1].of
+
+
+def test_products_are_summed_over_all_stretches_of_a_piece():
+    columns = np.random.default_rng(100_003).normal(size=(160, 2))
+    by_piece = [columns[k == PIECE].T @ columns[k == PIECE] for k in range(4)]
+    np.testing.assert_allclose(products_of(columns, pieces_of(PIECE)), by_piece, atol=1e-12)
