@@ -14,7 +14,8 @@ from identify.diagnose.blocks import Block
 from identify.diagnose.causal import mean_before, means_before, value_before
 from identify.diagnose.memory import Memory
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.likelihood_axis import AxisLikelihood
+from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.scoring import slopes
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,18 @@ class Own:
         return np.asarray(
             _answers(self.table, axis.step, force, off, self.read, axis.state_read, self.gain, self.std)
         )
+
+    def by_motion(self) -> Array:
+        """What a rise of the logarithms of mass and damping adds to the innovations, (rows, 2), whitened."""
+        force = self.problem.mean_force(self.theta)
+
+        def under_that_force(moved: Array) -> tuple[Array, Array]:
+            table = self.problem.transition_table(moved)
+            error, variance, _ = self.problem.run_filter(moved, table, force, np.inf)
+            return error[self.read], variance[self.read]
+
+        slope, _ = slopes(under_that_force, self.theta, self.problem.difference, (MASS, DAMPING))
+        return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Array) -> Array:
         """The same, freed, of forces (k, t) along a course."""

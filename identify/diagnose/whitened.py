@@ -117,7 +117,7 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
     problems = joint.at(theta)
     masses = joint.mass_places
     owns, values, pieces, dofs = [], [], [], []
-    width = len(joint.prior_mean)
+    kept = np.array(sorted({*masses, *of_the_mean(joint)}))
     columns = []
     began_s = min(float(problem.axis.time_s[0]) for problem in problems)
     all_dofs = [problem.axis.dof for problem in problems]
@@ -132,21 +132,21 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
             memory_of(np.flatnonzero(channel == k), error[read] / std) for k in range(len(axis.channels))
         )
         own = Own(problem, own_theta, table, gain, error[read], std, memories)
-        _, _, by_theta, _ = problem.sensitivities(own_theta, all_dofs)
-        count = int(read.sum())
-        rows = np.zeros((count, width))
-        rows[:, place] = by_theta[: len(own_theta), :count].T
-        for k, at in enumerate(masses):
-            rows[:, at] += by_theta[len(own_theta) + k, :count]
+        forces = np.column_stack([problem.shapes, axis.coriolis[:, all_dofs] * problem.masses[all_dofs]])
+        # A force that the model has takes out what the same force adds where it is unknown.
+        by_theta = own.freed(np.hstack([own.by_motion(), -own.by_force(forces)]))
+        of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
+        rows = np.zeros((len(std), len(kept)))
+        for at, column in zip((*of, *masses), by_theta.T, strict=True):
+            rows[:, kept == at] += column[:, None]
         owns.append(own)
         values.append(own.freed((own.error / own.std)[:, None])[:, 0])
-        columns.append(own.freed(rows / own.std[:, None]))
+        columns.append(rows)
         pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
-        dofs.append(np.full(count, axis.dof, dtype=np.intp))
-    kept = np.array(sorted({*masses, *of_the_mean(joint)}))
+        dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
     dof = np.concatenate(dofs)
     unseen = [_unseen(own, dof) for own in owns if own.problem.axis.dof in doubted]
-    nominal = np.hstack([np.vstack(columns)[:, kept], *unseen])
+    nominal = np.hstack([np.vstack(columns), *unseen])
     return Whitened(
         tuple(owns),
         np.concatenate(values),
