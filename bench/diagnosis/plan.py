@@ -53,7 +53,7 @@ class Counts:
     power: int
 
 
-FULL = Counts(BENCH, 300, 8, 100, 6, len(UNKNOWABLE), 90)
+FULL = Counts(BENCH, 300, 4, 100, 6, len(UNKNOWABLE), 90)
 SHORT = Counts(DEVELOPMENT, 8, 1, 8, 1, 4, 2)
 
 
