@@ -113,7 +113,7 @@ def thruster_lag(nominal_s: float) -> Effect:
 
     return Effect(
         "thruster_lag",
-        "thrusters that answer more slowly than the vehicle file says",
+        "thrusters that answer more slowly, or more quickly, than the vehicle file says",
         "thruster",
         (Parameter("time_constant", "s", nominal_s + 0.05, low=0.0, high=5.0, none=nominal_s),),
         act,

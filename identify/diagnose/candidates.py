@@ -59,8 +59,8 @@ def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]
 
 
 def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
-    """A cause's parameters as an answer has them, with 95 % intervals to the first order; without those of which the
-    dive says nothing."""
+    """A cause's parameters as an answer has them, with 95 % intervals to the first order and within what is possible;
+    without those of which the dive says nothing."""
     cause = fit.causes[k]
     places = [i for i, (of, _) in enumerate(fit.at) if of == k]
     moved = [fit.at[i][1] for i in places]
@@ -71,16 +71,16 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
         if p not in moved and cause.effect.telling is None
     }
     slopes = [_slope(cause, p) for p in moved]
+    able = {} if cause.effect.telling else {one.name: (one.low, one.high) for one in cause.effect.parameters}
     out = {}
     for name, (value, unit) in cause.effect.told(cause.values).items():
         if name in mute:
             continue
         slope = np.array([one[name] for one in slopes])
         std = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
-        known = np.isfinite(std)
-        out[name] = Value(
-            value, unit, value - Z95 * std if known else np.nan, value + Z95 * std if known else np.nan
-        )
+        ends = value + Z95 * std * np.array([-1.0, 1.0]) if np.isfinite(std) else np.full(2, np.nan)
+        low, high = np.clip(ends, *able.get(name, (-np.inf, np.inf))).tolist()
+        out[name] = Value(value, unit, low, high)
     return out
 
 

@@ -25,6 +25,10 @@ LEAST_SHARE = 0.01
 """A further cause must save this share of what those before it save where the vehicle moves: no form of a library is
 quite true, and what a cause's form leaves grows with its evidence."""
 
+LEAST_FELT = 3.0
+"""Nats that a cause must save, in sample, where the vehicle moves: odds of twenty to one. Shaft speeds tell which cause
+it is and how large, but one that the motion says nothing of is the telemetry's."""
+
 LEAST_SWAP = 1.0
 LOOKED_AT = 5
 """So many of the best candidates are fitted in full at the ground's noise levels."""
@@ -33,7 +37,7 @@ WEIGHED = 30
 """So many that fit best in sample are weighed on pieces held out."""
 
 WITNESSED = {"imu_gravity_leak", "gyro_bias"}
-"""What readings of their own tell, to which no form of another cause adds anything."""
+"""What readings of their own tell, to which no form of another cause adds anything, with no need of the motion."""
 
 SEAS = {"waves", "varying_current"}
 
@@ -110,9 +114,9 @@ def pruned(ground: Ground, fit: Fitted) -> Fitted:
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < least(others, fit.causes[k]):
+            if max(own, default=0.0) < least(others, fit.causes[k]) or not _felt(fit, others, fit.causes[k]):
                 fit = others
-        elif fit.gain < _alone(fit.causes[0]):
+        elif fit.gain < _alone(fit.causes[0]) or not _felt(fit, ground.fitted(()), fit.causes[0]):
             fit = ground.fitted(())
     return fit
 
@@ -127,7 +131,7 @@ def swapped(ground: Ground, fit: Fitted) -> Fitted:
         tried = [
             cause for _, _, cause in candidates(ground.beside(others), others) if cause.effect.label != mine
         ]
-        best = _best(ground, others.causes, tried)
+        best = _best(ground, others, tried)
         if best is not None:
             handicap = max(_alone(best.causes[-1]) - _alone(fit.causes[k]), 0.0)
             if best.gain > fit.gain + handicap + LEAST_SWAP:
@@ -142,7 +146,7 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
         for gain, sigma, cause in candidates(ground.beyond(fit), fit)
         if gain > least(fit, cause) and sigma > LEAST_SIGMA
     ]
-    best = _best(ground, fit.causes, tried)
+    best = _best(ground, fit, tried)
     return best if best is not None and best.gain > fit.gain + least(fit, best.causes[-1]) else fit
 
 
@@ -156,9 +160,15 @@ def _alone(cause: Cause) -> float:
     return LEAST_SEA_GAIN if cause.effect.name in SEAS else LEAST_GAIN
 
 
-def _best(ground: Ground, others: tuple[Cause, ...], tried: Sequence[Cause]) -> Fitted | None:
-    fits = [ground.fitted((*others, cause)) for cause in tried[:LOOKED_AT]]
-    fits = [one for one in fits if len(one.causes) == len(others) + 1 and one.causes[-1].shows]
+def _felt(fit: Fitted, others: Fitted, cause: Cause) -> bool:
+    """Whether the motion speaks for a cause that a fit has beside those of others."""
+    return cause.effect.name in WITNESSED or fit.felt - others.felt > LEAST_FELT
+
+
+def _best(ground: Ground, others: Fitted, tried: Sequence[Cause]) -> Fitted | None:
+    fits = [ground.fitted((*others.causes, cause)) for cause in tried[:LOOKED_AT]]
+    fits = [one for one in fits if len(one.causes) == len(others.causes) + 1 and one.causes[-1].shows]
+    fits = [one for one in fits if _felt(one, others, one.causes[-1])]
     return max(fits, key=lambda one: one.gain, default=None)
 
 

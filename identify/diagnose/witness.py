@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course, lagged
+from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from bridge.effects.shaft import thrust_by_shaft
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
@@ -24,9 +24,12 @@ EACH_S = 0.3
 WINDOW_S = 5.0
 """Over so long heading and gyro, accelerometer and attitude are compared."""
 
-STAMPED_S, SLOWER_S = 0.04, 0.01
-"""To what a thruster's pulse and shaft speed are known in time beside each other, speed controllers telling in turn
-what one message dates alike; and to what its lag is known."""
+LATE_S = (-0.05, 0.05, 0.1, 0.2)
+"""A speed controller's telemetry is dated late, filtered and held, each by its own: what a thruster's thrust was so
+much earlier or later is nobody's evidence."""
+
+JITTER_S = 0.03
+"""By how much a reading's date goes astray on its own, beside what is so in the mean."""
 
 MOST_MEMORY = 0.98
 LEAST_ROWS = 20
@@ -54,8 +57,8 @@ class Bins:
 @dataclass(frozen=True)
 class Witness:
     """What one sensor reads beyond the nominal, averaged in bins, `off` (m,). known (m, q): columns that are nobody's
-    evidence, each known to be small by `precision` (q,); size (m,): what its spread may grow with. kind and number say
-    which part of an act it sees."""
+    evidence, each known to be small by `precision` (q,); size (m,): what its spread may grow with; astray (m,): a
+    spread that it has for sure. kind and number say which part of an act it sees."""
 
     kind: Literal["shaft", "heading", "specific_force"]
     number: int
@@ -64,6 +67,7 @@ class Witness:
     known: Array
     precision: Array
     size: Array
+    astray: Array
 
     @property
     def time_s(self) -> Array:
@@ -110,6 +114,7 @@ def weighed(witness: Witness, acts: Sequence[Act], course: Course) -> Weighed:
         else 0.0
     )
     std = np.maximum(np.hypot(base, large * witness.size), floor)
+    std = np.hypot(std, witness.astray)
     scaled = np.clip(left / std, -4.0, 4.0)
     std = std * max(float(np.std(scaled)), 0.5)
     memory = float(
@@ -125,8 +130,8 @@ def witnesses(dive: Dive, file: VehicleFile, course: Course) -> tuple[Witness, .
 
 
 def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
-    """Thrust by shaft speed beyond that by pulse and lag. By how much either curve is off ahead or astern, and when a
-    pulse was sent to some milliseconds, nothing tells."""
+    """Thrust by shaft speed beyond that by pulse and lag. By how much either curve is off ahead or astern, and how late
+    the speeds are told, nothing tells: of a thruster's timing it is the vehicle's motion that speaks."""
     if dive.rpm is None or dive.pwm is None:
         return
     curve = file.vehicle.thrust_curve
@@ -136,12 +141,16 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         if not len(bins.count):
             continue
         thrust = bins.mean(thrust_by_shaft(curve, read)[:, 0])
-        nominal = bins.mean(thrust_n(bins.time_s)[:, k])
-        later = -bins.along(course, np.gradient(course.thrust_n[:, k], course.step_s))
-        slower = bins.along(course, _slower(course)[:, k])
-        known = np.column_stack([np.maximum(nominal, 0.0), np.minimum(nominal, 0.0), later, slower])
-        precision = np.array([0.0, 0.0, STAMPED_S**-2.0, SLOWER_S**-2.0])
-        yield Witness("shaft", k, bins, thrust - nominal, known, precision, np.abs(nominal))
+        at = thrust_n(bins.time_s)[:, k]
+        nominal = bins.mean(at)
+        late = [bins.mean(thrust_n(bins.time_s - late_s)[:, k] - at) for late_s in LATE_S]
+        before = thrust_n(bins.time_s - JITTER_S)[:, k]
+        after = thrust_n(bins.time_s + JITTER_S)[:, k]
+        astray = bins.mean(0.5 * np.abs(after - before))
+        known = np.column_stack([np.maximum(nominal, 0.0), np.minimum(nominal, 0.0), *late])
+        yield Witness(
+            "shaft", k, bins, thrust - nominal, known, np.zeros(known.shape[1]), np.abs(nominal), astray
+        )
 
 
 def _by_pulses(pwm: Signal, file: VehicleFile, count: int) -> Callable[[Array], Array]:
@@ -162,12 +171,6 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int) -> Callable[[Array], 
         return np.asarray(asked[last] + fading * (given[last] - asked[last]))
 
     return at
-
-
-def _slower(course: Course) -> Array:
-    """What the thrusts change by with each second of a longer lag."""
-    lag_s = max(course.lag_s, course.step_s)
-    return np.asarray((lagged(course.asked_n, course.step_s, 1.1 * lag_s) - course.thrust_n) / (0.1 * lag_s))
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
@@ -215,7 +218,9 @@ def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
 
 
 def _bare(kind: Literal["heading", "specific_force"], number: int, bins: Bins, off: Array) -> Witness:
-    return Witness(kind, number, bins, off, np.zeros((len(off), 0)), np.zeros(0), np.zeros(len(off)))
+    return Witness(
+        kind, number, bins, off, np.zeros((len(off), 0)), np.zeros(0), np.zeros(len(off)), np.zeros(len(off))
+    )
 
 
 def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Bins, Array]:
