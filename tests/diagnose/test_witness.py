@@ -1,14 +1,18 @@
 """Shafts, heading and accelerometer tell of what they see, beside what they would read if nothing were hidden."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bridge.effects.actuators import DEAD_ZONE_SHIFTED
 from bridge.effects.rigid_body import THRUST_BIAS
 from bridge.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
+from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.witness import WINDOW_S, weighed
+from identify.diagnose.witness import JITTER_S, LATE_S, WINDOW_S, weighed, witnesses
+from identify.dive import Signal
 
 
 def nominal_with(names, seed=300_901):
@@ -18,8 +22,13 @@ def nominal_with(names, seed=300_901):
 
 
 @pytest.fixture(scope="module")
-def honest():
-    return nominal_with([])[1]
+def case_and_nominal():
+    return nominal_with([])
+
+
+@pytest.fixture(scope="module")
+def honest(case_and_nominal):
+    return case_and_nominal[1]
 
 
 def of_kind(nominal, kind):
@@ -64,3 +73,53 @@ def test_an_accelerometer_that_is_tilted_reads_gravity():
 def test_a_push_on_the_hull_is_seen_by_none_of_them(honest):
     act = THRUST_BIAS.act(honest.course, np.array([1.0, 0.0, 0.0, 0.0]))
     assert all(one.of(act, honest.course) is None for one in honest.witnesses)
+
+
+STEPS_S = np.cumsum(np.random.default_rng(300_902).uniform(1.5, 4.0, 25))
+PULSES_US = np.array([1500.0, *(np.tile([1620.0, 1400.0, 1560.0], 9)[:25])])
+
+
+class Stepped:
+    """Shafts that follow steps of their pulses by the file's lag, in closed form, and are told `late_s` later."""
+
+    def __init__(self, case, course, late_s):
+        curve, count = case.file.vehicle.thrust_curve, course.asked_n.shape[1]
+        self.lag_s = curve.lag_s
+        self.asked_n = thrust_curve(curve, case.file.path.parent).thrust(PULSES_US)
+        time_s = np.arange(0.0, 100.0, 0.05)
+        shaft = 60.0 * shaft_speed(curve, self.thrust_n(time_s - late_s))
+        self.dive = replace(
+            dive_of(case),
+            pwm=Signal(np.concatenate([[0.0], STEPS_S]), np.tile(PULSES_US[:, None], count)),
+            rpm=Signal(time_s, np.tile(shaft[:, None], count)),
+            attitude=None,
+        )
+        self.shafts = witnesses(self.dive, case.file, course)
+
+    def thrust_n(self, time_s):
+        """(n,) at times, each step fading in by itself."""
+        since_s = np.maximum(time_s[:, None] - STEPS_S, 0.0)
+        return self.asked_n[0] + (1.0 - np.exp(-since_s / self.lag_s)) @ np.diff(self.asked_n)
+
+
+@pytest.mark.parametrize("late_s", [0.0, *LATE_S])
+def test_speeds_that_are_told_late_are_nobodys_evidence_to_the_last_newton(case_and_nominal, late_s):
+    case, nominal = case_and_nominal
+    stepped = Stepped(case, nominal.course, late_s)
+    assert len(stepped.shafts) == nominal.course.asked_n.shape[1]
+    for one in stepped.shafts:
+        size, *_ = np.linalg.lstsq(one.known, one.off, rcond=None)
+        np.testing.assert_allclose(one.known @ size, one.off, atol=1e-9)
+        assert (np.abs(one.off).max() > 0.1) == (late_s != 0.0)
+
+
+def test_a_reading_goes_astray_by_what_the_thrust_changes_by_within_its_dates_jitter(case_and_nominal):
+    case, nominal = case_and_nominal
+    stepped = Stepped(case, nominal.course, 0.0)
+    one = stepped.shafts[0]
+    time_s = one.bins.time_s
+    changed = stepped.thrust_n(time_s + JITTER_S) - stepped.thrust_n(time_s - JITTER_S)
+    np.testing.assert_allclose(one.astray, one.bins.mean(0.5 * np.abs(changed)), atol=1e-9)
+    assert one.astray.max() > 0.1
+    weights = weighed(one, [], nominal.course)
+    assert np.all(weights.std >= 0.5 * one.astray)
