@@ -24,9 +24,9 @@ EACH_S = 0.3
 WINDOW_S = 5.0
 """Over so long heading and gyro, accelerometer and attitude are compared."""
 
-LATE_S = (-0.05, 0.05, 0.1, 0.2)
-"""A speed controller's telemetry is dated late, filtered and held, each by its own: what a thruster's thrust was so
-much earlier or later is nobody's evidence."""
+LATE_S, SLOWER_S = (-0.05, 0.05, 0.1, 0.2), 0.1
+"""A speed controller's telemetry is dated late, held and filtered, each by its own: what a thruster's thrust was so
+much earlier or later, or would be by a lag so much longer, is nobody's evidence."""
 
 JITTER_S = 0.03
 """By how much a reading's date goes astray on its own, beside what is so in the mean."""
@@ -135,8 +135,9 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
     if dive.rpm is None or dive.pwm is None:
         return
     curve = file.vehicle.thrust_curve
-    thrust_n = _by_pulses(dive.pwm, file, course.asked_n.shape[1])
-    for k in range(min(course.asked_n.shape[1], dive.rpm.value.shape[1])):
+    count, lag_s = course.asked_n.shape[1], max(curve.lag_s, 1e-6)
+    thrust_n, slower_n = (_by_pulses(dive.pwm, file, count, lag) for lag in (lag_s, lag_s + SLOWER_S))
+    for k in range(min(count, dive.rpm.value.shape[1])):
         bins, read = _binned(Signal(dive.rpm.time_s, dive.rpm.value[:, k : k + 1]), EACH_S, course)
         if not len(bins.count):
             continue
@@ -144,6 +145,7 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         at = thrust_n(bins.time_s)[:, k]
         nominal = bins.mean(at)
         late = [bins.mean(thrust_n(bins.time_s - late_s)[:, k] - at) for late_s in LATE_S]
+        late.append(bins.mean(slower_n(bins.time_s)[:, k] - at))
         before = thrust_n(bins.time_s - JITTER_S)[:, k]
         after = thrust_n(bins.time_s + JITTER_S)[:, k]
         astray = bins.mean(0.5 * np.abs(after - before))
@@ -153,13 +155,12 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         )
 
 
-def _by_pulses(pwm: Signal, file: VehicleFile, count: int) -> Callable[[Array], Array]:
-    """What the thrusters give by curve and lag at any times, (n, k): it has corners between a course's instants, and
-    shaft speeds are read there."""
+def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Callable[[Array], Array]:
+    """What the thrusters give by their curve and a lag at any times, (n, k): it has corners between a course's
+    instants, and shaft speeds are read there."""
     curve = file.vehicle.thrust_curve
     pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)
     asked = thrust_curve(curve, file.path.parent).thrust(pulses)
-    lag_s = max(curve.lag_s, 1e-6)
     keep = np.exp(-np.diff(pwm.time_s) / lag_s)
     given = asked.copy()
     for i, share in enumerate(keep.tolist()):

@@ -41,7 +41,8 @@ def test_where_nothing_hides_each_witness_reads_noise(honest):
     for one in honest.witnesses:
         rows = weighed(one, [], honest.course).whitened(one.off[:, None])[:, 0]
         assert abs(rows.mean()) < 5 / np.sqrt(len(rows))
-        assert 0.5 < rows.std() < 1.5
+        # Dates that may go astray make a shaft's spread wide where its thrust changes.
+        assert (0.3 if one.kind == "shaft" else 0.5) < rows.std() < 1.5
 
 
 def test_shafts_that_stand_still_at_small_pulses_are_seen_thruster_by_thruster():
