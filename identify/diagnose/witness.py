@@ -5,13 +5,13 @@ freed of its own memory of first order, and stands in the regression below the f
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
+from bridge.effects.course import Course, delayed, lagged
 from bridge.effects.effect import Act
 from bridge.effects.shaft import thrust_by_shaft
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
@@ -99,6 +99,7 @@ class Weighed:
 
 def weighed(witness: Witness, acts: Sequence[Act], course: Course) -> Weighed:
     """A witness weighed by what the acts leave of it."""
+    witness = _with_acts(witness, acts, course)
     left = witness.off.copy()
     for act in acts:
         if (seen := witness.of(act, course)) is not None:
@@ -121,6 +122,20 @@ def weighed(witness: Witness, acts: Sequence[Act], course: Course) -> Weighed:
         np.clip(np.mean(scaled[1:] * scaled[:-1]) / max(float(np.mean(scaled**2)), 1e-12), 0.0, MOST_MEMORY)
     )
     return Weighed(witness, std, memory)
+
+
+def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
+    """A shaft's with what telemetry may make of the thrusts that acts add, too: it dates and filters the whole."""
+    shafts = [act.shaft_n[:, [witness.number]] for act in acts if act.shaft_n is not None]
+    if witness.kind != "shaft" or not shafts:
+        return witness
+    more, step_s = np.asarray(sum(shafts)), course.step_s
+    slower_s = course.lag_s + SLOWER_S
+    late = [delayed(more, step_s, late_s) - more for late_s in LATE_S]
+    late.append(SLOWER_S / slower_s * (lagged(more, step_s, slower_s) - more))
+    known = witness.known.copy()
+    known[:, -len(late) :] += np.column_stack([witness.bins.along(course, one[:, 0]) for one in late])
+    return replace(witness, known=known)
 
 
 def witnesses(dive: Dive, file: VehicleFile, course: Course) -> tuple[Witness, ...]:
