@@ -28,10 +28,10 @@ def forms(course: Course, cause: Cause) -> Iterator[Act]:
     effect, own = cause.effect, cause.act(course)
     if not effect.linear:
         none = effect.none()
+        # A limit is absent at infinity; its other sizes are shares of itself.
+        origin = np.where(np.isfinite(none), none, 0.0)
         for size in OTHER_SIZES:
-            yield effect.act(
-                course, np.where(np.isfinite(none), none + size * (cause.values - none), size * cause.values)
-            )
+            yield effect.act(course, origin + size * (cause.values - origin))
     for power in POWERS:
         yield own.each(partial(_bent, power=power))
     yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
