@@ -19,6 +19,7 @@ def run(arguments: Namespace) -> int:
     from identify.report.against import against_report
     from identify.report.page import write_report
     from tui import show
+    from tui.columns import column_map_for
     from tui.outputs import check_files
 
     for option in ("check", "predict", "accept"):
@@ -28,7 +29,7 @@ def run(arguments: Namespace) -> int:
             )
     check_files({"--json": arguments.json, "--report": arguments.report})
     file = load_vehicle(arguments.vehicle)
-    columns = Path(arguments.columns) if arguments.columns else None
+    columns = column_map_for(arguments.columns, (arguments.dive, arguments.against))
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
     configuration = configuration_of_both(real, sim, file)
     with show.progress(f"{real.name} against {sim.name}") as tell:

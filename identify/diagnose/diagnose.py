@@ -36,6 +36,9 @@ Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 LEAST_S, LEAST_CHECK_S = 60.0, 20.0
+TELLING_CHECK_S = 60.0
+"""A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
+
 SEED = 0
 """Of the noise that floors are drawn with: one dive has one answer."""
 
@@ -108,7 +111,7 @@ def diagnose(
         heldout,
         measured,
         next_of(causes, tried),
-        _notes(dive, nominal),
+        (*_short(check), *_notes(dive, nominal)),
         time.perf_counter() - began_s,
         prediction,
         accepted_of(causes, found.now, file.vehicle.configurations[configuration]),
@@ -158,23 +161,40 @@ def _able(dive: Dive, least_s: float) -> None:
     """Raises FitError where a recording holds too little to be diagnosed."""
     if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
         raise FitError(
-            f"{dive.name}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
+            f"{dive.source}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
         )
     if dive.duration_s < least_s:
+        cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
+        mend = "copy the whole file, or " if cut else ""
         raise FitError(
-            f"{dive.name}: lasts {dive.duration_s:.0f} s, too short to tell one cause from another; record "
-            f"{least_s:.0f} s or more, with starts, stops and turns"
+            f"{dive.source}: {cut}lasts {dive.duration_s:.0f} s, too short to tell one cause from another; {mend}"
+            f"record {least_s:.0f} s or more, with starts, stops and turns"
         )
 
 
 def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     """The nominal fit of a dive of that vehicle. Raises FitError where it is another's."""
-    nominal = nominal_of(dive, file, configuration)
+    try:
+        nominal = nominal_of(dive, file, configuration)
+    except FitError as error:
+        # Two recordings of one name are told apart by where they lie.
+        raise FitError(f"{dive.source}: {str(error).removeprefix(f'{dive.name}: ')}") from None
     if nominal.built.strange:
         raise FitError(
-            f"{dive.name}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived with"
+            f"{dive.source}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived "
+            "with"
         )
     return nominal
+
+
+def _short(check: Dive | None) -> tuple[str, ...]:
+    """That a check dive can't tell, where it can't."""
+    if check is None or check.duration_s >= TELLING_CHECK_S:
+        return ()
+    return (
+        f"The check dive lasts {check.duration_s:.0f} s, too short to tell how far the gap shrinks; dive "
+        f"{TELLING_CHECK_S:.0f} s or more to check on.",
+    )
 
 
 def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:

@@ -102,7 +102,7 @@ def refused(case, dive, check=None):
     with pytest.raises(FitError) as error:
         diagnose(dive, case.file, case.configuration, check=check, effects=SMALL, progress=quiet)
     sentence = str(error.value)
-    assert sentence.startswith((dive.name, "" if check is None else check.name))
+    assert sentence.startswith(tuple(str(one.source) for one in (dive, check) if one is not None))
     return sentence
 
 

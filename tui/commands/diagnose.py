@@ -73,6 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.diagnose.predict import csv_of
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.columns import column_map_for
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
     if arguments.against:
@@ -88,9 +89,12 @@ def run(arguments: argparse.Namespace) -> int:
     check_files(targets)
     check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
-    columns = Path(arguments.columns) if arguments.columns else None
+    recordings = [path for path in (arguments.dive, arguments.check) if path]
+    columns = column_map_for(arguments.columns, recordings)
     dive = read_dive(Path(arguments.dive), columns, file)
     check = read_dive(Path(arguments.check), columns, file) if arguments.check else None
+    if check is not None:
+        refuse_the_same(check, dive)
     configuration = configuration_of(dive, file)
     earlier = accepted_before(arguments.accepted, configuration) if arguments.accepted else None
     effects = effects_without(arguments.without, configuration, file) if arguments.without else None
@@ -117,6 +121,18 @@ def run(arguments: argparse.Namespace) -> int:
     for sentence in written:
         show.say(console, sentence)
     return exit_codes.DONE
+
+
+def refuse_the_same(check: "Dive", dive: "Dive") -> None:
+    """Raises UsageError for a check dive that is the dive itself: nothing can be measured on what was fitted."""
+    from identify.ingest.identity import of_one_dive
+    from identify.ingest.open import recording_files
+
+    how = of_one_dive(*(recording_files(one.source) for one in (check, dive)))
+    if how:
+        raise exit_codes.UsageError(
+            f"--check {check.source}: {how} {dive.source}, so it can't show how far the gap shrinks; give another dive"
+        )
 
 
 def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:

@@ -59,6 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.identification import Outcome
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.columns import column_map_for
     from tui.identified import tell, tell_comparison
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
@@ -73,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_files(targets)
     check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
-    columns = Path(arguments.columns) if arguments.columns else None
+    columns = column_map_for(arguments.columns, arguments.dives)
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
     chosen = [
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives

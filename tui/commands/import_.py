@@ -34,13 +34,14 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.fixes import check_fixes
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.columns import column_map_for
     from tui.outputs import check_file, check_new_folder
 
     check_file("--json", arguments.json)
     if arguments.out:
         check_new_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
-    columns = Path(arguments.columns) if arguments.columns else None
+    columns = column_map_for(arguments.columns, (arguments.file,))
     dive = read_dive(Path(arguments.file), columns, file)
     holds = contents(dive)
     console = show.results(arguments.json)

@@ -34,11 +34,12 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.open import read_dive
     from identify.validate import METHOD, compare, tracking_errors
     from tui import show
+    from tui.columns import column_map_for
     from tui.outputs import check_file
 
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle)
-    columns = Path(arguments.columns) if arguments.columns else None
+    columns = column_map_for(arguments.columns, arguments.dives)
     dives = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
     runs = dict(zip(labels(dives), dives, strict=True))
     dvl = file.vehicle.sensors.dvl

@@ -1,0 +1,25 @@
+"""`--columns MAP` of the verbs that read recordings."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from tui.exit_codes import UsageError
+
+
+def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
+    """The column map that was named, None for none.
+
+    Raises UsageError where none of the recordings is a table: whoever names a map means to read one. LogError where a
+    recording is not there.
+    """
+    from identify.ingest.open import recording_files
+
+    if not name:
+        return None
+    files = [file for recording in recordings for file in recording_files(Path(recording))]
+    if not any(file.suffix.lower() == ".csv" for file in files):
+        raise UsageError(
+            f"--columns {name}: {' and '.join(recordings)} {'are' if len(recordings) > 1 else 'is'} no table (.csv), "
+            f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"
+        )
+    return Path(name)
