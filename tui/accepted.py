@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Prior
@@ -36,6 +37,12 @@ def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[
     UsageError for another file, and for one that did not converge, unless `leave` lets it pass.
     """
     return _of_json(path, widen, leave) if path.suffix == ".json" else _of_sidecar(path, widen, leave)
+
+
+def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:
+    """The effects that `diagnose --accept` wrote beside a `.param`; an identification has none."""
+    sidecar = None if path.suffix == ".json" else read_sidecar(path)
+    return () if sidecar is None else sidecar.effects
 
 
 def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[str, Prior]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.accepted import AcceptedEffect
 from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.errors import FitError
@@ -21,6 +22,7 @@ from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Value
 from identify.diagnose.drift import Drift, drifts, floors_of
 from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by
 from identify.diagnose.generic import Left, left_over
+from identify.diagnose.known import altogether, held, holding, known_of, since
 from identify.diagnose.missing import Missing, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
@@ -55,12 +57,14 @@ def diagnose(
     effects: Sequence[Effect] | None = None,
     simulator: Simulator | None = None,
     accepted: Mapping[str, Prior] | None = None,
+    effects_accepted: Sequence[AcceptedEffect] = (),
     progress: Progress,
 ) -> Diagnosis:
     """The diagnosis of a dive, with `check` on another one of that vehicle; `effects`: the library, all where None.
 
     With a `simulator` the gap before is that of its model, not of the nominal one that fits this dive best; with values
-    `accepted` earlier it is that of the nominal model with these, and what has changed since is among the causes.
+    `accepted` earlier it is that of the nominal model with these, and what has changed since is among the causes. With
+    `effects_accepted` that model holds these effects, too.
     Raises FitError where the recording can't be diagnosed: no velocity, no pulses, too short, another vehicle.
     """
     began_s = time.perf_counter()
@@ -69,9 +73,11 @@ def diagnose(
     if check is not None:
         _able(check, LEAST_CHECK_S)
     progress(0.0, "fitting the nominal model")
-    nominal = _nominal(dive, file, configuration)
-    other = None if check is None else _nominal(check, file, configuration)
-    tried = effects or library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    whole = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    holds, not_held = known_of(effects_accepted, whole)
+    nominal = holding(_nominal(dive, file, configuration), holds)
+    other = None if check is None else holding(_nominal(check, file, configuration), holds)
+    tried = since(effects or whole, holds)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
     progress(0.7, "looking at what is left")
     left = left_over(found.ground, found.fit)
@@ -90,8 +96,8 @@ def diagnose(
     trials = tried_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)
-        since, more = changed(shift, found, missing)
-        causes, trials = _in_order((*causes, *since)), (*trials, *more)
+        new, more = changed(shift, found, missing)
+        causes, trials = _in_order((*causes, *new)), (*trials, *more)
     heldout = held_out(found, plain, floors[FIVE_S], rng)
     prediction = None
     if check is not None and other is not None:
@@ -111,10 +117,10 @@ def diagnose(
         heldout,
         measured,
         next_of(causes, tried),
-        (*_short(check), *_notes(dive, nominal)),
+        (*held(holds), *not_held, *_short(check), *_notes(dive, nominal)),
         time.perf_counter() - began_s,
         prediction,
-        accepted_of(causes, found.now, file.vehicle.configurations[configuration]),
+        accepted_of(altogether(causes, holds), found.now, file.vehicle.configurations[configuration]),
     )
 
 

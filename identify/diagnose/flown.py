@@ -81,7 +81,8 @@ def flown(
 ) -> Flown:
     """A fit's equations at `theta` beside a velocity nu (n, 6) at the times of its course.
 
-    wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes'.
+    wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes' but those that the model
+    holds anyway.
     """
     course = model.course
     mass, damping = coefficients(model.joint, theta)
@@ -93,7 +94,9 @@ def flown(
     dofs = tuple(problem.axis.dof for problem in model.joint.problems)
     lacking[:, [dof for dof in range(6) if dof not in dofs]] = 0.0
     grid = slice(None, None, EACH)
-    still = np.zeros((len(lacking[grid]), 6, 6)) if slope is None else slope[grid]
+    still = slope_of(model.holds, course)[grid]
+    if slope is not None:
+        still = still + slope[grid]
     return Flown(
         course.time_s[grid], dofs, mass, damping, stiffness, nu[grid], nu_dot[grid], lacking[grid], still
     )

@@ -11,6 +11,7 @@ from bridge.effects.effect import Act
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causal import expected, mean_before
+from identify.diagnose.cause import Cause
 from identify.diagnose.course import course_of
 from identify.diagnose.own import spoilt
 from identify.diagnose.thinned import thinned
@@ -46,7 +47,8 @@ class Nominal:
     built, joint: as the identification has them, without what `acts` add. theta (p,): the maximum, with no steady push.
     motion: velocities that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom
     whose controller used a reading that was not recorded. filtered: degrees of freedom whose readings an autopilot's
-    own filter has freed of wild ones. witnesses: what else tells of effects.
+    own filter has freed of wild ones. witnesses: what else tells of effects. holds: effects accepted earlier, which
+    forces, readings and witnesses are without.
     """
 
     built: Axes
@@ -58,6 +60,7 @@ class Nominal:
     filtered: tuple[int, ...] = ()
     witnesses: tuple[Witness, ...] = ()
     acts: tuple[Act, ...] = ()
+    holds: tuple[Cause, ...] = ()
 
 
 def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:

@@ -40,6 +40,9 @@ PARITIES = {
 }
 UNITLESS = ("", "1")
 
+SINCE = "since it was accepted"
+"""The variant of an effect whose parameters are by how much an accepted one has changed."""
+
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """The verdict, where the gap lies and how far it shrinks."""
@@ -104,7 +107,8 @@ def name_of(found: Found) -> str:
 
 def effect_words(effect: Effect) -> str:
     """Its name in words, with the thruster's number where it is about one."""
-    return f"{words(effect.name)} (thruster {effect.number})" if effect.number else words(effect.name)
+    name = f"{words(effect.name)} (thruster {effect.number})" if effect.number else words(effect.name)
+    return f"a change of {name}" if effect.variant == SINCE else name
 
 
 def words(name: str) -> str:

@@ -15,7 +15,7 @@ from identify.diagnose.diagnosis import NOTHING, Accepted, Value
 from identify.dive import Dive
 from tui import cli, exit_codes
 from tui.accepted_truth import accepted_truth
-from tui.commands.diagnose import accept
+from tui.commands.diagnose import accept, accepted_before
 from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, accepted_model, targets_of
 
@@ -80,6 +80,14 @@ def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
     model = accepted_model(param, FILE, Leave())
     assert model.values == pytest.approx(VALUES)
     assert model.configuration == "hovering"
+
+
+def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
+    values, effects = accepted_before(str(param), "hovering")
+    assert values["M_u"].value == pytest.approx(111.0, rel=1e-4)
+    assert effects == (DRAG, WEAK, WAVES)
+    with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
+        accepted_before(str(param), "survey")
 
 
 def test_a_file_of_another_vehicle_or_without_a_sidecar_is_refused(param, tmp_path):

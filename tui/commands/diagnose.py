@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from bridge.effects.accepted import AcceptedEffect
     from bridge.effects.effect import Effect
     from bridge.vehicle.config import Prior, VehicleFile
     from identify.diagnose.diagnosis import Diagnosis
@@ -96,11 +97,18 @@ def run(arguments: argparse.Namespace) -> int:
     if check is not None:
         refuse_the_same(check, dive)
     configuration = configuration_of(dive, file)
-    earlier = accepted_before(arguments.accepted, configuration) if arguments.accepted else None
+    earlier, held = accepted_before(arguments.accepted, configuration) if arguments.accepted else (None, ())
     effects = effects_without(arguments.without, configuration, file) if arguments.without else None
     with show.progress(f"diagnosing {dive.name}") as tell:
         found = diagnose(
-            dive, file, configuration, check=check, effects=effects, accepted=earlier, progress=tell
+            dive,
+            file,
+            configuration,
+            check=check,
+            effects=effects,
+            accepted=earlier,
+            effects_accepted=held,
+            progress=tell,
         )
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
@@ -149,12 +157,13 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     return (*found.accepted.sentences, how)
 
 
-def accepted_before(path: str, configuration: str) -> "dict[str, Prior]":
-    """Values accepted earlier, as well as they were known then: what may have changed since is what is asked for.
+def accepted_before(path: str, configuration: str) -> "tuple[dict[str, Prior], tuple[AcceptedEffect, ...]]":
+    """Values accepted earlier, as well as they were known then, and the effects beside them: what may have changed
+    since is what is asked for.
 
     Raises UsageError for those of another configuration.
     """
-    from tui.accepted import priors_of
+    from tui.accepted import effects_of, priors_of
     from tui.parameter_files import Leave
 
     of, priors = priors_of(Path(path), 0.0, Leave())
@@ -163,7 +172,7 @@ def accepted_before(path: str, configuration: str) -> "dict[str, Prior]":
             f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
             "that one"
         )
-    return priors
+    return priors, effects_of(Path(path))
 
 
 def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
