@@ -51,7 +51,7 @@ def told(found: "Against") -> tuple[str, ...]:
     from identify.diagnose import against_words, words
 
     lines = (
-        *words.cause_lines(found.vehicle),
+        *against_words.cause_lines(found),
         *against_words.lines(found),
         *(f"Where: {line}." for line in words.where_lines(found.vehicle)),
         *words.shrink_lines(found.vehicle),

@@ -150,7 +150,8 @@ def _usual_s(periods_s: tuple[float, ...], power: Array) -> float:
 
 
 def _variant(periods_s: tuple[float, ...]) -> str:
-    return f"{' and '.join(f'{period_s:.3g}' for period_s in periods_s)} s"
+    told = [f"{period_s:.3g}" for period_s in periods_s]
+    return f"{' and '.join(filter(None, (', '.join(told[:-1]), told[-1])))} s"
 
 
 def _below_the_middle(depth_m: Array) -> Array:

@@ -17,11 +17,13 @@ def verdict_sentence(one: Against) -> str:
     if one.lacks:
         causes = words.listed([words.name_of(found) for found in one.lacks])
         also = f" {_capital(numbers)}." if numbers else ""
-        told = f"Your simulator must gain {causes}: {words.where_sentence(gap)}{_falls(one)}.{also}"
+        told = (
+            f"Your simulator must gain {causes}: {words.where_sentence(gap, 'the gap')}{_falls(one)}.{also}"
+        )
     elif numbers:
         told = f"Your simulator lacks no effect that this dive shows, but {numbers}{_falls(one)}."
     elif one.vehicle.verdict == "unknown":
-        return f"Your simulator lacks something that no candidate explains: {words.where_sentence(gap)}."
+        return f"Your simulator lacks something that no candidate explains: {words.where_sentence(gap, 'the gap')}."
     else:
         told = (
             f"Your simulator lacks nothing that this dive shows: its {words.DRIFT_S:g} s drift is "
@@ -30,6 +32,18 @@ def verdict_sentence(one: Against) -> str:
     if one.vehicle.verdict == "unknown":
         told += " Something else is there that no candidate explains."
     return told
+
+
+def cause_lines(one: Against) -> tuple[str, ...]:
+    """What the real dive shows, cause by cause, and which of it the simulator has already."""
+    told = zip(one.vehicle.found, words.cause_lines(one.vehicle), strict=True)
+    lacks = {id(found) for found in one.lacks}
+    return tuple(
+        line
+        if id(found) in lacks or found.cause.effect.refit_absorbs
+        else f"Your simulator has it already: {line}"
+        for found, line in told
+    )
 
 
 def lines(one: Against) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from identify.diagnose.ground import Fitted
 from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.probability import probability
-from identify.diagnose.search import Explanation, candidates
+from identify.diagnose.search import LEAST_GAIN, LEAST_SIGMA, MOST_CAUSES, Explanation, candidates, least
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -51,11 +51,40 @@ def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
 
 
 def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
-    """Every candidate, the one that would save, or saves, most first."""
-    beside = candidates(found.ground.beside(found.fit), found.fit)
-    rest = [Tried(cause.effect.name, cause.effect.label, gain, False) for gain, _, cause in beside]
+    """Every candidate, the one that would save, or saves, most first; one that shows at no size saves nothing."""
+    ground, fit = found.ground, found.fit
+    beside = ground.beyond(fit)
+    rest = [_beside(found, *one) for one in candidates(beside, fit, len(beside.settings))]
     mine = [Tried(one.name, one.cause.effect.label, one.gain_nats, True) for one in causes]
-    return tuple(sorted((*mine, *rest), key=lambda one: -one.gain_nats))
+    taken, told = {cause.key for cause in fit.causes}, {one.label for one in rest}
+    mute = [
+        Tried(effect.name, effect.label, 0.0, False)
+        for effect in ground.library
+        if effect.label not in told and (effect.name, effect.number) not in taken
+    ]
+    return tuple(sorted((*mine, *rest, *mute), key=lambda one: -one.gain_nats))
+
+
+def _beside(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
+    """A candidate that was not accepted: one that seems to save enough is fitted in full, together with the others."""
+    fit, why = found.fit, ""
+    if gain > LEAST_GAIN:
+        whole = found.ground.fitted((*fit.causes, cause))
+        shows = len(whole.causes) > len(fit.causes) and whole.causes[-1].shows
+        gain = min(gain, whole.gain - fit.gain) if shows else 0.0
+    if gain > LEAST_GAIN:
+        why = _why(fit, gain, sigma, cause)
+    return Tried(cause.effect.name, cause.effect.label, gain, False, why)
+
+
+def _why(fit: Fitted, gain: float, sigma: float, cause: Cause) -> str:
+    if len(fit.causes) >= MOST_CAUSES:
+        return f"no dive tells more than {MOST_CAUSES} causes"
+    if gain <= least(fit, cause):
+        return f"too little here: {least(fit, cause):.0f} are asked for"
+    if sigma <= LEAST_SIGMA:
+        return "not in all parts of the dive"
+    return "in doubt: it comes and goes with what else is accepted"
 
 
 def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:

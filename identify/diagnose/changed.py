@@ -20,6 +20,7 @@ from identify.diagnose.diagnosis import Found, Tried, Value
 from identify.diagnose.evidence import inverse
 from identify.diagnose.gain import gain_by
 from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.likeness import LEAST_LIKENESS
 from identify.diagnose.missing import Missing
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.probability import probability
@@ -106,9 +107,11 @@ def changed(
             break
         best, k = ranked[0]
         also[k] = {
-            shift.effects[other].name: _likeness(shift, k, other)
+            shift.effects[other].name: alike
             for nats, other in ranked[1:]
-            if best - nats < ALIKE_NATS and shift.effects[other].name != shift.effects[k].name
+            if best - nats < ALIKE_NATS
+            and shift.effects[other].name != shift.effects[k].name
+            and (alike := _likeness(shift, k, other)) >= LEAST_LIKENESS
         }
         chosen.append(k)
     causes = tuple(_found(shift, chosen, i, also[k], found, missing) for i, k in enumerate(chosen))

@@ -58,12 +58,14 @@ class Found:
 
 @dataclass(frozen=True)
 class Tried:
-    """One candidate of the library, beside the accepted ones: its label and the nats it would save or saves."""
+    """One candidate of the library: its label and the nats that it saves, or would save, beside the accepted ones in
+    whatever form. why: for a crew, why one that would save enough is not accepted."""
 
     name: str
     label: str
     gain_nats: float
     accepted: bool
+    why: str = ""
 
 
 @dataclass(frozen=True)

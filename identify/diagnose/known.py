@@ -1,5 +1,5 @@
-"""Effects that were accepted earlier: they are in the model before, and causes are looked for on top of them, a change of
-one of them among these."""
+"""Effects that were accepted earlier: they are in the model before. Causes are looked for on top of them, and among
+these a change of one."""
 
 from collections.abc import Sequence
 from dataclasses import replace

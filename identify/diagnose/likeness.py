@@ -15,6 +15,10 @@ Array = NDArray[np.float64]
 AS_GOOD = 3.0
 """Nats on held-out pieces within which two causes are not told apart: odds of twenty to one."""
 
+LEAST_LIKENESS = 0.5
+"""Causes that add less alike than this are no names for one thing: where each does as well in the other's place, both
+may be there, and neither is evidence against the other."""
+
 
 @dataclass(frozen=True)
 class Alike:
@@ -42,9 +46,10 @@ def alike_of(found: Explanation, k: int) -> Alike:
         if len(tried.causes) <= len(others.causes):
             continue
         if tried.gain > fit.gain - AS_GOOD:
-            if cause.effect.name not in names:
+            alike = cosine(ground, others, own, tried.causes[-1])
+            if cause.effect.name not in names and alike >= LEAST_LIKENESS:
                 names.append(cause.effect.name)
-                likeness[cause.effect.name] = cosine(ground, others, own, tried.causes[-1])
+                likeness[cause.effect.name] = alike
         else:
             best_apart = max(best_apart, tried.gain)
     return Alike(tuple(names), likeness, fit.gain - best_apart)

@@ -176,13 +176,16 @@ def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:
     return (*causes[:k], *causes[k + 1 :])
 
 
-def candidates(beside: Beside, fit: Fitted) -> list[tuple[float, float, Cause]]:
-    """Gain, gain over its standard error, and cause, of the best setting of each candidate, best first."""
+def candidates(beside: Beside, fit: Fitted, most: int = WEIGHED) -> list[tuple[float, float, Cause]]:
+    """Gain, gain over its standard error, and cause, of the best setting of each candidate, best first.
+
+    So many settings at most, those that fit best in sample, are weighed.
+    """
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
     able = [one for one in beside.settings if (one.effect.name, one.effect.number) not in taken]
     able.sort(key=lambda setting: -beside.sums.fitted(setting.columns))
-    for setting in able[:WEIGHED]:
+    for setting in able[:most]:
         evidence, columns = weighed(beside, setting)
         cause = _cause(setting, columns, evidence.size)
         if not cause.shows:

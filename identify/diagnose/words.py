@@ -1,6 +1,7 @@
 """A diagnosis in sentences: what the verb prints and the page shows."""
 
 import math
+import re
 from collections.abc import Sequence
 
 from bridge.effects.effect import Effect
@@ -39,6 +40,7 @@ PARITIES = {
     "neither": "neither odd nor even in speed",
 }
 UNITLESS = ("", "1")
+OF_THRUSTER = re.compile(r" of thruster (\d+)")
 
 SINCE = "since it was accepted"
 """The variant of an effect whose parameters are by how much an accepted one has changed."""
@@ -89,7 +91,7 @@ def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What the feed-forward alone would gain by each cause that it can make up for."""
     return tuple(
         f"{_capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
-        f"instead of {mm_s(one.feedforward.before_m_s)} (rms velocity error)."
+        f"instead of {mm_s(one.feedforward.before_m_s)} (typical velocity error)."
         for one in diagnosis.found
         if one.feedforward is not None
     )
@@ -107,7 +109,7 @@ def name_of(found: Found) -> str:
 
 def effect_words(effect: Effect) -> str:
     """Its name in words, with the thruster's number where it is about one."""
-    name = f"{words(effect.name)} (thruster {effect.number})" if effect.number else words(effect.name)
+    name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"a change of {name}" if effect.variant == SINCE else name
 
 
@@ -118,7 +120,22 @@ def words(name: str) -> str:
 
 def label_words(name: str, label: str) -> str:
     """The label of a candidate as a reader has it: the name in words, then what its label says beyond the name."""
-    return f"{words(name)}{label.removeprefix(name)}"
+    number = OF_THRUSTER.match(label.removeprefix(name))
+    if number is None:
+        return f"{words(name)}{label.removeprefix(name)}"
+    return _of_thruster(name, int(number[1])) + label.removeprefix(name)[number.end() :]
+
+
+def _of_thruster(name: str, number: int) -> str:
+    """`weak thruster 8`, `thruster misalignment (thruster 8)`."""
+    told = words(name)
+    return f"{told} {number}" if told.endswith("thruster") else f"{told} (thruster {number})"
+
+
+def percents(low: float, high: float) -> str:
+    """An interval of shares in per cent, "" where there is none, or none to speak of."""
+    ends = percent(low), percent(high)
+    return f"{ends[0]} to {ends[1]}" if math.isfinite(high - low) and ends[0] != ends[1] else ""
 
 
 def value_words(name: str, value: Value) -> str:
@@ -161,20 +178,18 @@ def unit_after(text: str) -> str:
     return "" if text in UNITLESS else f" {unit(text)}"
 
 
-def where_sentence(gap: Gap) -> str:
-    """`71 % of it is in surge, steady, mostly above 0.3 m/s`."""
+def where_sentence(gap: Gap, whole: str = "it") -> str:
+    """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` says of what."""
     if not gap.where:
         return "no degree of freedom was compared"
     first = max(gap.where, key=lambda one: one.share)
     if first.share >= STANDS_OUT:
-        return (
-            f"{percent(first.share)} of it is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
-        )
+        return f"{percent(first.share)} of {whole} is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
     by_dof = shares_by_dof(gap.where)
     dof = max(by_dof, key=lambda name: by_dof[name])
     mine = [one for one in gap.where if one.dof == dof]
     phase = max(mine, key=lambda one: one.share).phase
-    return f"{percent(by_dof[dof])} of it is in {dof}, most of that {PHASES[phase]}{_above(gap, dof)}"
+    return f"{percent(by_dof[dof])} of {whole} is in {dof}, most of that {PHASES[phase]}{_above(gap, dof)}"
 
 
 def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
@@ -237,8 +252,8 @@ def _shrink(one: Shrink) -> str:
     falls = f"the {DRIFT_S:g} s drift goes from {_floors(one.before)} to {_floors(one.after)}"
     if not math.isfinite(one.value):
         return f"{falls}; {NO_SHRINK}"
-    known = math.isfinite(one.low95) and math.isfinite(one.high95)
-    sure = f" (95 %: {percent(one.low95)} to {percent(one.high95)})" if known else ""
+    interval = percents(one.low95, one.high95)
+    sure = f" (95 %: {interval})" if interval else ""
     return f"{falls}, {percent(one.value)}{sure} of what can be closed"
 
 

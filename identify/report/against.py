@@ -45,7 +45,7 @@ def _gained(one: Against) -> list[tuple[str, ...]]:
         told = words.told_parameters(found)
         for name, value in told.items():
             number, interval = with_interval(value.value, value.low95, value.high95)
-            of = unit(value.unit) if value.unit != "1" else "share"
+            of = unit(value.unit) if value.unit != "1" else MISSING
             rows.append((f"{cause}, {words.parameter(name)}", "none", number, interval, of, MISSING))
         if not told:
             rows.append((cause, "none", MISSING, MISSING, MISSING, MISSING))
@@ -56,7 +56,7 @@ def _row(one: Difference) -> tuple[str, ...]:
     name = f"{words.words(one.of)}, {words.parameter(one.name)}" if one.of else one.name
     its, _ = with_interval(one.simulator.value, one.simulator.low95, one.simulator.high95)
     number, interval = with_interval(one.vehicle.value, one.vehicle.low95, one.vehicle.high95)
-    of = unit(one.vehicle.unit) if one.vehicle.unit != "1" else "share"
+    of = unit(one.vehicle.unit) if one.vehicle.unit != "1" else MISSING
     return name, its, number, interval, of, f"{'+' if one.share > 0 else '−'}{words.percent(abs(one.share))}"
 
 

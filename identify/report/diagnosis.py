@@ -16,12 +16,14 @@ from identify.report.text import MISSING, fixed, seconds, significant, unit, wit
 
 FLOOR = (
     "Drift is told in floors: 1 floor is what sensor noise and stationary disturbance alone would give on this very "
-    "dive, so 1 is as good as any model gets."
+    "dive, on average over their chances. About 1 is as good as a model gets; what is below it is chance, most of all "
+    "in a single degree of freedom or over a few windows."
 )
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
     f"cause as without it. A cause is accepted from {LEAST_GAIN:g} nats on (about "
-    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1)."
+    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1), counted beside the accepted ones: what one of these makes up "
+    "for, in whatever form, is no evidence for another."
 )
 LIKENESS = (
     "Likeness: at 1 no method could tell the two apart in this dive, at 0 they have nothing in common. The "
@@ -143,7 +145,7 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
             rows.append((cause, MISSING, MISSING, MISSING, MISSING))
         for name, value in told.items():
             number, interval = with_interval(value.value, value.low95, value.high95)
-            of = unit(value.unit) if value.unit != "1" else "share"
+            of = unit(value.unit) if value.unit != "1" else MISSING
             rows.append((cause, words.parameter(name), number, interval, of))
     return tuple(rows)
 
@@ -173,8 +175,7 @@ def _how_far(d: Diagnosis) -> Section:
 
 
 def _shrunk(one: Shrink) -> tuple[str, ...]:
-    known = math.isfinite(one.low95) and math.isfinite(one.high95)
-    interval = f"{words.percent(one.low95)} to {words.percent(one.high95)}" if known else MISSING
+    interval = words.percents(one.low95, one.high95) or MISSING
     value = words.percent(one.value) if math.isfinite(one.value) else MISSING
     return significant(one.before), significant(one.after), value, interval
 

@@ -22,6 +22,9 @@ from identify.report.text import decimals_for, fixed
 SHOWN = 12
 """Candidates that stand open on the page, strongest first; the others are folded away beneath."""
 
+LEAST_TOLD = 2.0
+"""Nats: candidates that save no more are told together, in one line."""
+
 SLICED = 0.15
 """The share of the gap from which a degree of freedom is sliced."""
 
@@ -65,8 +68,10 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
         mine = [one for one in gap.slices if one.dof == dof and one.by == by]
         mine.sort(key=_bearing if by == "heading" else lambda one: one.low)
         whole = sum(one.share for one in mine)
-        if whole > 0 and len(mine) > 1:
-            decimals = _decimals(mine)
+        decimals = _decimals(mine)
+        named = {_range(one, decimals) for one in mine}
+        # What changes by less than its digits tell is one and the same all dive.
+        if whole > 0 and len(mine) > 1 and len(named) == len(mine) and not _still(mine, decimals):
             rows = [
                 Bar(_range(one, decimals), one.share / whole, words.percent(one.share / whole))
                 for one in mine
@@ -77,6 +82,11 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
     return Figure(
         f"The gap in {dof}, sliced: each set of bars is the whole of it, 100 %.", side_by_side(parts)
     )
+
+
+def _still(mine: Sequence[Slice], decimals: int) -> bool:
+    """Whether a slice ends where it begins, to the digits that are told."""
+    return any(one.by != "heading" and fixed(one.low, decimals) == fixed(one.high, decimals) for one in mine)
 
 
 def _decimals(mine: Sequence[Slice]) -> int:
@@ -104,22 +114,30 @@ def candidates(tried: Sequence[Tried]) -> Figure:
         best.setdefault((one.name, _thruster(one)), one)
     order = sorted(best.values(), key=lambda t: (-t.gain_nats, t.label))
     longest = math.log1p(max((max(one.gain_nats, 0.0) for one in order), default=0.0))
+    told = [one for one in order if one.accepted or one.gain_nats > LEAST_TOLD]
+    few = len(order) - len(told)
     rows = [
         Bar(
-            words.label_words(one.name, one.label),
+            words.label_words(one.name, one.label) + (f" ({one.why})" if one.why else ""),
             math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
             f"{_nats(one.gain_nats)} nats",
             "accepted" if one.accepted else "",
         )
-        for one in order
+        for one in told
     ]
-    first = max(SHOWN, sum(one.accepted for one in order))
+    first = max(SHOWN, sum(one.accepted for one in told))
     rest = folded(f"{len(rows) - first} more candidates", bars(rows[first:])) if len(rows) > first else ""
+    others = (
+        f"<p>{few} other{'s' if few > 1 else ''}: {'none' if few > 1 else 'it'} gains "
+        f"{'' if few > 1 else 'no '}more than {LEAST_TOLD:g} nats.</p>"
+        if few
+        else ""
+    )
     return Figure(
         "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled) beside "
-        "the other accepted ones, any other (hollow) on top of them. Of several forms of one the best is shown. "
-        "Bars grow with the logarithm of the nats; below 0 a candidate foretells worse than none.",
-        bars(rows[:first]) + rest,
+        "the other accepted ones, any other (hollow) on top of them all. Of several forms of one the best is shown. "
+        "Bars grow with the logarithm of the nats.",
+        bars(rows[:first]) + rest + others,
     )
 
 

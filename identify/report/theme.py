@@ -93,7 +93,7 @@ summary { cursor: pointer; padding: .5em 0; color: var(--first); }
   .odd { display: none; }
   table { font-size: 15px; }
   .heat { font-size: 13.5px; }
-  .heat tr > :first-child { width: 6.5em; font-weight: 400; }
+  .heat tr > :first-child { width: 7em; font-weight: 400; font-size: 12.5px; padding-right: .8em; }
   .heat thead th { font-size: 11.5px; padding: .3em 0; }
   th, td { padding-right: .5em; }
   .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }

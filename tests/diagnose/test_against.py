@@ -67,8 +67,8 @@ def test_an_effect_of_the_dive_alone_is_what_the_simulator_must_gain():
     assert [each.name for each in one.lacks] == ["quadratic_drag"]
     assert one.differences == one.spare == ()
     assert against_words.verdict_sentence(one) == (
-        "Your simulator must gain quadratic drag: 100 % of it is in surge, steady; with the vehicle's numbers its 5 s "
-        "drift goes from 4.0 to 1.1 floors."
+        "Your simulator must gain quadratic drag: 100 % of the gap is in surge, steady; with the vehicle's numbers its "
+        "5 s drift goes from 4.0 to 1.1 floors."
     )
 
 
@@ -99,9 +99,16 @@ def test_the_same_effect_of_another_thruster_is_another():
     assert [each.cause.effect.number for each in one.lacks] == [2]
     assert [each.cause.effect.number for each in one.spare] == [1]
     assert (
-        "Its own recording shows weak thruster (thruster 1), which this dive does not: look whether it should be there."
+        "Its own recording shows weak thruster 1, which this dive does not: look whether it should be there."
         in against_words.lines(one)
     )
+
+
+def test_what_both_show_is_said_to_be_in_the_simulator_already():
+    drag, weak = found("quadratic_drag"), found("weak_thruster", 2)
+    shared, lacked = against_words.cause_lines(compared(diagnosis(drag, weak), diagnosis(drag)))
+    assert shared.startswith("Your simulator has it already: Quadratic drag, ")
+    assert lacked.startswith("Weak thruster 2, ")
 
 
 def test_the_water_of_a_simulator_s_run_is_not_its_own():
@@ -129,7 +136,7 @@ def test_a_number_that_costs_no_drift_is_not_told():
 def test_what_no_candidate_explains_is_never_told_as_nothing():
     one = compared(replace(diagnosis(before=1.3), verdict="unknown"), diagnosis())
     assert against_words.verdict_sentence(one) == (
-        "Your simulator lacks something that no candidate explains: 100 % of it is in surge, steady."
+        "Your simulator lacks something that no candidate explains: 100 % of the gap is in surge, steady."
     )
 
 

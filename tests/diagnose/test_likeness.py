@@ -6,12 +6,14 @@ import pytest
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.candidates import tried_of
 from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import Found
 from identify.diagnose.forms import forms
 from identify.diagnose.likeness import alike_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.probability import SURE, probability
-from identify.diagnose.search import explain
+from identify.diagnose.search import LEAST_GAIN, explain
 
 LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
 
@@ -51,3 +53,21 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
     left = true - whole @ np.linalg.lstsq(whole, true, rcond=None)[0]
     alone = true - own * (own @ true) / (own @ own)
     assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
+
+
+def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, monkeypatch):
+    monkeypatch.setattr("identify.diagnose.likeness.LEAST_LIKENESS", 1.1)
+    alike = alike_of(heavy, 0)
+    assert (alike.names, alike.likeness) == ((), {})
+    assert alike.margin_nats > 20
+
+
+def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
+    (cause,) = heavy.causes
+    mine = Found(cause, (), {}, 0.9, {}, heavy.fit.gain)
+    tried = tried_of(heavy, (mine,))
+    assert {one.name for one in tried} == {effect.name for effect in LIBRARY}
+    assert [one.label for one in tried if one.accepted] == [cause.effect.label]
+    twin = next(one for one in tried if one.name in {"net_buoyancy", "thrust_bias"} and not one.accepted)
+    assert twin.gain_nats < 2.0
+    assert all(one.why == "" for one in tried if one.gain_nats <= LEAST_GAIN)

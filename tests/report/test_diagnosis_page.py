@@ -155,7 +155,7 @@ def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, objec
 
 def test_two_causes_are_named_as_two():
     said = words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3))))
-    assert said.startswith("Quadratic drag and weak thruster (thruster 3) explain the gap: ")
+    assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
@@ -304,9 +304,47 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     accepted, best_other = (math.log1p(gain) / math.log1p(61.2) for gain in (61.2, 4.8))
     assert f"width:{100 * accepted:.1f}%" in diagnosis_page(diagnosis())
     assert f"width:{100 * best_other:.1f}%" in diagnosis_page(diagnosis())
-    thrusters = len(FILE.vehicle.configurations["hovering"].thrusters)
-    assert sum(line.startswith("weak thruster of thruster") for line in page.lines) == thrusters
+    named = {(one.name, one.number): one.label for one in LIBRARY}
+    told = {key for key in named if any(5.0 - 0.2 * k > 2.0 for k in places(key))} | {("quadratic_drag", 0)}
+    shown = sum("nats" in line and line[0].isdigit() and "others" not in line for line in page.lines)
+    assert shown == len(told)
+    assert f"{len(named) - len(told)} others: none gains more than 2 nats." in page.lines
     assert any("2.7 times as likely" in line for line in page.lines)
+
+
+def places(key: tuple[str, int]) -> list[int]:
+    """Where the forms of one candidate stand in the library."""
+    return [k for k, one in enumerate(LIBRARY) if (one.name, one.number) == key]
+
+
+def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
+    why = Tried("waves", "waves (2.25 and 2.33 s)", 20.0, False, "too little here: 30 nats are asked for")
+    page = read(diagnosis(tried=(*diagnosis().tried, why)))
+    assert "waves (2.25 and 2.33 s) (too little here: 30 nats are asked for)\n20 nats" in page
+
+
+def test_one_thruster_is_named_once_with_its_number():
+    assert words.label_words("weak_thruster", "weak_thruster of thruster 8") == "weak thruster 8"
+    turned = effect("thruster_misalignment", 2)
+    assert words.label_words(turned.name, turned.label).startswith("thruster misalignment (thruster 2)")
+    assert words.effect_words(effect("weak_thruster", 8)) == "weak thruster 8"
+
+
+def test_an_interval_of_nothing_but_one_number_is_left_out():
+    assert words.percents(0.84, 0.94) == "84 % to 94 %"
+    assert words.percents(-0.001, 0.004) == words.percents(NAN, 0.4) == ""
+    none = Shrink(1.5, 1.5, 0.0, 0.0, 0.0)
+    assert words.shrink_lines(diagnosis(check=None, heldout=none)) == (
+        "On pieces held out: the 5 s drift goes from 1.5 floors to 1.5 floors, 0 % of what can be closed.",
+    )
+    assert "1.50\n1.50\n0 %\n—" in read(diagnosis(heldout=none))
+
+
+def test_a_depth_that_stays_the_same_is_not_sliced():
+    still = replace(
+        gap(), slices=tuple(Slice("surge", "depth", 0.6 + 1e-4 * k, 0.6001 + 1e-4 * k, 0.3) for k in range(3))
+    )
+    assert "0.60 to 0.60" not in read(diagnosis(gap=still))
 
 
 def test_slices_are_in_the_units_of_what_they_slice_by():
@@ -338,7 +376,7 @@ def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there
     assert "quadratic drag\n23 mm/s\n5.1 mm/s\nquadratic drag" in page
     assert "DVL bias\n—\n—\nnothing: the feed-forward can't" in page
     assert words.gain_lines(gained) == (
-        "Quadratic drag: the feed-forward alone would track to 5.1 mm/s instead of 23 mm/s (rms velocity error).",
+        "Quadratic drag: the feed-forward alone would track to 5.1 mm/s instead of 23 mm/s (typical velocity error).",
     )
 
 
