@@ -169,12 +169,10 @@ def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> 
             if commanded[dof] > share * TELLING_SHARE * limit
         ]
         worst = max(told, key=lambda dof: float(differs[dof] / commanded[dof]), default=0)
-        unit = "N" if worst < 3 else "N m"
         if told and differs[worst] > STRANGE_SHARE * commanded[worst]:
             return (
-                f"in {DOFS[worst]} its thruster commands come to {differs[worst]:.2g} {unit} off what its controller "
-                f"says that it asked for, {commanded[worst]:.2g} {unit}, on average: the vehicle file's thrusters are "
-                "not this vehicle's"
+                f"in {DOFS[worst]} its thruster commands come to a wrench {differs[worst]:.2g} rms off the "
+                f"recorded TAU_CMD of {commanded[worst]:.2g}: the vehicle file's thrusters are not this vehicle's"
             )
     return ""
 

@@ -27,35 +27,9 @@ class Identity:
 def identity_of(files: Sequence[Path]) -> Identity:
     """The identity of the recording in these files, one after another. Raises LogError where one can't be read."""
     data = contents(files)
-    told = _is_tlog(files) and len(data) >= OPENING_BYTES
+    told = files[0].name.lower().endswith((".tlog", ".tlog.gz")) and len(data) >= OPENING_BYTES
     opening = hashlib.sha256(data[:OPENING_BYTES]).hexdigest() if told else ""
     return Identity(hashlib.sha256(data).hexdigest(), opening, len(data))
-
-
-SAME, PIECE, OVERLAPPING = "holds the same recording as", "is a piece of", "shares a stretch with"
-"""How one recording may be of the same dive as another, in words between their names."""
-
-
-def of_one_dive(files: Sequence[Path], others: Sequence[Path]) -> str:
-    """How the recording in `files` is of the very dive that is in `others`, in words; "" where it is not.
-
-    Of a `.tlog` any piece is known by its bytes, wherever it was cut; of other formats, which open with what every
-    dive of theirs has, only a whole or its beginning. Raises LogError where one can't be read.
-    """
-    one, other = contents(files), contents(others)
-    if one == other:
-        return SAME
-    if not (one and other):
-        return ""
-    short, long = sorted((one, other), key=len)
-    if short in long:
-        return PIECE if short is one else OVERLAPPING
-    told = _is_tlog(files) and _is_tlog(others) and len(short) >= OPENING_BYTES
-    return OVERLAPPING if told and (one[:OPENING_BYTES] in other or other[:OPENING_BYTES] in one) else ""
-
-
-def _is_tlog(files: Sequence[Path]) -> bool:
-    return files[0].name.lower().endswith((".tlog", ".tlog.gz"))
 
 
 def contents(files: Sequence[Path]) -> bytes:

@@ -133,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def refuse_the_same(check: "Dive", dive: "Dive") -> None:
     """Raises UsageError for a check dive that is the dive itself: nothing can be measured on what was fitted."""
-    from identify.ingest.identity import of_one_dive
+    from identify.diagnose.one_dive import of_one_dive
     from identify.ingest.open import recording_files
 
     how = of_one_dive(*(recording_files(one.source) for one in (check, dive)))
