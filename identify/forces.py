@@ -231,7 +231,7 @@ def _said_of(differs_rms: Array, commanded: Signal) -> tuple[str, ...]:
         if scale[dof] > LEAST_WRENCH and differs_rms[dof] > NOTABLE_DIFFERENCE * scale[dof]:
             unit = "N" if dof < 3 else "N m"
             notes.append(
-                f"In {DOFS[dof]} what the thruster pulses come to differs from what the controller says that it asked "
-                f"for by {differs_rms[dof]:.2g} {unit} of {scale[dof]:.2g} {unit}, on average; the pulses are used."
+                f"In {DOFS[dof]} the wrench from PWM differs from TAU_CMD by {differs_rms[dof]:.2g} {unit} "
+                f"rms of {scale[dof]:.2g} {unit}; the one from PWM is used."
             )
     return tuple(notes)
