@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from identify.diagnose.evidence import sums_of
 from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.kin import kin
 from identify.diagnose.own import Own
 
 Array = NDArray[np.float64]
@@ -36,6 +37,10 @@ UNKNOWN_NATS, LEVELLED_NATS = 10.0, 100.0
 """Nats that one force must save, for something unexplained to be there: more than any did in drawn dives that hide
 nothing. In roll and pitch far more: a vehicle that is held level tells little of its own inertia there, and much of
 what levels it."""
+
+LEAST_FORCE = 0.02
+"""Of what the thrusters give in that degree of freedom, both by their spread. A curve from pulses to newtons is not
+known better, whatever a long dive with quiet sensors tells of its rest."""
 
 
 @dataclass(frozen=True)
@@ -61,16 +66,20 @@ class Left:
 
 
 def left_over(ground: Ground, fit: Fitted) -> Left:
-    """What generic forces foretell of a dive's innovations beyond some causes and all that other forms of these add.
+    """What generic forces foretell of a dive's innovations beyond some causes and all that comes along with these.
 
     Not where the controller used a reading that was not recorded: there thrust answers the sea unseen, and all that
     goes with thrust foretells something.
     """
-    known, dofs = ground.known(fit), [own.problem.axis.dof for own in ground.rows.own]
-    shapes = list(unit_forces(ground.now.course, dofs))
+    course, dofs = ground.now.course, [own.problem.axis.dof for own in ground.rows.own]
+    along = [act for cause in fit.causes for act in kin(course, cause)]
+    known = np.column_stack([ground.known(fit), ground.rows.columns(along, course)])
+    shapes = list(unit_forces(course, dofs))
     forces = np.stack([force for _, _, force in shapes])
     clear = [own for own in ground.rows.own if own.problem.axis.dof not in ground.now.doubted]
+    thrust = course.wrench_of(course.thrust_n).std(axis=0)
     found = [one for own in clear for one in _of_axis(ground, fit.value, known, own, forces)]
+    found = [one for one in found if one[3] > LEAST_FORCE * thrust[one[0]]]
     found.sort(key=lambda one: -one[2])
     kept = found[:MOST]
     return Left(
