@@ -21,6 +21,7 @@ from identify.diagnose.depends import depends_on
 from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Value
 from identify.diagnose.drift import Drift, drifts, floors_of
 from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by
+from identify.diagnose.further import further
 from identify.diagnose.generic import Left, left_over
 from identify.diagnose.known import altogether, held, holding, known_of, since
 from identify.diagnose.missing import Missing, missing_of, with_left
@@ -30,7 +31,7 @@ from identify.diagnose.probability import BESIDE_UNKNOWN
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out
 from identify.diagnose.simulator import Simulator
-from identify.diagnose.verdict import is_unknown, next_of, verdict_of
+from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
 from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
 from identify.dive import Dive
 
@@ -103,6 +104,9 @@ def diagnose(
     if check is not None and other is not None:
         progress(0.9, "flying the check dive")
         prediction = predict(found, plain, other, check.name, rng)
+    more = next_of(causes, tried)
+    if is_unknown(left):
+        more = further(unexplained(left), found.now.course, more)
     measured = None if prediction is None else windows_of(prediction).shrink(rng)
     progress(1.0, "done")
     return Diagnosis(
@@ -116,7 +120,7 @@ def diagnose(
         character_of(left) if is_unknown(left) else None,
         heldout,
         measured,
-        next_of(causes, tried),
+        more,
         (*held(holds), *not_held, *_short(check), *_notes(dive, nominal)),
         time.perf_counter() - began_s,
         prediction,

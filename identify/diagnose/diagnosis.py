@@ -153,7 +153,7 @@ class Shrink:
 
 @dataclass(frozen=True)
 class Next:
-    """What to dive, or to fit, to split causes that this dive can't tell apart."""
+    """What to dive, or to fit, to split causes that this dive can't tell apart, or to see what none explains."""
 
     manoeuvre: str
     sensor: str

@@ -1,8 +1,8 @@
 """What a cause brings along that no form of it says: that too is nothing unexplained, once the cause is found.
 
-A lag of second order pushes slowly where one of first order pushes quickly, a bias comes and goes, water that moves
-turns the hull as well as pushing it, and thrust that gives way under load does so by another law. The forms that the
-search allows for (`forms`) are fewer, so that a second cause keeps its evidence.
+Of a quick cause whose form is not quite true a slow rest stays, for a filter takes it for a disturbance, which lasts; a
+bias comes and goes; water that moves turns the hull as well as pushing it; thrust that gives way under load does so by
+another law. The forms that the search allows for (`forms`) are fewer, so that a second cause keeps its evidence.
 """
 
 from collections.abc import Iterator

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from bridge.effects.effect import Effect
 from identify.diagnose.diagnosis import Found, Next, Verdict
-from identify.diagnose.generic import LEVELLED_NATS, UNKNOWN_NATS, Left
+from identify.diagnose.generic import LEVELLED_NATS, UNKNOWN_NATS, Left, Shape
 from identify.diagnose.search import LEAST_SHARE
 from identify.diagnose.whitened import LEVELLED
 
@@ -21,13 +21,19 @@ SENSORS = (
 """Words by which what tells causes apart is a reading, and no manoeuvre."""
 
 
-def is_unknown(left: Left) -> bool:
-    """Whether generic forces foretell more of what is left than chance would let them."""
+def unexplained(left: Left) -> tuple[Shape, ...]:
+    """The generic forces that foretell more of what is left than chance would let them, strongest first."""
     least = LEAST_SHARE * left.explained
-    return any(
-        gain > max(LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS, least)
+    return tuple(
+        shape
         for shape, gain in zip(left.shapes, left.gains, strict=True)
+        if gain > max(LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS, least)
     )
+
+
+def is_unknown(left: Left) -> bool:
+    """Whether anything is left that chance would not leave."""
+    return bool(unexplained(left))
 
 
 def verdict_of(found: Sequence[Found], left: Left) -> Verdict:

@@ -1,0 +1,122 @@
+"""What generic forces foretell beyond the causes: what counts as unexplained, and what to dive to see more of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.missions.mission import draw_one
+from bridge.effects.course import lagged
+from bridge.effects.effect import Act
+from bridge.effects.environment import waves
+from bridge.effects.library import library
+from bridge.effects.supply import LOAD_SAG
+from identify.diagnose import generic
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import Next
+from identify.diagnose.forms import forms
+from identify.diagnose.further import further
+from identify.diagnose.generic import Left, Shape, left_over
+from identify.diagnose.ground import ground_of
+from identify.diagnose.kin import kin
+from identify.diagnose.nominal import nominal_of, refitted
+from identify.diagnose.verdict import unexplained
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    mission = draw_one(100_300, seconds=120.0)
+    return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def left_by(wrench, columns):
+    """Share of a wrench's square that columns leave of it."""
+    base = np.column_stack(columns)
+    size, *_ = np.linalg.lstsq(base, wrench, rcond=None)
+    return np.sum((wrench - base @ size) ** 2) / np.sum(wrench**2)
+
+
+def columns_of(acts, dof):
+    return [act.wrench[:, dof] for act in acts]
+
+
+def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypatch):
+    wrench, speed = np.zeros_like(nominal.course.nu), nominal.course.nu[:, 2]
+    thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, 2]
+    wrench[:, 2] = 0.2 * np.std(thrust) / np.std(speed**2) * speed**2
+    ground = ground_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
+    fit = ground.fitted(())
+    assert 2 in {shape.dof for shape in left_over(ground, fit).shapes}
+    monkeypatch.setattr(generic, "LEAST_FORCE", 0.5)
+    assert 2 not in {shape.dof for shape in left_over(ground, fit).shapes}
+
+
+def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
+    course = nominal.course
+    (lag,) = (one for one in library(course.configuration, course.lag_s) if one.name == "thruster_lag")
+    cause = Cause(lag, np.array([course.lag_s + 0.1]))
+    slow = lagged(cause.act(course).wrench, course.step_s, 0.9)[:, 0]
+    known = columns_of([cause.slope(course, 0), *forms(course, cause)], 0)
+    with_kin = left_by(slow, [*known, *columns_of(kin(course, cause), 0)])
+    assert with_kin < 0.1 * left_by(slow, known)
+
+
+def test_water_that_moves_turns_the_hull_too(nominal):
+    course = nominal.course
+    cause = Cause(waves(4.0), np.array([1.0, 0.5, -0.3, 0.8, 0.0, 0.0]))
+    push = cause.act(course).wrench
+    munk = course.nu[:, 0] * push[:, 1]
+    turning = columns_of(kin(course, cause), 5)
+    assert left_by(munk, turning) < 1e-9
+    assert left_by(np.gradient(munk), turning) > 0.01
+
+
+def test_a_supply_that_gives_way_by_another_law_is_kin_of_load_sag(nominal):
+    course = nominal.course
+    load = (np.abs(course.thrust_n) ** 1.4).sum(axis=1, keepdims=True)
+    wrench = course.wrench_of(lagged(load, course.step_s, 0.3) * course.thrust_n)[:, 0]
+    assert left_by(wrench, columns_of(kin(course, Cause(LOAD_SAG, np.array([0.05]))), 0)) < 1e-9
+
+
+def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
+    shapes = tuple(Shape(dof, "heading", None, np.zeros(3)) for dof in (0, 5, 4))
+    left = Left(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=1500.0)
+    assert unexplained(left) == shapes[:1]
+
+
+@pytest.mark.parametrize(
+    ("variable", "said"),
+    [("heading", "opposite headings"), ("depth", "two depths"), ("altitude", "heights above the bottom"),
+     ("voltage", "empty battery"), ("time", "empty battery"), ("thrust", "thrusters at a time"),
+     ("thrust_sign", "thrusters at a time"), ("position", "out and back")],
+)  # fmt: skip
+def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
+    more = further([Shape(0, variable, None, nominal.course.depth_m)], nominal.course, None)
+    assert said in more.manoeuvre
+    assert more.splits == ()
+
+
+def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
+    nu, rate = nominal.course.nu, nominal.course.nu_dot
+    asked = {
+        further([one], nominal.course, None).manoeuvre
+        for one in (
+            Shape(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
+            Shape(0, "yaw_rate", "even", nu[:, 5] ** 2),
+            Shape(0, "acceleration", "odd", rate[:, 0]),
+        )
+    }
+    assert asked == {
+        "steady runs to port and to starboard at three speeds",
+        "steady turns both ways at three rates",
+        "starts and stops ahead and astern, quick and slow",
+    }
+
+
+def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
+    left = [Shape(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")]
+    more = further(left, nominal.course, Next("coast-down", "voltage log", ("fouling", "battery_sag")))
+    assert more.manoeuvre == (
+        "the same leg with a fresh and with an empty battery; the same leg on opposite headings; coast-down"
+    )
+    assert (more.sensor, more.splits) == ("voltage log", ("fouling", "battery_sag"))
