@@ -104,9 +104,9 @@ def diagnose(
     if check is not None and other is not None:
         progress(0.9, "flying the check dive")
         prediction = predict(found, plain, other, check.name, rng)
-    more = next_of(causes, tried)
+    dive_next = next_of(causes, tried)
     if is_unknown(left):
-        more = further(unexplained(left), found.now.course, more)
+        dive_next = further(unexplained(left), found.now.course, dive_next)
     measured = None if prediction is None else windows_of(prediction).shrink(rng)
     progress(1.0, "done")
     return Diagnosis(
@@ -120,7 +120,7 @@ def diagnose(
         character_of(left) if is_unknown(left) else None,
         heldout,
         measured,
-        more,
+        dive_next,
         (*held(holds), *not_held, *_short(check), *_notes(dive, nominal)),
         time.perf_counter() - began_s,
         prediction,
