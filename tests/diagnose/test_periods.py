@@ -15,7 +15,7 @@ def seas_with(names, seed):
 
 
 def periods(effect):
-    return [float(one) for one in effect.variant.removesuffix(" s").split(" and ")]
+    return [float(one) for one in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")]
 
 
 @pytest.mark.parametrize(
