@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from bridge.vehicle.coefficients import BY_NAME
 from identify.batch.drift import Drift
+from identify.batch.page import MARKS, doubt_mark
 from identify.batch.rows import Row, Value, names_in
 from identify.dates import utc
 from tui import show
@@ -16,7 +17,7 @@ PARAMETERS_WIDE = 4
 def dive_table(rows: Sequence[Row]) -> Table:
     """Every dive, with the number that stands for it in the other tables, and why it gave nothing where it did not."""
     lines = [
-        (str(number), utc(row.unix_s), row.configuration or "-", f"{row.dive}: {row.error or row.outcome}")
+        (str(number), utc(row.unix_s), row.configuration or "-", f"{row.dive}: {row.error or _ended(row)}")
         for number, row in enumerate(rows, start=1)
     ]
     return show.table("dives", ("no.", "date, UTC", "configuration", "dive"), lines, numbers=("no.",))
@@ -35,12 +36,13 @@ def parameter_tables(
             (
                 f"{1 + rows.index(row)}{'' if drift.counts(row) else '*'}",
                 utc(row.unix_s),
-                *(_cell(row.values.get(name)) for name in some),
+                *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in some),
             )
             for row in group
         ]
         title = f"{configuration}: {', '.join(some)}, with half of their 95 % intervals"
         title += "" if all(map(drift.counts, group)) else "; *: in no trend, for it did not converge"
+        title += f"; {MARKS}" if any(name in row.doubted for row in group for name in some) else ""
         tables.append(show.table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
     return tables
 
@@ -62,6 +64,7 @@ def drifts_to_json(drifts: Mapping[str, Drift]) -> dict[str, object]:
         configuration: {
             "story": drift.story.name.lower(),
             "sentence": drift.sentence,
+            "despite_doubts": drift.despite_doubts,
             "parameters": {
                 name: {**vars(trend), "significant": name in drift.real}
                 for name, trend in drift.trends.items()
@@ -69,6 +72,14 @@ def drifts_to_json(drifts: Mapping[str, Drift]) -> dict[str, object]:
         }
         for configuration, drift in drifts.items()
     }
+
+
+def _ended(row: Row) -> str:
+    """`converged, but doubts M_w`."""
+    names = [name for name in names_in([row]) if name in row.doubted]
+    if not names:
+        return row.outcome
+    return f"{row.outcome}, {'but ' if row.converged else ''}doubts {', '.join(names)}"
 
 
 def _cell(value: Value | None) -> str:

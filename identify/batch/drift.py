@@ -7,16 +7,19 @@ from enum import Enum
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.batch.rows import Row, names_in
+from identify.batch.doubts import is_about, is_alike_in_all_dives
+from identify.batch.rows import NAMES, Row, names_in
 from identify.batch.series import Series, common_series, ratio
 from identify.batch.trend import LEVEL, ONE_MOMENT_S, Trend, fit_trend, holm
 from identify.dates import utc
 from identify.identification import Outcome
 
 SOUND = frozenset({Outcome.CONVERGED.value})
+WITH_DOUBTS = SOUND | {Outcome.DISAGREES.value}
 DOUBTED = (
-    "Too few converged, so dives in which data and model disagree count too: what all err by alike makes no trend, but "
-    "another speed or manoeuvre may look like one."
+    "Too few values converged undoubted, so those that a warning names count too, and those of dives in which data and "
+    "model disagree, where the recording itself is not doubted: what all err by alike makes no trend, but another "
+    "speed or manoeuvre may look like one."
 )
 
 VOLTAGE_STD_V = 0.05
@@ -66,7 +69,7 @@ class Drift:
     """The story of one configuration. `trends` by coefficient, those of the list that have one.
 
     `real` are the coefficients whose trend is significant among all of them. `mass`, `damping` and `damping_over_mass`
-    are trends of logarithms, `voltage` of the pack's volts. Dives that ended with one of the `outcomes` count.
+    are trends of logarithms, `voltage` of the pack's volts. `despite_doubts`: see `takes`.
     """
 
     story: Story
@@ -77,30 +80,59 @@ class Drift:
     damping: Trend | None = None
     damping_over_mass: Trend | None = None
     voltage: Trend | None = None
-    outcomes: frozenset[str] = SOUND
+    despite_doubts: bool = False
 
     def counts(self, row: Row) -> bool:
         """Whether a row is among those that the trends were made of."""
-        return row.outcome in self.outcomes
+        return row.outcome in outcomes_taken(self.despite_doubts)
+
+    def takes(self, row: Row, name: str) -> bool:
+        """Whether a row's value of a parameter is in its trend."""
+        return takes(row, name, self.despite_doubts)
+
+
+def outcomes_taken(despite_doubts: bool) -> frozenset[str]:
+    """How a dive may have ended whose values count."""
+    return WITH_DOUBTS if despite_doubts else SOUND
+
+
+def takes(row: Row, name: str, despite_doubts: bool) -> bool:
+    """Whether a trend takes a row's value: it has one, its dive converged, and no doubt is about it.
+
+    `despite_doubts`: a dive in which data and model disagree counts too, and a value that a warning is about, or the
+    doubt of a force that the model lacks. What a graver doubt of the recording is about never counts: the next dive
+    need not err alike.
+    """
+    speaking = [doubt for doubt in row.doubts if is_about(doubt, name)]
+    if despite_doubts:
+        speaking = [
+            d for d in speaking if d.outcome is not Outcome.CONVERGED and not is_alike_in_all_dives(d)
+        ]
+    return name in row.values and row.outcome in outcomes_taken(despite_doubts) and not speaking
 
 
 def drift_of(rows: Sequence[Row]) -> Drift:
     """What the dated rows of one configuration tell together.
 
-    Those that converged count, where they are enough for a trend. Where they are not, as with a vehicle whose drag the
-    model never holds, those in which data and model disagree count too.
+    What no doubt is about in those that converged counts, where that is enough for a trend. Where it is not, as with a
+    vehicle whose drag the model never holds, more does: see `takes`.
     """
-    sound = _drift(rows, SOUND)
-    if sound.story is not Story.TOO_FEW or all(row.outcome in SOUND for row in rows):
+    sound = _drift(rows, despite_doubts=False)
+    if sound.story is not Story.TOO_FEW:
         return sound
-    doubted = _drift(rows, SOUND | {Outcome.DISAGREES.value})
+    doubted = _drift(rows, despite_doubts=True)
     if doubted.story is Story.TOO_FEW:
         return sound
     return replace(doubted, sentence=f"{doubted.sentence} {DOUBTED}")
 
 
-def _drift(rows: Sequence[Row], outcomes: frozenset[str]) -> Drift:
-    dated = [row for row in rows if row.unix_s is not None and row.values and row.outcome in outcomes]
+def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
+    outcomes = outcomes_taken(despite_doubts)
+    dated = [
+        replace(row, values={name: v for name, v in row.values.items() if takes(row, name, despite_doubts)})
+        for row in rows
+        if row.unix_s is not None and row.values and row.outcome in outcomes
+    ]
     found = ((name, _trend_of(dated, name)) for name in names_in(dated))
     trends = {name: trend for name, trend in found if trend is not None}
     chances = holm({name: trend.p for name, trend in trends.items()})
@@ -113,8 +145,8 @@ def _drift(rows: Sequence[Row], outcomes: frozenset[str]) -> Drift:
     if story is Story.TOO_FEW:
         sentence = f"{story.value}. {_what_there_is(rows, dated, masses, dampings)}"
     else:
-        sentence = _sentence(story, mass, damping, over, voltage) + _left_out(rows, outcomes)
-    return Drift(story, sentence, trends, real, mass, damping, over, voltage, outcomes)
+        sentence = _sentence(story, mass, damping, over, voltage) + _left_out(rows, despite_doubts)
+    return Drift(story, sentence, trends, real, mass, damping, over, voltage, despite_doubts)
 
 
 def percent(log_change: float) -> float:
@@ -202,18 +234,27 @@ def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, da
     )
     if dated:
         told += f"; {len(masses.rows)} of these give a mass and {len(dampings.rows)} a damping"
+        told += " that no doubt is about" if any(row.doubted for row in rows) else ""
     times = [row.unix_s for row in dated if row.unix_s is not None]
     alike = len(times) > 1 and max(times) - min(times) <= ONE_MOMENT_S
     return f"{told}; they all began at one moment." if alike else f"{told}."
 
 
-def _left_out(rows: Sequence[Row], counted: frozenset[str]) -> str:
-    """How many dives no trend takes, and for what; empty where it takes all."""
+def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:
+    """How many dives no trend takes, for what, and which values of the others; empty where it takes all."""
+    counted = outcomes_taken(despite_doubts)
     others = [row.outcome for row in rows if row.values and row.outcome not in counted]
-    if not others:
-        return ""
-    why = " and ".join(f"{others.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(others))
-    return f" Left out: {why}."
+    why = [f"{others.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(others)]
+    doubted = [
+        [name for name in names_in([row]) if not takes(row, name, despite_doubts)]
+        for row in rows
+        if row.outcome in counted
+    ]
+    some = [names for names in doubted if names]
+    if some:
+        names = sorted({name for own in some for name in own}, key=NAMES.index)
+        why.append(f"the doubted {', '.join(names)} of {len(some)} dive{'s' if len(some) > 1 else ''}")
+    return f" Left out: {' and '.join(why)}." if why else ""
 
 
 def _within(trend: Trend) -> float:

@@ -25,12 +25,14 @@ WIDEST = 6.0
 REAL, NOT_REAL = 1, 2
 """Line styles of a trend that is significant, and of one that is not."""
 
+MARKS = "?: doubted; ?*: doubted, and in no trend"
+
 HOW = (
     "A trend is a straight line through the values, each weighted by its own standard error and by what dives scatter "
     "beyond it. It is called significant where a slope as large would come up by chance in fewer than one batch of "
-    "twenty, among all the parameters of the configuration together. Only dives that converged count, where there are "
-    "enough of them. Damping over mass does not depend on how much thrust there really was, mass and damping each do: "
-    "that tells a fouled hull from weak thrust."
+    "twenty, among all the parameters of the configuration together. Only values that no doubt is about, of "
+    "dives that converged, count, where there are enough of them. Damping over mass does not depend on how much thrust "
+    "there really was, mass and damping each do: that tells a fouled hull from weak thrust."
 )
 
 
@@ -71,6 +73,8 @@ def _dives(name: str, rows: Sequence[Row], drift: Drift) -> Section:
         _dive_table(rows, drift, kind, f"{words}, with half the width of each 95 % interval.")
         for kind, words in kinds
     ]
+    if any(row.doubted for row in rows):
+        tables.append(_doubts(rows))
     return Section(f"Dives of configuration {name}", tables=tuple(tables))
 
 
@@ -78,7 +82,7 @@ def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
     lines = []
     for name in names_in(rows):
         trend = drift.trends.get(name)
-        count = sum(name in row.values and drift.counts(row) for row in rows)
+        count = sum(drift.takes(row, name) for row in rows)
         lines.append((
             BY_NAME[name].symbol, str(count), unit(BY_NAME[name].unit), *_trend_cells(trend, name in drift.real),
             meaning(name),
@@ -111,11 +115,41 @@ def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[str, str, str, str
 def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> Table:
     names = [name for name in names_in(rows) if BY_NAME[name].kind == kind]
     lines = [
-        (utc(row.unix_s), *(_cell(row.values.get(name)) for name in names), _outcome(row, drift), row.dive)
+        (
+            utc(row.unix_s),
+            *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in names),
+            _outcome(row, drift),
+            row.dive,
+        )
         for row in rows
     ]
     headings = [f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}" for name in names]
-    return Table(("Date, UTC", *headings, "Outcome", "Dive"), tuple(lines), caption)
+    marked = any(name in row.doubted for row in rows for name in names)
+    return Table(
+        ("Date, UTC", *headings, "Outcome", "Dive"), tuple(lines), caption + (f" {MARKS}." if marked else "")
+    )
+
+
+def doubt_mark(row: Row, name: str, drift: Drift) -> str:
+    """What stands behind a value that a doubt is about."""
+    if name not in row.doubted:
+        return ""
+    return "?*" if drift.counts(row) and not drift.takes(row, name) else "?"
+
+
+def _doubts(rows: Sequence[Row]) -> Table:
+    """Each doubt about values of these dives, as the identification told it."""
+    lines = [
+        (utc(row.unix_s), row.dive, ", ".join(about), doubt.sentence)
+        for row in rows
+        for doubt in row.doubts
+        if (about := [name for name in names_in([row]) if name in doubt.about])
+    ]
+    return Table(
+        ("Date, UTC", "Dive", "Doubted", "Why, and what to do"),
+        tuple(lines),
+        "What is doubted of these dives.",
+    )
 
 
 def _outcome(row: Row, drift: Drift) -> str:
@@ -143,7 +177,9 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
     if any(row.voltage_v is not None for row in dated):
         panels.append(_voltage_panel(dated, drift.voltage, x))
     empty = np.zeros(0)
-    legend = plot.mark_legend([("disc", "in the trend"), ("diamond", "another outcome: in no trend")])
+    legend = plot.mark_legend(
+        [("disc", "in the trend"), ("diamond", "another outcome, or doubted: in no trend")]
+    )
     legend += plot.legend([
         Line(empty, empty, "95 % interval"),
         Line(empty, empty, "significant trend", REAL),
@@ -154,7 +190,9 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
 
 def _panel(name: str, rows: Sequence[Row], drift: Drift, x: Axis) -> Panel:
     trend, is_real = drift.trends.get(name), name in drift.real
-    found = [(row.unix_s or 0.0, row.values[name], drift.counts(row)) for row in rows if name in row.values]
+    found = [
+        (row.unix_s or 0.0, row.values[name], drift.takes(row, name)) for row in rows if name in row.values
+    ]
     lines = [Line(np.full(2, t), np.array([v.low95, v.high95])) for t, v, _ in found]
     marks = tuple(Mark(t, v.value, "disc" if counts else "diamond") for t, v, counts in found)
     return Panel(

@@ -10,9 +10,10 @@ from itertools import combinations
 from typing import Any
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
+from identify.batch.doubts import clauses, doubts_in
 from identify.batch.jobs import Result
 from identify.dates import date_in_name
-from identify.identification import Outcome
+from identify.identification import Doubt, Outcome
 
 NAMES = (*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES)
 
@@ -32,7 +33,7 @@ class Row:
     """One dive. `values` holds what was identified, by name; `error` says why there is nothing at all.
 
     `unix_s` is when it began, by `dated_by`; None where nothing tells it. `correlation` is that of two parameters'
-    errors, by the pair of their names, 0 for a pair that it lacks.
+    errors, by the pair of their names, 0 for a pair that it lacks. `doubts` is what speaks against values.
     """
 
     dive: str
@@ -47,6 +48,12 @@ class Row:
     values: Mapping[str, Value] = field(default_factory=dict)
     correlation: Mapping[frozenset[str], float] = field(default_factory=dict)
     error: str = ""
+    doubts: tuple[Doubt, ...] = ()
+
+    @property
+    def doubted(self) -> dict[str, str]:
+        """What speaks against each of its values that a doubt names."""
+        return clauses(self.doubts, tuple(self.values))
 
     @property
     def converged(self) -> bool:
@@ -75,17 +82,20 @@ def names_in(rows: Sequence[Row]) -> list[str]:
 
 
 def to_csv(rows: Sequence[Row]) -> str:
-    """A line a dive; for each parameter its value, standard error and 95 % interval, empty where there is none."""
+    """A line a dive; for each parameter its value, standard error and 95 % interval, empty where there is none.
+
+    `doubted` names those of its values that a doubt speaks against, with a space between two.
+    """
     columns = [f"{name}{part}" for name in NAMES for part in ("", "_std", "_low95", "_high95")]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("dive", "date_utc", "configuration", "outcome", "error", "duration_s", "voltage_v", *columns,
-                     "source", "sha256"))  # fmt: skip
+    writer.writerow(("dive", "date_utc", "configuration", "outcome", "doubted", "error", "duration_s", "voltage_v",
+                     *columns, "source", "sha256"))  # fmt: skip
     for row in rows:
         found = [row.values.get(name) for name in NAMES]
         numbers = [n for v in found for n in ((v.value, v.std, v.low95, v.high95) if v else ("",) * 4)]
-        writer.writerow((row.dive, iso(row.unix_s), row.configuration, row.outcome, row.error, row.duration_s,
-                         row.voltage_v, *numbers, row.source, row.sha256))  # fmt: skip
+        writer.writerow((row.dive, iso(row.unix_s), row.configuration, row.outcome, " ".join(row.doubted),
+                         row.error, row.duration_s, row.voltage_v, *numbers, row.source, row.sha256))  # fmt: skip
     return out.getvalue()
 
 
@@ -95,8 +105,9 @@ def to_json(row: Row) -> dict[str, Any]:
         **{
             name: value
             for name, value in vars(row).items()
-            if name not in ("values", "correlation", "unix_s")
+            if name not in ("values", "correlation", "unix_s", "doubts")
         },
+        "doubted": row.doubted,
         "date_utc": iso(row.unix_s) or None,
         "parameters": {name: vars(value) for name, value in row.values.items()},
     }
@@ -138,6 +149,7 @@ def _row(result: Result) -> Row:
         values,
         _correlation(list(values), found["covariance"]),
         "" if values else _why_nothing(found),
+        doubts_in(found),
     )
 
 

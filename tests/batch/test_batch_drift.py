@@ -9,6 +9,9 @@ import pytest
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value
 from identify.batch.series import common_series, ratio
+from identify.estimators import multiplier
+from identify.estimators.said import drag_doubts, late_doubts
+from identify.identification import Doubt, Outcome
 
 DAY_S = 86400.0
 START_S = 1.77e9
@@ -167,3 +170,59 @@ def test_copies_that_begin_within_a_minute_make_no_trend():
     first, *_ = dives(count=3)
     copies = [replace(first, dive=f"copy {k}", unix_s=first.unix_s + 20.0 * k) for k in range(3)]
     assert drift_of(copies).sentence.endswith("they all began at one moment.")
+
+
+WARNED = Doubt(("M_u", "D_u"), "No rate of turn was recorded: M_u may be off; record a gyro.")
+HALF = Doubt(
+    ("M_u", "M_v", "D_u", "D_v"), "Depth changes by 2 times what it should: mend it.", Outcome.DISAGREES
+)
+FORCE = multiplier.Tested(30.0, 0.02, np.zeros(12))
+DRAG, LATE = drag_doubts({0: FORCE})[0], late_doubts({0: FORCE})[0]
+
+
+def spoilt(row, factor, names, *doubts, outcome="converged"):
+    """A dive whose values of these names are wrong, with what speaks against them."""
+    wrong = {name: replace(row.values[name], value=factor * row.values[name].value) for name in names}
+    return replace(row, values={**row.values, **wrong}, doubts=doubts, outcome=outcome)
+
+
+def test_a_value_that_a_warning_names_bends_no_trend_and_the_others_of_its_dive_count():
+    rows = dives()
+    some = [*rows[:-1], spoilt(rows[-1], 1.4, ("M_u", "D_u"), WARNED)]
+    drift = drift_of(some)
+    assert drift.story is Story.STEADY
+    assert drift.trends["M_u"] == drift_of(rows[:-1]).trends["M_u"]
+    assert drift.trends["M_v"] == drift_of(rows).trends["M_v"]
+    assert drift.sentence.endswith("Left out: the doubted M_u, D_u of 1 dive.")
+    assert [drift.takes(some[-1], name) for name in ("M_u", "M_v")] == [False, True]
+
+
+def test_where_every_value_is_named_by_a_warning_they_count_and_it_is_said():
+    warned = Doubt(tuple(TRUE), WARNED.sentence)
+    drift = drift_of([replace(row, doubts=(warned,)) for row in dives(damping=0.2)])
+    assert drift.story is Story.FOULING
+    assert drift.sentence == f"{drift_of(dives(damping=0.2)).sentence} {DOUBTED}"
+
+
+def test_a_dive_whose_sensor_is_off_by_a_factor_bends_no_trend_of_a_fleet_that_lacks_a_drag():
+    rows = [replace(row, doubts=(DRAG, LATE), outcome="data and model disagree") for row in dives()]
+    half = spoilt(rows[-1], 2.0, HALF.about, DRAG, HALF, outcome="data and model disagree")
+    drift = drift_of([*rows[:-1], half])
+    assert drift.story is Story.STEADY
+    assert drift.trends["M_u"] == drift_of(rows[:-1]).trends["M_u"]
+    assert drift.trends["I_r"] == drift_of(rows).trends["I_r"]
+    assert drift.sentence.endswith(f"Left out: the doubted M_u, M_v, D_u, D_v of 1 dive. {DOUBTED}")
+
+
+def test_dives_that_all_contradict_their_own_recording_make_no_trend():
+    everything = replace(HALF, about=tuple(TRUE))
+    rows = [replace(row, doubts=(everything,), outcome="data and model disagree") for row in dives()]
+    assert drift_of(rows).story is Story.TOO_FEW
+
+
+def test_too_few_for_want_of_undoubted_values_says_so():
+    rows = [replace(row, doubts=(HALF,)) for row in dives(count=4)]
+    rows = [replace(r, values={name: r.values[name] for name in ("M_u", "D_u")}) for r in rows]
+    assert drift_of(rows).sentence.endswith(
+        "; 0 of these give a mass and 0 a damping that no doubt is about."
+    )

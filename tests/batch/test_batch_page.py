@@ -13,11 +13,13 @@ from identify.batch.calendar import MOST_TICKS, date_axis
 from identify.batch.drift import drift_of
 from identify.batch.jobs import Result
 from identify.batch.page import batch_report
-from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv
+from identify.batch.rows import NAMES, by_configuration, rows_of, to_csv, to_json
+from identify.identification import Doubt, Outcome
 from identify.report.page import render_report
 from tui import show
 from tui.batch_tables import dive_table, parameter_tables, trend_table
 
+WARNED = Doubt(("M_u",), "No rate of turn was recorded in roll: M_u may be off; record a gyro.")
 LONG = "2026-11-20T0912Z-" + "hovering-in-the-outer-harbour"
 
 
@@ -109,7 +111,7 @@ def test_tables_are_whole_at_80_columns_with_the_longest_words():
         values = {
             name: replace(v, value=1234.5678, low95=1136.9, high95=1333.3) for name, v in row.values.items()
         }
-        return replace(row, dive=LONG, values=values)
+        return replace(row, dive=LONG, values=values, doubts=(Doubt(tuple(values), WARNED.sentence),))
 
     rows = [long(row) for row in dives(count=4)]
     tables = [
@@ -153,3 +155,61 @@ def test_a_dive_that_is_in_no_trend_is_marked_on_the_page_and_in_the_terminal():
     table, *_ = parameter_tables(rows, rows, drift_of(rows), "only")
     assert [line[0] for line in table.rows] == ["1", "2", "3", "4", "5*"]
     assert table.title.endswith("; *: in no trend, for it did not converge")
+
+
+def doubted():
+    """Four dives, the last of which doubts a value."""
+    rows = dives(count=4)
+    return [*rows[:-1], replace(rows[-1], doubts=(WARNED,))]
+
+
+def test_a_doubted_value_is_marked_on_the_page_beside_what_to_do():
+    html = page(doubted())
+    cells = re.findall(r"<td[^>]*>([^<]*\?\*)</td>", html)
+    assert len(cells) == 1
+    assert "?: doubted; ?*: doubted, and in no trend" in html
+    assert WARNED.sentence in html
+    assert "?: doubted" not in page(dives(count=4))
+
+
+def test_a_doubted_value_is_marked_in_the_terminal_and_its_dive_says_so():
+    rows = doubted()
+    listed = dive_table(rows)
+    assert [line[-1] for line in listed.rows][-2:] == [
+        "dive 2: converged", "dive 3: converged, but doubts M_u",
+    ]  # fmt: skip
+    table, *_ = parameter_tables(rows, rows, drift_of(rows), "only")
+    assert [line[2].endswith("?*") for line in table.rows] == [False, False, False, True]
+    assert not any(line[3].endswith("?*") for line in table.rows)
+    assert table.title.endswith("?: doubted; ?*: doubted, and in no trend")
+
+
+def test_csv_and_json_name_the_doubted_values_that_a_dive_has():
+    rows = doubted()
+    (*_, last) = csv.DictReader(io.StringIO(to_csv(rows)))
+    assert last["doubted"] == "M_u"
+    assert to_json(rows[-1])["doubted"] == {"M_u": "no rate of turn was recorded in roll"}
+    assert to_json(rows[0])["doubted"] == {}
+    without = replace(rows[-1], values={})
+    assert without.doubted == {}
+
+
+def test_a_doubt_about_a_total_mass_is_one_about_the_added_mass_in_it():
+    row = doubted()[-1]
+    assert set(replace(row, values={**row.values, "X_udot": row.values["M_u"]}).doubted) == {"M_u", "X_udot"}
+
+
+def test_doubts_of_a_kept_result_come_into_its_row():
+    answer = {
+        "unix_s": 1.0, "dated_by": "its clock", "voltage_v": None,
+        "identification": {
+            "configuration": "only", "outcome": "data and model disagree", "dive": {"duration_s": 1.0},
+            "parameters": [
+                {"name": "M_u", "value": 1.0, "std": 0.1, "low95": 0.8, "high95": 1.2, "identifiable": True},
+            ],
+            "covariance": {"of": [], "matrix": []},
+            "doubts": [replace(WARNED, outcome=Outcome.DISAGREES).to_json()],
+        },
+    }  # fmt: skip
+    (row,) = rows_of([Result("k", "dive", "dive.tlog", "0", answer)])
+    assert row.doubts == (replace(WARNED, outcome=Outcome.DISAGREES),)
