@@ -12,6 +12,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.identification import Z95, Outcome
+from tui.doubted import doubted_in
 from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, check_outcome, read_identification
 
@@ -37,6 +38,17 @@ def priors_of(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[
     UsageError for another file, and for one that did not converge, unless `leave` lets it pass.
     """
     return _of_json(path, widen, leave) if path.suffix == ".json" else _of_sidecar(path, widen, leave)
+
+
+def doubted_of(path: Path) -> dict[str, str]:
+    """What speaks against each coefficient that the identification doubts, from either file. Raises UsageError."""
+    if path.suffix == ".json":
+        return doubted_in(read_identification(path))
+    try:
+        sidecar = read_sidecar(path)
+    except ParamError as error:
+        raise UsageError(str(error)) from None
+    return {} if sidecar is None else sidecar.doubted
 
 
 def effects_of(path: Path) -> tuple[AcceptedEffect, ...]:

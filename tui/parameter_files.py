@@ -19,6 +19,7 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 from identify.identification import Identification, Outcome
+from tui.doubted import doubted_in, told
 from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
@@ -53,14 +54,14 @@ def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) ->
         values, sidecar = read_parameters(path), read_sidecar(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
-    notes: tuple[str, ...] = ()
-    if sidecar is not None:
-        check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
-        notes = (
-            f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
-            f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
-        )
-    return _narrowed(path, Targets(values, notes, sidecar is not None), only)
+    if sidecar is None:
+        return _narrowed(path, Targets(values), only, {})
+    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
+    notes = (
+        f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
+        f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
+    )
+    return _narrowed(path, Targets(values, notes, True), only, sidecar.doubted)
 
 
 def targets_of_identification(
@@ -80,20 +81,21 @@ def targets_of_identification(
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
-    told = (*doubts, *(f"note: {note}" for note in data.get("notes", ())))
-    notes = (*warnings, f"outcome: {outcome}", *told)
-    return _narrowed(path, Targets(values, notes, True), only)
+    notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
+    return _narrowed(path, Targets(values, notes, True), only, doubted_in(data))
 
 
 @dataclass(frozen=True)
 class AcceptedModel:
-    """A parameter file with its sidecar as a model: values and 95 % intervals by coefficient name, and the effects."""
+    """A parameter file with its sidecar as a model: by coefficient name values, 95 % intervals, and what speaks against
+    values; and the effects."""
 
     file: VehicleFile
     configuration: str
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]
     effects: tuple[AcceptedEffect, ...]
+    doubted: dict[str, str]
 
 
 def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel:
@@ -121,6 +123,7 @@ def accepted_model(path: Path, file: VehicleFile, leave: Leave) -> AcceptedModel
         {coefficient.name: values[name] for name, coefficient in named.items() if values[name]},
         {one.coefficient: (one.low95, one.high95) for one in sidecar.intervals.values()},
         sidecar.effects,
+        sidecar.doubted,
     )
 
 
@@ -133,12 +136,17 @@ def check_outcome(path: Path, outcome: str, leave: Leave, done: str) -> None:
         )
 
 
-def _narrowed(path: Path, found: Targets, only: Collection[str] | None) -> Targets:
+def _narrowed(
+    path: Path, found: Targets, only: Collection[str] | None, doubted: Mapping[str, str]
+) -> Targets:
+    """What is left of the values, and a line for each of these that is doubted."""
     missing = [name for name in only or () if name not in found.values]
     if missing:
         raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found.values))}")
     kept = {name: value for name, value in found.values.items() if only is None or name in only}
-    return Targets(kept, found.notes, found.whole and only is None)
+    taken = {coefficient.name for name in kept if (coefficient := coefficient_of(name)) is not None}
+    notes = (*found.notes, *(f"warning: {line}" for line in told(doubted, taken)))
+    return Targets(kept, notes, found.whole and only is None)
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:
@@ -147,9 +155,11 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     veh_cfg = file.vehicle.veh_cfg(answer.configuration)
     values = parameters_from_identification(data, veh_cfg)
     ids = {name: BY_NAME[name].parameter_id(veh_cfg) for name in answer.values()}
+    doubted = {name: why for name, why in doubted_in(data).items() if name in ids}
     words = (
         f"{answer.vehicle}, configuration {answer.configuration}, by {answer.method} from {answer.dive}",
         f"outcome: {answer.outcome.value}",
+        *told(doubted, tuple(doubted)),
     )
     write_parameters(path, values, words)
     write_sidecar(
@@ -168,6 +178,7 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
             dived=answer.dived,
             prior_dives=answer.prior_dives,
             dive_opening=answer.dive_opening,
+            doubted=doubted,
         ),
     )
 
@@ -243,7 +254,10 @@ def read_identification(path: Path) -> dict[str, Any]:
         and isinstance(data.get("outcome"), str)
         and isinstance(data.get("notes", []), list)
         and isinstance(data.get("doubts", []), list)
-        and all(isinstance(doubt, dict) and "sentence" in doubt for doubt in data.get("doubts", []))
+        and all(
+            isinstance(doubt, dict) and "sentence" in doubt and isinstance(doubt.get("about", []), list)
+            for doubt in data.get("doubts", [])
+        )
         and isinstance(vehicle, dict)
         and {"name", "sha256"} <= set(vehicle)
     )

@@ -30,7 +30,7 @@ class Sidecar:
 
     `thrust_shift` (relative) is what a weighed prior made of the thrust, which the values have in them; `dived` a date;
     `prior_dives` the earlier dives that priors brought into the values; `effects` what the model has beyond its
-    coefficients, those included that no parameter holds.
+    coefficients, those included that no parameter holds; `doubted` what speaks against values, by coefficient.
     """
 
     dive_sha256: str
@@ -48,6 +48,7 @@ class Sidecar:
     prior_dives: tuple[str, ...] = ()
     dive_opening: str = ""
     effects: tuple[AcceptedEffect, ...] = ()
+    doubted: dict[str, str] = field(default_factory=dict)
 
 
 def sidecar_path(path: Path) -> Path:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from tui import cli, exit_codes
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
@@ -135,3 +136,31 @@ def test_no_input_is_written_over(tmp_path, capsys):
     assert "would write over" in refused(capsys, vehicle, "--to", "gazebo", "--out", vehicle)
     assert vehicle.read_bytes() == before
     assert "add --out" in refused(capsys, vehicle, "--to", "gazebo", "--json", "-")
+
+
+def test_a_doubted_value_that_is_exported_is_told(tmp_path, capsys):
+    doubt = {
+        "about": ["M_u", "M_w"],
+        "outcome": "converged",
+        "sentence": "No rate of turn was recorded: dive again.",
+    }
+    path, told = identified(tmp_path / "a.json", doubts=[doubt]), tmp_path / "told.json"
+    words = (path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf", "--json", told)
+    assert export(*words) == exit_codes.DONE
+    shown = capsys.readouterr().out
+    assert "warning: M_u is doubted: no rate of turn was recorded" in shown
+    assert "M_w is doubted" not in shown
+    assert json.loads(told.read_text(encoding="utf-8"))["doubted"] == {"M_u": "no rate of turn was recorded"}
+
+
+def test_a_sidecars_doubts_are_told_where_its_values_are_exported(tmp_path, capsys):
+    param = tmp_path / "a.param"
+    param.write_text("FF1_M_U,111\n", encoding="utf-8")
+    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", vehicle="ruvifist", outcome="converged",
+                   doubted={"M_u": "no rate of turn was recorded"})  # fmt: skip
+    write_sidecar(param, told)
+    assert (
+        export(param, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf")
+        == exit_codes.DONE
+    )
+    assert "warning: M_u is doubted: no rate of turn was recorded" in capsys.readouterr().out

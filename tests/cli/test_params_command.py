@@ -10,8 +10,10 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer, decode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.sidecar import Sidecar, write_sidecar
+from gcs_plugin.params.sidecar import Sidecar, read_sidecar, write_sidecar
+from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import cli, exit_codes
+from tui.parameter_files import write_identified
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
 
@@ -324,6 +326,52 @@ def test_a_parameter_file_with_a_sidecar_says_where_it_comes_from(file, capsys):
     assert (
         "from lake-7 of ruvifist, configuration hovering, by likelihood: converged" in shown.out + shown.err
     )
+
+
+DOUBTED = "warning: M_u is doubted: no rate of turn was recorded"
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_each_doubted_value_that_a_parameter_file_sends_is_told(file, capsys):
+    doubted = {"M_u": "no rate of turn was recorded", "M_w": "it was weighed by others"}
+    write_sidecar(
+        Path(file), Sidecar("dive", "vehicle", "hovering", "likelihood", "0.1.0", {}, doubted=doubted)
+    )
+    assert run("diff", file) == exit_codes.NO
+    shown = capsys.readouterr().out
+    assert DOUBTED in shown
+    assert "M_w is doubted" not in shown
+    run("diff", file, "--only", "FF1_D_U")
+    assert "is doubted" not in capsys.readouterr().out
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert DOUBTED in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_each_doubted_value_that_an_identification_sends_is_told(tmp_path, capsys):
+    doubt = {
+        "about": ["M_u", "M_w"],
+        "sentence": "No rate of turn was recorded: dive again.",
+        "outcome": "converged",
+    }
+    path = identified(tmp_path, doubts=[doubt])
+    run("diff", path, "--vehicle", VEHICLE)
+    shown = capsys.readouterr().out
+    assert DOUBTED in shown
+    assert f"warning: {doubt['sentence']}" in shown
+    assert "M_w is doubted" not in shown
+
+
+def test_a_parameter_file_and_its_sidecar_keep_what_is_doubted(tmp_path):
+    doubt = Doubt(("M_u", "M_w"), "No rate of turn was recorded: dive again.")
+    found = Identification("likelihood", Outcome.CONVERGED, (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
+                           "lake-7", "7" * 64, "hovering", "0" * 64, 60.0, 100, doubts=(doubt,))  # fmt: skip
+    path = tmp_path / "a.param"
+    write_identified(path, found, load_vehicle(VEHICLE))
+    assert "# M_u is doubted: no rate of turn was recorded\n" in path.read_text(encoding="utf-8")
+    sidecar = read_sidecar(path)
+    assert sidecar is not None
+    assert sidecar.doubted == {"M_u": "no rate of turn was recorded"}
 
 
 def test_a_model_without_effects_takes_back_those_accepted_before_and_says_so(vehicle, file, capsys):

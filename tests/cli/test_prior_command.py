@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -13,7 +14,10 @@ from bridge.schema import build
 from bridge.vehicle.config import Prior, Vehicle, load_vehicle
 from bridge.vehicle.prior_text import with_priors_written
 from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
+from identify.identification import Identification, Outcome, estimate
+from identify.priors import with_priors
 from tui import cli, exit_codes
+from tui.accepted import doubted_of
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifist.yaml"
 
@@ -137,6 +141,69 @@ def test_what_did_not_converge_is_refused_unless_it_may_pass(vehicle, tmp_path, 
     assert vehicle.read_text(encoding="utf-8") == before
     assert accept(doubtful, vehicle, "--despite-doubts") == exit_codes.DONE
     assert "M_u" in priors(vehicle)
+
+
+DOUBT = {
+    "about": ["M_u"], "outcome": "converged",
+    "sentence": "No rate of turn was recorded in roll: M_u may be off; record a gyro.",
+}  # fmt: skip
+CLAUSE = "M_u is doubted: no rate of turn was recorded in roll"
+
+
+def test_a_doubted_value_is_no_prior_unless_it_may_pass_and_the_others_are(vehicle, tmp_path, capsys):
+    source = identified(tmp_path / "a.json", doubts=[DOUBT])
+    assert accept(source, vehicle) == exit_codes.DONE
+    assert set(priors(vehicle)) == {"D_u"}
+    assert f"warning: {CLAUSE}; it was not taken" in " ".join(capsys.readouterr().out.split())
+    assert accept(source, vehicle, "--despite-doubts") == exit_codes.DONE
+    assert set(priors(vehicle)) == {"M_u", "D_u"}
+    shown = " ".join(capsys.readouterr().out.split())
+    assert f"warning: {CLAUSE}" in shown
+    assert "not taken" not in shown
+
+
+def test_where_all_is_doubted_nothing_is_written(vehicle, tmp_path, capsys):
+    before = vehicle.read_text(encoding="utf-8")
+    source = identified(tmp_path / "a.json", doubts=[DOUBT | {"about": ["M_u", "D_u"]}])
+    assert accept(source, vehicle) == exit_codes.BAD_INPUT
+    assert CLAUSE in " ".join(capsys.readouterr().err.split())
+    assert vehicle.read_text(encoding="utf-8") == before
+
+
+def test_a_sidecar_brings_what_is_doubted(vehicle, tmp_path, capsys):
+    param = tmp_path / "a.param"
+    param.write_text("FF1_M_U,111\nFF1_D_U,56\n", encoding="utf-8")
+    intervals = {
+        "FF1_M_U": Interval("M_u", "kg", 109.0, 111.0),
+        "FF1_D_U": Interval("D_u", "N/(m/s)", 55.0, 57.0),
+    }
+    told = Sidecar("1" * 64, "0" * 64, "hovering", "likelihood", "0.1", intervals,
+                   doubted={"M_u": "no rate of turn was recorded in roll"})  # fmt: skip
+    write_sidecar(param, told)
+    assert accept(param, vehicle) == exit_codes.DONE
+    assert set(priors(vehicle)) == {"D_u"}
+    assert CLAUSE in " ".join(capsys.readouterr().out.split())
+
+
+def test_priors_left_out_for_resting_on_the_dive_are_no_doubt_of_its_values(vehicle, tmp_path):
+    source = identified(tmp_path / "a.json")
+    assert accept(source, vehicle) == exit_codes.DONE
+    prior = priors(vehicle)["M_u"]
+    own = np.array([[1.0]])
+    found = Identification("likelihood", Outcome.CONVERGED, (estimate("M_u", 111.0, 1.0, 109.0, 113.0),), "hovering",
+                           "again", "7" * 64, "ruvifist", "0" * 64, 60.0, 100, own, ("M_u",))  # fmt: skip
+    (doubt,) = with_priors(found, {"M_u": prior}, 0.0).doubts
+    again = identified(tmp_path / "b.json", doubts=[doubt.to_json()])
+    assert accept(again, vehicle) == exit_codes.DONE
+    assert doubted_of(again) == {}
+
+
+def test_a_doubt_that_is_none_makes_a_file_no_identification(vehicle, tmp_path, capsys):
+    assert (
+        accept(identified(tmp_path / "a.json", doubts=[DOUBT | {"about": 7}]), vehicle)
+        == exit_codes.BAD_INPUT
+    )
+    assert "is not an identification" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_sidecar_has_its_thrust_shift_taken_out_and_its_doubts_refused(vehicle, tmp_path):

@@ -38,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from identify.export.targets import TARGETS, export
     from tui import show
+    from tui.doubted import told
     from tui.outputs import check_files
     from tui.parameter_files import Leave
 
@@ -51,12 +52,15 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError("--json -: standard output takes the file itself; add --out FILE")
     check_files({"--out": arguments.out, "--json": arguments.json})
     leave = Leave(doubts=arguments.despite_doubts)
-    exported = export(_model(arguments.file, arguments.vehicle, arguments.out, leave), arguments.to)
+    model, doubted = _model(arguments.file, arguments.vehicle, arguments.out, leave)
+    exported = export(model, arguments.to)
     console = show.words() if arguments.out is None else show.results(arguments.json)
     if arguments.out is None:
         sys.stdout.write(exported.text)
     else:
         Path(arguments.out).write_text(exported.text, encoding="utf-8")
+    for line in told(doubted, tuple(doubted)):
+        show.say(console, f"warning: {line}")
     if exported.left_out:
         show.say(console, f"what did not fit into {arguments.to} as it is:")
     for part in exported.left_out:
@@ -69,14 +73,17 @@ def run(arguments: argparse.Namespace) -> int:
             "file": arguments.out,
             "left_out": [vars(part) for part in exported.left_out],
             "notes": exported.notes,
+            "doubted": doubted,
         },
         arguments.json,
     )
     return exit_codes.DONE
 
 
-def _model(given: str, vehicle: str | None, out: str | None, leave: "Leave") -> "Model":
-    """The model that MODEL means. Raises UsageError where it means none."""
+def _model(
+    given: str, vehicle: str | None, out: str | None, leave: "Leave"
+) -> "tuple[Model, dict[str, str]]":
+    """The model that MODEL means, and what speaks against values in it. Raises UsageError where it means none."""
     from bridge.vehicle.config import load_vehicle
 
     if given.endswith(".json"):
@@ -99,13 +106,14 @@ def _model(given: str, vehicle: str | None, out: str | None, leave: "Leave") -> 
             f"{given}: configuration '{configuration}' has no model; give the JSON of seatrial identify, with "
             f"--vehicle {given}"
         )
-    return model_of(own, file, configuration)
+    return model_of(own, file, configuration), {}
 
 
-def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
+def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
     from bridge.vehicle.coefficients import BY_NAME
     from bridge.vehicle.config import load_vehicle
     from identify.export.model import model_of
+    from tui.doubted import doubted_in
     from tui.parameter_files import check_outcome, read_identification
 
     if vehicle is None:
@@ -137,10 +145,12 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
         for name, one in known.items()
         if _is_number(one.get("low95")) and _is_number(one.get("high95"))
     }
-    return model_of({name: float(one["value"]) for name, one in known.items()}, file, shape, intervals)
+    values = {name: float(one["value"]) for name, one in known.items()}
+    doubted = {name: why for name, why in doubted_in(data).items() if name in known}
+    return model_of(values, file, shape, intervals), doubted
 
 
-def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
+def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
     from bridge.vehicle.coefficients import BY_NAME
     from bridge.vehicle.config import load_vehicle
     from identify.export.effects import with_effects
@@ -155,7 +165,8 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "Model":
     values = {name: value for name, value in accepted.values.items() if name in BY_NAME}
     intervals = {name: pair for name, pair in accepted.intervals.items() if name in BY_NAME}
     model = model_of(values, accepted.file, accepted.configuration, intervals)
-    return with_effects(model, accepted.effects)
+    doubted = {name: why for name, why in accepted.doubted.items() if name in values}
+    return with_effects(model, accepted.effects), doubted
 
 
 def _is_number(value: Any) -> bool:

@@ -26,7 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="by what a parameter may have changed since (where not given: 3 for masses, 10 for dampings)",
     )
     parser.add_argument(
-        "--despite-doubts", action="store_true", help="take an identification that did not converge"
+        "--despite-doubts",
+        action="store_true",
+        help="take an identification that did not converge, and values that are doubted",
     )
     parser.add_argument("--json", metavar="FILE", help="write the priors as JSON; - for standard output")
 
@@ -35,7 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.coefficients import BY_NAME
     from bridge.vehicle.config import load_vehicle
     from tui import show
-    from tui.accepted import left_behind, merged, priors_of
+    from tui.accepted import doubted_of, left_behind, merged, priors_of
+    from tui.doubted import told
     from tui.outputs import check_file
     from tui.parameter_files import Leave
 
@@ -46,6 +49,19 @@ def run(arguments: argparse.Namespace) -> int:
     configuration, accepted = priors_of(Path(arguments.file), widen, leave)
     file.vehicle.configuration_named(configuration)
     present = file.vehicle.configurations[configuration].priors
+    weighed = {name for name, prior in present.items() if prior.rests_on == "weight"}
+    doubted = {
+        name: why
+        for name, why in doubted_of(Path(arguments.file)).items()
+        if name in accepted.keys() - weighed
+    }
+    if not arguments.despite_doubts:
+        accepted = {name: prior for name, prior in accepted.items() if name not in doubted}
+    if not accepted:
+        raise exit_codes.UsageError(
+            f"{arguments.file}: all that it holds is doubted ({told(doubted, tuple(doubted))[0]}): nothing was "
+            "written; dive again, or give --despite-doubts"
+        )
     priors = merged(present, accepted)
     write(file, configuration, priors)
     console = show.results(arguments.json)
@@ -63,6 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
     title = f"priors of {file.path}, configuration {configuration}"
     columns = ("name", "value", "std", "unit", "rests on", "is")
     show.put(console, show.table(title, columns, rows, ("value", "std")))
+    refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
+    for line in told(doubted, tuple(doubted)):
+        show.say(console, f"warning: {line}{refused}")
     if lost := left_behind(present, priors):
         show.say(console, f"warning: {_lost(lost, present, file.path)}")
     show.write_json({name: vars(prior) for name, prior in priors.items()}, arguments.json)
