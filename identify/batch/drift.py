@@ -82,6 +82,11 @@ class Drift:
     voltage: Trend | None = None
     despite_doubts: bool = False
 
+    @property
+    def reach(self) -> int:
+        """How many of mass, damping and their ratio have a trend."""
+        return sum(trend is not None for trend in (self.mass, self.damping, self.damping_over_mass))
+
     def counts(self, row: Row) -> bool:
         """Whether a row is among those that the trends were made of."""
         return row.outcome in outcomes_taken(self.despite_doubts)
@@ -114,14 +119,12 @@ def takes(row: Row, name: str, despite_doubts: bool) -> bool:
 def drift_of(rows: Sequence[Row]) -> Drift:
     """What the dated rows of one configuration tell together.
 
-    What no doubt is about in those that converged counts, where that is enough for a trend. Where it is not, as with a
-    vehicle whose drag the model never holds, more does: see `takes`.
+    What no doubt is about in those that converged counts, where that is enough for trends of mass, damping and their
+    ratio. Where it is not, as with a vehicle whose drag the model never holds, and more has them, more counts: see
+    `takes`.
     """
-    sound = _drift(rows, despite_doubts=False)
-    if sound.story is not Story.TOO_FEW:
-        return sound
-    doubted = _drift(rows, despite_doubts=True)
-    if doubted.story is Story.TOO_FEW:
+    sound, doubted = (_drift(rows, despite_doubts) for despite_doubts in (False, True))
+    if doubted.reach <= sound.reach:
         return sound
     return replace(doubted, sentence=f"{doubted.sentence} {DOUBTED}")
 

@@ -204,6 +204,13 @@ def test_where_every_value_is_named_by_a_warning_they_count_and_it_is_said():
     assert drift.sentence == f"{drift_of(dives(damping=0.2)).sentence} {DOUBTED}"
 
 
+def test_one_undoubted_inertia_does_not_stand_for_all_that_is_doubted():
+    warned = Doubt(tuple(name for name in TRUE if name != "I_r"), WARNED.sentence)
+    drift = drift_of([replace(row, doubts=(warned,)) for row in dives(damping=0.2)])
+    assert drift.story is Story.FOULING
+    assert drift.sentence.endswith(DOUBTED)
+
+
 def test_a_dive_whose_sensor_is_off_by_a_factor_bends_no_trend_of_a_fleet_that_lacks_a_drag():
     rows = [replace(row, doubts=(DRAG, LATE), outcome="data and model disagree") for row in dives()]
     half = spoilt(rows[-1], 2.0, HALF.about, DRAG, HALF, outcome="data and model disagree")
