@@ -12,6 +12,7 @@ from identify.fed_velocity import stamp_doubts
 from identify.feedback import feedback_doubts, frozen_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
+from identify.levelling import levelling_doubts
 from identify.priors import with_priors
 from identify.turning import turning_doubts
 
@@ -20,7 +21,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    contradicted = (*descent_doubts(dive, vehicle.water), *turning_doubts(dive))
+    contradicted = (*descent_doubts(dive, vehicle.water), *turning_doubts(dive), *levelling_doubts(dive))
     doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
     notes = (*fit.notes, *unchecked(dive))
     found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)

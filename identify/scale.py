@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from identify.dive import Array, Signal
 
 LEAST_READ = 0.8
 """Share of a window's readings that must be there."""
@@ -37,10 +37,26 @@ class Scale:
         return least * most > 0 and min(abs(least), abs(most)) > largest_off and beyond_noise
 
     @property
+    def is_known(self) -> bool:
+        """Whether it is one at all beyond noise."""
+        return abs(self.least) > DOUBTFUL_SCORE * self.std
+
+    @property
     def times(self) -> str:
-        """The range in words, `1.9 to 2.1`; one number where it is one."""
-        ends = [f"{end:.2g}" for end in sorted((self.least, self.most))]
+        """The range in words, `1.92 to 2.13`; one number where it is one."""
+        ends = [
+            f"{end:.2g}" if abs(end) < 0.1 else f"{round(end, 2):g}"
+            for end in sorted((self.least, self.most))
+        ]
         return " to ".join(dict.fromkeys(ends))
+
+
+def whole(signal: Signal | None) -> Signal | None:
+    """Only its whole readings; None where there are fewer than two."""
+    if signal is None:
+        return None
+    good = np.isfinite(signal.value).all(axis=1)
+    return Signal(signal.time_s[good], signal.value[good]) if np.count_nonzero(good) > 1 else None
 
 
 def scale_of(seen: Array, said: Array, beside: Array) -> Scale | None:
@@ -50,7 +66,7 @@ def scale_of(seen: Array, said: Array, beside: Array) -> Scale | None:
     """
     if len(seen) < max(FEWEST_WINDOWS, beside.shape[1] + 2):
         return None
-    said, seen = _without(beside, said), _without(beside, seen)
+    said, seen = left_of(beside, said), left_of(beside, seen)
     both, own = float(said @ seen), float(said @ said)
     if both == 0.0 or own == 0.0:
         return None
@@ -72,18 +88,18 @@ def integral(time_s: Array, rate: Array, at_s: Array) -> Array:
     return np.asarray(np.interp(at_s, time_s, np.concatenate([[0.0], np.cumsum(steps)])))
 
 
-def edge_means(time_s: Array, value: Array, edges_s: Array) -> Array:
-    """The mean (m, k) of a value (n, k) within EDGE_S of each edge (m,); NaN where nothing was read.
+def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE_S) -> Array:
+    """The mean (m, k) of a value (n, k) within `edge_s` of each edge (m,); NaN where nothing was read.
 
     Both sensors go through it at the same times, so that what goes and comes again within one cancels alike.
     """
     total = np.concatenate([np.zeros((1, value.shape[1])), np.cumsum(value, axis=0)])
-    first, last = np.searchsorted(time_s, edges_s - EDGE_S), np.searchsorted(time_s, edges_s + EDGE_S)
+    first, last = np.searchsorted(time_s, edges_s - edge_s), np.searchsorted(time_s, edges_s + edge_s)
     count = (last - first)[:, None]
     return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
 
 
-def _without(beside: Array, value: Array) -> Array:
-    """What no combination of the columns gives of a value (n,)."""
+def left_of(beside: Array, value: Array) -> Array:
+    """What no combination of the columns gives of a value, (n,) or (n, k)."""
     fitted, *_ = np.linalg.lstsq(beside, value, rcond=None)
     return np.asarray(value - beside @ fitted)

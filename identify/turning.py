@@ -7,7 +7,7 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.dive import Array, Dive, Signal
 from identify.identification import Doubt, Outcome
 from identify.ingest.rotation import attitude_at
-from identify.scale import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read
+from identify.scale import FEWEST_WINDOWS, Scale, edge_means, integral, scale_of, well_read, whole
 
 WINDOW_S, SHORTEST_S = 10.0, 4.0
 """Of each window, and at least, in a short dive."""
@@ -35,7 +35,7 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     of the gyro's is projected out. None where heading turned too little or too steadily to tell, or rate or attitude
     is missing or too short.
     """
-    rate, attitude = _known(rate), _known(dive.attitude)
+    rate, attitude = whole(rate), whole(dive.attitude)
     if rate is None or attitude is None:
         return None
     start_s = max(rate.time_s[0], attitude.time_s[0])
@@ -84,14 +84,6 @@ def turning_doubts(dive: Dive) -> tuple[Doubt, ...]:
         )
     about = (inertia, damping, *masses)
     return (Doubt(about, f"Heading turns by {found.times} times what {name} says{told}", Outcome.DISAGREES),)
-
-
-def _known(signal: Signal | None) -> Signal | None:
-    """Only its whole readings; None where there are fewer than two."""
-    if signal is None:
-        return None
-    good = np.isfinite(signal.value).all(axis=1)
-    return Signal(signal.time_s[good], signal.value[good]) if np.count_nonzero(good) > 1 else None
 
 
 def _yawing(dive: Dive, rate: Signal, attitude: Signal) -> tuple[Array, Array, NDArray[np.bool_]]:
