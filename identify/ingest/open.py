@@ -15,6 +15,7 @@ from identify.ingest.frozen import without_frozen
 from identify.ingest.gaps import gaps
 from identify.ingest.identity import identity_of
 from identify.ingest.possible import without_impossible
+from identify.ingest.repeated import without_repeated
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 
@@ -35,7 +36,8 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     columns = beside if columns is None and beside.exists() else columns
     fields, known_by = _fields(files, columns, str(path)), identity_of(files)
     whole = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
-    dive = without_frozen(with_known_commands(without_impossible(whole), _thrusters(vehicle)))
+    possible = with_known_commands(without_impossible(whole), _thrusters(vehicle))
+    dive = without_frozen(without_repeated(possible))
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
 

@@ -173,7 +173,7 @@ def test_rates_as_loud_as_the_motion_leave_the_scale_open_and_not_the_sign():
 def test_a_scale_that_rests_on_rates_of_noise_alone_is_not_doubted(seed):
     still = level(0.01 * DEGREE, 0.01 * DEGREE)
     rng = np.random.default_rng(seed)
-    loud = Signal(TIME_S, still.gyro.value + 0.008 * rng.standard_normal(still.gyro.value.shape))
+    loud = Signal(TIME_S, still.gyro.value + 0.005 * rng.standard_normal(still.gyro.value.shape))
     assert levelling_doubts(replace(still, gyro=loud)) == ()
 
 
