@@ -9,7 +9,7 @@ from identify.dates import date_in_name, utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
 from identify.fed_velocity import stamp_doubts
-from identify.feedback import feedback_doubts, frozen_doubts, unchecked
+from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
 from identify.levelling import levelling_doubts
@@ -21,7 +21,12 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     """The answer that a user may rely on as far as it says, from the fit of any method."""
     vehicle = file.vehicle
     shape = vehicle.configurations[fit.configuration]
-    contradicted = (*descent_doubts(dive, vehicle.water), *turning_doubts(dive), *levelling_doubts(dive))
+    contradicted = (
+        *descent_doubts(dive, vehicle.water),
+        *turning_doubts(dive),
+        *levelling_doubts(dive),
+        *depthless_doubts(fit, dive, file),
+    )
     doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
     notes = (*fit.notes, *unchecked(dive))
     found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)

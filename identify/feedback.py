@@ -4,17 +4,21 @@ A likelihood of a closed loop is right only where it is given the readings that 
 section 13.4); with others it takes for mass what the controller did about the disturbance.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
-from bridge.vehicle.config import Water
+from bridge.vehicle.config import VehicleFile, Water
 from identify.dive import Array, Dive
 from identify.estimators.said import axes_named
 from identify.fed_velocity import SAME, TAPS, fed_velocity, frozen_velocity, spread, white_noise
-from identify.identification import Doubt
+from identify.forces import wrench
+from identify.identification import Doubt, Identification, Outcome
+
+HEAVE = 2
 
 LARGEST_UNEXPLAINED = 0.25
 """Share of the controller's wrench that may follow from nothing recorded: rounding and late readings."""
@@ -74,18 +78,51 @@ def unrecorded(dive: Dive, water: Water) -> tuple[Unrecorded, ...]:
 
 def unchecked(dive: Dive) -> tuple[str, ...]:
     """A note where the recording lacks what would tell whether the controller used the velocity that it holds."""
-    if dive.velocity is None:
+    lacking = _lacking(dive)
+    if dive.velocity is None or not lacking:
         return ()
-    named = {"NU_FB": dive.nu_fb, "TAU_PID": dive.tau_pid, "NU_REF": dive.nu_ref}
-    lacking = [name for name, signal in named.items() if signal is None or len(signal) == 0]
-    if not lacking:
-        return ()
-    listed = " and ".join(part for part in (", ".join(lacking[:-1]), lacking[-1]) if part)
     used = "the recorded velocity" if "NU_FB" in lacking else "recorded readings alone"
     return (
-        f"{listed} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
+        f"{_listed(lacking)} {'is' if len(lacking) == 1 else 'are'} not recorded: it can't be checked whether the "
         f"controller used {used}; where it used others, masses come out wrong and nothing shows it.",
     )
+
+
+def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
+    """A doubt of mass and damping in heave that were found through a controller whose depth is not recorded.
+
+    None where its own wrench tells what it used (`unrecorded`), where it was off in heave, and where heave's thrust
+    changes so seldom that no controller can have made it.
+    """
+    about = tuple(group[HEAVE].name for group in (MASSES, DAMPINGS))
+    lacking, depth = _lacking(dive), dive.depth_by(file.vehicle.water)
+    found = [name for name in about if math.isfinite(fit[name].value)]
+    by_hand = dive.tau_pid is not None and len(dive.tau_pid) and not np.any(dive.tau_pid.value[:, HEAVE])
+    if not found or not lacking or (depth is not None and len(depth)) or by_hand or not _commanded(dive):
+        return ()
+    asked = wrench(dive, file, fit.configuration).asked[:, HEAVE]
+    if np.mean(np.diff(asked) != 0.0) < OPEN_SHARE:
+        return ()
+    sentence = (
+        f"Depth is not recorded, nor {'is' if len(lacking) == 1 else 'are'} {_listed(lacking)}: a vehicle that holds "
+        "its depth thrusts by a reading that the recording lacks, which a fit of heave takes for mass, so "
+        f"{_listed(found)} may be off by more than their intervals; record the depth that the controller uses."
+    )
+    return (Doubt(tuple(found), sentence, Outcome.DISAGREES),)
+
+
+def _commanded(dive: Dive) -> bool:
+    return any(signal is not None and len(signal) > 1 for signal in (dive.pwm, dive.tau_cmd))
+
+
+def _lacking(dive: Dive) -> list[str]:
+    """What the recording lacks of that which tells what the controller used."""
+    named = {"NU_FB": dive.nu_fb, "TAU_PID": dive.tau_pid, "NU_REF": dive.nu_ref}
+    return [name for name, signal in named.items() if signal is None or len(signal) == 0]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
 def frozen_doubts(dive: Dive) -> tuple[Doubt, ...]:
