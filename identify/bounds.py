@@ -57,8 +57,8 @@ def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt 
     if coefficient.kind == "mass" and coefficient.dof < 3 and one.identifiable and one.low95 > most:
         sentence = (
             f"{came_out}, {one.value / rigid:.1f} times the vehicle file's dry "
-            "mass, which no water round it can make up: it hardly means this vehicle; check the DVL's axes and scale, "
-            "the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's."
+            "mass, which no water round it can make up: it can hardly be this vehicle's; check the DVL's axes and "
+            "scale, the order of the thrusters, and that the vehicle file and its dry mass are this vehicle's."
         )
         return one, Doubt((one.name,), sentence, Outcome.DISAGREES)
     return one, None

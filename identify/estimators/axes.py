@@ -90,6 +90,11 @@ class Axes:
     unpushed: dict[int, str] = field(default_factory=dict)
 
     @property
+    def pushed(self) -> tuple[int, ...]:
+        """The axes that thrust moved."""
+        return tuple(axis.dof for axis in self.axes if axis.dof not in self.unpushed)
+
+    @property
     def rest_on_righting(self) -> tuple[str, ...]:
         """The coefficients of roll and pitch where no thruster pushed: the righting moment weighs them."""
         return tuple(c.name for c in COEFFICIENTS if c.dof in (ROLL, PITCH) and c.dof in self.unpushed)

@@ -49,8 +49,8 @@ def crossed_doubts(found: Mapping[tuple[int, int], Tested]) -> tuple[Doubt, ...]
     sentence = (
         f"The velocity in {axis} answers to the thrust in {other} ({told[worst].size:+.2g} of it, beside its own; "
         f"{abs(told[worst].score):.0f} standard errors): the DVL's axes or the thrusters are not as the vehicle file "
-        f"has them, and what is said of {axes_named(dofs)} hardly means this vehicle; check the DVL's mounting and the "
-        "order of the thrusters: seatrial doctor --wet tells of both."
+        f"has them, and what is said of {axes_named(dofs)} can hardly be this vehicle's; check the DVL's mounting and "
+        "the order of the thrusters: seatrial doctor --wet tells of both."
     )
     about = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs)
     return (Doubt(about, sentence, Outcome.DISAGREES),)

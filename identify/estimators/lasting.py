@@ -17,7 +17,7 @@ def lasting(dive: Dive) -> None:
     if common and round(max(common)) < SHORTEST_DIVE_S:
         raise FitError(
             f"{dive.name}: thruster commands and readings of motion are both in it for {max(*common, 0):.0f} s of "
-            f"{dive.duration_s:.0f} s, identification needs at least {SHORTEST_DIVE_S:.0f} s; record a longer one"
+            f"{dive.duration_s:.0f} s, but identification needs at least {SHORTEST_DIVE_S:.0f} s; record a longer one"
         )
 
 
@@ -31,7 +31,7 @@ def too_short(dive: Dive, dof: int) -> str:
         return ""
     what = "velocity" if dof < 3 else "rate of turn"
     return (
-        f"thruster commands and the {what} in {DOFS[dof]} were both recorded for {max(span_s, 0):.0f} s, at least "
+        f"thruster commands and the {what} in {DOFS[dof]} were both recorded for {max(span_s, 0):.0f} s, but at least "
         f"{SHORTEST_DIVE_S:.0f} s are needed"
     )
 

@@ -94,7 +94,7 @@ def estimate(
         *strange_doubts(built.strange),
         *crossed_doubts(crossed(joint.joint, joint.theta)),
         *unseen_doubts(built),
-        *late_doubts(late),
+        *late_doubts(late, built.pushed),
         *drag_doubts(lacking),
         *_doubts(fits, joint.stopped_at),
         *by_others,

@@ -25,7 +25,7 @@ def long_enough(dive: Dive) -> None:
     """Raises FitError where a dive is too short to identify anything from it."""
     if round(dive.duration_s) < SHORTEST_DIVE_S:
         raise FitError(
-            f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, identification needs at least "
+            f"{dive.name}: the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
             f"{SHORTEST_DIVE_S:.0f} s; record a longer one"
         )
 
@@ -51,11 +51,12 @@ def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
     )
 
 
-def late_doubts(late: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
+def late_doubts(late: "Mapping[int, Tested]", pushed: Sequence[int]) -> tuple[Doubt, ...]:
     """Forces act later or earlier than they are taken to in these axes: one doubt for each of the two.
 
-    One more for the axes in which that would have to be by more than any lag or clock is off, where no other axis is
-    off the same way.
+    Where several axes are off the same way, a clock is likelier than so many lags: then it is about all axes that
+    thrust pushed, for it is off in those too in which it shows less. One more for the axes in which that would have
+    to be by more than any lag or clock is off, where no other axis is off the same way.
     """
     ways = {one.size > 0 for one in late.values() if abs(one.size) <= LATEST_S}
     absurd = {
@@ -64,7 +65,7 @@ def late_doubts(late: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
     later = {dof: one for dof, one in late.items() if dof not in absurd and one.size > 0}
     earlier = {dof: one for dof, one in late.items() if dof not in absurd and one.size <= 0}
     told = (("later", later), ("earlier", earlier))
-    by_timing = tuple(_late_doubt(way, found) for way, found in told if found)
+    by_timing = tuple(_late_doubt(way, found, pushed) for way, found in told if found)
     return (*by_timing, *((_unexplained_doubt(absurd),) if absurd else ()))
 
 
@@ -79,19 +80,25 @@ def _unexplained_doubt(found: "Mapping[int, Tested]") -> Doubt:
     )
 
 
-def _late_doubt(way: str, found: "Mapping[int, Tested]") -> Doubt:
+def _late_doubt(way: str, found: "Mapping[int, Tested]", pushed: Sequence[int]) -> Doubt:
     by_ms = [1000 * abs(one.size) for one in found.values()]
     least, most = min(by_ms), max(by_ms)
     size = f"by about {most:.0f} ms" if most - least < 10 else f"by about {least:.0f} to {most:.0f} ms"
-    if most > 1000 * FARTHEST_S:
+    unsized = most > 1000 * FARTHEST_S
+    if unsized:
         size = "by how much can't be told from this fit"
     sigma = max(abs(one.score) for one in found.values())
+    others = [dof for dof in pushed if dof not in found] if len(found) > 1 else []
+    there = (
+        "there" if not others else f"there and in {axes_named(others)}, where the same clock is likely off,"
+    )
+    dofs = (*found, *others)
     return Doubt(
-        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in found),
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in dofs),
         f"In {axes_named(list(found))} thrust acts at another time than the vehicle file's lag and the sensors' "
-        f"stamps say ({way}, {size}; {sigma:.0f} standard errors): masses and dampings there are off by that, "
-        "and the intervals of all that it bears on are widened by it; mend the lag in the vehicle file, or the "
-        "sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
+        f"stamps say ({way}, {size}; {sigma:.0f} standard errors): masses and dampings {there} are off"
+        f"{'' if unsized else ' by that'}, and the intervals of all that it bears on are widened by it; mend the lag "
+        "in the vehicle file, or the sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
         Outcome.DISAGREES,
     )
 
@@ -120,7 +127,7 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
     """The recording can hardly be of this vehicle, as `strange` says; none where that is empty."""
     if not strange:
         return ()
-    sentence = f"These values hardly mean this vehicle: {strange}. Give the vehicle file and configuration of the dive."
+    sentence = f"These values can hardly be this vehicle's: {strange}. Give the vehicle file and configuration of the dive."
     return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
 
 

@@ -120,7 +120,7 @@ def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, ca
     assert (
         reason
         == found["parameters"][0]["reason"]
-        == "the dive lasts 3 s, identification needs at least 20 s; record a longer one"
+        == "the dive lasts 3 s, but identification needs at least 20 s; record a longer one"
     )
     assert "low 95 %" not in shown.out
 
@@ -142,7 +142,7 @@ def test_data_that_disagrees_with_the_model_is_a_no_whatever_was_identified(minu
     found = json.loads(out.read_text(encoding="utf-8"))
     assert found["outcome"] == "data and model disagree"
     assert any("VEH_CFG 1" in doubt["sentence"] for doubt in found["doubts"])
-    assert "warning: These values hardly mean this vehicle" in capsys.readouterr().out
+    assert "warning: These values can hardly be this vehicle's" in capsys.readouterr().out
 
 
 @needs_shared

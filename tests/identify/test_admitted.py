@@ -137,7 +137,7 @@ def test_masses_and_dampings_of_a_dive_made_elsewhere_with_quadratic_drag_lie_in
 
 
 def test_later_and_earlier_are_said_apart():
-    told = late_doubts({0: of_size(-0.019), 5: of_size(0.052), 1: of_size(0.031)})
+    told = late_doubts({0: of_size(-0.019), 5: of_size(0.052), 1: of_size(0.031)}, ())
     assert [doubt.about for doubt in told] == [("I_r", "M_v", "D_r", "D_v"), ("M_u", "D_u")]
     assert "In yaw and sway thrust" in told[0].sentence
     assert "(later, by about 31 to 52 ms; 7 standard errors)" in told[0].sentence

@@ -22,7 +22,7 @@ def dive(seconds=30.0):
 @pytest.mark.parametrize("method", [name for name in METHODS if name != "paper"])
 def test_a_battery_that_goes_on_makes_a_short_dive_no_longer(method):
     with pytest.raises(
-        FitError, match=r"are both in it for 15 s of 417 s, identification needs at least 20 s"
+        FitError, match=r"are both in it for 15 s of 417 s, but identification needs at least 20 s"
     ):
         estimator(method)(dive(15.0), closed_loop.vehicle_file(), "only", lambda *_: None)
 
@@ -56,7 +56,7 @@ def test_an_axis_that_was_read_for_a_shorter_time_than_the_others_is_left_out_al
     parted = replace(whole, velocity=Signal(time_s, spoilt), gyro=gyro)
     lasting(parted)
     assert too_short(parted, 0) == (
-        "thruster commands and the velocity in surge were both recorded for 15 s, at least 20 s are needed"
+        "thruster commands and the velocity in surge were both recorded for 15 s, but at least 20 s are needed"
     )
     assert too_short(parted, 5) == ""
     found = estimator("likelihood")(parted, closed_loop.vehicle_file(), "only", lambda *_: None)

@@ -91,7 +91,7 @@ def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_
 def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
     none = np.zeros(12)
     by_timing, absurd = late_doubts(
-        {0: multiplier.Tested(9.0, 0.1, none), 1: multiplier.Tested(-30.0, -8.3, none)}
+        {0: multiplier.Tested(9.0, 0.1, none), 1: multiplier.Tested(-30.0, -8.3, none)}, (0, 1, 5)
     )
     assert by_timing.about == ("M_u", "D_u")
     assert "(later, by about 100 ms; 9 standard errors)" in by_timing.sentence
@@ -104,9 +104,25 @@ def test_a_lateness_that_no_clock_can_have_is_told_as_something_else():
 
 def test_an_axis_that_is_off_the_same_way_as_another_is_late_by_what_no_fit_can_size():
     none = np.zeros(12)
-    (doubt,) = late_doubts({0: multiplier.Tested(9.0, 0.4, none), 2: multiplier.Tested(30.0, 0.7, none)})
+    (doubt,) = late_doubts(
+        {0: multiplier.Tested(9.0, 0.4, none), 2: multiplier.Tested(30.0, 0.7, none)}, (0, 2)
+    )
     assert doubt.about == ("M_u", "M_w", "D_u", "D_w")
-    assert "(later, by how much can't be told from this fit; 30 standard errors)" in doubt.sentence
+    told = "(later, by how much can't be told from this fit; 30 standard errors): masses and dampings there are off, "
+    assert told in doubt.sentence
+
+
+def test_axes_that_are_late_alike_make_all_that_thrust_pushed_doubtful():
+    late = {dof: multiplier.Tested(-9.0, -0.15, np.zeros(12)) for dof in (0, 1)}
+    (doubt,) = late_doubts(late, (0, 1, 2, 5))
+    assert doubt.about == ("M_u", "M_v", "M_w", "I_r", "D_u", "D_v", "D_w", "D_r")
+    assert (
+        "masses and dampings there and in heave and yaw, where the same clock is likely off, are off by that, and"
+        in doubt.sentence
+    )
+    (doubt,) = late_doubts({0: late[0]}, (0, 1, 2, 5))
+    assert doubt.about == ("M_u", "D_u")
+    assert "masses and dampings there are off by that, and" in doubt.sentence
 
 
 def test_what_a_later_thrust_would_move_is_told_and_comes_true():

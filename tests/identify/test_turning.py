@@ -83,6 +83,11 @@ def test_a_spoilt_fog_is_named_where_the_other_gyro_agrees_with_heading():
     )
 
 
+def test_a_scale_a_little_off_is_told_to_the_hundredth():
+    told = said_by(turning_doubts(turns(fog=0.94, imu=0.94)))
+    assert told.startswith("Heading turns by 1.06 times what the fibre-optic gyro says, and the IMU's")
+
+
 def test_gyros_that_agree_with_each_other_leave_open_which_is_wrong():
     told = said_by(turning_doubts(turns(fog=0.5, imu=0.5)))
     assert "and the IMU's gyro contradicts heading too: the scale, unit or sign of one of them" in told

@@ -67,7 +67,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         *strange_doubts(built.strange),
         *(() if fit is None else crossed_doubts(crossed(fit.filters.joint, fit.filters.theta))),
         *unseen_doubts(built),
-        *late_doubts(late),
+        *late_doubts(late, built.pushed),
         *drag_doubts(lacking),
         *(() if fit is None else _unsettled(fit)),
     )
