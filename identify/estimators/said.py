@@ -127,7 +127,10 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
     """The recording can hardly be of this vehicle, as `strange` says; none where that is empty."""
     if not strange:
         return ()
-    sentence = f"These values can hardly be this vehicle's: {strange}. Give the vehicle file and configuration of the dive."
+    sentence = (
+        f"These values can hardly be this vehicle's: {strange}. "
+        "Give the vehicle file and configuration of the dive."
+    )
     return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
 
 
