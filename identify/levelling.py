@@ -26,6 +26,9 @@ from identify.scale import (
 
 WINDOW_S, EDGE_S = 1.0, 0.25
 
+NEAR = 10
+"""Windows before and after one, whose mean is taken off it: a gyro's bias wanders, in all axes alike when it warms."""
+
 LARGEST_OFF, LARGEST_SHARE = 0.2, 0.2
 """Of the angle turned through, and of the other axis's: filters and mountings of healthy sensors are off by less."""
 
@@ -77,7 +80,7 @@ class Levelling:
 @dataclass(frozen=True)
 class _Changes:
     """Over windows: angles of the attitude (n, 2), roll and pitch, without what yawing does of them; the integrals of
-    the gyro's rates that turn them, (n, 2); and beside them time, for a bias, and yaw, for a mounting, (n, 2)."""
+    the gyro's rates that turn them, (n, 2); and beside them one, for a bias, and yaw, for a mounting, (n, 2)."""
 
     seen: Array
     said: Array
@@ -121,7 +124,9 @@ def levelling(dive: Dive) -> Levelling | None:
     tables = tables[:, np.isfinite(tables).all(axis=(0, 2))]
     if tables.shape[1] < FEWEST_WINDOWS:
         return None
-    changes = [_Changes(table[:, :2], table[:, 2:4], table[:, 4:]) for table in tables]
+    tables -= _slow(tables)
+    one = np.ones(tables.shape[1])
+    changes = [_Changes(table[:, :2], table[:, 2:4], np.column_stack([one, table[:, 4]])) for table in tables]
     best = _latest(late_s, np.stack([one.left for one in changes]), tables.shape[1])
     return Levelling(float(late_s[best]), changes[best].followed(0), changes[best].followed(1))
 
@@ -164,7 +169,7 @@ def _said(dof: int, followed: Followed) -> str:
 
 
 def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Array:
-    """Changes over the windows between edges (n + 1,), (n, 6), were the gyro stamped so much later; NaN where
+    """Changes over the windows between edges (n + 1,), (n, 5), were the gyro stamped so much later; NaN where
     readings lack."""
     gyro = Signal(gyro.time_s + late_s, gyro.value)
     time_s, (roll, pitch) = attitude.time_s, _roll_and_pitch(attitude.value)
@@ -178,7 +183,6 @@ def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Arr
         pitch - integral(time_s, yawing[:, 1], time_s),
         by_roll,
         integral(time_s, q * np.cos(roll), time_s),
-        time_s,
         yaw,
     ])  # fmt: skip
     changes = np.diff(edge_means(time_s, ways, edges_s, EDGE_S), axis=0)
@@ -186,6 +190,15 @@ def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Arr
     lay = np.searchsorted(lying_s, edges_s[1:] + EDGE_S) > np.searchsorted(lying_s, edges_s[:-1] - EDGE_S)
     changes[lay | ~(well_read(time_s, edges_s) & well_read(gyro.time_s, edges_s))] = np.nan
     return changes
+
+
+def _slow(tables: Array) -> Array:
+    """The mean over a window and the NEAR ones before and after it, of (k, n, columns)."""
+    count = tables.shape[1]
+    total = np.concatenate([np.zeros_like(tables[:, :1]), np.cumsum(tables, axis=1)], axis=1)
+    first = np.maximum(np.arange(count) - NEAR, 0)
+    last = np.minimum(np.arange(count) + NEAR + 1, count)
+    return np.asarray((total[:, last] - total[:, first]) / (last - first)[:, None])
 
 
 def _latest(late_s: Array, left: Array, windows: int) -> int:

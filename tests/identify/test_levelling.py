@@ -18,7 +18,11 @@ from identify.levelling import LARGEST_OFF, LARGEST_SHARE, levelling, levelling_
 
 TIME_S = np.arange(0.0, 100.0, 0.01)
 DEGREE = np.pi / 180
-OPEN_1 = Path(__file__).resolve().parents[2].parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+OPEN_1, AT_REST = (
+    SHARED / "sealed" / "open_1" / "dive.tlog.gz",
+    SHARED / "data" / "ardusub_sitl" / "still.tlog.gz",
+)
 ABOUT = ("M_w", "I_p", "I_q", "D_w", "D_p", "D_q")
 
 
@@ -155,6 +159,12 @@ def test_a_bias_and_a_stamp_by_a_tenth_of_a_second_are_none_to_doubt():
         assert levelling_doubts(later(level(roll_rad=0.1 * DEGREE), late_s)) == ()
 
 
+def test_a_bias_that_wanders_in_all_axes_alike_is_not_taken_for_a_swap():
+    still = with_noise(level(0.03 * DEGREE, 0.01 * DEGREE), 1e-4, 1e-4)
+    wandering = 5e-3 * np.sin(0.02 * TIME_S)[:, None]
+    assert levelling_doubts(with_gyro(still, np.eye(3), wandering)) == ()
+
+
 def test_where_noise_hides_how_it_turned_nothing_is_told():
     still = level(1e-3 * DEGREE, 1e-3 * DEGREE)
     for wrong in (still, mirrored(still, 1, 2), with_gyro(still, SWAPPED), later(still, 0.5)):
@@ -217,6 +227,13 @@ def test_a_dive_made_elsewhere_that_is_held_level_is_doubted_where_it_was_spoilt
     assert "roll turns by -1" in said_by(levelling_doubts(with_gyro(dive, np.diag([-1, -1, 1]))))
     assert "some 500 ms late" in said_by(levelling_doubts(later(dive, 0.5)))
     assert "gyro's rate in pitch" in said_by(levelling_doubts(with_gyro(dive, SWAPPED)))
+
+
+@pytest.mark.skipif(not AT_REST.exists(), reason="the recordings are not beside this checkout (shared)")
+def test_an_autopilot_at_rest_whose_gyros_warm_is_not_doubted():
+    dive = read_dive(AT_REST)
+    assert levelling(dive).roll.scale.least == pytest.approx(1.0, abs=0.05)
+    assert levelling_doubts(dive) == ()
 
 
 def test_the_answer_of_any_method_ends_in_the_doubt():
