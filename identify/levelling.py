@@ -193,12 +193,13 @@ def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Arr
 
 
 def _slow(tables: Array) -> Array:
-    """The mean over a window and the NEAR ones before and after it, of (k, n, columns)."""
+    """The mean over a window and the NEAR ones before and after it, of (k, n, columns); of fewer at the ends, as many
+    on either side, so that a trend is none."""
     count = tables.shape[1]
     total = np.concatenate([np.zeros_like(tables[:, :1]), np.cumsum(tables, axis=1)], axis=1)
-    first = np.maximum(np.arange(count) - NEAR, 0)
-    last = np.minimum(np.arange(count) + NEAR + 1, count)
-    return np.asarray((total[:, last] - total[:, first]) / (last - first)[:, None])
+    at = np.arange(count)
+    near = np.minimum(NEAR, np.minimum(at, count - 1 - at))
+    return np.asarray((total[:, at + near + 1] - total[:, at - near]) / (2 * near + 1)[:, None])
 
 
 def _latest(late_s: Array, left: Array, windows: int) -> int:
