@@ -13,7 +13,7 @@ from bench.words import paragraph
 from identify.challenge.score import score
 
 POINTS = 8
-EVERY = {"none": 6, "one": 4, "two": 3}
+EVERY = {"none": 15, "one": 8, "two": 6}
 """Rivals are run on every so many of the dives of a kind."""
 
 POWER_POINTS = 3

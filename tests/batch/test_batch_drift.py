@@ -177,7 +177,7 @@ HALF = Doubt(
     ("M_u", "M_v", "D_u", "D_v"), "Depth changes by 2 times what it should: mend it.", Outcome.DISAGREES
 )
 FORCE = multiplier.Tested(30.0, 0.02, np.zeros(12))
-DRAG, LATE = drag_doubts({0: FORCE})[0], late_doubts({0: FORCE})[0]
+DRAG, LATE = drag_doubts({0: FORCE})[0], late_doubts({0: FORCE}, [0])[0]
 
 
 def spoilt(row, factor, names, *doubts, outcome="converged"):
