@@ -27,16 +27,26 @@ class Outcome(Enum):
     NOT_IDENTIFIABLE = "not identifiable"
 
 
+class Culprit(Enum):
+    """What a doubt speaks against; the next dive of the same vehicle errs alike where it is the model."""
+
+    RECORDING = "recording"
+    MODEL = "model"
+    PRIOR = "prior"
+
+
 @dataclass(frozen=True)
 class Doubt:
     """What speaks against the values of the coefficients `about`, in a sentence that says what to do.
 
-    `outcome` is what the identification ends in because of it; CONVERGED for a warning alone.
+    `outcome` is what the identification ends in because of it; CONVERGED for a warning alone. A doubt about a PRIOR
+    is about no value that the dive told.
     """
 
     about: tuple[str, ...]
     sentence: str
     outcome: Outcome = Outcome.CONVERGED
+    culprit: Culprit = Culprit.RECORDING
 
     @property
     def clause(self) -> str:
@@ -45,7 +55,12 @@ class Doubt:
         return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
 
     def to_json(self) -> dict[str, Any]:
-        return {"about": list(self.about), "sentence": self.sentence, "outcome": self.outcome.value}
+        return {
+            "about": list(self.about),
+            "sentence": self.sentence,
+            "outcome": self.outcome.value,
+            "culprit": self.culprit.value,
+        }
 
 
 @dataclass(frozen=True)

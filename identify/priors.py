@@ -19,6 +19,7 @@ from bridge.vehicle.config import Prior, dive_mark
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
+    Culprit,
     Doubt,
     Estimate,
     Identification,
@@ -234,7 +235,7 @@ def _of_this_dive(own: Collection[str]) -> tuple[Doubt, ...]:
         f"The vehicle file's priors of {', '.join(own)} rest on this very dive, by themselves or through a later one: "
         "they were left out, for a dive does not confirm itself."
     )
-    return (Doubt(tuple(own), sentence),)
+    return (Doubt(tuple(own), sentence, culprit=Culprit.PRIOR),)
 
 
 def _source(prior: Prior) -> str:

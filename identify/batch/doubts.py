@@ -1,36 +1,28 @@
-"""What an identification doubts of its own values, from its plain data, and which doubts leave a trend as it is."""
+"""What an identification doubts of its own values, from its plain data."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, MASSES
-from identify.identification import Doubt, Outcome
-
-MISSING_FORCES = (
-    "a force that grows as the speed squared is missing from the model",
-    "thrust acts at another time than the vehicle file's lag",
-)
-"""What doubts of a drag that the model lacks, and of thrust's timing, say: real vehicles have these, in all dives
-alike. Any other that ends in disagreement is about one recording, or about whose it is."""
-
-OF_PRIORS = "rest on this very dive"
-"""What the doubt about priors that were left out for that says; it is about these alone, and no value of the dive."""
+from identify.identification import Culprit, Doubt, Outcome
 
 _OUTCOMES = {outcome.value: outcome for outcome in Outcome}
+_CULPRITS = {culprit.value: culprit for culprit in Culprit}
 _TOTAL = dict(zip(ADDED_MASS_NAMES, (mass.name for mass in MASSES), strict=True))
 
 
 def doubts_in(identification: Mapping[str, Any]) -> tuple[Doubt, ...]:
     """The doubts that bear on the values of an identification's JSON."""
-    return tuple(
+    every = (
         Doubt(
             tuple(map(str, doubt.get("about") or ())),
             str(doubt["sentence"]),
             _OUTCOMES.get(str(doubt.get("outcome")), Outcome.DISAGREES),
+            _CULPRITS.get(str(doubt.get("culprit")), Culprit.RECORDING),
         )
         for doubt in identification.get("doubts") or ()
-        if OF_PRIORS not in str(doubt["sentence"])
     )
+    return tuple(doubt for doubt in every if doubt.culprit is not Culprit.PRIOR)
 
 
 def is_about(doubt: Doubt, name: str) -> bool:
@@ -45,8 +37,3 @@ def clauses(doubts: Collection[Doubt], names: Collection[str]) -> dict[str, str]
         for name in names
     }
     return {name: "; ".join(some) for name, some in told.items() if some}
-
-
-def is_alike_in_all_dives(doubt: Doubt) -> bool:
-    """Whether it is of a force that the model lacks."""
-    return any(words in doubt.sentence for words in MISSING_FORCES)

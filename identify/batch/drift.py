@@ -7,12 +7,12 @@ from enum import Enum
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.batch.doubts import is_about, is_alike_in_all_dives
+from identify.batch.doubts import is_about
 from identify.batch.rows import NAMES, Row, names_in
 from identify.batch.series import Series, common_series, ratio
 from identify.batch.trend import LEVEL, ONE_MOMENT_S, Trend, fit_trend, holm
 from identify.dates import utc
-from identify.identification import Outcome
+from identify.identification import Culprit, Outcome
 
 SOUND = frozenset({Outcome.CONVERGED.value})
 WITH_DOUBTS = SOUND | {Outcome.DISAGREES.value}
@@ -111,7 +111,7 @@ def takes(row: Row, name: str, despite_doubts: bool) -> bool:
     speaking = [doubt for doubt in row.doubts if is_about(doubt, name)]
     if despite_doubts:
         speaking = [
-            d for d in speaking if d.outcome is not Outcome.CONVERGED and not is_alike_in_all_dives(d)
+            d for d in speaking if d.outcome is not Outcome.CONVERGED and d.culprit is not Culprit.MODEL
         ]
     return name in row.values and row.outcome in outcomes_taken(despite_doubts) and not speaking
 

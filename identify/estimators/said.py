@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
 from identify.dive import Dive
-from identify.identification import Doubt, Outcome
+from identify.identification import Culprit, Doubt, Outcome
 
 if TYPE_CHECKING:
     from identify.estimators.multiplier import Tested
@@ -46,6 +46,7 @@ def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
             "alone; the intervals of all that it bears on are widened by what such a force would change. Where another "
             "axis moved at one speed alone, its damping holds for that.",
             Outcome.DISAGREES,
+            Culprit.MODEL,
         )
         for dof, one in lacking.items()
     )
@@ -100,6 +101,7 @@ def _late_doubt(way: str, found: "Mapping[int, Tested]", pushed: Sequence[int]) 
         f"{'' if unsized else ' by that'}, and the intervals of all that it bears on are widened by it; mend the lag "
         "in the vehicle file, or the sensors' clocks: seatrial doctor --wet tells how late each sensor is.",
         Outcome.DISAGREES,
+        Culprit.MODEL,
     )
 
 

@@ -1,6 +1,6 @@
 """Thruster commands that a recording holds as no number: the thruster did something, and nobody knows what.
 
-For a moment it did what it was told before. Where it is unknown for longer, TAU_CMD stands in for the wrench (see
+For a moment it did what it was told before. Where it is unknown for longer, TAU_CMD stands in for the thrust (see
 `identify.forces`); without that, what moved the vehicle is unknown, and only the longest part of the dive in which all
 commands are known is used.
 """
