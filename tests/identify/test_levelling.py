@@ -7,10 +7,11 @@ from pathlib import Path
 import fitted
 import numpy as np
 import pytest
+from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
-from identify.dive import Dive, Signal
+from identify.dive import Signal
 from identify.identification import Outcome
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler
@@ -36,19 +37,7 @@ def level(roll_rad=0.5 * DEGREE, pitch_rad=0.5 * DEGREE, offset_rad=0.0):
     roll = roll_rad * (np.sin(1.9 * TIME_S) + np.sin(0.37 * TIME_S))
     pitch = pitch_rad * (np.cos(1.3 * TIME_S) + np.sin(0.51 * TIME_S)) + offset_rad
     heading = 2.0 * np.sin(0.1 * TIME_S)
-    p_dot, q_dot, r_dot = np.gradient(np.stack([roll, pitch, heading]), TIME_S, axis=1)
-    rates = [
-        p_dot - r_dot * np.sin(pitch),
-        q_dot * np.cos(roll) + r_dot * np.sin(roll) * np.cos(pitch),
-        r_dot * np.cos(roll) * np.cos(pitch) - q_dot * np.sin(roll),
-    ]
-    return Dive(
-        "level",
-        Path("level.tlog"),
-        "0" * 64,
-        attitude=Signal(TIME_S, quaternions_from_euler(roll, pitch, heading)),
-        gyro=Signal(TIME_S, np.column_stack(rates)),
-    )
+    return turned(TIME_S, roll, pitch, heading)
 
 
 def with_gyro(dive, to, bias_rad_s=0.0):

@@ -2,17 +2,16 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import fitted
 import numpy as np
 import pytest
+from turned_dives import turned
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
-from identify.dive import Dive, Signal
+from identify.dive import Signal
 from identify.identification import Outcome
-from identify.ingest.rotation import quaternions_from_euler
 from identify.turning import LARGEST_OFF, turning, turning_doubts
 
 TIME_S = np.arange(0.0, 200.0, 0.05)
@@ -25,20 +24,10 @@ def mission(seed, kind=None):
 
 def of_roll_pitch_and_heading(roll, pitch, yaw, fog=1.0, imu=1.0):
     """A dive with rates of turn as exact means over their intervals would be, each times a scale."""
-    angles = np.stack([roll, pitch, yaw])
-    (p_dot, q_dot, r_dot), (phi, theta, _) = np.gradient(angles, TIME_S, axis=1), angles
-    rates = np.column_stack(
-        [
-            p_dot - r_dot * np.sin(theta),
-            q_dot * np.cos(phi) + r_dot * np.sin(phi) * np.cos(theta),
-            r_dot * np.cos(phi) * np.cos(theta) - q_dot * np.sin(phi),
-        ]
-    )
-    return Dive(
-        "turns",
-        Path("turns.tlog"),
-        "0" * 64,
-        attitude=Signal(TIME_S, quaternions_from_euler(roll, pitch, yaw)),
+    dive = turned(TIME_S, roll, pitch, yaw)
+    rates = dive.gyro.value
+    return replace(
+        dive,
         gyro=Signal(TIME_S, rates * [1.0, 1.0, imu]),
         fog=Signal(TIME_S, fog * rates[:, 2:]),
     )
