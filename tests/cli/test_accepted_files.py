@@ -10,12 +10,13 @@ import pytest
 from bridge.effects.accepted import AcceptedEffect
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.diagnosis import NOTHING, Accepted, Value
 from identify.dive import Dive
 from tui import cli, exit_codes
+from tui.accepted_before import accepted_before
 from tui.accepted_truth import accepted_truth
-from tui.commands.diagnose import accept, accepted_before
+from tui.commands.diagnose import accept
 from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, accepted_model, targets_of
 
@@ -83,11 +84,25 @@ def test_the_sidecar_keeps_where_it_came_from_and_the_effects(param):
 
 
 def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
-    values, effects = accepted_before(str(param), "hovering")
-    assert values["M_u"].value == pytest.approx(111.0, rel=1e-4)
-    assert effects == (DRAG, WEAK, WAVES)
+    before = accepted_before(param, "hovering")
+    assert before.values["M_u"].value == pytest.approx(111.0, rel=1e-4)
+    assert (before.effects, before.notes) == ((DRAG, WEAK, WAVES), ())
     with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
-        accepted_before(str(param), "survey")
+        accepted_before(param, "survey")
+
+
+def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_says_so(param):
+    sidecar = read_sidecar(param)
+    write_sidecar(param, replace(sidecar, doubted={"D_u": "no gyro was recorded"}))
+    before = accepted_before(param, "hovering")
+    assert "M_u" in before.values
+    assert "D_u" not in before.values
+    assert before.notes == (
+        "Of what was accepted, D_u is doubted: no gyro was recorded; it was not held against this dive.",
+    )
+    write_sidecar(param, replace(sidecar, doubted=dict.fromkeys(("M_u", "D_u"), "no gyro was recorded")))
+    with pytest.raises(UsageError, match="all that it holds is doubted"):
+        accepted_before(param, "hovering")
 
 
 def test_a_file_of_another_vehicle_or_without_a_sidecar_is_refused(param, tmp_path):

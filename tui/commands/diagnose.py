@@ -1,6 +1,7 @@
 """`seatrial diagnose`: where the gap between model and recording lies, what causes it, how far it shrinks."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,9 +12,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from bridge.effects.accepted import AcceptedEffect
     from bridge.effects.effect import Effect
-    from bridge.vehicle.config import Prior, VehicleFile
+    from bridge.vehicle.config import VehicleFile
     from identify.diagnose.diagnosis import Diagnosis
     from identify.dive import Dive
 
@@ -74,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.diagnose.predict import csv_of
     from identify.ingest.open import read_dive
     from tui import show
+    from tui.accepted_before import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
 
@@ -97,7 +98,9 @@ def run(arguments: argparse.Namespace) -> int:
     if check is not None:
         refuse_the_same(check, dive)
     configuration = configuration_of(dive, file)
-    earlier, held = accepted_before(arguments.accepted, configuration) if arguments.accepted else (None, ())
+    before = (
+        accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
+    )
     effects = effects_without(arguments.without, configuration, file) if arguments.without else None
     with show.progress(f"diagnosing {dive.name}") as tell:
         found = diagnose(
@@ -106,10 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
             configuration,
             check=check,
             effects=effects,
-            accepted=earlier,
-            effects_accepted=held,
+            accepted=before.values,
+            effects_accepted=before.effects,
             progress=tell,
         )
+    found = replace(found, notes=(*before.notes, *found.notes))
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
     written = []
@@ -155,24 +159,6 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     if found.verdict == "unknown":
         how += " with --despite-doubts, because something is left that no cause explains"
     return (*found.accepted.sentences, how)
-
-
-def accepted_before(path: str, configuration: str) -> "tuple[dict[str, Prior], tuple[AcceptedEffect, ...]]":
-    """Values accepted earlier, as well as they were known then, and the effects beside them: what may have changed
-    since is what is asked for.
-
-    Raises UsageError for those of another configuration.
-    """
-    from tui.accepted import effects_of, priors_of
-    from tui.parameter_files import Leave
-
-    of, priors = priors_of(Path(path), 0.0, Leave())
-    if of != configuration:
-        raise exit_codes.UsageError(
-            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
-            "that one"
-        )
-    return priors, effects_of(Path(path))
 
 
 def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":

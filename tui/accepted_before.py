@@ -1,0 +1,44 @@
+"""What was accepted earlier, as a diagnosis holds it against a dive: what has changed since is what is asked for."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.effects.accepted import AcceptedEffect
+from bridge.vehicle.config import Prior
+from tui.accepted import doubted_of, effects_of, priors_of
+from tui.doubted import told
+from tui.exit_codes import UsageError
+from tui.parameter_files import Leave
+
+
+@dataclass(frozen=True)
+class AcceptedBefore:
+    """Values as well as they were known then, effects, and in sentences what was not taken."""
+
+    values: dict[str, Prior] | None = None
+    effects: tuple[AcceptedEffect, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
+    """What a file of `identify` or of `diagnose --accept` holds, without ageing.
+
+    A value that its identification doubts is not taken: its error would be called a change of the vehicle. Raises
+    UsageError for a file of another configuration, and for one in which all is doubted.
+    """
+    of, priors = priors_of(path, 0.0, Leave())
+    if of != configuration:
+        raise UsageError(
+            f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "
+            "that one"
+        )
+    doubted = doubted_of(path)
+    lines = told(doubted, priors)
+    taken = {name: prior for name, prior in priors.items() if name not in doubted}
+    if not taken:
+        raise UsageError(
+            f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
+            "that of another dive"
+        )
+    notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
+    return AcceptedBefore(taken, effects_of(path), notes)
