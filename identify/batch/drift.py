@@ -240,7 +240,7 @@ def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, da
         told += " that no doubt is about" if any(row.doubted for row in rows) else ""
     times = [row.unix_s for row in dated if row.unix_s is not None]
     alike = len(times) > 1 and max(times) - min(times) <= ONE_MOMENT_S
-    return f"{told}; they all began at one moment." if alike else f"{told}."
+    return f"{told}; they all began within a minute of each other." if alike else f"{told}."
 
 
 def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:

@@ -132,7 +132,7 @@ def test_three_dated_dives_that_make_no_trend_say_what_they_lack():
     )
     together = [replace(row, unix_s=first.unix_s) for row in (first, second, third)]
     assert drift_of(together).sentence.startswith(Story.TOO_FEW.value)
-    assert drift_of(together).sentence.endswith("3 a damping; they all began at one moment.")
+    assert drift_of(together).sentence.endswith("3 a damping; they all began within a minute of each other.")
 
 
 def test_nothing_planted_is_seldom_called_a_story():
@@ -169,7 +169,7 @@ def test_a_fleet_of_dives_that_settled_nowhere_says_why_it_has_no_trend():
 def test_copies_that_begin_within_a_minute_make_no_trend():
     first, *_ = dives(count=3)
     copies = [replace(first, dive=f"copy {k}", unix_s=first.unix_s + 20.0 * k) for k in range(3)]
-    assert drift_of(copies).sentence.endswith("they all began at one moment.")
+    assert drift_of(copies).sentence.endswith("they all began within a minute of each other.")
 
 
 WARNED = Doubt(("M_u", "D_u"), "No rate of turn was recorded: M_u may be off; record a gyro.")
