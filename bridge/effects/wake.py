@@ -77,10 +77,11 @@ HULL_INTERACTION, THRUSTER_INTERACTION = (
 
 
 def _torque(course: Course, values: Array) -> Act:
-    """Every propeller turns the same way round: its reaction is about its own axis, here about x and z."""
+    """Every propeller turns the same way round: its reaction is about its own axis; K of those that lie level, about x
+    and y, and N of those that stand."""
     _, ways = _places(course.configuration)
     wrench = np.zeros_like(course.nu)
-    wrench[:, [3, 5]] = values * (course.thrust_n @ ways[:, [0, 2]])
+    wrench[:, 3:] = values[[0, 0, 1]] * (course.thrust_n @ ways)
     return Act(wrench=wrench)
 
 

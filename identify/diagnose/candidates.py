@@ -73,15 +73,16 @@ def _beside(found: Explanation, gain: float, sigma: float, cause: Cause) -> Trie
         shows = len(whole.causes) > len(fit.causes) and whole.causes[-1].shows
         gain = min(gain, whole.gain - fit.gain) if shows else 0.0
     if gain > LEAST_GAIN:
-        why = _why(fit, gain, sigma, cause)
+        why = _why(found, gain, sigma, cause)
     return Tried(cause.effect.name, cause.effect.label, gain, False, why)
 
 
-def _why(fit: Fitted, gain: float, sigma: float, cause: Cause) -> str:
-    if len(fit.causes) >= MOST_CAUSES:
+def _why(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
+    if len(found.causes) >= MOST_CAUSES:
         return f"no dive tells more than {MOST_CAUSES} causes"
-    if gain <= least(fit, cause):
-        return f"too little here: {least(fit, cause):.0f} are asked for"
+    asked = least(found.ground, found.fit, cause)
+    if gain <= asked:
+        return f"too little here: {asked:.0f} are asked for"
     if sigma <= LEAST_SIGMA:
         return "not in all parts of the dive"
     return "in doubt: it comes and goes with what else is accepted"

@@ -24,6 +24,10 @@ SLOWER_S = (0.5, 1.5)
 TURNS = (2, 3)
 """Powers of time, from the middle of a dive, by which a cause comes and goes; its linear growth is among its forms."""
 
+DRIFTS = (1, 2, 3)
+"""The same of each parameter of what the water does, by itself: a current turns as it comes and goes, and one of a
+narrow band of periods drifts in phase against that of one."""
+
 LOADS = (0.7, 1.0, 1.4, 2.0)
 """Powers of thrust by which the load of all thrusters may go."""
 
@@ -39,6 +43,11 @@ def kin(course: Course, cause: Cause) -> Iterator[Act]:
     middle = (2.0 * course.since_s / course.since_s[-1] - 1.0)[:, None]
     for power in TURNS:
         yield own.each(partial(np.multiply, middle**power))
+    if cause.effect.place == "water":
+        for p in np.flatnonzero(cause.present).tolist():
+            part = cause.slope(course, p)
+            for power in DRIFTS:
+                yield part.each(partial(np.multiply, middle**power))
     if cause.effect.place == "water" and own.wrench is not None:
         yield from _turned(course, own.wrench[:, :3])
     if cause.effect.name == LOAD_SAG.name:

@@ -22,8 +22,8 @@ LEAST_SEA_GAIN = 30.0
 """The same of a sea, whose periods were looked for in all of the dive, the pieces held out among it."""
 
 LEAST_SHARE = 0.01
-"""A further cause must save this share of what those before it save where the vehicle moves: no form of a library is
-quite true, and what a cause's form leaves grows with its evidence."""
+"""A further cause must save this share of what those before it save where it shows itself: no form of a library is
+quite true, and what a cause's form leaves grows with its evidence, in the axes and at the times at which it acts."""
 
 LEAST_FELT = 3.0
 """Nats that a cause must save, in sample, where the vehicle moves: odds of twenty to one. Shaft speeds tell which cause
@@ -114,7 +114,9 @@ def pruned(ground: Ground, fit: Fitted) -> Fitted:
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < least(others, fit.causes[k]) or not _felt(fit, others, fit.causes[k]):
+            if max(own, default=0.0) < least(ground, others, fit.causes[k]) or not _felt(
+                fit, others, fit.causes[k]
+            ):
                 fit = others
         elif fit.gain < _alone(fit.causes[0]) or not _felt(fit, ground.fitted(()), fit.causes[0]):
             fit = ground.fitted(())
@@ -144,16 +146,17 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
     tried = [
         cause
         for gain, sigma, cause in candidates(ground.beyond(fit), fit)
-        if gain > least(fit, cause) and sigma > LEAST_SIGMA
+        if gain > _alone(cause) and sigma > LEAST_SIGMA and gain > least(ground, fit, cause)
     ]
     best = _best(ground, fit, tried)
-    return best if best is not None and best.gain > fit.gain + least(fit, best.causes[-1]) else fit
+    return best if best is not None and best.gain > fit.gain + least(ground, fit, best.causes[-1]) else fit
 
 
-def least(fit: Fitted, cause: Cause) -> float:
+def least(ground: Ground, fit: Fitted, cause: Cause) -> float:
     """Nats that one more cause than those of a fit must save."""
-    share = 0.0 if cause.effect.name in WITNESSED else LEAST_SHARE
-    return max(_alone(cause), share * fit.felt)
+    if cause.effect.name in WITNESSED or not fit.causes:
+        return _alone(cause)
+    return max(_alone(cause), LEAST_SHARE * min(ground.met(fit, cause), fit.felt))
 
 
 def _alone(cause: Cause) -> float:

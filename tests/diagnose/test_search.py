@@ -14,7 +14,7 @@ from identify.diagnose.cause import Cause
 from identify.diagnose.generic import left_over
 from identify.diagnose.ground import ground_of
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.search import explain
+from identify.diagnose.search import LEAST_SHARE, explain, least
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
@@ -60,6 +60,19 @@ def test_a_cause_whose_size_ends_at_nothing_is_gone(nominal):
     (left,) = ground.fitted([Cause(QUADRATIC_DRAG, np.array([0.0, 0, 0, 0, 0, 1e-6]))]).causes or (None,)
     assert left is None or left.values[5] > 0
     assert ground.fitted([Cause(DEAD_ZONE, DEAD_ZONE.none())]).causes == ()
+
+
+def test_the_form_of_a_cause_asks_more_of_a_further_one_only_where_both_show(nominal):
+    ground = ground_of(nominal, LIBRARY)
+    drag, turning, slowing = (
+        Cause(QUADRATIC_DRAG, size * np.eye(6)[dof]) for size, dof in ((5000, 0), (500, 5), (2000, 0))
+    )
+    fit = replace(ground.fitted(()), causes=(drag,), felt=1e9)
+    itself = ground.met(fit, drag)
+    assert ground.met(fit, slowing) == pytest.approx(itself)
+    assert ground.met(fit, turning) < 0.05 * itself
+    assert least(ground, replace(fit, felt=0.5 * itself), drag) == pytest.approx(LEAST_SHARE * 0.5 * itself)
+    assert least(ground, fit, turning) < least(ground, fit, drag)
 
 
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):

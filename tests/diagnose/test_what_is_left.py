@@ -8,7 +8,7 @@ import pytest
 from bench.missions.mission import draw_one
 from bridge.effects.course import lagged
 from bridge.effects.effect import Act
-from bridge.effects.environment import waves
+from bridge.effects.environment import STEADY_CURRENT, waves
 from bridge.effects.library import library
 from bridge.effects.supply import LOAD_SAG
 from identify.diagnose import generic
@@ -69,6 +69,16 @@ def test_water_that_moves_turns_the_hull_too(nominal):
     turning = columns_of(kin(course, cause), 5)
     assert left_by(munk, turning) < 1e-9
     assert left_by(np.gradient(munk), turning) > 0.01
+
+
+def test_a_current_that_turns_as_it_comes_and_goes_is_kin_of_a_steady_one(nominal):
+    course = nominal.course
+    cause = Cause(STEADY_CURRENT, np.array([0.05, 0.02]))
+    middle = 2.0 * course.since_s / course.since_s[-1] - 1.0
+    turned = (middle[:, None] * STEADY_CURRENT.act(course, np.array([0.0, 0.01])).wrench)[:, 0]
+    known = columns_of([cause.slope(course, 0), cause.slope(course, 1), *forms(course, cause)], 0)
+    with_kin = left_by(turned, [*known, *columns_of(kin(course, cause), 0)])
+    assert with_kin < 0.05 * left_by(turned, known)
 
 
 def test_a_supply_that_gives_way_by_another_law_is_kin_of_load_sag(nominal):

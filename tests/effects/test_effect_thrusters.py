@@ -170,6 +170,17 @@ def test_reaction_torques_go_with_total_thrust(course: Made) -> None:
     assert found == pytest.approx([0, 0, 0, 0.01 * 40 * AHEAD, 0, 0.02 * 40])
 
 
+def test_the_reaction_of_a_propeller_is_about_its_own_axis(course: Made) -> None:
+    rest = course(asked_n=0.0)
+    aside = np.sign(np.round(rest.allocation[1], 9))
+    sway = course(asked_n=10 * aside)
+    pushes = sway.wrench_of(10 * aside)[:3]
+    assert abs(pushes[1]) > 1.0
+    assert pushed(wake.PROPELLER_TORQUE, sway, 0.01, 0.02)[3:] == pytest.approx(
+        [0, 0.01 * pushes[1], 0], abs=1e-9
+    )
+
+
 def test_one_weak_thruster_lacks_a_share_of_its_own_wrench(course: Made) -> None:
     pushing = course(asked_n=10 * SURGE)
     lever = 0.42 * ASIDE - (-0.32) * AHEAD
