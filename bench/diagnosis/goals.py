@@ -92,6 +92,10 @@ ALSO = (
         f"one hidden, {CLEAR:g} or more over the floor: in the class named first",
     ),
     (
+        f"both of two named, each {CLEAR:g} or more over the floor by itself",
+        f"two hidden, each {CLEAR:g} or more over the floor by itself: both named",
+    ),
+    (
         "false alarms where the disturbance has one pole",
         "false alarms where the disturbance has one pole, as the nominal model takes it",
     ),

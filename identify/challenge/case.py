@@ -76,8 +76,8 @@ class Case:
     def truth(self) -> dict[str, Any]:
         """What is hidden, in plain data: kind, effects with parameters and size, where it lies, the true nominal model.
 
-        `size` is by how much a refit leaves it above the noise floor of the dive to diagnose; `dof` where that is at
-        least half of the largest.
+        `size` is by how much a refit leaves it above the noise floor of the dive to diagnose, all effects together and,
+        where there are two, of each in a dive of its own; `dof` where that is at least half of the largest.
         """
         site, simulated = self.simulated(0)
         by_dof = sizes(site, self.setup.noise, simulated)
@@ -97,6 +97,7 @@ class Case:
                     "number": p.number,
                     "novel": p.novel,
                     "drawn": p.size,
+                    "size": largest if len(self.planted) == 1 else self._size_alone(p),
                     "parameters": p.parameters,
                 }
                 for p in self.planted
@@ -107,6 +108,11 @@ class Case:
             "without": list(self.without),
             "nominal": dict(zip([c.name for c in (*MASSES, *DAMPINGS)], values, strict=True)),
         }
+
+    def _size_alone(self, planted: Planted) -> float:
+        """How large an effect is where nothing else hides."""
+        site, simulated = _simulated(replace(self, planted=(planted,)), 0)
+        return float(sizes(site, self.setup.noise, simulated).max())
 
 
 def dive_of(case: Case) -> Dive:

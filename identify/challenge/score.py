@@ -100,6 +100,10 @@ class Judged:
             if i != j
         )
 
+    def smallest(self) -> float:
+        """Size over the floor of the smallest of the hidden effects, each by itself; NaN in a truth sealed without."""
+        return min(float(effect.get("size", math.nan)) for effect in self.truth["effects"])
+
     def right(self, named: Named) -> bool:
         """Whether a named cause, or one of its class, is hidden."""
         return any(self._holds(effect, named) for effect in self.truth["effects"] if not effect["novel"])
@@ -133,6 +137,9 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
             clear, Judged.in_class
         ),
         "two hidden: both named": _rate(by["two"], Judged.both),
+        f"two hidden, each {CLEAR:g} or more over the floor by itself: both named": _rate(
+            [case for case in by["two"] if case.smallest() >= CLEAR], Judged.both
+        ),
         "right degree of freedom": _rate(known + by["novel"], Judged.where),
         "false alarms where nothing hides": _rate(by["none"], lambda c: c.verdict != "no_gap"),
         "false alarms where the disturbance has one pole, as the nominal model takes it": _rate(

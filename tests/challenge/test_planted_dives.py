@@ -82,6 +82,14 @@ def test_a_seed_gives_the_same_case_again() -> None:
     assert dive_of(one).sha256 == dive_of(two).sha256
 
 
+def test_of_two_effects_each_has_a_size_of_its_own() -> None:
+    pair = draw_case(SEED + 1, names=["quadratic_drag", "dvl_bias"], size=0.5, seconds=20.0)
+    alone = draw_case(SEED + 1, names=["quadratic_drag"], size=0.5, seconds=20.0)
+    drag, bias = (effect["size"] for effect in pair.truth()["effects"])
+    assert drag == alone.truth()["size"] == alone.truth()["effects"][0]["size"]
+    assert 0 < bias != drag
+
+
 def test_the_check_is_another_mission_with_the_same_effect() -> None:
     case = draw_case(SEED + 2, names=["quadratic_drag"], size=0.5, seconds=20.0)
     assert dive_of(case).sha256 != check_of(case).sha256

@@ -25,6 +25,7 @@ def truth(
             "number": number,
             "novel": kind == "novel",
             "drawn": 0.5,
+            "size": size,
             "parameters": {"delay": 0.1},
         }
         for effect in effects
@@ -107,8 +108,19 @@ def test_both_of_two_need_a_cause_each() -> None:
         (truth("c", "two", "waves", "tether"), answer("explained", "tether", also=("waves",))),
         (truth("d", "two", "waves", "tether"), None),
     )
-    assert hits(result, "two hidden") == (1, 4)
+    assert hits(result, "two hidden: both") == (1, 4)
     assert result.unanswered == ("d",)
+
+
+def test_pairs_of_which_one_is_too_small_to_show_are_counted_apart_too() -> None:
+    small = truth("b", "two", "waves", "tether")
+    small["effects"][1]["size"] = 0.4
+    result = judged(
+        (truth("a", "two", "waves", "tether"), answer("explained", "tether", "waves")),
+        (small, answer("explained", "waves")),
+    )
+    assert hits(result, "two hidden: both") == (1, 2)
+    assert hits(result, "two hidden, each 0.5 or more") == (1, 1)
 
 
 def test_verdicts_are_counted_where_they_belong() -> None:
