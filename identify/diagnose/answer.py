@@ -78,7 +78,7 @@ def _check(one: Shrink | None) -> dict[str, Any] | None:
     return {
         "before": _number(one.before),
         "after": _number(one.after),
-        "floor": 1.0,
+        "floor": _number(one.floor),
         "value": _number(one.value),
     }
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.diagnose.cause import Cause, way
 from identify.diagnose.diagnosis import Found, Tried, Value
-from identify.diagnose.gain import gain_of
+from identify.diagnose.gain import braking_of, gain_of
 from identify.diagnose.ground import Fitted
 from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
@@ -30,7 +30,7 @@ NEAR = 1e-3
 
 def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
     """The causes with parameters and intervals, the one that saves most first."""
-    out = []
+    out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         gain = found.fit.gain - _without(found, k)
         alike = alike_of(found, k)
@@ -42,7 +42,7 @@ def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
                 probability(alike.margin_nats),
                 parameters_of(found.fit, k),
                 gain,
-                gain_of(cause, missing, found.now),
+                gain_of(cause, missing, found.now, braking),
             )
         )
     if HEARD & set(found.now.doubted):

@@ -18,7 +18,7 @@ from bridge.vehicle.config import Prior
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Found, Tried, Value
 from identify.diagnose.evidence import inverse
-from identify.diagnose.gain import gain_by
+from identify.diagnose.gain import braking_of, gain_by
 from identify.diagnose.ground import Fitted, Ground
 from identify.diagnose.likeness import LEAST_LIKENESS
 from identify.diagnose.missing import Missing
@@ -138,7 +138,8 @@ def _found(
     others = [k for k in chosen if k != chosen[i]]
     nats = shift.nats(chosen) - shift.nats(others)
     wrench = _as_wrench(cause.act(found.now.course), found.now.course)
-    gain = gain_by(wrench, missing, found.now) if effect.feedforward else None
+    braking = braking_of(found.causes, found.now)
+    gain = gain_by(wrench, missing, found.now, braking) if effect.feedforward else None
     return Found(cause, tuple(also), also, probability(nats), told, nats, gain)
 
 

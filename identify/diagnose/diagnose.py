@@ -19,7 +19,7 @@ from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
 from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Value
-from identify.diagnose.drift import Drift, drifts, floors_of
+from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
 from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by
 from identify.diagnose.further import further
 from identify.diagnose.generic import Left, left_over
@@ -29,7 +29,7 @@ from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
 from identify.diagnose.probability import BESIDE_UNKNOWN
 from identify.diagnose.search import Explanation, explain
-from identify.diagnose.shrink import held_out
+from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
 from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
@@ -121,7 +121,14 @@ def diagnose(
         heldout,
         measured,
         dive_next,
-        (*held(holds), *not_held, *_short(check), *_notes(dive, nominal)),
+        (
+            *held(holds),
+            *not_held,
+            *ran_away(before, after),
+            *overstated(heldout),
+            *_short(check),
+            *_notes(dive, nominal),
+        ),
         time.perf_counter() - began_s,
         prediction,
         accepted_of(altogether(causes, holds), found.now, file.vehicle.configurations[configuration]),

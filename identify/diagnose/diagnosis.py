@@ -141,14 +141,16 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Shrink:
-    """before, after: rms drifts in floors; value = (before - after) / (before - 1), NaN where there is nothing to
-    shrink; low95, high95: of the value, NaN where not known."""
+    """before, after: rms drifts in floors; value = (before - after) / (before - floor), after no less than floor; NaN
+    where there is nothing to shrink; low95, high95: of the value, NaN where not known. floor: near 1, as
+    `shrink.floor_of` has it."""
 
     before: float
     after: float
     value: float
     low95: float
     high95: float
+    floor: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,14 @@ from the fitted disturbance and sensor noise, smoothed as the recorded one was, 
 Efron and Tibshirani 1993, section 6.5), so that a wrong start and a wrong end of a window count as they do there.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from identify.diagnose.flight import RUN_AWAY
 from identify.diagnose.flown import EACH, Flown
 from identify.diagnose.nominal import Nominal
 from identify.estimators.innovations import INCREMENT, POSITION, smoothed_velocity
@@ -46,6 +48,11 @@ class Drift:
         """Rms over the axes that are fitted, in floors."""
         return float(np.sqrt(np.nanmean(self.by_axis**2)))
 
+    @property
+    def ran_away(self) -> float:
+        """The share of flights that ended because they ran away."""
+        return float(np.mean(np.any(np.abs(self.off) >= RUN_AWAY, axis=1)))
+
 
 def drifts(model: Flown, floors: Array) -> tuple[Drift, ...]:
     """The drifts of a model, beside the floors (h, 6) of each horizon."""
@@ -55,6 +62,19 @@ def drifts(model: Flown, floors: Array) -> tuple[Drift, ...]:
     for k, horizon_s in enumerate(HORIZONS_S):
         whole = np.isfinite(off[:, k, model.dofs[0]])
         out.append(Drift(horizon_s, model.time_s[starts[whole]], off[whole, k], floors[k]))
+    return tuple(out)
+
+
+def ran_away(before: Sequence[Drift], after: Sequence[Drift]) -> tuple[str, ...]:
+    """In sentences, which model's flights ran away from the recording, over the shortest time in which any did."""
+    out = []
+    for model, of in (("the nominal model", before), ("the model with the causes in", after)):
+        away = next((one for one in of if one.ran_away > 0), None)
+        if away is not None:
+            out.append(
+                f"Flown for {away.horizon_s:g} s, {model} runs away from the recording in "
+                f"{100 * away.ran_away:.1f} % of the flights, which end there: how large its drift is says little."
+            )
     return tuple(out)
 
 

@@ -6,6 +6,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+RUN_AWAY = np.array([10.0, 10.0, 10.0, 20.0, 20.0, 20.0])
+"""Off by so much, m/s and rad/s, a simulation tells nothing any more: no vehicle with thrusters moves so fast under
+water. Its flight ends there, or squares of its drift would be beyond what numbers hold."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def off_by(
@@ -21,7 +25,8 @@ def off_by(
     errors: Array,
     step_s: float,
 ) -> Array:
-    """The compiled loop of `Flown.off`, by Heun's rule, from each start in turn."""
+    """The compiled loop of `Flown.off`, by Heun's rule, from each start in turn. A flight that runs away stays at the
+    RUN_AWAY of the axis that it ran away in."""
     n, last = nu.shape[0], steps[-1]
     out = np.full((starts.shape[0], steps.shape[0], 6), np.nan)
     bent = bool(np.any(slope))
@@ -49,11 +54,25 @@ def off_by(
             for j in range(6):
                 a[j] += 0.5 * step_s * (d[j] + guess[j])
                 d[j] += 0.5 * step_s * (first[j] + second[j])
+            if _has_run_away(d):
+                for h in range(now, steps.shape[0]):
+                    if at + steps[h] < n:
+                        for j in dofs:
+                            out[w, h, j] = min(max(d[j], -RUN_AWAY[j]), RUN_AWAY[j])
+                break
             if k == steps[now]:
                 for j in dofs:
                     out[w, now, j] = d[j] - errors[at + k, j]
                 now += 1
     return out
+
+
+@njit(cache=True, inline="always")
+def _has_run_away(d: Array) -> bool:
+    far = False
+    for j in range(6):
+        far = far or abs(d[j]) > RUN_AWAY[j]
+    return far
 
 
 @njit(cache=True, inline="always")

@@ -16,7 +16,7 @@ from identify.diagnose.drift import floors_of
 from identify.diagnose.flown import coefficients, flown, logarithms, slope_of, spoilt_by
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.search import Explanation
-from identify.diagnose.shrink import HORIZON_S, Windows
+from identify.diagnose.shrink import CHANCE, HORIZON_S, LEAST_GAP, Windows
 from identify.diagnose.whitened import of_the_mean, whitened
 from identify.estimators.likelihood_axis import DAMPING, MASS
 
@@ -43,7 +43,11 @@ def csv_of(one: Prediction) -> str:
         "# measured: smoothed; before: the nominal model; after: with the causes in.",
         f"# floor, rms after {HORIZON_S:g} s by noise alone: {floors}.",
         "# drift: before, or after, less measured in the last line of each window, rms over windows, over the floor, "
-        f"and the rms of that over {len(fitted)} degrees of freedom; shrink = (before - after) / (before - 1).",
+        f"and the rms of that over {len(fitted)} degrees of freedom; shrink = (before - after) / (before - floor), "
+        "after no less than floor.",
+        f"# floor of this dive: the rms over degrees of freedom of 1 where before and after differ by more than "
+        f"{LEAST_GAP:g}, and else, for there no cause closes anything and noise is all that there is, of after within "
+        f"{1 - CHANCE:g} and {1 + CHANCE:g}.",
     ]
     names = [f"{what}_{SYMBOLS[dof]}" for what in ("measured", "before", "after") for dof in fitted]
     lines.append(",".join(["time_s", "window", *names]))

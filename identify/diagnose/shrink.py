@@ -27,7 +27,12 @@ LEAST_LEFT = 0.2
 
 RESAMPLED, SURE = 400, 0.9
 LEAST_GAP = 0.1
-"""A drift that exceeds its floor by no more, or no more than chance lets it, leaves nothing to shrink."""
+"""A drift that exceeds its floor by no more, or no more than chance lets it, leaves nothing to shrink; and a cause that
+changes that of a degree of freedom by no more closes nothing there."""
+
+CHANCE = 0.2
+"""So far from 1 the drift of a dive of five minutes may be in a degree of freedom by its noise: two standard errors of
+an rms over some sixty windows, and what its floor is uncertain by."""
 
 
 @dataclass(frozen=True)
@@ -48,23 +53,59 @@ class Windows:
             ]
         )
         counts = np.array([np.count_nonzero(self.piece == piece) for piece in pieces])
-        before, after = _drifts(sums, counts, np.arange(len(pieces)))
-        again = [_drifts(sums, counts, rng.integers(len(pieces), size=len(pieces))) for _ in range(RESAMPLED)]
-        drawn = np.array([_value(*one) for one in again if one[0] - 1.0 > LEAST_GAP])
-        if before - 1.0 <= LEAST_GAP or len(drawn) < SURE * RESAMPLED:
-            return Shrink(before, after, np.nan, np.nan, np.nan)
+        whole = _by_axis(sums, counts, np.arange(len(pieces)))
+        closes = np.abs(whole[0] - whole[1]) > LEAST_GAP
+        again = (
+            _by_axis(sums, counts, rng.integers(len(pieces), size=len(pieces))) for _ in range(RESAMPLED)
+        )
+        drawn = np.array([value for one in again if np.isfinite(value := _value(*_totals(one, closes)))])
+        before, after, floor = _totals(whole, closes)
+        value = _value(before, after, floor)
+        if np.isnan(value) or len(drawn) < SURE * RESAMPLED:
+            return Shrink(before, after, np.nan, np.nan, np.nan, floor)
         low, high = np.quantile(drawn, [0.025, 0.975]).tolist()
-        return Shrink(before, after, _value(before, after), low, high)
+        return Shrink(before, after, value, low, high, floor)
 
 
-def _drifts(sums: Array, counts: NDArray[np.intp], drawn: NDArray[np.intp]) -> tuple[float, float]:
-    square = sums[:, drawn].sum(axis=1) / counts[drawn].sum()
-    before, after = np.sqrt(np.nanmean(square, axis=1)).tolist()
-    return before, after
+def overstated(told: Shrink) -> tuple[str, ...]:
+    """In a sentence, that a drift lies further below its floor than chance lets it; nothing where it does not."""
+    if not told.after < told.floor - CHANCE:
+        return ()
+    return (
+        f"With the causes in, the model drifts by {told.after:.2f} floors on pieces held out: what this dive's filters "
+        "take for noise, as of velocities that were smoothed on board, overstates the floor, and what the gap shrinks "
+        "by counts as 100 % at most.",
+    )
 
 
-def _value(before: float, after: float) -> float:
-    return (before - after) / (before - 1.0)
+def floor_of(after: Array, closes: NDArray[np.bool_]) -> Array:
+    """(6,): the floor of this very dive by degree of freedom.
+
+    It is 1 where the causes close something. Where they change nothing, what is there is what noise comes to in this
+    dive, as far as chance lets it: there before and after are off from 1 by the same, and only their difference from
+    it would tell of the noise.
+    """
+    return np.asarray(np.where(closes, 1.0, np.clip(after, 1.0 - CHANCE, 1.0 + CHANCE)))
+
+
+def _by_axis(sums: Array, counts: NDArray[np.intp], drawn: NDArray[np.intp]) -> Array:
+    """(2, 6) rms drifts before and after."""
+    return np.asarray(np.sqrt(sums[:, drawn].sum(axis=1) / counts[drawn].sum()))
+
+
+def _totals(axes: Array, closes: NDArray[np.bool_]) -> tuple[float, float, float]:
+    """Rms over degrees of freedom of what drifts before and after (2, 6), and of the floor."""
+    fitted = np.isfinite(axes[1])
+    three = np.stack([*axes, floor_of(axes[1], closes)])[:, fitted]
+    before, after, floor = np.sqrt(np.mean(three**2, axis=1)).tolist()
+    return before, after, floor
+
+
+def _value(before: float, after: float, floor: float) -> float:
+    """No model drifts by less than noise: below the floor is chance, or a floor that is told too high."""
+    if before - floor <= LEAST_GAP:
+        return float("nan")
+    return (before - max(after, floor)) / (before - floor)
 
 
 def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:

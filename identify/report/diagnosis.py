@@ -159,7 +159,7 @@ def _how_far(d: Diagnosis) -> Section:
     rows = tuple((where, *_shrunk(one)) for where, one in told if one is not None)
     caption = (
         f"{words.DRIFT_S:g} s drift, root mean square over degrees of freedom, in floors. Shrink: (before − after) / "
-        "(before − 1), the part of what can be closed that the causes close."
+        "(before − floor), the part of what can be closed that the causes close. The floor of such a dive is near 1."
     )
     columns = ("Where", "Before, floors", "After, floors", "Shrink", "95 % interval")
     tables = [Table(columns, rows, caption)] if rows else []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.diagnose.drift import drawn, drifts, floors_of
+from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
 from identify.diagnose.flown import Flown, flown
 from identify.diagnose.nominal import nominal_of
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
@@ -84,6 +84,24 @@ def test_a_turn_carries_what_is_off_in_surge_into_sway():
     model = still(nu=nu, damping=np.zeros(6))
     off = after(model, 1.0, np.array([0.1, 0, 0, 0, 0, 0]))
     np.testing.assert_allclose(off[:2], [0.1 * np.cos(0.5), -0.1 * np.sin(0.5)], atol=2e-4)
+
+
+def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():
+    slope = np.zeros((750, 6, 6))
+    slope[:, 0, 0] = 3000.0
+    lacking = np.zeros((750, 6))
+    lacking[:, 0] = 1.0
+    plain, wild = (
+        drifts(still(30.0, lacking=lacking, slope=one), np.full((3, 6), 0.01)) for one in (0.0 * slope, slope)
+    )
+    assert all(one.ran_away == 0.0 and np.isfinite(one.total) for one in plain)
+    assert wild[2].ran_away == 1.0
+    assert wild[2].by_axis[0] == pytest.approx(1000.0)
+    assert ran_away(plain, plain) == ()
+    assert ran_away(plain, wild) == (
+        "Flown for 1 s, the model with the causes in runs away from the recording in 100.0 % of the flights, which "
+        "end there: how large its drift is says little.",
+    )
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bridge.vehicle.dynamics import coriolis
-from identify.diagnose.flight import off_by
+from identify.diagnose.flight import RUN_AWAY, off_by
 
 MASS = np.array([20.0, 30.0, 40.0, 0.5, 0.6, 0.7])
 DAMPING = np.array([10.0, 15.0, 20.0, 0.3, 0.4, 0.5])
@@ -63,3 +63,17 @@ def test_a_window_that_the_recording_ends_before_has_no_value():
     )  # fmt: skip
     assert np.isfinite(off[0, 0]).all()
     assert np.isnan(off[0, 1]).all()
+
+
+def test_a_flight_that_runs_away_ends_there_and_others_go_on():
+    lacking, nu, slope = along(np.random.default_rng(100_004))
+    slope[:30, 0, 0] = 3000.0
+    off = off_by(
+        np.array([0, 30]), np.array([2, 25]), lacking, nu, slope, MASS, DAMPING, STIFFNESS, np.arange(6),
+        np.zeros((COUNT, 6)), STEP_S,
+    )  # fmt: skip
+    assert abs(off[0, 0, 0]) < RUN_AWAY[0]
+    assert abs(off[0, 1, 0]) == RUN_AWAY[0]
+    assert (np.abs(off[0, 1]) <= RUN_AWAY).all()
+    expected = flown_in_plain_words(30, 25, lacking, nu, slope, np.ones(6), np.zeros(6))
+    np.testing.assert_allclose(off[1, 1], expected, rtol=1e-9)

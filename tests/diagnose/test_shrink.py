@@ -7,7 +7,7 @@ import pytest
 
 from identify.diagnose.diagnosis import Prediction
 from identify.diagnose.predict import csv_of, windows_of
-from identify.diagnose.shrink import Windows
+from identify.diagnose.shrink import Windows, overstated
 
 
 def windows(before, after, count=40):
@@ -25,6 +25,29 @@ def test_what_falls_from_three_floors_to_two_has_shrunk_by_half():
 
 def test_what_grows_shrinks_by_less_than_nothing():
     assert windows(2.0, 2.5).shrink(np.random.default_rng(0)).value == pytest.approx(-0.5)
+
+
+def test_what_drifts_by_less_than_noise_has_shrunk_whole_and_by_no_more():
+    shrink = windows(3.0, 0.5).shrink(np.random.default_rng(0))
+    assert (shrink.after, shrink.value, shrink.high95) == pytest.approx((0.5, 1.0, 1.0))
+    assert "0.50 floors" in overstated(shrink)[0]
+    assert overstated(windows(3.0, 0.9).shrink(np.random.default_rng(0))) == ()
+
+
+def test_where_a_cause_changes_nothing_the_floor_is_what_noise_came_to_in_that_dive():
+    one = windows(3.0, 1.0)
+    one.before[:, 1] = one.after[:, 1] = 1.15**2
+    shrink = one.shrink(np.random.default_rng(0))
+    assert shrink.value == pytest.approx(1.0)
+    assert shrink.floor == pytest.approx(np.sqrt((1.0 + 1.15**2) / 2))
+
+
+def test_what_is_left_where_no_cause_acts_and_chance_does_not_reach_is_a_gap_that_is_not_closed():
+    one = windows(3.0, 1.0)
+    one.before[:, 1] = one.after[:, 1] = 2.0**2
+    shrink = one.shrink(np.random.default_rng(0))
+    assert shrink.floor == pytest.approx(np.sqrt((1.0 + 1.2**2) / 2))
+    assert shrink.value < 0.75
 
 
 def test_where_there_is_no_gap_nothing_is_said_of_its_shrink():
