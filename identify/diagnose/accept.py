@@ -74,10 +74,11 @@ def _includes(value: Value | None, absent: float) -> bool:
 
 
 def _effect(one: Found) -> AcceptedEffect:
-    """Without the parameters of several that the dive can't tell from none."""
+    """Without the parameters of several that the dive can't tell from none, or does not tell."""
     effect = one.cause.effect
+    untold = {p.name for p in effect.parameters if p.name not in one.parameters and effect.telling is None}
     values = {
-        p.name: p.none if _includes(one.parameters.get(p.name), p.none) else float(value)
+        p.name: p.none if p.name in untold or _includes(one.parameters.get(p.name), p.none) else float(value)
         for p, value in zip(effect.parameters, one.cause.values, strict=True)
     }
     return AcceptedEffect(effect.name, effect.label, values, effect.number)

@@ -1,5 +1,7 @@
 """The causes that were found and all that were tried, with what speaks for each."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -99,7 +101,7 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
         one.name
         for p, one in enumerate(cause.effect.parameters)
         if p not in moved and cause.effect.telling is None
-    }
+    } | _vague(cause, moved, np.sqrt(np.diag(covariance)))
     slopes = [_slope(cause, p) for p in moved]
     able = {} if cause.effect.telling else {one.name: (one.low, one.high) for one in cause.effect.parameters}
     out = {}
@@ -112,6 +114,23 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
         low, high = np.clip(ends, *able.get(name, (-np.inf, np.inf))).tolist()
         out[name] = Value(value, unit, low, high)
     return out
+
+
+def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
+    """Names of parameters, std (k,) of those moved, that may as well be absent as far larger than what shows: a damping
+    in a degree of freedom that hardly moves, say, which is a small force over next to no speed.
+
+    A parameter that is so uncertain has to speak for itself by what a cause of its own would have to.
+    """
+    if cause.effect.telling is not None:
+        return set()
+    vague = set()
+    for p, wide in zip(moved, std.tolist(), strict=True):
+        one = cause.effect.parameters[p]
+        nats = 0.5 * ((cause.values[p] - one.none) / wide) ** 2 if wide > 0 else np.inf
+        if wide > way(one) and nats < LEAST_GAIN:
+            vague.add(one.name)
+    return vague if len(vague) < len(moved) else set()
 
 
 def _slope(cause: Cause, p: int) -> dict[str, float]:

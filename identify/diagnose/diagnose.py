@@ -32,7 +32,7 @@ from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
-from identify.diagnose.where import phases_of, power_of_drift, shares_of, slices_of
+from identify.diagnose.where import phases_of, power_of_drift, power_of_left, shares_of, slices_of
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
@@ -150,7 +150,10 @@ def _gap(
     now = found.now
     if is_unknown(left):
         missing = with_left(missing, left, now, EACH)
-    power = missing.power if missing.power.any() else power_of_drift(before[FIVE_S], missing.time_s)
+    power = missing.power
+    if not power.any():
+        # Nothing is sure; it lies where most speaks for it.
+        power = power_of_left(left, EACH) if left.shapes else power_of_drift(before[FIVE_S], missing.time_s)
     fitted = [problem.axis.dof for problem in now.joint.problems]
     return Gap(
         before[FIVE_S].total,

@@ -7,6 +7,8 @@ from bridge.effects.course import Course
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.diagnosis import Phase, Share, Slice
 from identify.diagnose.drift import Drift
+from identify.diagnose.generic import LEVELLED_NATS, UNKNOWN_NATS, Left
+from identify.diagnose.whitened import LEVELLED
 
 Array = NDArray[np.float64]
 
@@ -92,6 +94,17 @@ def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> 
             Slice(DOFS[dof], name, float(low), float(high), float(share))
             for low, high, share in zip(edges[:-1], edges[1:], inside, strict=True)
         ]
+    return out
+
+
+def power_of_left(left: Left, every: int) -> Array:
+    """(n, 6) at every so many instants: the squares of the generic forces that foretell most of what is left, each as
+    large as what it foretells is beside what would be significant in its degree of freedom; (0, 6) without any."""
+    out = np.zeros((len(left.shapes[0].force[::every]) if left.shapes else 0, 6))
+    for shape, gain in zip(left.shapes, left.gains, strict=True):
+        square = shape.force[::every] ** 2
+        asked = LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS
+        out[:, shape.dof] += gain / asked * square / max(float(np.mean(square)), 1e-300)
     return out
 
 

@@ -150,3 +150,10 @@ def test_an_axis_that_the_dive_hardly_moves_keeps_what_the_vehicle_has(nominal, 
     accepted = accepted_of((), nominal, shape)
     assert accepted.values == {}
     assert "M_u and D_u stay as the vehicle has them: this dive hardly tells them." in accepted.sentences
+
+
+def test_a_parameter_that_was_not_told_is_not_written_into_the_model(nominal, shape):
+    one = found(hydrodynamics.QUADRATIC_DRAG, 30, 40, 50, 3000, 2, 3)
+    one = replace(one, parameters={name: v for name, v in one.parameters.items() if name != "K_pp"})
+    (effect,) = accepted_of((one,), nominal, shape).effects
+    assert (effect.parameters["X_uu"], effect.parameters["K_pp"]) == (30.0, 0.0)

@@ -16,7 +16,7 @@ from identify.diagnose.flown import EACH, flown, slope_of, wrench_of
 from identify.diagnose.generic import Left, Shape
 from identify.diagnose.missing import missing_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.where import PHASES, phases_of, power_of_drift, shares_of, slices_of
+from identify.diagnose.where import PHASES, phases_of, power_of_drift, power_of_left, shares_of, slices_of
 
 
 @pytest.fixture(scope="module")
@@ -119,6 +119,16 @@ def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
     power = power_of_drift(Drift(5.0, np.arange(50.0), off, floor), np.arange(0.0, 50.0, 0.5))
     assert power[:, 0].min() > 0
     np.testing.assert_array_equal(power[:, 1:], 0.0)
+
+
+def test_what_is_too_little_to_be_sure_of_lies_where_most_speaks_for_it():
+    force, later = np.ones(10), np.repeat([0.0, 2.0], 5)
+    left = Left((Shape(4, "thrust", "odd", force), Shape(2, "depth", None, later)), (60.0, 10.0), (0.1, 0.2))
+    power = power_of_left(left, 1)
+    # Sixty nats are less in pitch, which is levelled, than ten in heave.
+    assert power.sum(axis=0).argmax() == 2
+    assert power[:5, 2].max() == 0.0
+    np.testing.assert_allclose(power[:, 4], 0.6)
 
 
 def test_what_a_current_pushes_is_the_same_on_all_headings_of_the_world(nominal):
