@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identify.diagnose.flight import RUN_AWAY
-from identify.diagnose.flown import EACH, Flown
+from identify.diagnose.flown import EACH, Flown, quiet
 from identify.diagnose.nominal import Nominal
 from identify.estimators.innovations import INCREMENT, POSITION, smoothed_velocity
 from identify.estimators.likelihood_axis import DISTURBANCE
@@ -92,7 +92,8 @@ def floors_of(noise: Nominal, model: Flown, rng: np.random.Generator) -> Array:
 
 
 def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
-    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels."""
+    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels. To the
+    disturbance of a body that rights itself comes what it is thought to be righted by, for the error of its angle."""
     time_s = noise.course.time_s[::EACH]
     force, errors = np.zeros((len(time_s), 6)), np.zeros((len(time_s), 6))
     for problem, place in zip(noise.joint.at(noise.theta), noise.joint.places, strict=True):
@@ -100,7 +101,7 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         table, variance = problem.transition_table(own), problem.noise_variance(own)
         sigma = float(np.exp(own[DISTURBANCE]))
         normal = rng.normal(size=(len(axis.time_s), 4))
-        true, pushed, reading = _walk(
+        true, angle, pushed, reading = _walk(
             table, axis.step, problem.reading, axis.state_read, np.sqrt(variance), sigma, normal
         )
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
@@ -110,6 +111,11 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         )
         errors[:, axis.dof] = np.interp(time_s, axis.time_s, found - true)
         force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)
+        placed = (axis.state_read == POSITION) & np.isfinite(reading)
+        if axis.stiffness > 0 and placed.any():
+            rate = np.interp(time_s, axis.time_s, found)
+            thought = quiet(time_s, axis.time_s[placed], reading[placed], rate)
+            force[:, axis.dof] += axis.stiffness * (thought - np.interp(time_s, axis.time_s, angle))
     return force, errors
 
 
@@ -131,10 +137,10 @@ def _walk(
     noise: Array,
     sigma_d: float,
     normal: Array,
-) -> tuple[Array, Array, Array]:
-    """Velocity, disturbance and readings (n,) of a body that only a stationary coloured force drives, from rest."""
+) -> tuple[Array, Array, Array, Array]:
+    """Velocity, its integral, disturbance and readings (n,) of a body that only a stationary coloured force drives, from rest."""
     n = step.shape[0]
-    true, pushed, read = np.empty(n), np.empty(n), np.full(n, np.nan)
+    true, place, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
     nu, x, d = 0.0, 0.0, sigma_d * normal[0, 2]
     for i in range(n):
         if step[i] >= 0:
@@ -150,11 +156,11 @@ def _walk(
                 t[3] * nu + t[4] * x + t[5] * d + b * normal[i, 0] + e * normal[i, 1],
                 t[6] * d + c * normal[i, 0] + f * normal[i, 1] + g * normal[i, 2],
             )
-        true[i], pushed[i] = nu, d
+        true[i], place[i], pushed[i] = nu, x, d
         if np.isfinite(reading[i]):
             read[i] = (x if state_read[i] == INCREMENT or state_read[i] == POSITION else nu) + noise[
                 i
             ] * normal[i, 3]
         if state_read[i] == INCREMENT:
             x = 0.0
-    return true, pushed, read
+    return true, place, pushed, read

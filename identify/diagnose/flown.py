@@ -174,13 +174,13 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         force[:, axis.dof] = np.interp(time_s, middle_s, axis.force.mean(axis=1) + shapes)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
-            angle = _quiet(time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof])
+            angle = quiet(time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof])
             force[:, axis.dof] -= axis.stiffness * angle
             stiffness[axis.dof] = axis.stiffness
     return force, stiffness
 
 
-def _quiet(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
+def quiet(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
     """An angle (n,) with the noise of its readings meant out: what it is beside the integral of its rate changes
     slowly."""
     step_s = float(time_s[1] - time_s[0])
