@@ -21,6 +21,9 @@ motion."""
 
 LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
 MEANT_S = 0.5
+ASKED_NATS = np.array([LEVELLED_NATS if dof in LEVELLED else UNKNOWN_NATS for dof in range(6)])
+"""What a force must foretell to be there for sure, by degree of freedom."""
+
 OCTANTS = np.deg2rad(np.arange(-180.0, 181.0, 45.0))
 LEAST_SHARE = 0.001
 
@@ -103,18 +106,19 @@ def power_of_left(left: Left, every: int) -> Array:
     out = np.zeros((len(left.shapes[0].force[::every]) if left.shapes else 0, 6))
     for shape, gain in zip(left.shapes, left.gains, strict=True):
         square = shape.force[::every] ** 2
-        asked = LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS
-        out[:, shape.dof] += gain / asked * square / max(float(np.mean(square)), 1e-300)
+        out[:, shape.dof] += gain / ASKED_NATS[shape.dof] * square / max(float(np.mean(square)), 1e-300)
     return out
 
 
 def power_of_drift(drift: Drift, time_s: Array) -> Array:
     """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's; at least 0 over the
-    whole dive in each axis, and all that there is where no axis exceeds it."""
+    whole dive in each axis, and all that there is where no axis exceeds it. In roll and pitch it counts by as much less
+    as more is asked of a force there: much of what levels a vehicle is no gap of its model."""
     middle = drift.starts_s + 0.5 * drift.horizon_s
     nearest = np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
-    over = np.maximum(np.nanmean(square, axis=0) - 1.0, 0.0)
+    square *= UNKNOWN_NATS / ASKED_NATS
+    over = np.maximum(np.nanmean(square, axis=0) - UNKNOWN_NATS / ASKED_NATS, 0.0)
     if not over.any():
         return np.asarray(square[nearest])
     return np.asarray(square[nearest] * over / np.maximum(np.mean(square, axis=0), 1e-300))

@@ -121,6 +121,13 @@ def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
     np.testing.assert_array_equal(power[:, 1:], 0.0)
 
 
+def test_a_drift_in_roll_tells_less_of_where_than_one_as_large_in_sway():
+    off = np.tile([[1.0, 1.5, 1.0, 2.0, 1.0, 1.0]], (50, 1))
+    power = power_of_drift(Drift(5.0, np.arange(50.0), off, np.ones(6)), np.arange(0.0, 50.0, 0.5))
+    assert power.sum(axis=0).argmax() == 1
+    assert power[:, 3].min() > 0
+
+
 def test_what_is_too_little_to_be_sure_of_lies_where_most_speaks_for_it():
     force, later = np.ones(10), np.repeat([0.0, 2.0], 5)
     left = Left((Shape(4, "thrust", "odd", force), Shape(2, "depth", None, later)), (60.0, 10.0), (0.1, 0.2))
