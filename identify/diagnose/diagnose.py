@@ -20,11 +20,11 @@ from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
 from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Value
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
-from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by
+from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by, wrench_of
 from identify.diagnose.further import further
 from identify.diagnose.generic import Left, left_over
 from identify.diagnose.known import altogether, held, holding, known_of, since
-from identify.diagnose.missing import Missing, missing_of, with_left
+from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
 from identify.diagnose.probability import BESIDE_UNKNOWN
@@ -88,6 +88,8 @@ def diagnose(
     models = beside(found, plain)
     wrong, felt = (of(found.causes, found.now.course)[::EACH] for of in (spoilt_by, felt_by))
     missing = missing_of(*models, wrong, felt, found.now)
+    if plain is nominal:
+        missing = beyond_refit(missing, wrench_of(found.causes, found.now.course), found.now, EACH)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
@@ -152,8 +154,9 @@ def _gap(
         missing = with_left(missing, left, now, EACH)
     power = missing.power
     if not power.any():
-        # Nothing is sure; it lies where most speaks for it.
-        power = power_of_left(left, EACH) if left.shapes else power_of_drift(before[FIVE_S], missing.time_s)
+        # Nothing is sure; it lies where most speaks for it. What is left says nothing of doubted degrees of freedom.
+        told = left.shapes and not now.doubted
+        power = power_of_left(left, EACH) if told else power_of_drift(before[FIVE_S], missing.time_s)
     fitted = [problem.axis.dof for problem in now.joint.problems]
     return Gap(
         before[FIVE_S].total,

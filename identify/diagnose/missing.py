@@ -1,6 +1,6 @@
 """What a plain model lacks, instant by instant: the forces that it knows nothing of, and the readings that are off."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,27 @@ def missing_of(before: Flown, after: Flown, wrong: Array, felt: Array, noise: No
     power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((amiss / sensor) ** 2)
     power[:, :3] += np.nan_to_num((after.mass[:3] * felt / force[:3]) ** 2)
     return Missing(after.time_s, wrench, wrong, power)
+
+
+def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) -> Missing:
+    """The same with, as the power of forces, what the best masses and dampings leave of the causes' own (n, 6), at the
+    course's times; every: of its instants, those of `missing`.
+
+    The nominal model fits readings, not forces: where these are fine, as a gyro's, it bends its masses and dampings
+    far, and what it lacks then is that, too.
+    """
+    force, _ = _levels(noise)
+    course, fitted = noise.course, np.isfinite(force)
+    nu, nu_dot, own = course.nu[::every], course.nu_dot[::every], wrench[::every].copy()
+    columns = []
+    for unit in np.eye(6):
+        columns += [unit * nu_dot + course.coriolis_of(unit, nu), unit * nu]
+    table = np.stack([(one / force)[:, fitted].ravel() for one in columns], axis=1)
+    value = (own / force)[:, fitted].ravel()
+    sizes, *_ = np.linalg.lstsq(table.T @ table, table.T @ value, rcond=None)
+    power = missing.power - np.nan_to_num((missing.wrench / force) ** 2)
+    power[:, fitted] += (value - table @ sizes).reshape(len(nu), -1) ** 2
+    return replace(missing, power=np.maximum(power, 0.0))
 
 
 def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missing:

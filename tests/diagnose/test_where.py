@@ -14,9 +14,10 @@ from identify.diagnose.depends import depends_on
 from identify.diagnose.drift import Drift
 from identify.diagnose.flown import EACH, flown, slope_of, wrench_of
 from identify.diagnose.generic import Left, Shape
-from identify.diagnose.missing import missing_of
+from identify.diagnose.missing import beyond_refit, missing_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.where import PHASES, phases_of, power_of_drift, power_of_left, shares_of, slices_of
+from identify.estimators.likelihood_axis import DAMPING
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +69,32 @@ def test_a_reading_that_is_off_lies_in_the_degree_of_freedom_that_it_spoils(nomi
     model = flown(nominal, nominal.theta, nu)
     found = missing_of(model, model, wrong, np.zeros((len(wrong), 3)), nominal)
     assert {one.dof for one in shares_of(found.power, phases_of(nominal.course, EACH))} == {"sway"}
+
+
+def test_a_force_lies_where_it_acts_however_far_the_nominal_model_is_bent_to_make_up_for_it(nominal):
+    course, pushed = nominal.course, np.zeros_like(nominal.course.nu)
+    pushed[:, 0] = 5.0 * np.sin(course.time_s)
+    bent = nominal.theta.copy()
+    for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
+        if problem.axis.dof == 5:
+            bent[place.start + DAMPING] += 2.0
+    before, after = (flown(nominal, theta, nominal.motion.nu) for theta in (bent, nominal.theta))
+    still = np.zeros_like(after.nu)
+    found = missing_of(before, after.less(pushed[::EACH]), still, still[:, :3], nominal)
+    assert found.power.mean(axis=0).argmax() == 5
+    power = beyond_refit(found, pushed, nominal, EACH).power.mean(axis=0)
+    assert power[0] > 0
+    assert power[1:].max() < 0.1 * power[0]
+
+
+def test_what_a_refit_takes_up_whole_is_no_power_of_a_gap(nominal):
+    course = nominal.course
+    pushed = 3.0 * course.nu_dot * np.eye(6)[0] + course.coriolis_of(3.0 * np.eye(6)[0], course.nu)
+    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    still = np.zeros_like(model.nu)
+    found = missing_of(model, model, still, still[:, :3], nominal)
+    power = beyond_refit(found, pushed - 2.0 * course.nu, nominal, EACH).power
+    assert power.max() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_an_accelerometer_that_feels_too_much_lies_where_it_does(nominal):
