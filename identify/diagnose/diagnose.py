@@ -14,7 +14,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose.accept import accepted_of
-from identify.diagnose.candidates import found_of, tried_of
+from identify.diagnose.candidates import HEARD, found_of, tried_of
 from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
@@ -149,11 +149,14 @@ def beside(found: Explanation, nominal: Nominal) -> tuple[Flown, Flown]:
 def _gap(
     found: Explanation, missing: Missing, left: Left, before: tuple[Drift, ...], after: tuple[Drift, ...]
 ) -> Gap:
-    now = found.now
+    now, misheard = found.now, HEARD & set(found.now.doubted)
+    told_by_causes = missing.power.any()
     if is_unknown(left):
         missing = with_left(missing, left, now, EACH)
     power = missing.power
-    if not power.any():
+    if misheard and not told_by_causes:
+        power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
+    elif not power.any():
         # Nothing is sure; it lies where most speaks for it. What is left says nothing of doubted degrees of freedom.
         told = left.shapes and not now.doubted
         power = power_of_left(left, EACH) if told else power_of_drift(before[FIVE_S], missing.time_s)

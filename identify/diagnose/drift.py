@@ -138,8 +138,7 @@ def _walk(
     sigma_d: float,
     normal: Array,
 ) -> tuple[Array, Array, Array, Array]:
-    """Velocity, its integral, disturbance and readings (n,) of a body that a stationary coloured force alone drives from
-    rest."""
+    """Velocity, its integral, disturbance and readings (n,) of a body that a coloured force alone drives, from rest."""
     n = step.shape[0]
     true, place, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
     nu, x, d = 0.0, 0.0, sigma_d * normal[0, 2]

@@ -1,5 +1,7 @@
 """Where a gap lies: its squared size, split over degree of freedom and what the vehicle does there and then."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -110,14 +112,14 @@ def power_of_left(left: Left, every: int) -> Array:
     return out
 
 
-def power_of_drift(drift: Drift, time_s: Array) -> Array:
+def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int] = range(6)) -> Array:
     """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's; at least 0 over the
-    whole dive in each axis, and all that there is where no axis exceeds it. In roll and pitch it counts by as much less
-    as more is asked of a force there: much of what levels a vehicle is no gap of its model."""
+    whole dive in each of the axes, and all that there is where none exceeds it. In roll and pitch it counts by as much
+    less as more is asked of a force there: much of what levels a vehicle is no gap of its model."""
     middle = drift.starts_s + 0.5 * drift.horizon_s
     nearest = np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
-    square *= UNKNOWN_NATS / ASKED_NATS
+    square *= np.isin(np.arange(6), list(dofs)) * UNKNOWN_NATS / ASKED_NATS
     over = np.maximum(np.nanmean(square, axis=0) - UNKNOWN_NATS / ASKED_NATS, 0.0)
     if not over.any():
         return np.asarray(square[nearest])

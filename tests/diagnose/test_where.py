@@ -148,6 +148,13 @@ def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
     np.testing.assert_array_equal(power[:, 1:], 0.0)
 
 
+def test_a_drift_is_looked_at_in_some_degrees_of_freedom_alone_also_where_it_is_below_its_floor():
+    off = np.tile([[3.0, 0.5, 0.5, 0.5, 0.5, 0.9]], (50, 1))
+    power = power_of_drift(Drift(5.0, np.arange(50.0), off, np.ones(6)), np.arange(0.0, 50.0, 0.5), [1, 5])
+    assert power.sum(axis=0).argmax() == 5
+    np.testing.assert_array_equal(power[:, [0, 2, 3, 4]], 0.0)
+
+
 def test_a_drift_in_roll_tells_less_of_where_than_one_as_large_in_sway():
     off = np.tile([[1.0, 1.5, 1.0, 2.0, 1.0, 1.0]], (50, 1))
     power = power_of_drift(Drift(5.0, np.arange(50.0), off, np.ones(6)), np.arange(0.0, 50.0, 0.5))
