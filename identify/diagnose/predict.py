@@ -16,7 +16,7 @@ from identify.diagnose.drift import floors_of
 from identify.diagnose.flown import coefficients, flown, logarithms, slope_of, spoilt_by
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.search import Explanation
-from identify.diagnose.shrink import CHANCE, HORIZON_S, LEAST_GAP, Windows
+from identify.diagnose.shrink import CHANCE, HORIZON_S, LEAST_GAP, Windows, without_seas
 from identify.diagnose.whitened import of_the_mean, whitened
 from identify.estimators.likelihood_axis import DAMPING, MASS
 
@@ -82,13 +82,14 @@ def predict(
     """The model of a dive, `nominal` before and `found` after, on a further dive whose own filters are `check`.
 
     Masses, dampings and causes are those of the dive; trims and noise levels, that change from dive to dive, the
-    further dive's own. Raises LogError where that is too short.
+    further dive's own, and its seas among the noise. Raises LogError where that is too short.
     """
     mass, damping = found.now.course.mass, found.now.course.damping
     course = replace(check.course, mass=mass, damping=damping)
-    own = refitted(check, [cause.act(course) for cause in found.causes])
-    nu, wrong = own.motion.nu, spoilt_by(found.causes, course)
-    after = flown(own, with_coefficients(own, found.now), nu, slope=slope_of(found.causes, course))
+    causes = without_seas(found.causes)
+    own = refitted(check, [cause.act(course) for cause in causes])
+    nu, wrong = own.motion.nu, spoilt_by(causes, course)
+    after = flown(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
     before = flown(check, with_coefficients(check, nominal), nu + wrong)
     floor = floors_of(own, after, rng)[1]
     length = round(HORIZON_S / after.step_s)

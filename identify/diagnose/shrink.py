@@ -7,11 +7,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Shrink
 from identify.diagnose.evidence import inverse
 from identify.diagnose.flown import Flown, flown, logarithms, slope_of, spoilt_by, wrench_of
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.search import Explanation
+from identify.diagnose.search import SEAS, Explanation
 from identify.diagnose.whitened import PIECE_S, Whitened, of_the_mean, whitened
 from identify.estimators.likelihood_joint import JointLikelihood
 
@@ -111,7 +112,8 @@ def _value(before: float, after: float, floor: float) -> float:
 def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
     """The prediction for a further dive: every piece by models whose parameters were fitted on the others.
 
-    They are one step of Gauss and Newton away from those of the whole dive. floor (6,): of the 5 s drift.
+    They are one step of Gauss and Newton away from those of the whole dive. floor (6,): of the 5 s drift. To both
+    models the seas of this dive are known: to a further one they are noise.
     """
     ground, fit = found.ground, found.fit
     course, nu, causes = found.now.course, found.now.motion.nu, found.causes
@@ -119,6 +121,7 @@ def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.
     plain_rows = whitened(nominal.joint, nominal.theta, nominal.doubted)
     plain = Taught(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
     slope, whole, wrong = slope_of(causes, course), wrench_of(causes, course), spoilt_by(causes, course)
+    seas = whole - wrench_of(without_seas(causes), course)
     squares: list[tuple[Array, Array, NDArray[np.intp]]] = []
     for fold in range(FOLDS):
         theta, step = own.without(fold)
@@ -127,10 +130,25 @@ def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.
             moved[k] = moved[k].moved(p, by)
         more = wrench_of(moved, course) - whole
         after = flown(found.now, theta, nu, more, slope)
-        before = flown(nominal, plain.without(fold)[0], nu + wrong)
+        before = flown(nominal, plain.without(fold)[0], nu + wrong, seas)
         starts, piece = held_windows(after, fold)
         squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
     return Windows(*(np.concatenate(one) for one in zip(*squares, strict=True))).shrink(rng)
+
+
+def without_seas(causes: Sequence[Cause]) -> list[Cause]:
+    """Those whose forces a further dive meets again; when a wave comes there, nobody knows ahead."""
+    return [cause for cause in causes if cause.effect.name not in SEAS]
+
+
+def unforeseen(causes: Sequence[Cause]) -> tuple[str, ...]:
+    """In a sentence, that a shrink is told without seas; nothing where there are none."""
+    if len(without_seas(causes)) == len(causes):
+        return ()
+    return (
+        "How far the gap shrinks is told beside waves and currents that come and go, which are noise to any further "
+        "dive: no model knows ahead when they do.",
+    )
 
 
 @dataclass(frozen=True)

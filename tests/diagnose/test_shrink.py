@@ -5,9 +5,12 @@ import csv
 import numpy as np
 import pytest
 
+from bridge.effects.environment import varying_current, waves
+from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Prediction
 from identify.diagnose.predict import csv_of, windows_of
-from identify.diagnose.shrink import Windows, overstated
+from identify.diagnose.shrink import Windows, overstated, unforeseen, without_seas
 
 
 def windows(before, after, count=40):
@@ -69,6 +72,14 @@ def test_the_interval_holds_the_value_and_is_wider_where_pieces_differ():
     shrink = spread.shrink(np.random.default_rng(0))
     assert shrink.low95 < shrink.value < shrink.high95
     assert shrink.high95 - shrink.low95 > 0.05
+
+
+def test_seas_are_noise_to_a_further_dive_and_that_is_said():
+    drag = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
+    sea, current = (Cause(one, one.start()) for one in (waves(5.0), varying_current(40.0)))
+    assert without_seas([sea, drag, current]) == [drag]
+    assert "no model knows ahead" in unforeseen([sea, drag])[0]
+    assert unforeseen([drag]) == ()
 
 
 def prediction():
