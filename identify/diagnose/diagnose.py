@@ -32,7 +32,7 @@ from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
-from identify.diagnose.where import phases_of, power_of_drift, power_of_left, shares_of, slices_of
+from identify.diagnose.where import PUSHED, phases_of, power_of_drift, power_of_left, shares_of, slices_of
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
@@ -158,8 +158,9 @@ def _gap(
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():
         # Nothing is sure; it lies where most speaks for it. What is left says nothing of doubted degrees of freedom.
-        told = left.shapes and not now.doubted
-        power = power_of_left(left, EACH) if told else power_of_drift(before[FIVE_S], missing.time_s)
+        power = power_of_left(left, EACH)
+        if now.doubted or not len(power):
+            power = power_of_drift(before[FIVE_S], missing.time_s, PUSHED)
     fitted = [problem.axis.dof for problem in now.joint.problems]
     return Gap(
         before[FIVE_S].total,

@@ -9,7 +9,7 @@ from bridge.effects.course import Course
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.diagnosis import Phase, Share, Slice
 from identify.diagnose.drift import Drift
-from identify.diagnose.generic import LEVELLED_NATS, UNKNOWN_NATS, Left
+from identify.diagnose.generic import Left
 from identify.diagnose.whitened import LEVELLED
 
 Array = NDArray[np.float64]
@@ -23,9 +23,7 @@ motion."""
 
 LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
 MEANT_S = 0.5
-ASKED_NATS = np.array([LEVELLED_NATS if dof in LEVELLED else UNKNOWN_NATS for dof in range(6)])
-"""What a force must foretell to be there for sure, by degree of freedom."""
-
+PUSHED = tuple(dof for dof in range(6) if dof not in LEVELLED)
 OCTANTS = np.deg2rad(np.arange(-180.0, 181.0, 45.0))
 LEAST_SHARE = 0.001
 
@@ -104,23 +102,26 @@ def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> 
 
 def power_of_left(left: Left, every: int) -> Array:
     """(n, 6) at every so many instants: the squares of the generic forces that foretell most of what is left, each as
-    large as what it foretells is beside what would be significant in its degree of freedom; (0, 6) without any."""
-    out = np.zeros((len(left.shapes[0].force[::every]) if left.shapes else 0, 6))
-    for shape, gain in zip(left.shapes, left.gains, strict=True):
+    large as the nats that it saves; (0, 6) without any.
+
+    Not in roll and pitch: what is too little there to be sure of tells of what levels the vehicle.
+    """
+    shapes = [(one, gain) for one, gain in zip(left.shapes, left.gains, strict=True) if one.dof in PUSHED]
+    out = np.zeros((len(shapes[0][0].force[::every]) if shapes else 0, 6))
+    for shape, gain in shapes:
         square = shape.force[::every] ** 2
-        out[:, shape.dof] += gain / ASKED_NATS[shape.dof] * square / max(float(np.mean(square)), 1e-300)
+        out[:, shape.dof] += gain * square / max(float(np.mean(square)), 1e-300)
     return out
 
 
-def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int] = range(6)) -> Array:
-    """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's; at least 0 over the
-    whole dive in each of the axes, and all that there is where none exceeds it. In roll and pitch it counts by as much
-    less as more is asked of a force there: much of what levels a vehicle is no gap of its model."""
+def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
+    """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's in some axes; at
+    least 0 over the whole dive in each, and all that there is where none exceeds it."""
     middle = drift.starts_s + 0.5 * drift.horizon_s
     nearest = np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
-    square *= np.isin(np.arange(6), list(dofs)) * UNKNOWN_NATS / ASKED_NATS
-    over = np.maximum(np.nanmean(square, axis=0) - UNKNOWN_NATS / ASKED_NATS, 0.0)
+    square *= np.isin(np.arange(6), list(dofs))
+    over = np.maximum(np.nanmean(square, axis=0) - 1.0, 0.0)
     if not over.any():
         return np.asarray(square[nearest])
     return np.asarray(square[nearest] * over / np.maximum(np.mean(square, axis=0), 1e-300))
