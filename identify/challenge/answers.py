@@ -129,7 +129,7 @@ def _number(value: Any) -> float:
     return math.nan if value is None else float(value)
 
 
-ABSENT_AT = {"gain": 1.0, "scale": 1.0, "time_constant": LAG_S}
+ABSENT_AT = {"gain": 1.0, "scale": 1.0, "ratio": 1.0, "time_constant": LAG_S}
 """Values at which an effect is absent, where that is not zero."""
 
 VECTORS = ("x", "y", "z", "north", "east", "X", "Y", "Z", "roll", "pitch")

@@ -14,6 +14,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.challenge.answers import alike
 from identify.challenge.gap import sizes
 from identify.challenge.missions import LONGEST_S, SHORTEST_S, draw_mission, sampled
+from identify.challenge.nearest import nearest
 from identify.challenge.novel import NOVEL
 from identify.challenge.plants import ABSORBED, PLANTS
 from identify.challenge.sensors import STEP_S, draw_clock, draw_noise
@@ -76,6 +77,8 @@ class Case:
     def truth(self) -> dict[str, Any]:
         """What is hidden, in plain data: kind, effects with parameters and size, where it lies, the true nominal model.
 
+        `parameters` are those of the library's form that come nearest to what is planted, over the dive to diagnose.
+
         `size` is by how much a refit leaves it above the noise floor of the dive to diagnose, all effects together and,
         where there are two, of each in a dive of its own; `dof` where that is at least half of the largest.
         """
@@ -98,9 +101,9 @@ class Case:
                     "novel": p.novel,
                     "drawn": p.size,
                     "size": largest if len(self.planted) == 1 else self._size_alone(p),
-                    "parameters": p.parameters,
+                    "parameters": parameters,
                 }
-                for p in self.planted
+                for p, parameters in zip(self.planted, nearest(self.planted, site, simulated), strict=True)
             ],
             "size": largest if self.planted else 0.0,
             "size_by_dof": dict(zip(DOFS, by_dof.tolist(), strict=True)),

@@ -17,7 +17,7 @@ def missing_wrench(site: Site, simulated: Simulated) -> Array:
     vehicle, ticks = site.vehicle, simulated.ticks
     shape = vehicle.configuration
     nu = ticks.state[:, 7:13]
-    columns = _nominal(nu, ticks.nu_dot)
+    columns = nominal_columns(nu, ticks.nu_dot)
     modelled = columns @ np.concatenate([vehicle.mass, vehicle.damping])
     w, x, y, z = ticks.state[:, 3:7].T
     down = np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
@@ -45,7 +45,7 @@ def sizes(site: Site, noise: Noise, simulated: Simulated) -> Array:
     a wrong reading over its sensor's noise, the larger of the two."""
     nu = simulated.ticks.state[:, 7:13]
     std = site.vehicle.disturbance
-    columns = _nominal(nu, simulated.ticks.nu_dot) / std[None, :, None]
+    columns = nominal_columns(nu, simulated.ticks.nu_dot) / std[None, :, None]
     gap = missing_wrench(site, simulated) / std
     table, value = columns.reshape(-1, 12), gap.reshape(-1)
     theta = np.linalg.lstsq(table, value, rcond=None)[0]
@@ -62,7 +62,7 @@ def sizes(site: Site, noise: Noise, simulated: Simulated) -> Array:
     return np.maximum(of_force, of_reading)
 
 
-def _nominal(nu: Array, nu_dot: Array) -> Array:
+def nominal_columns(nu: Array, nu_dot: Array) -> Array:
     """(n, 6, 12): the nominal model's wrench for each total mass and damping, Coriolis forces included."""
     out = np.zeros((len(nu), 6, 12))
     for j in range(6):

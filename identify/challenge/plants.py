@@ -36,7 +36,7 @@ def drag_asymmetry(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -
     def apply(site: Site, _: np.random.Generator) -> None:
         site.hull = site.hull._replace(asymmetry=ratio * vehicle.damping[0])
 
-    return Planted("drag_asymmetry", {"ratio": ratio}, apply, size)
+    return Planted("drag_asymmetry", {"ratio": 1.0 + ratio}, apply, size)
 
 
 def cross_flow_lift(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
@@ -103,7 +103,7 @@ def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> P
             matrix[2, 3] += y
             matrix[3, 2] += y
 
-    return Planted("cg_offset", {"x": float(x), "y": float(y)}, apply, size)
+    return Planted("cg_offset", {"x": float(x) / mass, "y": float(y) / mass}, apply, size)
 
 
 def pitch_roll_coupling(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
