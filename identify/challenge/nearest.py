@@ -9,6 +9,7 @@ power, whatever its spectrum. Readings that are wrong are planted in the library
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -31,6 +32,9 @@ SEAS = ("waves", "varying_current")
 EACH_S = 0.2
 """The wrench is compared so often: a vehicle takes longer to answer."""
 
+FINE_S = 0.02
+"""No step of a course is longer: thrust that is late is read between them."""
+
 
 def nearest(planted: Sequence[Planted], site: Site, simulated: Simulated) -> tuple[Parameters, ...]:
     """The parameters of each plant in the library's words: those of a sea by its power, of readings and of what the
@@ -41,9 +45,9 @@ def nearest(planted: Sequence[Planted], site: Site, simulated: Simulated) -> tup
     out = [p.parameters | _of_sea(p, site, course) for p in planted]
     if not fitted:
         return tuple(out)
-    value, nominal = _regression(site, simulated, course)
+    to = _regression(site, simulated, course)
     own = [planted[i].parameters for i in fitted]
-    fits = [_fit(some, own, value, nominal, site, course) for some in product(*(forms[i] for i in fitted))]
+    fits = [_fit(some, own, to) for some in product(*(forms[i] for i in fitted))]
     _, best = min(fits, key=lambda one: one[0])
     for i, (effect, values) in zip(fitted, best, strict=True):
         out[i] = {name: one for name, (one, _) in effect.told(values).items()}
@@ -66,11 +70,13 @@ def _forms(planted: Planted, course: Course) -> list[Effect]:
 
 
 def course_of(site: Site, simulated: Simulated) -> Course:
-    """The true course of a dive at its ticks, with thrust as its crew takes it to be."""
+    """The true course of a dive, in so many steps to a tick, with thrust as its crew takes it to be."""
     vehicle, ticks, dive = site.vehicle, simulated.ticks, simulated.dive
     assert dive.pwm is not None
-    time_s, state = dive.pwm.time_s, ticks.state
-    w, x, y, z = state[:, 3:7].T
+    at_s = dive.pwm.time_s
+    within = int(np.ceil((at_s[1] - at_s[0]) / FINE_S))
+    time_s = np.interp(np.arange(within * (len(at_s) - 1) + 1) / within, np.arange(len(at_s)), at_s)
+    w, x, y, z = ticks.state[:, 3:7].T
     euler = np.column_stack(
         [
             np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
@@ -78,19 +84,25 @@ def course_of(site: Site, simulated: Simulated) -> Course:
             np.unwrap(np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))),
         ]
     )
+
+    def fine(values: Array) -> Array:
+        return np.column_stack([np.interp(time_s, at_s, column) for column in values.T])
+
     curve = thrust_curve(vehicle.file.vehicle.thrust_curve, vehicle.file.path.parent)
+    asked = curve.thrust(ticks.pwm)[np.arange(len(time_s)) // within]
+    depth_m = fine(ticks.state[:, 2:3])[:, 0]
     nothing = np.full(len(time_s), np.nan)
     return Course(
         vehicle.configuration,
         time_s,
-        state[:, 7:13],
-        ticks.nu_dot,
-        euler,
-        state[:, 2],
-        site.hull.floor_m - state[:, 2],
-        state[:, :2],
-        curve.thrust(ticks.pwm),
-        np.full(ticks.pwm.shape, np.nan),
+        fine(ticks.state[:, 7:13]),
+        fine(ticks.nu_dot),
+        fine(euler),
+        depth_m,
+        site.hull.floor_m - depth_m,
+        fine(ticks.state[:, :2]),
+        asked,
+        np.full(asked.shape, np.nan),
         nothing if dive.voltage is None else dive.voltage.at(time_s)[:, 0],
         vehicle.file.vehicle.thrust_curve.lag_s,
         vehicle.mass,
@@ -98,36 +110,48 @@ def course_of(site: Site, simulated: Simulated) -> Course:
     )
 
 
-def _regression(site: Site, simulated: Simulated, course: Course) -> tuple[Array, Array]:
-    """The planted wrench (rows,) over the disturbance's spread, and a base (rows, 12) of what a refit takes up."""
-    every, std = max(round(EACH_S / course.step_s), 1), site.vehicle.disturbance
+@dataclass(frozen=True)
+class _Planted:
+    """The planted wrench over the disturbance's spread, `value` (rows,), at every so many steps of a course; nominal
+    (rows, 12): a base of what a refit takes up."""
+
+    course: Course
+    every: int
+    std: Array
+    value: Array
+    nominal: Array
+
+    def of(self, wrench: Array) -> Array:
+        """A wrench (n, 6) along the course as rows."""
+        return np.asarray((wrench[:: self.every] / self.std).reshape(-1))
+
+
+def _regression(site: Site, simulated: Simulated, course: Course) -> _Planted:
+    missing, std = missing_wrench(site, simulated), site.vehicle.disturbance
+    within = round((len(course.time_s) - 1) / (len(missing) - 1))
+    ticks = max(round(EACH_S / (within * course.step_s)), 1)
+    every = ticks * within
     columns = nominal_columns(course.nu[::every], course.nu_dot[::every]) / std[None, :, None]
     base = np.linalg.svd(columns.reshape(-1, 12), full_matrices=False)[0]
-    return (missing_wrench(site, simulated)[::every] / std).reshape(-1), base
+    return _Planted(course, every, std, (missing[::ticks] / std).reshape(-1), base)
 
 
 def _fit(
-    effects: Sequence[Effect],
-    own: Sequence[Parameters],
-    value: Array,
-    nominal: Array,
-    site: Site,
-    course: Course,
+    effects: Sequence[Effect], own: Sequence[Parameters], to: _Planted
 ) -> tuple[float, tuple[tuple[Effect, Array], ...]]:
-    """What some forms leave of the value together, and their best values."""
-    every, std = max(round(EACH_S / course.step_s), 1), site.vehicle.disturbance
+    """What some forms leave of what is planted together, and their best values."""
     ends = np.cumsum([0, *(len(effect.parameters) for effect in effects)])
 
     def split(values: Array) -> list[tuple[Effect, Array]]:
         return [(effect, values[a:b]) for effect, a, b in zip(effects, ends[:-1], ends[1:], strict=True)]
 
     def left(values: Array) -> Array:
-        rest = value.copy()
+        rest = to.value.copy()
         for effect, mine in split(values):
-            wrench = effect.act(course, mine).wrench
+            wrench = effect.act(to.course, mine).wrench
             assert wrench is not None
-            rest -= (wrench[::every] / std).reshape(-1)
-        return np.asarray(rest - nominal @ (nominal.T @ rest))
+            rest -= to.of(wrench)
+        return np.asarray(rest - to.nominal @ (to.nominal.T @ rest))
 
     of = [p for effect in effects for p in effect.parameters]
     low, high = np.array([p.low for p in of]), np.array([p.high for p in of])

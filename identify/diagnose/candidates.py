@@ -1,6 +1,7 @@
 """The causes that were found and all that were tried, with what speaks for each."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.probability import probability
 from identify.diagnose.search import LEAST_GAIN, LEAST_SIGMA, MOST_CAUSES, Explanation, candidates, least
+from identify.diagnose.spread import covariance_of
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -32,6 +34,7 @@ NEAR = 1e-3
 
 def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
     """The causes with parameters and intervals, the one that saves most first."""
+    told = replace(found.fit, covariance=covariance_of(found.ground, found.fit))
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         gain = found.fit.gain - _without(found, k)
@@ -42,7 +45,7 @@ def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
                 alike.names,
                 alike.likeness,
                 probability(alike.margin_nats),
-                parameters_of(found.fit, k),
+                parameters_of(told, k),
                 gain,
                 gain_of(cause, missing, found.now, braking),
             )
@@ -117,18 +120,14 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
 
 
 def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
-    """Names of parameters, std (k,) of those moved, that may as well be absent as far larger than what shows: a damping
-    in a degree of freedom that hardly moves, say, which is a small force over next to no speed.
-
-    A parameter that is so uncertain has to speak for itself by what a cause of its own would have to.
-    """
+    """Names of parameters, std (k,) of those moved, whose 95 % interval holds both where they are absent and far more
+    than what shows: a damping in a degree of freedom that hardly moves, say, a small force over next to no speed."""
     if cause.effect.telling is not None:
         return set()
     vague = set()
     for p, wide in zip(moved, std.tolist(), strict=True):
         one = cause.effect.parameters[p]
-        nats = 0.5 * ((cause.values[p] - one.none) / wide) ** 2 if wide > 0 else np.inf
-        if wide > way(one) and nats < LEAST_GAIN:
+        if wide > max(way(one), abs(cause.values[p] - one.none) / Z95):
             vague.add(one.name)
     return vague if len(vague) < len(moved) else set()
 

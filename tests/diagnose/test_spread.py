@@ -1,0 +1,45 @@
+"""Intervals of a cause's parameters: what parts of a dive say by themselves, and what hangs on masses and dampings."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from identify.diagnose.spread import between_parts
+
+ROWS, PARTS = 6000, 6
+
+
+def regression(seed: int, apart: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
+    """Slopes, white noise with a size of its own in each part, and the parts; the sizes' mean is taken off."""
+    rng = np.random.default_rng(seed)
+    slopes = 0.1 * rng.standard_normal((ROWS, 1))
+    parts = np.repeat(np.arange(PARTS), ROWS // PARTS)
+    value = slopes[:, 0] * apart * rng.standard_normal(PARTS)[parts] + rng.standard_normal(ROWS)
+    size = slopes[:, 0] @ value / (slopes[:, 0] @ slopes[:, 0])
+    return slopes, value - slopes[:, 0] * size, parts
+
+
+def test_parts_that_agree_but_for_noise_add_little_to_the_variance() -> None:
+    slopes = regression(0, 0.0)[0]
+    within = 1.0 / float(slopes[:, 0] @ slopes[:, 0])
+    added = [float(between_parts(*regression(seed, 0.0))[0]) for seed in range(40)]
+    assert np.mean(added) < 0.5 * within
+
+
+def test_parts_that_disagree_widen_the_interval_as_much_as_the_mean_of_so_many_is_off() -> None:
+    added = [float(between_parts(*regression(seed, 2.0))[0]) for seed in range(60)]
+    assert np.mean(added) == pytest.approx(2.0**2 / PARTS, rel=0.25)
+
+
+def test_a_part_that_hardly_tells_of_a_parameter_has_no_say() -> None:
+    slopes, left, parts = regression(3, 0.0)
+    quiet = parts == 0
+    slopes[quiet] *= 0.01
+    left[quiet] += 50.0 * slopes[quiet, 0] / 0.01
+    rest = between_parts(slopes[~quiet], left[~quiet], parts[~quiet] - 1)
+    assert between_parts(slopes, left, parts) == pytest.approx(rest)
+
+
+def test_one_part_alone_says_nothing_of_others() -> None:
+    slopes, left, parts = regression(4, 2.0)
+    assert between_parts(slopes, left, np.zeros_like(parts)) == pytest.approx([0.0])
