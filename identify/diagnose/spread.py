@@ -35,7 +35,7 @@ NEAR = 1e-3
 def covariance_of(ground: Ground, fit: Fitted) -> Array:
     """(k, k): of the parameters of a fit's causes."""
     rows, m = ground.rows, ground.rows.nominal.shape[1]
-    nominal = _leaning(ground, fit.causes)
+    nominal = leaning(ground, fit.causes)
     whole = np.hstack([nominal, fit.slopes])
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
     within = inverse(whole.T @ whole + np.diag(known))[m:, m:]
@@ -85,7 +85,7 @@ def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
     return np.asarray(np.where((weight > 0).sum(axis=0) > 1, variance * squares / sum_**2, 0.0))
 
 
-def _leaning(ground: Ground, causes: tuple[Cause, ...]) -> Array:
+def leaning(ground: Ground, causes: tuple[Cause, ...]) -> Array:
     """The nominal columns (rows, m) together with what the causes change by with a mass or a damping, that of which
     they are so many times as much."""
     course, joint = ground.now.course, ground.now.joint

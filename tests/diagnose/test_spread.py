@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identify.diagnose.spread import between_parts
+from bridge.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
+from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.cause import Cause
+from identify.diagnose.ground import Ground, ground_of
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.spread import between_parts, covariance_of, leaning
 
 ROWS, PARTS = 6000, 6
 
@@ -43,3 +48,30 @@ def test_a_part_that_hardly_tells_of_a_parameter_has_no_say() -> None:
 def test_one_part_alone_says_nothing_of_others() -> None:
     slopes, left, parts = regression(4, 2.0)
     assert between_parts(slopes, left, np.zeros_like(parts)) == pytest.approx([0.0])
+
+
+@pytest.fixture(scope="module")
+def ground() -> Ground:
+    case = draw_case(318_900, names=["fouling"], size=0.8, seconds=120.0)
+    return ground_of(nominal_of(dive_of(case), case.file, case.configuration), (FOULING, QUADRATIC_DRAG))
+
+
+def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(ground: Ground) -> None:
+    cause = Cause(FOULING, np.array([4e-4]))
+    own = ground.rows.columns([cause.act(ground.now.course)], ground.now.course)[:, 0]
+    with_it = leaning(ground, (cause,)) - ground.rows.nominal
+    assert with_it.sum(axis=1) == pytest.approx(-own, abs=1e-6 * float(np.abs(own).max()))
+
+
+def test_a_drag_of_its_own_changes_with_no_damping(ground: Ground) -> None:
+    cause = Cause(QUADRATIC_DRAG, np.full(6, 5.0))
+    assert np.array_equal(leaning(ground, (cause,)), ground.rows.nominal)
+
+
+def test_no_parameter_is_known_much_better_or_worlds_worse_than_white_innovations_let_it_be(
+    ground: Ground,
+) -> None:
+    fit = ground.fitted((Cause(FOULING, np.array([4e-4])), Cause(QUADRATIC_DRAG, np.full(6, 5.0))))
+    wider = np.diag(covariance_of(ground, fit)) / np.diag(fit.covariance)
+    assert np.all(wider > 0.95)
+    assert np.all(wider < 100.0)
