@@ -3,7 +3,8 @@ a form of theirs that is not quite true.
 
 White innovations alone make too narrow intervals: that no form of a library is true shows in parts of a dive that
 differ in what they make of a parameter by themselves. What lies between these, beyond their own noise, is a random
-effect (DerSimonian and Laird 1986), and the mean over parts is known no better than it lets it be.
+effect (DerSimonian and Laird 1986), and the mean over parts is known no better than it lets it be. It shows, too, where
+another form of a cause fits beside its own: what that would make of the parameter is as good an answer.
 """
 
 from collections.abc import Iterator
@@ -12,10 +13,13 @@ from dataclasses import fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.effect import Act
+from bridge.effects.course import Course
+from bridge.effects.effect import ALONG, Act
 from identify.diagnose.cause import Cause
 from identify.diagnose.evidence import SCARCE, inverse
+from identify.diagnose.forms import forms
 from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.search import LEAST_SHARE
 from identify.diagnose.whitened import of_the_mean
 from identify.estimators.likelihood_axis import DAMPING
 
@@ -27,6 +31,9 @@ LONG = 3
 
 CLASSES = 4
 """Parts by how much a cause does, each of which tells as much of it."""
+
+EACH_S = 0.2
+"""Forms are compared so often: a vehicle takes longer to answer."""
 
 NEAR = 1e-3
 """Share of itself by which a mass or a damping is moved to see what a cause changes by."""
@@ -49,7 +56,58 @@ def covariance_of(ground: Ground, fit: Fitted) -> Array:
         own = [i for i, (of, _) in enumerate(fit.at) if of == k]
         for parts in _cuts(ground, slopes[:, own]):
             between[own] += between_parts(slopes[:, own], left, parts)
-    return np.asarray(within + np.diag(between))
+    shift = in_other_forms(ground, fit, nominal)
+    return np.asarray(within + np.diag(between) + np.outer(shift, shift))
+
+
+def in_other_forms(ground: Ground, fit: Fitted, nominal: Array) -> Array:
+    """(k,): by how much the parameters move once other forms of the causes may take part.
+
+    Of each form only what it does beyond its cause's own values, masses and dampings, by least squares over the
+    dive: whatever size it takes, the cause's own form stays the one that comes nearest to both together.
+    """
+    rows, course = ground.rows, ground.now.course
+    columns, shares = [nominal, fit.slopes], [np.zeros(0)]
+    for k, cause in enumerate(fit.causes):
+        own, others = cause.act(course), list(forms(course, cause))
+        places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+        slopes = [cause.slope(course, fit.at[i][1]) for i in places]
+        by_own, by_others = (
+            np.column_stack([_along(course, act, own) for act in acts])
+            for acts in ([*slopes, *_nominal_acts(course)], others)
+        )
+        taken = np.linalg.lstsq(by_own, by_others, rcond=1e-10)[0]
+        beyond, whole = by_others - by_own @ taken, _along(course, own, own)
+        columns.append(rows.columns(others, course) - fit.slopes[:, places] @ taken[: len(places)])
+        shares.append((beyond**2).sum(axis=0) / max(float(whole @ whole), 1e-300))
+    m, k = nominal.shape[1], len(fit.at)
+    table, free = np.hstack(columns), np.concatenate([rows.nominal_precision, np.zeros(k)])
+    # A form takes part by no more of the cause than what a further cause must exceed.
+    known = np.concatenate([free, np.concatenate(shares) / LEAST_SHARE])
+    square, right = table.T @ table, table.T @ fit.value
+    with_others = inverse(square + np.diag(known)) @ right
+    alone = inverse(square[: m + k, : m + k] + np.diag(free)) @ right[: m + k]
+    return np.asarray((with_others[: m + k] - alone)[m:])
+
+
+def _along(course: Course, act: Act, like: Act) -> Array:
+    """What an act adds of all that another does, in one row; the wrench (in which shafts are) as accelerations."""
+    every = max(round(EACH_S / course.step_s), 1)
+    parts = []
+    for name in ALONG:
+        if name != "shaft_n" and (shape := getattr(like, name)) is not None:
+            part = getattr(act, name)
+            scale = np.maximum(course.mass, 1e-9) if name == "wrench" else 1.0
+            parts.append(((np.zeros_like(shape) if part is None else part) / scale)[::every].reshape(-1))
+    return np.concatenate(parts)
+
+
+def _nominal_acts(course: Course) -> Iterator[Act]:
+    """The wrench of one unit of each mass and damping."""
+    for dof in range(6):
+        unit = np.where(np.arange(6) == dof, 1.0, 0.0)
+        yield Act(wrench=course.coriolis_of(unit, course.nu) + unit * course.nu_dot)
+        yield Act(wrench=unit * course.nu)
 
 
 def _cuts(ground: Ground, slopes: Array) -> Iterator[Parts]:

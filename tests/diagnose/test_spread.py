@@ -1,17 +1,22 @@
 """Intervals of a cause's parameters: what parts of a dive say by themselves, and what hangs on masses and dampings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from bridge.effects.course import delayed
+from bridge.effects.effect import Act
 from bridge.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.cause import Cause
 from identify.diagnose.ground import Ground, ground_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.spread import between_parts, covariance_of, leaning
+from identify.diagnose.spread import between_parts, covariance_of, in_other_forms, leaning
 
 ROWS, PARTS = 6000, 6
+DRAG = Cause(QUADRATIC_DRAG, np.array([2000.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
 
 
 def regression(seed: int, apart: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.intp]]:
@@ -75,3 +80,37 @@ def test_no_parameter_is_known_much_better_or_worlds_worse_than_white_innovation
     wider = np.diag(covariance_of(ground, fit)) / np.diag(fit.covariance)
     assert np.all(wider > 0.95)
     assert np.all(wider < 100.0)
+
+
+def read(ground: Ground, act: Act) -> Ground:
+    """The same dive as if an act were all that is in it, without noise."""
+    return replace(
+        ground, rows=replace(ground.rows, value=ground.rows.columns([act], ground.now.course)[:, 0])
+    )
+
+
+def test_a_form_that_is_true_is_moved_by_no_other_and_widened_by_no_part(ground: Ground) -> None:
+    true = read(ground, DRAG.act(ground.now.course))
+    fit = true.fitted((DRAG,))
+    std = float(np.sqrt(fit.covariance[0, 0]))
+    assert abs(float(in_other_forms(true, fit, ground.rows.nominal)[0])) < 0.01 * std
+    assert float(np.sqrt(covariance_of(true, fit)[0, 0])) < 1.05 * std
+
+
+def test_where_the_form_is_another_at_large_sizes_the_interval_is_wide(ground: Ground) -> None:
+    course = ground.now.course
+    cubic = read(ground, DRAG.act(course).each(lambda part: part * np.abs(course.nu) / 0.3))
+    fit = cubic.fitted((DRAG,))
+    wide = covariance_of(cubic, fit)[0, 0] / fit.covariance[0, 0]
+    assert wide > 20.0**2
+
+
+def test_where_another_form_is_true_it_moves_the_parameter_within_its_interval(ground: Ground) -> None:
+    course = ground.now.course
+    late = read(ground, DRAG.act(course).each(lambda part: delayed(part, course.step_s, 0.2)))
+    fit = late.fitted((DRAG,))
+    shift, told = float(in_other_forms(late, fit, ground.rows.nominal)[0]), float(fit.causes[0].values[0])
+    assert abs(shift) > 1.5 * float(np.sqrt(fit.covariance[0, 0]))
+    assert covariance_of(late, fit)[0, 0] > shift**2
+    # What comes late is as large.
+    assert abs(told + shift - DRAG.values[0]) < abs(told - DRAG.values[0])
