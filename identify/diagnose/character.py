@@ -1,8 +1,8 @@
 """What is known of that which no candidate explains: where it acts, what it goes with, how it comes and goes."""
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.diagnosis import Character, Fixed, Timing
-from identify.diagnose.generic import Left, Parity, Variable
+from identify.diagnose.diagnosis import Character, Fixed
+from identify.diagnose.generic import Left, Parity, Timing, Variable
 
 WORLD: tuple[Variable, ...] = ("heading", "position")
 BODY: tuple[Variable, ...] = ("speed", "yaw_rate", "acceleration", "thrust", "thrust_sign")
@@ -21,7 +21,7 @@ def character_of(left: Left) -> Character:
             gain
         )
         parities[shape.parity or "neither"] += gain
-        timing = TIMINGS.get(shape.variable, "steady")
+        timing = shape.timing or TIMINGS.get(shape.variable, "steady")
         timings[timing] = timings.get(timing, 0.0) + gain
     strongest = max(weight.values(), default=0.0)
     return Character(

@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 from bridge.effects.accepted import AcceptedEffect
 from identify.diagnose.cause import Cause
 from identify.diagnose.drift import Drift
-from identify.diagnose.generic import Parity, Variable
+from identify.diagnose.generic import Parity, Timing, Variable
 
 Array = NDArray[np.float64]
 
 Verdict = Literal["no_gap", "explained", "ambiguous", "unknown"]
 Phase = Literal["rest", "accelerating", "decelerating", "steady", "turning", "reversing"]
 Fixed = Literal["body", "world", "neither"]
-Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,8 @@ STARTS = (
 BATTERY = "the same leg with a fresh and with an empty battery"
 THRUSTERS = "one pair of thrusters at a time, from rest"
 
+SPOT = "five minutes on one spot, and five more with the thrusters off"
+
 OTHERS: dict[Variable, str] = {
     "heading": "the same leg on opposite headings",
     "position": "the same leg out and back, near where it began and far from there",
@@ -64,6 +66,8 @@ def _manoeuvre(shape: Shape, course: Course) -> str:
         return STARTS[_moved(shape.force, course.nu_dot)]
     if shape.variable in ("speed", "yaw_rate"):
         return RUNS[_moved(shape.force, course.nu)]
+    if shape.variable == "time" and shape.timing is not None:
+        return SPOT
     return OTHERS[shape.variable]
 
 

@@ -6,16 +6,21 @@ they can be foretold on pieces held out, by anything at all, is what tells of so
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.course import Course
-from identify.diagnose.evidence import sums_of
+from bridge.effects.course import Course, lagged
+from identify.diagnose.bursts import bursts
+from identify.diagnose.evidence import Sums, inverse, sums_of
 from identify.diagnose.ground import Fitted, Ground
 from identify.diagnose.kin import kin
+from identify.diagnose.lines import clusters
 from identify.diagnose.own import Own
+from identify.diagnose.search import SEAS
+from identify.diagnose.whitened import LEVELLED
 
 Array = NDArray[np.float64]
 Variable = Literal[
@@ -23,6 +28,12 @@ Variable = Literal[
     "position",
 ]  # fmt: skip
 Parity = Literal["odd", "even", "neither"]
+Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]
+
+Force = tuple[Variable, Parity | None, Array]
+"""What a force goes with, whether it turns its sign with that, and what it is, (n,)."""
+
+_Unit = tuple[Variable, Parity | None, Array, Timing | None]
 
 LEAST_STEP = 3.0
 """Nats on held-out pieces below which a further force of an axis is not looked at. It is no threshold of
@@ -33,25 +44,31 @@ MOST = 4
 WEIGHED = 12
 """So many that fit best in sample are weighed on pieces held out."""
 
-UNKNOWN_NATS, LEVELLED_NATS = 11.3, 100.0
+UNKNOWN_NATS, LEVELLED_NATS = 11.7, 100.0
 """Nats that one force must save, for something unexplained to be there. One that is not there saves x nats on pieces
-held out with a chance of exp(-x) at the most (Markov's inequality, for a ratio of likelihoods); some 800 are tried, and
-one dive in a hundred may deceive: ln(80000). In roll and pitch far more: a vehicle that is held level tells little of
-its own inertia there, and much of what levels it."""
+held out with a chance of exp(-x) at the most (Markov's inequality, for a ratio of likelihoods); some 1200 are tried,
+and one dive in a hundred may deceive: ln(120000). In roll and pitch far more: a vehicle that is held level tells little
+of its own inertia there, and much of what levels it."""
+
+PAST_S = (1.5, 3.0, 6.0, 12.0)
+"""How long water, or a vehicle, may remember its motion: longer than a disturbance does, shorter than most legs."""
 
 LEAST_FORCE = 0.02
 """Of what the thrusters give in that degree of freedom, both by their spread. A curve from pulses to newtons is not
-known better, whatever a long dive with quiet sensors tells of its rest."""
+known better, whatever a long dive with quiet sensors tells of its rest. No curve makes a force of other times than its
+thrust: what has a timing of its own may be smaller."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A force (n,) in one degree of freedom: what it goes with, and whether it turns its sign with that."""
+    """A force (n,) in one degree of freedom: what it goes with, whether it turns its sign with that, and how it comes
+    and goes, where that is not what it goes with."""
 
     dof: int
     variable: Variable
     parity: Parity | None
     force: Array
+    timing: Timing | None = None
 
 
 @dataclass(frozen=True)
@@ -75,37 +92,91 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
     course, dofs = ground.now.course, [own.problem.axis.dof for own in ground.rows.own]
     along = [act for cause in fit.causes for act in kin(course, cause)]
     known = np.column_stack([ground.known(fit), ground.rows.columns(along, course)])
-    shapes = list(unit_forces(course, dofs))
-    forces = np.stack([force for _, _, force in shapes])
-    clear = [own for own in ground.rows.own if own.problem.axis.dof not in ground.now.doubted]
+    shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
-    found = [one for own in clear for one in _of_axis(ground, fit.value, known, own, forces)]
-    found = [one for one in found if one[3] > LEAST_FORCE * thrust[one[0]]]
-    found.sort(key=lambda one: -one[2])
+    axes = [
+        _beside(ground, fit.value, known, own)
+        for own in ground.rows.own
+        if own.problem.axis.dof not in ground.now.doubted
+    ]
+    found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
+    found += [one for axis in axes for one in _lines(axis, course, fit)]
+    found += _bursts(axes, course)
+    found.sort(key=lambda one: -one.gain)
     kept = found[:MOST]
     return Left(
-        tuple(Shape(dof, *shapes[k]) for dof, k, _, _ in kept),
-        tuple(gain for _, _, gain, _ in kept),
-        tuple(force for _, _, _, force in kept),
+        tuple(one.shape for one in kept),
+        tuple(one.gain for one in kept),
+        tuple(one.size for one in kept),
         fit.felt,
     )
 
 
-def _of_axis(
-    ground: Ground, value: Array, known: Array, own: Own, forces: Array
-) -> list[tuple[int, int, float, float]]:
-    """The places among forces (k, n) of those that foretell one axis, one after another: the axis, the place, the nats
-    and the size of each."""
-    rows, dof = ground.rows, own.problem.axis.dof
-    mine = rows.dof == dof
-    columns = own.by_course(ground.now.course, forces)
-    nominal = np.column_stack([rows.nominal[mine], known[mine]])
+@dataclass(frozen=True)
+class _Foretold:
+    """A shape, the nats that it saves, and the standard deviation of its force."""
+
+    shape: Shape
+    gain: float
+    size: float
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """One axis's rows with what is known to move them: value (rows,), nominal (rows, m) with its precision (m,), and
+    the pieces that rows lie in."""
+
+    own: Own
+    value: Array
+    nominal: Array
+    precision: Array
+    piece: NDArray[np.intp]
+
+    @property
+    def dof(self) -> int:
+        return self.own.problem.axis.dof
+
+    def sums(self, course: Course, forces: Array) -> Sums:
+        """Of forces (k, n) along a course."""
+        columns = self.own.by_course(course, forces)
+        return sums_of(self.value, self.nominal, self.precision, columns, self.piece)
+
+    @cached_property
+    def left(self) -> Array:
+        """(rows,): what the known leaves."""
+        square = self.nominal.T @ self.nominal + np.diag(self.precision)
+        return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
+
+
+def _beside(ground: Ground, value: Array, known: Array, own: Own) -> _Axis:
+    rows = ground.rows
+    mine = rows.dof == own.problem.axis.dof
     precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
-    sums = sums_of(value[mine], nominal, precision, columns, rows.piece[mine])
+    nominal = np.column_stack([rows.nominal[mine], known[mine]])
+    return _Axis(own, value[mine], nominal, precision, rows.piece[mine])
+
+
+def _large(found: list[_Foretold], thrust: float) -> Iterator[_Foretold]:
+    """Those before one that is little beside the thrust: what comes after may be a rest of that."""
+    for one in found:
+        if one.size < LEAST_FORCE * thrust and one.shape.timing is None:
+            return
+        yield one
+
+
+def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]) -> list[_Foretold]:
+    """The forces that foretell one axis, one after another: those of all, and what its own past makes."""
+    dofs = [k for k in fitted if k != axis.dof]
+    shapes = [
+        *shapes,
+        *((*one, None) for one in _of_unit_spread(_of_other_speeds(course, dofs))),
+        *((*one, "transient") for one in _of_unit_spread(_of_the_past(course, axis.dof))),
+    ]
+    sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
     kept: list[int] = []
     gains: list[float] = []
     while len(kept) < MOST:
-        able = [k for k in range(len(forces)) if k not in kept and sums.telling[k]]
+        able = [k for k in range(len(shapes)) if k not in kept and sums.telling[k]]
         able.sort(key=lambda k: -sums.fitted([*kept, k]))
         tried = [(sums.evidence([*kept, k]).gain, k) for k in able[:WEIGHED]]
         gain, best = max(tried, default=(-np.inf, -1))
@@ -114,18 +185,63 @@ def _of_axis(
         kept.append(best)
         gains.append(gain - sum(gains))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
-    return [(dof, k, gain, float(size)) for k, gain, size in zip(kept, gains, sizes, strict=True)]
+    return [
+        _Foretold(Shape(axis.dof, *shapes[k]), gain, float(size))
+        for k, gain, size in zip(kept, gains, sizes, strict=True)
+    ]
 
 
-def unit_forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:
-    """All forces of unit spread, without those that stand still."""
-    for variable, parity, force in _forces(course, dofs):
+def _lines(axis: _Axis, course: Course, fit: Fitted) -> list[_Foretold]:
+    """What comes and goes evenly: the likeliest alone, for others may be sides of it. Not by the clock beside a sea:
+    that has more lines than any form of it."""
+    at_sea = any(cause.effect.name in SEAS for cause in fit.causes)
+    if axis.dof in LEVELLED:
+        return []
+    found = [one for one in clusters(axis.own, axis.left, course) if not (at_sea and one.clock.by == "time")]
+    if not found:
+        return []
+    forces = [one.forces() for one in found]
+    sums = axis.sums(course, np.vstack(forces))
+    ends = np.cumsum([len(one) for one in forces]).tolist()
+    weighed = [sums.evidence(range(end - len(own), end)) for own, end in zip(forces, ends, strict=True)]
+    gains = [one.gain - cluster.price_nats for one, cluster in zip(weighed, found, strict=True)]
+    best = int(np.argmax(gains))
+    force = weighed[best].size @ forces[best]
+    size = float(np.std(force))
+    if gains[best] < LEAST_STEP or size == 0:
+        return []
+    by: Variable = "time" if found[best].clock.by == "time" else "speed"
+    return [_Foretold(Shape(axis.dof, by, None, force / size, "periodic"), gains[best], size)]
+
+
+def _bursts(axes: list[_Axis], course: Course) -> list[_Foretold]:
+    """What comes at times of its own: the likeliest alone, for many lengths tell of one burst."""
+    able = {axis.dof: (axis.own, axis.left) for axis in axes if axis.dof not in LEVELLED}
+    best = max(bursts(able, course.time_s), key=lambda one: one.gain, default=None)
+    if best is None or best.gain < LEAST_STEP:
+        return []
+    force = best.force(course.time_s)
+    size = float(np.std(force))
+    return (
+        [_Foretold(Shape(best.dof, "time", None, force / size, "intermittent"), best.gain, size)]
+        if size
+        else []
+    )
+
+
+def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:
+    """All that go with what is now, of unit spread, without those that stand still."""
+    return _of_unit_spread(_forces(course, dofs))
+
+
+def _of_unit_spread(forces: Iterator[Force]) -> Iterator[Force]:
+    for variable, parity, force in forces:
         spread = float(np.std(force)) if np.isfinite(force).all() else 0.0
         if spread > 0:
             yield variable, parity, force / spread
 
 
-def _forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity | None, Array]]:
+def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
     nu, since = course.nu, course.since_s / max(float(course.since_s[-1]), 1e-9)
     for dof in dofs:
         speed = nu[:, dof]
@@ -163,7 +279,8 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity 
         if np.isfinite(values).all():
             yield name, None, values
             yield name, None, values**2
-            yield name, None, values * nu[:, 0]
+            for dof in dofs:
+                yield name, None, values * nu[:, dof]
     if np.isfinite(course.voltage_v).all():
         yield "voltage", None, course.voltage_v
         for dof in dofs:
@@ -174,3 +291,21 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[tuple[Variable, Parity 
         yield "position", None, north * to_north[:, axis]
         yield "position", None, east * to_east[:, axis]
         yield "position", None, np.hypot(north, east) * np.sign(nu[:, axis])
+
+
+def _of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
+    """In proportion: an axis's own is the nominal model's."""
+    for dof in dofs:
+        yield "yaw_rate" if dof == 5 else "speed", "odd", course.nu[:, dof]
+
+
+def _of_the_past(course: Course, dof: int) -> Iterator[Force]:
+    """What goes with a speed of a while ago, as of water that was set moving by it."""
+    speed = course.nu[:, dof]
+    name: Variable = "yaw_rate" if dof == 5 else "speed"
+    for past_s in PAST_S:
+        before = lagged(speed[:, None], course.step_s, past_s)[:, 0]
+        yield name, "odd", before
+        yield name, "odd", before * np.abs(before)
+        yield name, "odd", (before - speed) * np.abs(before)
+        yield name, "odd", (before - speed) * np.abs(before - speed)
