@@ -101,7 +101,8 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
     ]
     found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
     found += [one for axis in axes for one in _lines(axis, course, fit)]
-    found += _bursts(axes, course)
+    # An autopilot's own filter corrects itself now and then, by the readings that it takes in.
+    found += _bursts([axis for axis in axes if axis.dof not in ground.now.filtered], course)
     found.sort(key=lambda one: -one.gain)
     kept = found[:MOST]
     return Left(
