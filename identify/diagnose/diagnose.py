@@ -31,6 +31,7 @@ from identify.diagnose.probability import BESIDE_UNKNOWN
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
+from identify.diagnose.sure import sure
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
 from identify.diagnose.where import PUSHED, phases_of, power_of_drift, power_of_left, shares_of, slices_of
 from identify.dive import Dive
@@ -80,6 +81,7 @@ def diagnose(
     other = None if check is None else holding(_nominal(check, file, configuration), holds)
     tried = since(effects or whole, holds)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
+    found = sure(found, nominal, tried)
     progress(0.7, "looking at what is left")
     left = left_over(found.ground, found.fit)
     progress(0.8, "measuring the gap")

@@ -63,14 +63,7 @@ def explain(
     nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
 ) -> Explanation:
     """The causes of a dive's gap among the effects of a library that a refit of the nominal model leaves to be seen."""
-    able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
-    seas = {effect.name for effect in able} & SEAS
-    able = tuple(effect for effect in able if effect.name not in SEAS)
-
-    def at(now: Nominal, causes: Sequence[Cause]) -> Ground:
-        found = [cause.effect for cause in causes if cause.effect.name in SEAS]
-        return ground_of(now, (*able, *found, *(effect for effect in seas_of(now) if effect.name in seas)))
-
+    at = _grounds(library)
     now, before = nominal, (ground := at(nominal, ())).fitted(())
     fit = before
     for turn in range(MOST_TURNS):
@@ -84,6 +77,26 @@ def explain(
     else:
         fit = ground.fitted(before.causes)
     return Explanation(fit, ground, now)
+
+
+def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect]) -> Explanation:
+    """These causes, each as large as the dive says, on a ground of their own; nominal: the filters without any."""
+    now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
+    ground = _grounds(library)(now, causes)
+    return Explanation(ground.fitted(tuple(causes)), ground, now)
+
+
+def _grounds(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Ground]:
+    """Where the candidates of a library are weighed, given filters and causes; the seas among them are the dive's."""
+    able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
+    seas = {effect.name for effect in able} & SEAS
+    able = tuple(effect for effect in able if effect.name not in SEAS)
+
+    def at(now: Nominal, causes: Sequence[Cause]) -> Ground:
+        found = [cause.effect for cause in causes if cause.effect.name in SEAS]
+        return ground_of(now, (*able, *found, *(effect for effect in seas_of(now) if effect.name in seas)))
+
+    return at
 
 
 def _labels(fit: Fitted) -> tuple[str, ...]:

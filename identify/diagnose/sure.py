@@ -1,0 +1,42 @@
+"""Causes that a dive is sure of: those whose parameters it tells from none, as well as it tells them at all.
+
+The search weighs causes by white innovations, each in a form of its own. What parts of the dive disagree on, and what
+other forms, masses and dampings leave open, widens a cause's interval afterwards (`spread`): one that may as well be
+absent then is no cause, for a rest of another's form looks so.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from bridge.effects.effect import Effect
+from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.search import Explanation, explained_by
+from identify.diagnose.spread import covariance_of
+
+LEAST = 0.95
+"""The confidence with which absence lies outside what the dive says of a cause's parameters, all of them together."""
+
+
+def sure(found: Explanation, nominal: Nominal, library: Sequence[Effect]) -> Explanation:
+    """An explanation without the causes that may as well be absent, the least sure one first."""
+    while found.causes:
+        shares = [_confidence(found.ground, found.fit, k) for k in range(len(found.causes))]
+        k = int(np.argmin(shares))
+        if shares[k] > LEAST:
+            break
+        found = explained_by((*found.causes[:k], *found.causes[k + 1 :]), nominal, library)
+    return found
+
+
+def _confidence(ground: Ground, fit: Fitted, k: int) -> float:
+    """With which one cause of a fit is there: Wald's test of all its fitted parameters."""
+    cause = fit.causes[k]
+    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    far = np.array(
+        [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
+    )
+    covariance = covariance_of(ground, fit)[np.ix_(places, places)]
+    return float(chi2.cdf(far @ np.linalg.pinv(covariance) @ far, len(places)))

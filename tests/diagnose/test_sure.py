@@ -1,0 +1,41 @@
+"""A cause that may as well be absent, by the interval that it is told with, is none; one that is sure stays."""
+
+import pytest
+
+from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from bridge.effects.rigid_body import NET_BUOYANCY
+from identify.challenge.case import dive_of, draw_case
+from identify.diagnose import sure as module
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.search import explain
+from identify.diagnose.spread import covariance_of
+from identify.diagnose.sure import sure
+
+LIBRARY = (NET_BUOYANCY, QUADRATIC_DRAG)
+
+
+@pytest.fixture(scope="module")
+def heavy():
+    """A dive of a heavy vehicle: the filters without a cause, and the cause."""
+    case = draw_case(300_921, names=["net_buoyancy"], size=0.8, seconds=120.0, rpm=False)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    return nominal, explain(nominal, LIBRARY, lambda _share, _words: None)
+
+
+def test_a_cause_that_the_dive_tells_from_none_stays(heavy):
+    nominal, found = heavy
+    assert [cause.effect for cause in found.causes] == [NET_BUOYANCY]
+    assert sure(found, nominal, LIBRARY) is found
+
+
+def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are_as_without_it(
+    heavy, monkeypatch
+):
+    nominal, found = heavy
+    (size,) = found.causes[0].values
+    wide = (size / covariance_of(found.ground, found.fit)[0, 0] ** 0.5) ** 2
+    for factor, stays in ((wide / 4.0, True), (wide / 3.5, False)):
+        monkeypatch.setattr(module, "covariance_of", lambda *of, by=factor: by * covariance_of(*of))
+        left = sure(found, nominal, LIBRARY)
+        assert bool(left.causes) is stays
+    assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
