@@ -106,12 +106,12 @@ ALSO = (
     ("unknown called no gap", "unknown: called no gap"),
     ("known called no gap", "known called no gap"),
     ("taken up whole by a refit: no gap, or named", "taken up by a refit: no gap, or named"),
+    ("magnitudes within their 95 % intervals", "magnitudes within their 95 % intervals"),
 )
 
 NUMBERS = (
     ("causes named that do not hide, a dive", "causes named that do not hide, a case", False),
     ("magnitude error, median", "magnitude error, median", True),
-    ("magnitudes within their 95 % intervals", "magnitudes within their 95 % intervals", True),
     ("predicted less measured shrink, median size", "predicted less measured shrink, median size", True),
     (
         f"predicted less measured shrink, mean size, where the check dive drifts {WIDE:g} floors or more before",
@@ -134,6 +134,7 @@ def lines(score: Score) -> list[str]:
         *paragraph(
             "A goal is judged by the figure itself. A dive that the diagnosis refused counts as wrong. The true class",
             "holds the causes that no method can tell apart from such a recording (`identify/challenge/answers.py`).",
-            "The magnitude of an error is over how large the effect truly is.",
+            "How large an effect truly is, is told by the library's form that comes nearest to what was planted, over",
+            "that dive (`identify/challenge/nearest.py`); the error of a magnitude is over that.",
         ),
     ]

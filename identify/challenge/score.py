@@ -130,6 +130,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     by = {kind: [c for c in cases if c.kind == kind] for kind in ("none", "one", "two", "novel", "absorbed")}
     known = by["one"] + by["two"]
     clear = [case for case in by["one"] if case.truth["size"] >= CLEAR]
+    off, inside = _magnitudes(by["one"] + by["absorbed"])
     rates = {
         "one hidden: named first": _rate(by["one"], Judged.first),
         "one hidden: in the class named first": _rate(by["one"], Judged.in_class),
@@ -156,13 +157,14 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         "taken up by a refit: no gap, or named": _rate(
             by["absorbed"], lambda c: c.verdict == "no_gap" or c.in_class()
         ),
+        "magnitudes within their 95 % intervals": inside,
     }
     numbers = {
         "mean class size": _mean(1.0 + len(named.also) for case in cases for named in case.named),
         "causes named that do not hide, a case": _mean(
             float(sum(not case.right(named) for named in case.named)) for case in cases if case.answer
         ),
-        **_magnitudes(by["one"] + by["absorbed"]),
+        "magnitude error, median": _median(off),
         **_shrinks(known),
         "calibration error of probabilities": _calibration(cases),
     }
@@ -184,9 +186,10 @@ def _median(values: Iterable[float]) -> float | None:
     return statistics.median(finite) if finite else None
 
 
-def _magnitudes(cases: Sequence[Judged]) -> dict[str, float | None]:
+def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
+    """The errors of the magnitudes that were told of the right cause, and how many lie in their intervals."""
     off: list[float] = []
-    inside: list[float] = []
+    inside: list[bool] = []
     for case in cases:
         effect = case.truth["effects"][0]
         if not case.first() or case.named[0].name != effect["name"]:
@@ -196,11 +199,8 @@ def _magnitudes(cases: Sequence[Judged]) -> dict[str, float | None]:
             _, low, high = named.parameters[name]
             off.append(error)
             if math.isfinite(low) and math.isfinite(high):
-                inside.append(float(low <= effect["parameters"][name] <= high))
-    return {
-        "magnitude error, median": _median(off),
-        "magnitudes within their 95 % intervals": _mean(inside),
-    }
+                inside.append(low <= effect["parameters"][name] <= high)
+    return off, Rate(sum(inside), len(inside))
 
 
 def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:

@@ -169,7 +169,8 @@ def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
         )
     )
     assert result.numbers["magnitude error, median"] == pytest.approx(0.2)
-    assert result.numbers["magnitudes within their 95 % intervals"] == 1.0
+    inside = result.rates["magnitudes within their 95 % intervals"]
+    assert (inside.hits, inside.of) == (1, 1)
     assert result.numbers["predicted less measured shrink, mean size"] == pytest.approx(0.04)
     assert result.numbers["calibration error of probabilities"] == pytest.approx(0.2)
 
