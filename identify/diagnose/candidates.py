@@ -15,7 +15,6 @@ from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.probability import probability
 from identify.diagnose.search import LEAST_GAIN, LEAST_SIGMA, MOST_CAUSES, Explanation, candidates, least
-from identify.diagnose.spread import covariance_of
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -32,9 +31,9 @@ NEAR = 1e-3
 """Share of a parameter's way by which it is moved to see what an answer's own change by."""
 
 
-def found_of(found: Explanation, missing: Missing) -> tuple[Found, ...]:
-    """The causes with parameters and intervals, the one that saves most first."""
-    told = replace(found.fit, covariance=covariance_of(found.ground, found.fit))
+def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
+    """The causes with parameters, whose covariance (k, k) gives the intervals, the one that saves most first."""
+    told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         gain = found.fit.gain - _without(found, k)

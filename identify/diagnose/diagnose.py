@@ -81,7 +81,7 @@ def diagnose(
     other = None if check is None else holding(_nominal(check, file, configuration), holds)
     tried = since(effects or whole, holds)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
-    found = sure(found, nominal, tried)
+    found, covariance = sure(found, nominal, tried)
     progress(0.7, "looking at what is left")
     left = left_over(found.ground, found.fit)
     progress(0.8, "measuring the gap")
@@ -95,7 +95,7 @@ def diagnose(
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
-    causes = found_of(found, missing)
+    causes = found_of(found, covariance, missing)
     if is_unknown(left):
         causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
     trials = tried_of(found, causes)

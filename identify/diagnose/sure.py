@@ -8,10 +8,11 @@ absent then is no cause, for a rest of another's form looks so.
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from bridge.effects.effect import Effect
-from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.ground import Fitted
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.spread import covariance_of
@@ -20,23 +21,26 @@ LEAST = 0.95
 """The confidence with which absence lies outside what the dive says of a cause's parameters, all of them together."""
 
 
-def sure(found: Explanation, nominal: Nominal, library: Sequence[Effect]) -> Explanation:
-    """An explanation without the causes that may as well be absent, the least sure one first."""
+def sure(
+    found: Explanation, nominal: Nominal, library: Sequence[Effect]
+) -> tuple[Explanation, NDArray[np.float64]]:
+    """An explanation without the causes that may as well be absent, the least sure one left out first; and the
+    covariance (k, k) of the parameters of those that stay."""
     while found.causes:
-        shares = [_confidence(found.ground, found.fit, k) for k in range(len(found.causes))]
+        covariance = covariance_of(found.ground, found.fit)
+        shares = [_confidence(found.fit, covariance, k) for k in range(len(found.causes))]
         k = int(np.argmin(shares))
         if shares[k] > LEAST:
-            break
+            return found, covariance
         found = explained_by((*found.causes[:k], *found.causes[k + 1 :]), nominal, library)
-    return found
+    return found, np.zeros((0, 0))
 
 
-def _confidence(ground: Ground, fit: Fitted, k: int) -> float:
+def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
     """With which one cause of a fit is there: Wald's test of all its fitted parameters."""
     cause = fit.causes[k]
     places = [i for i, (of, _) in enumerate(fit.at) if of == k]
     far = np.array(
         [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
     )
-    covariance = covariance_of(ground, fit)[np.ix_(places, places)]
-    return float(chi2.cdf(far @ np.linalg.pinv(covariance) @ far, len(places)))
+    return float(chi2.cdf(far @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ far, len(places)))

@@ -25,7 +25,9 @@ def heavy():
 def test_a_cause_that_the_dive_tells_from_none_stays(heavy):
     nominal, found = heavy
     assert [cause.effect for cause in found.causes] == [NET_BUOYANCY]
-    assert sure(found, nominal, LIBRARY) is found
+    left, covariance = sure(found, nominal, LIBRARY)
+    assert left is found
+    assert covariance == pytest.approx(covariance_of(found.ground, found.fit))
 
 
 def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are_as_without_it(
@@ -36,6 +38,6 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
     wide = (size / covariance_of(found.ground, found.fit)[0, 0] ** 0.5) ** 2
     for factor, stays in ((wide / 4.0, True), (wide / 3.5, False)):
         monkeypatch.setattr(module, "covariance_of", lambda *of, by=factor: by * covariance_of(*of))
-        left = sure(found, nominal, LIBRARY)
-        assert bool(left.causes) is stays
+        left, covariance = sure(found, nominal, LIBRARY)
+        assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
