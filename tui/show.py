@@ -10,8 +10,9 @@ import os
 import sys
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
+from tui import told
 
 Tell = Callable[[float, str], None]
 
@@ -159,9 +161,13 @@ def progress(sentence: str) -> Iterator[Tell]:
 def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
     """The progress of several things at once, each as `progress` shows it; may be told from different threads.
 
-    Each line is whole and begins with the words of its own thing; of several, each tells its end.
+    Each line is whole and begins with the words of its own thing; of several, each tells its end. A program that
+    reads it asks for lines of JSON by the environment (`tui.told`).
     """
     console = words()
+    if told.asked(os.environ):
+        yield tuple(partial(_to_program, sentence) for sentence in sentences)
+        return
     if not console.is_terminal:
         lines = _lines if len(sentences) == 1 else _named_lines
         yield tuple(lines(console, sentence, SystemClock()) for sentence in sentences)
@@ -176,6 +182,13 @@ def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
     )
     with shown:
         yield tuple(_bar(shown, sentence) for sentence in sentences)
+
+
+def _to_program(sentence: str, share: float, what: str) -> None:
+    # One write a line: several threads may tell at the same time. A verb goes on when its listener is gone.
+    with suppress(BrokenPipeError):
+        sys.stderr.write(told.line(told.Told(sentence, share, what)))
+        sys.stderr.flush()
 
 
 def _bar(shown: Progress, sentence: str) -> Tell:

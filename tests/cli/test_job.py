@@ -1,0 +1,110 @@
+"""A verb in a process of its own: its progress is heard, its result is read, and cancelling it ends it."""
+
+import asyncio
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from identify.challenge.case import dive_of, draw_case
+from identify.challenge.recording import tlog_of
+from tui import exit_codes, show
+from tui.job import Done, work
+from tui.told import FORM, VARIABLE, Told, line, read
+
+
+@pytest.fixture(scope="module")
+def dive(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ...]:
+    """The words that identify a short dive without a hidden effect."""
+    case = draw_case(300_001, kind="none", seconds=100.0)
+    folder = tmp_path_factory.mktemp("dive")
+    (folder / "dive.tlog").write_bytes(tlog_of(dive_of(case)))
+    (folder / "vehicle.yaml").write_text(case.vehicle.text, encoding="utf-8")
+    return (
+        "identify",
+        str(folder / "dive.tlog"),
+        "--vehicle",
+        f"{folder / 'vehicle.yaml'}:{case.configuration}",
+    )
+
+
+def ran(*words: str) -> tuple[Done, list[Told]]:
+    heard: list[Told] = []
+    return asyncio.run(work(words, heard.append)), heard
+
+
+def test_what_a_program_is_told_it_reads_back() -> None:
+    told = Told("pinn: dive", 0.25, "pass 2: M_u 110.5 ± 3.1, D_r -0.02 ± 1e-05")
+    assert read(line(told)) == told
+    assert told.values == {"M_u": (110.5, 3.1), "D_r": (-0.02, 1e-5)}
+
+
+@pytest.mark.parametrize("text", ["", "seatrial: no such dive", "[1, 2]", '{"of": "x"}', "{"])
+def test_a_line_that_is_no_progress_is_none(text: str) -> None:
+    assert read(text) is None
+
+
+def test_progress_is_lines_of_json_for_who_asks_for_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(VARIABLE, FORM)
+    with show.progress("diving") as tell:
+        tell(0.5, "half of it")
+    assert read(capsys.readouterr().err) == Told("diving", 0.5, "half of it")
+
+
+def test_an_identification_tells_its_values_as_they_converge(dive: tuple[str, ...]) -> None:
+    done, heard = ran(*dive, "--method", "pinn")
+    assert done.code in (exit_codes.DONE, exit_codes.NO)
+    passes = [told.values for told in heard if told.values]
+    assert len(passes) > 2
+    final = {p["name"]: p["value"] for p in done.result["parameters"]}
+    last = passes[-1]
+    assert last
+    for name, (value, half) in last.items():
+        assert abs(value - final[name]) < half
+
+
+def test_a_verb_that_fails_says_why_and_has_no_result(tmp_path: Path) -> None:
+    done, heard = ran("identify", str(tmp_path / "none.tlog"), "--vehicle", "ruvifist:survey")
+    assert done.code == exit_codes.BAD_INPUT
+    assert done.result is None
+    assert not heard
+    assert done.said[-1].startswith("seatrial: ")
+    assert "none.tlog" in done.said[-1]
+
+
+def test_cancelling_ends_the_process_and_leaves_no_file(
+    dive: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[asyncio.subprocess.Process] = []
+    start = asyncio.create_subprocess_exec
+
+    async def noted(*words: str, **options: object) -> asyncio.subprocess.Process:
+        started.append(await start(*words, **options))  # type: ignore[arg-type]
+        return started[-1]
+
+    monkeypatch.setattr(asyncio, "create_subprocess_exec", noted)
+    page = tmp_path / "report.html"
+
+    async def cancelled() -> None:
+        heard = asyncio.Event()
+        job = asyncio.create_task(work((*dive, "--report", str(page)), lambda _: heard.set()))
+        await heard.wait()
+        job.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await job
+
+    asyncio.run(cancelled())
+    assert started[0].returncode is not None
+    with pytest.raises(ProcessLookupError):
+        os.killpg(started[0].pid, 0)
+    assert not page.exists()
+
+
+def test_a_result_that_was_cut_off_is_none(tmp_path: Path) -> None:
+    from tui.job import _result
+
+    (tmp_path / "r.json").write_text(json.dumps({"a": 1})[:-1], encoding="utf-8")
+    assert _result(tmp_path / "r.json") is None

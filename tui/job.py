@@ -1,0 +1,95 @@
+"""A verb at work in a process of its own: the program that waits hears its progress, and can end it for good.
+
+What a job does is what the verb does, for it is the verb. One whose listener is gone goes on to its end: an upload is
+not cut short because a terminal was closed.
+"""
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import sys
+import tempfile
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tui import told
+from tui.told import Told
+
+PATIENCE_S = 3.0
+"""How long a verb that is asked to stop may take to leave things as they should be."""
+
+MOST_SAID = 50
+
+
+@dataclass(frozen=True)
+class Done:
+    """How a verb ended: its exit code (`tui.exit_codes`), its result as it wrote it to `--json`, None where there is
+    none, and what it said beside its progress, the last lines."""
+
+    code: int
+    result: Any
+    said: tuple[str, ...]
+
+
+async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
+    """Run the verb and its arguments in `words` to its end. Cancelled, it ends the verb and all that this started."""
+    with tempfile.TemporaryDirectory(prefix="seatrial-") as folder:
+        result = Path(folder) / "result.json"
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "tui", *words, "--json", str(result)),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.DEVNULL,
+            stderr=asyncio.subprocess.PIPE,
+            env=os.environ | {told.VARIABLE: told.FORM},
+            start_new_session=True,
+        )
+        try:
+            said = await _listen(process, hear)
+            code = await process.wait()
+        finally:
+            await _end(process)
+        return Done(code, _result(result), said)
+
+
+async def _listen(process: asyncio.subprocess.Process, hear: Callable[[Told], None]) -> tuple[str, ...]:
+    assert process.stderr is not None
+    said: deque[str] = deque(maxlen=MOST_SAID)
+    async for raw in process.stderr:
+        line = raw.decode("utf-8", "replace").rstrip()
+        heard = told.read(line)
+        if heard is not None:
+            hear(heard)
+        elif line:
+            said.append(line)
+    return tuple(said)
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """End the process and those that it started, if it still runs: as Ctrl-C does, then at once."""
+    if process.returncode is not None:
+        return
+    _signal(process.pid, signal.SIGINT)
+    try:
+        await asyncio.wait_for(process.wait(), PATIENCE_S)
+    except TimeoutError:
+        _signal(process.pid, signal.SIGKILL)
+        await process.wait()
+
+
+def _signal(group: int, number: signal.Signals) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, number)
+
+
+def _result(path: Path) -> Any:
+    if not path.exists():
+        return None
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:  # cut off while it was written
+        return None

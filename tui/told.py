@@ -1,0 +1,42 @@
+"""Progress as a program reads it: a line of JSON each time that a verb tells how far it is."""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
+
+_VALUE = re.compile(r"(\w+) (\S+) ± (\S+?)(?:,|$)")
+
+
+@dataclass(frozen=True)
+class Told:
+    """How far something is: what it is, the share of it that is done (0 to 1), and what it does now."""
+
+    of: str
+    share: float
+    words: str
+
+    @property
+    def values(self) -> dict[str, tuple[float, float]]:
+        """The parameters that the words tell so far, with the half of their 95 % intervals; SI units."""
+        return {name: (float(value), float(half)) for name, value, half in _VALUE.findall(self.words)}
+
+
+def asked(environment: Mapping[str, str]) -> bool:
+    """Whether whoever started this process reads its progress by `read`."""
+    return environment.get(VARIABLE) == FORM
+
+
+def line(told: Told) -> str:
+    return json.dumps({"of": told.of, "share": told.share, "words": told.words}) + "\n"
+
+
+def read(text: str) -> Told | None:
+    """What a line tells; None for one that is no progress, such as a note or an error."""
+    try:
+        data = json.loads(text)
+        return Told(str(data["of"]), float(data["share"]), str(data["words"]))
+    except (ValueError, TypeError, KeyError):
+        return None
