@@ -2,7 +2,8 @@
 
 A file that fails never ends the recording: the next one is opened, and what could not be written waits in
 memory. Stamps run on the boot clock from one pairing with Unix time, so that a clock that is set mid-dive
-can't turn them back.
+can't turn them back. What others on this computer send by way of the outlet goes out on every link, and into the file:
+it explains later what was asked of the vehicle.
 """
 
 import contextlib
@@ -29,6 +30,23 @@ MOST_WAITING_BYTES: Final = 16_000_000
 RETRY_MAX_S: Final = 8.0
 REOPEN_EVERY_S: Final = 1.0
 HEARTBEAT_EVERY_S: Final = 1.0
+WAIT_S: Final = 0.1
+WAIT_FOR_CLIENTS_S: Final = 0.02
+RATE_SHARE: Final = (
+    0.1  # of the newest look at the disk, every 2 s, in the mean rate that the time left is told by
+)
+
+
+class Outlet(Protocol):
+    """Who else gets the frames of a recording, and may send frames of its own; neither call waits or fails."""
+
+    def broadcast(self, raw: bytes) -> None:
+        """Take whole frames that came from the links."""
+        ...
+
+    def taken(self) -> list[bytes]:
+        """The whole frames that are to be sent, since the last call."""
+        ...
 
 
 class Writer(Protocol):
@@ -72,13 +90,17 @@ class _Port:
     retry_s: float = 0.0
 
 
+def _nothing() -> None:
+    """What is done each second where nobody asks for anything."""
+
+
 class Recorder:
     """Reads `links`, writes what they say. `open_file(n)` makes the n-th file of the recording, from 1.
 
     `free_bytes` tells the space left where the files lie, or raises OSError; `notice` hears of trouble;
     `reopen` opens a lost link again by its name, in a thread of its own, so that the other links are not held
-    up; `heartbeat` is (system, component) to beat as, None for a
-    silent recorder.
+    up; `heartbeat` is (system, component) to beat as, None for a silent recorder; `each_second` is called in
+    the thread that syncs the disk.
     """
 
     def __init__(
@@ -90,12 +112,16 @@ class Recorder:
         notice: Callable[[Notice], None],
         reopen: Callable[[str], Link] | None = None,
         heartbeat: tuple[int, int] | None = None,
+        outlet: Outlet | None = None,
+        each_second: Callable[[], None] = _nothing,
     ) -> None:
         self._clock = clock
         self._boot_at_start_s = clock.boot_s()
         self._unix_at_start_s = clock.unix_s()
         self._open_file, self._free_bytes, self._notice = open_file, free_bytes, notice
         self._encoder = Encoder(*heartbeat) if heartbeat else None
+        self._outlet, self._each_second = outlet, each_second
+        self._wait_s = WAIT_FOR_CLIENTS_S if outlet else WAIT_S
         now_s = self._boot_at_start_s
         self._ports = [
             _Port(link.name, link, Framer(), LinkHealth(), now_s, _aside(reopen, link.name)) for link in links
@@ -108,6 +134,9 @@ class Recorder:
         self._next_disk_s = self._next_beat_s = now_s
         self._disk_checked_at_s, self._bytes_at_disk_check = now_s, 0
         self._disk_is_short = False
+        self._mean_rate = 0.0
+        self.disk_left_s = float("inf")
+        self.heard = 0
         self.files = 0
         self.recorded = 0
         self.recorded_bytes = 0
@@ -131,6 +160,7 @@ class Recorder:
             for port in alive:
                 taken += self._read(port, timeout_s / len(alive))
         self._beat()
+        self._serve(taken)
         self._drain()
         self._check_disk()
         return taken
@@ -172,9 +202,9 @@ class Recorder:
         try:
             while not stop.is_set():
                 idle = not any(port.link for port in self._ports)
-                self.step(0.1)
+                self.step(self._wait_s)
                 if idle:
-                    stop.wait(0.1)
+                    stop.wait(self._wait_s)
         finally:
             stop.set()
             syncer.join()
@@ -182,6 +212,8 @@ class Recorder:
 
     def _sync_until(self, stop: threading.Event) -> None:
         while not stop.wait(SYNC_EVERY_S):
+            # Before the disk is asked for anything: one that stalls would make a recording that runs look dead.
+            self._each_second()
             self.sync()
 
     def _read(self, port: _Port, timeout_s: float) -> list[Recorded]:
@@ -204,12 +236,27 @@ class Recorder:
         return [self._keep(port, frame) for frame in frames]
 
     def _keep(self, port: _Port, frame: Frame) -> Recorded:
-        stamp_us = self.unix_us()
         port.health.on_frame(frame, self._clock.boot_s())
-        self._waiting.append((stamp_us, frame.raw))
-        self._waiting_bytes += len(frame.raw)
+        self.heard += 1
+        return Recorded(self._store(frame.raw), port.name, frame)
+
+    def _store(self, raw: bytes) -> int:
+        """Put a frame into the file; its stamp."""
+        stamp_us = self.unix_us()
+        self._waiting.append((stamp_us, raw))
+        self._waiting_bytes += len(raw)
         self._drain()
-        return Recorded(stamp_us, port.name, frame)
+        return stamp_us
+
+    def _serve(self, taken: Sequence[Recorded]) -> None:
+        """Hand the outlet what came; send and keep what it has, in this order, since no order waits for a disk."""
+        if self._outlet is None:
+            return
+        if taken:
+            self._outlet.broadcast(b"".join(item.frame.raw for item in taken))
+        for raw in self._outlet.taken():
+            self._send(raw)
+            self._store(raw)
 
     def _drain(self) -> None:
         if self._sync_failure:
@@ -300,11 +347,13 @@ class Recorder:
         if self._encoder is None or self._clock.boot_s() < self._next_beat_s:
             return
         self._next_beat_s = self._clock.boot_s() + HEARTBEAT_EVERY_S
-        beat = self._encoder.encode(ground_heartbeat())
+        self._send(self._encoder.encode(ground_heartbeat()))
+
+    def _send(self, raw: bytes) -> None:
         for port in self._ports:
             if port.link is not None:
                 try:
-                    port.link.write(beat)
+                    port.link.write(raw)
                 except LinkError as error:
                     self._lose(port, error)
 
@@ -320,6 +369,8 @@ class Recorder:
         self._disk_checked_at_s, self._bytes_at_disk_check = now_s, self.recorded_bytes
         free = self._space()
         left_s = free / rate if rate > 0 else float("inf")
+        self._mean_rate += RATE_SHARE * (rate - self._mean_rate) if self._mean_rate > 0 else rate
+        self.disk_left_s = free / self._mean_rate if rate > 0 else float("inf")
         short = left_s < WARN_DISK_S or free < LEAST_FREE_BYTES
         if short and not self._disk_is_short:
             minutes = f"about {left_s / 60:.0f} min of recording" if rate > 0 else "next to nothing"

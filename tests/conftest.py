@@ -14,6 +14,14 @@ def _lines_as_wide_as_they_like(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
 
 
+@pytest.fixture(autouse=True)
+def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """No test meets the recording of whoever runs the tests, nor the file by which another tells of its own."""
+    state = tmp_path_factory.getbasetemp() / "state"
+    (state / "seatrial" / "recording.json").unlink(missing_ok=True)
+    monkeypatch.setenv("XDG_STATE_HOME", str(state))
+
+
 def unexcused(skips: list[str], shared_is_there: bool) -> list[str]:
     """The reasons, of those given, that CI does not take."""
     return [reason for reason in skips if shared_is_there or "shared" not in reason]

@@ -24,12 +24,17 @@ def open_link(spec: str) -> Link:
 
     Raises LinkSpecError where `spec` can't be read, LinkError where what it names can't be opened.
     """
+    kind, place, number = parse_link(spec)
+    return open_serial(place, number) if kind == "serial" else _NETWORK[kind](place, number)
+
+
+def parse_link(spec: str) -> tuple[str, str, int]:
+    """Kind, serial port or host, and baud rate or port number of a link's name. Raises LinkSpecError."""
     kind, _, rest = spec.partition(":")
     if kind == "serial" and rest:
-        return open_serial(*_port_and_baud(rest))
+        return kind, *_port_and_baud(rest)
     if kind in _NETWORK and rest:
-        host, port = _host_and_port(spec, rest)
-        return _NETWORK[kind](host, port)
+        return kind, *_host_and_port(spec, rest)
     raise LinkSpecError(f"'{spec}' is not a link; give {FORMS}")
 
 

@@ -5,10 +5,12 @@ that does not know the companion yet takes a write to the companion for its own 
 4.5.7).
 """
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from threading import Event
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -39,7 +41,7 @@ NO_INDEX: Final = -1
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _NO_AUTOPILOT: Final[int] = dialect.MAV_AUTOPILOT_INVALID
 _COMPANION_KIND: Final[int] = dialect.MAV_TYPE_ONBOARD_CONTROLLER
-_COMPANIONS = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
+COMPANIONS: Final = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +120,7 @@ class ParameterClient:
             raise LinkError(
                 f"{self._link.name}: several vehicles beat (systems {numbers}); name one with --system"
             )
-        self._vehicle = min(found, key=lambda source: (source[1] not in _COMPANIONS, source[1]))
+        self._vehicle = min(found, key=lambda source: (source[1] not in COMPANIONS, source[1]))
         self._refuse_twins()
         return self._vehicle
 
@@ -138,6 +140,13 @@ class ParameterClient:
         """Whether any part of the vehicle says that it is armed."""
         system = self._known_vehicle()[0]
         return any(heard.armed for source, heard in self._heard.items() if source[0] == system)
+
+    def listen(self, stop: Event) -> None:
+        """Hear on until `stop` is set, as while somebody is asked: what is known of the vehicle is then of now."""
+        with contextlib.suppress(LinkError):  # who reads next meets it again
+            while not stop.is_set():
+                for frame in self._receive():
+                    self._note(frame)
 
     def read_all(self, timeout_s: float = 30.0) -> dict[str, float]:
         """Every parameter. Raises LinkTimeout where none came, ParamUnverified where some are missing."""

@@ -23,7 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--vehicle", metavar="FILE[:CONFIGURATION]", help="what the vehicle should have aboard"
     )
     parser.add_argument(
-        "--link", metavar="SPEC", help="the link to the vehicle; without it, the ports of its devices"
+        "--link",
+        metavar="SPEC",
+        help="the link to the vehicle; without it, that of the recording that runs, else the ports of its devices",
     )
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="where recordings go (default: dives)"
@@ -44,27 +46,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
-    from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.doctor.identity import findings_against_wet
+    from tui.links import link_for, serving_now
     from tui.outputs import check_file, check_folder
     from tui.wet_check import confirmed
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)
-    if not (arguments.vehicle or arguments.link):
+    linked = arguments.link is not None or serving_now()
+    if not (arguments.vehicle or linked):
         raise exit_codes.UsageError("nothing to check; give --vehicle FILE, --link SPEC, or both")
-    if arguments.wet and not (arguments.vehicle and arguments.link):
+    if arguments.wet and not (arguments.vehicle and linked):
         raise exit_codes.UsageError(
             "--wet needs the vehicle and its file; give --vehicle FILE and --link SPEC"
         )
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     if arguments.wet and file is not None:
         confirmed(file.vehicle.name, arguments.confirm)
-    if file is not None and arguments.link is None:
+    if file is not None and not linked:
         return tell(arguments, [vehicle_file(file), disk(Path(arguments.out)), *ports(file.vehicle)])
     clock = SystemClock()
-    link = open_link(arguments.link)
+    link = link_for(arguments.link)
     try:
         found, observed = dry(arguments, file, link, clock)
         if arguments.wet and file is not None:

@@ -64,7 +64,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             action.add_argument(
                 "--receipts", default="receipts", metavar="FOLDER", help="where values before and receipt go"
             )
-        action.add_argument("--link", required=True, metavar="SPEC", help="the link to the vehicle")
+        action.add_argument(
+            "--link",
+            metavar="SPEC",
+            help="the link to the vehicle (default: that of the recording that runs)",
+        )
         action.add_argument("--system", type=int, metavar="N", help="its MAVLink system, where several beat")
         action.add_argument(
             "--seconds", type=numbers.seconds, default=5.0, metavar="N", help="wait so long for it"
@@ -118,16 +122,16 @@ class Watch:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.framing import Encoder
-    from bridge.link.open import open_link
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import taken_back
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
+    from tui.links import link_for
 
     check_outputs(arguments)
     targets = targets_for(arguments)
     clock, watch = SystemClock(), Watch()
-    link = open_link(arguments.link)
+    link = link_for(arguments.link)
     try:
         # A vehicle that listens on UDP learns from this where the ground is.
         link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
@@ -227,7 +231,7 @@ def apply(
     tell_plan(plan.chosen(r.name for r in plan.rows if r.verdict is not Verdict.SAME), arguments.json)
     show.say(show.results(arguments.json), plan.summary())
     plan.check()
-    if plan.changes and not arguments.yes and not agreed(f"write {len(plan.changes)} parameters?"):
+    if plan.changes and not arguments.yes and not agreed(client, f"write {len(plan.changes)} parameters?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     stem = Path(arguments.receipts) / f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
@@ -274,13 +278,8 @@ def tell_plan(plan: "Plan", json_target: str | None) -> None:
         show.put(show.results(json_target), show.table("", columns, rows, numbers=columns[1:3]))
 
 
-def agreed(question: str) -> bool:
+def agreed(client: "ParameterClient", question: str) -> bool:
     """Whether the user types yes. Raises UsageError where there is nobody to ask."""
-    import sys
+    from tui.asked import asked
 
-    if not sys.stdin.isatty():
-        raise exit_codes.UsageError(
-            "nobody to ask, standard input is no terminal; give --yes to write without asking"
-        )
-    print(f"{question} [yes/no] ", end="", file=sys.stderr, flush=True)
-    return sys.stdin.readline().strip().lower() in ("y", "yes")
+    return asked(client, f"{question} [yes/no] ", "write").lower() in ("y", "yes")

@@ -1,4 +1,4 @@
-"""`seatrial record`: links into a dive folder."""
+"""`seatrial record`: links into a dive folder, and to everyone else on this computer."""
 
 import argparse
 import contextlib
@@ -11,10 +11,15 @@ from tui import exit_codes, numbers
 if TYPE_CHECKING:
     import threading
 
+    from bridge.clock import Clock
     from gcs_plugin.folder import DiveFolder
+    from gcs_plugin.holder import Holding
+    from gcs_plugin.hub import Hub
     from gcs_plugin.recorder import Notice, Recorder
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
+NO_HUB = "none"
+MOST_NOTICES = 5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,37 +42,71 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="beat as a ground station, for a vehicle that waits to hear one",
     )
     parser.add_argument(
+        "--hub",
+        type=hub_port,
+        default=0,
+        metavar="PORT",
+        help="where params, doctor, ff and others find the links: a port of this computer alone, or none "
+        "(default: a free one)",
+    )
+    parser.add_argument(
         "--json", metavar="FILE", help="write what was recorded as JSON; - for standard output"
     )
 
 
+def hub_port(text: str) -> int | None:
+    """The port of the hub, 0 for a free one, None for `none`."""
+    if text == NO_HUB:
+        return None
+    if not text.isdecimal() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port from 0 to 65535, and not {NO_HUB}")
+    return int(text)
+
+
 def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from gcs_plugin.hub import Hub
+    from tui.links import refuse_second
+    from tui.outputs import check_file, check_folder
+
+    check_file("--json", arguments.json)
+    check_folder("--out", arguments.out)
+    refuse_second(arguments.link)
+    clock = SystemClock()
+    if arguments.hub is None:
+        return record(arguments, clock, None)
+    hub = Hub(clock, arguments.hub)
+    try:
+        return record(arguments, clock, hub)
+    finally:
+        hub.close()
+
+
+def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
+    """Record until told to stop, and say what came of it."""
     import shutil
 
-    from bridge.clock import SystemClock
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.folder import About, about_vehicle, new_folder
     from gcs_plugin.station import GROUND_STATION
     from tui import show
-    from tui.outputs import check_file, check_folder
     from tui.running import until_stopped
     from tui.status_texts import TellingRecorder
 
-    check_file("--json", arguments.json)
-    check_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     links = [open_link(spec) for spec in arguments.link]
-    clock = SystemClock()
     configuration = (file.configuration or "") if file else ""
     folder = new_folder(Path(arguments.out), clock.unix_s(), arguments.name or configuration)
     folder.describe(about_vehicle(file, configuration) if file else About())
     words = show.words()
+    state = State(clock, tuple(arguments.link), folder.path, hub.address if hub else "")
 
     def notice(said: "Notice") -> None:
+        state.notice(said)
         show.say(words, f"{said.level}: {said.sentence}")
 
-    recorder = TellingRecorder(
+    recorder: TellingRecorder = TellingRecorder(
         lambda text: show.say(words, text),
         links,
         folder.open_telemetry,
@@ -76,18 +115,25 @@ def run(arguments: argparse.Namespace) -> int:
         notice,
         open_link,
         GROUND_STATION if arguments.heartbeat else None,
+        hub,
+        lambda: state.tell(recorder),
     )
     with words.status("waiting for the first frame") as status:
 
         def work(stop: "threading.Event") -> None:
             show.say(words, f"recording into {folder.path}; Ctrl-C ends it")
+            show.say(words, state.way)
             recorder.run(stop)
 
         def each(since_s: float) -> None:
             status.update(_line(recorder, since_s))
 
-        until_stopped(work, clock, arguments.seconds, each)
-    heard = bool(recorder.recorded or recorder.lost)
+        try:
+            state.tell(recorder)
+            until_stopped(work, clock, arguments.seconds, each)
+        finally:
+            state.end()
+    heard = bool(recorder.heard)
     if not heard:
         remove(folder)
     found = summary(recorder, folder.path if heard else None, clock.boot_s())
@@ -95,23 +141,98 @@ def run(arguments: argparse.Namespace) -> int:
     show.say(show.results(arguments.json), f"{counts}: {folder.path}" if heard else counts)
     show.write_json(found, arguments.json)
     if not heard:
+        kept = f"{folder.path} keeps its notes alone" if folder.path.exists() else "no dive folder is kept"
         show.say(
             words,
-            f"nothing arrived on {', '.join(arguments.link)}, so no dive folder is kept; "
-            "check vehicle, cable and port",
+            f"nothing arrived on {', '.join(arguments.link)}, so {kept}; check vehicle, cable and port",
         )
         return exit_codes.LINK
     return exit_codes.NO if recorder.lost else exit_codes.DONE
 
 
 def remove(folder: "DiveFolder") -> None:
-    """Take away the folder of a dive in which nothing was heard; whatever else lies in it keeps it."""
+    """Take away the folder of a dive in which nothing was heard; notes, and whatever else lies in it, keep it."""
     from gcs_plugin.folder import ABOUT
 
-    for path in (*folder.telemetry(), folder.path / ABOUT):
+    noted = bool(folder.about().events)
+    for path in (*folder.telemetry(), *([] if noted else [folder.path / ABOUT])):
         path.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         folder.path.rmdir()
+
+
+class State:
+    """What others learn of this recording once a second; nothing while there is another that they learn of."""
+
+    def __init__(self, clock: "Clock", links: tuple[str, ...], folder: Path, hub: str) -> None:
+        from gcs_plugin.folder import utc_text
+
+        self._clock, self._links, self._folder, self._hub = clock, links, folder, hub
+        self._began_utc = utc_text(clock.unix_s())
+        self._notices: tuple[str, ...] = ()
+        self._fault = ""
+
+    @property
+    def way(self) -> str:
+        """How others come to the links of this recording, in a sentence."""
+        from tui.links import words_of
+
+        other = self._other()
+        if other is not None:
+            own = f"; the links of this one are at {self._hub}" if self._hub else ""
+            return f"params, doctor, ff and note go by way of {words_of(other)}{own}"
+        if not self._hub:
+            return "its links serve nobody else"
+        return f"params, doctor, ff and note go by way of it, at {self._hub}"
+
+    def notice(self, said: "Notice") -> None:
+        """Something that an operator must hear of."""
+        self._notices = (*self._notices, f"{said.level}: {said.sentence}")[-MOST_NOTICES:]
+
+    def tell(self, recorder: "Recorder") -> None:
+        """Write it now."""
+        import os
+
+        from bridge.errors import LogError
+        from gcs_plugin.holder import Holding, write_holding
+        from tui import show
+
+        if self._other() is not None:
+            return
+        holding = Holding(
+            os.getpid(),
+            self._hub,
+            self._links,
+            str(self._folder.absolute()),
+            self._began_utc,
+            recorder.recorded,
+            recorder.recorded_bytes,
+            recorder.lost,
+            recorder.disk_left_s,
+            self._notices,
+            self._clock.unix_s(),
+        )
+        try:
+            write_holding(holding)
+            self._fault = ""
+        except LogError as error:
+            if not self._fault:
+                show.say(show.words(), f"warning: {error}")
+            self._fault = str(error)
+
+    def end(self) -> None:
+        """Take it back."""
+        from gcs_plugin.holder import release
+
+        release()
+
+    def _other(self) -> "Holding | None":
+        import os
+
+        from gcs_plugin.holder import held
+
+        holding = held(self._clock.unix_s())
+        return holding if holding is not None and holding.pid != os.getpid() else None
 
 
 def summary(recorder: "Recorder", folder: Path | None, now_s: float) -> dict[str, Any]:

@@ -1,0 +1,250 @@
+"""Switching the feed-forward: FF_MODE is sent until the vehicle has said twice over that it is so. Pure.
+
+    SEND (every 0.5 s, each time with a question) -> QUIET (its answer and its telemetry say so) -> READ -> done
+
+An answer may be the echo of a write that the vehicle then did not keep. So the last word has a read-back that is asked
+for after a quiet period, and the telemetry, which the vehicle makes from the mode that it flies; where either says
+something else, all begins anew. Nothing here gives up: who drives it may.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import Frame, decode
+from bridge.messages.readings import Reading
+from bridge.messages.readings import decode as decode_reading
+from bridge.parameters import MODE
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, NO_INDEX, Heard
+from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
+from gcs_plugin.station import GROUND_STATION
+
+SEND_EVERY_S: Final = 0.5
+QUIET_S: Final = Timing().quiet_s
+UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle may be another than it was
+TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
+
+WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
+"""What each mode is called by operators."""
+
+
+def word(value: float) -> str:
+    """A value of FF_MODE as an operator reads it."""
+    return next((text for mode, text in WORDS.items() if mode == value), f"{value:g}")
+
+
+class _Stage(Enum):
+    SEND = auto()
+    QUIET = auto()
+    READ = auto()
+    DONE = auto()
+
+
+@dataclass
+class _Vehicle:
+    """One system on its way to `mode`; `holder` is the component that has said FF_MODE, or that would have it."""
+
+    mode: Mode
+    since_s: float
+    beating: set[Source] = field(default_factory=set)
+    holder: Source | None = None
+    stage: _Stage = _Stage.SEND
+    due_s: float = 0.0
+    sent: int = 0
+    first_s: float = 0.0
+    last_s: float = 0.0
+    answer: float | None = None
+    answered_s: float = 0.0
+    told: float | None = None
+    refusal: str = ""
+    lacks_it: bool = False
+
+    def target(self, now_s: float) -> Source | None:
+        """Whom to send to: nobody before it has beaten, and no autopilot before a companion had time to."""
+        if self.holder is not None:
+            return self.holder
+        if not self.beating or now_s < self.since_s + COMPANIONS_MAY_FOLLOW_S:
+            return None
+        return min(self.beating, key=lambda source: (source[1] not in COMPANIONS, source[1]))
+
+    def tick(self, now_s: float, contested: bool) -> list[Any]:
+        if contested or (self.stage is _Stage.READ and now_s >= self.last_s + QUIET_S + UNREAD_S):
+            self.stage = _Stage.SEND
+        target = self.target(now_s)
+        if target is None or self.stage is _Stage.DONE or self.lacks_it or now_s < self.due_s:
+            return []
+        question = dialect.MAVLink_param_request_read_message(*target, MODE.encode(), NO_INDEX)
+        self.due_s = now_s + SEND_EVERY_S
+        if self.stage is not _Stage.SEND:
+            self.stage = _Stage.READ
+            return [question]
+        self.sent += 1
+        self.first_s = now_s if self.sent == 1 else self.first_s
+        self.last_s = now_s
+        real32 = dialect.MAV_PARAM_TYPE_REAL32
+        return [dialect.MAVLink_param_set_message(*target, MODE.encode(), float(self.mode), real32), question]
+
+    def on_value(self, value: float, source: Source, now_s: float) -> None:
+        self.holder, self.lacks_it = source, False
+        if not self.sent:
+            return
+        self.answer, self.answered_s = value, now_s
+        if self.stage is _Stage.READ and value == self.mode:
+            self.stage = _Stage.DONE
+        else:
+            self._judge(value)
+
+    def on_told(self, value: float, source: Source) -> None:
+        self.holder, self.lacks_it = source, False
+        if self.sent:
+            self.told = value
+            self._judge(value)
+
+    def on_error(self, code: int, source: Source, now_s: float) -> None:
+        if code == DOES_NOT_EXIST and self.holder is None and source == self.target(now_s):
+            self.lacks_it = True
+        elif source == self.holder:
+            self.refusal = ERROR_SENTENCES.get(code, f"error {code}")
+
+    def _judge(self, value: float) -> None:
+        """Be quiet once answer and telemetry say what is wanted; send again where `value`, the newest, does not."""
+        if self.stage is _Stage.DONE:
+            return
+        if value != self.mode:
+            self.stage = _Stage.SEND
+        elif self.stage is _Stage.SEND and self.answer == self.told == self.mode:
+            self.stage, self.due_s = _Stage.QUIET, self.last_s + QUIET_S
+
+    def words(self, now_s: float) -> str:
+        wanted = word(self.mode)
+        if self.stage is _Stage.DONE:
+            return f"{wanted}, as read back and as its telemetry says"
+        if self.lacks_it:
+            return "has no feed-forward"
+        if not self.sent:
+            return "heard, nothing is sent yet"
+        said = [f"sent {self.sent} times" if self.sent > 1 else "sent once"]
+        silent_s = now_s - max(self.answered_s, self.first_s)
+        if self.answer is None or silent_s >= TELL_SILENCE_S:
+            said.append(f"no answer for {silent_s:.1f} s")
+        elif self.answer != self.mode:
+            said.append(f"it answers {word(self.answer)}{f' ({self.refusal})' if self.refusal else ''}")
+        if self.told is None and now_s - self.first_s >= TELL_SILENCE_S:
+            said.append("no telemetry of it")
+        elif self.told is not None and self.told != self.mode:
+            said.append(f"its telemetry says {word(self.told)}")
+        if self.stage is not _Stage.SEND:
+            said.append(f"it says {wanted}, being read back")
+        return ", ".join(said)
+
+
+class Switch:
+    """Brings the feed-forward to `mode`: of `system`, or of every vehicle that is heard where that is None.
+
+    Give it every frame of a link (or what it is to know of them), send what `tick` returns, until it is `done`. While
+    `twins` says that two vehicles share one address it sends on and is never done: nobody can tell whether both obeyed.
+    """
+
+    def __init__(self, mode: Mode | int, system: int | None = None) -> None:
+        self.mode = Mode(mode)
+        self.twins = ""
+        self._system = system
+        self._vehicles: dict[int, _Vehicle] = {}
+        self._now_s = 0.0
+
+    @property
+    def done(self) -> bool:
+        """Whether every vehicle that has a feed-forward says by both ways that it is so."""
+        having = [vehicle for vehicle in self._vehicles.values() if not vehicle.lacks_it]
+        return bool(having) and not self.twins and all(v.stage is _Stage.DONE for v in having)
+
+    @property
+    def sent(self) -> int:
+        """How often the mode was sent."""
+        return sum(vehicle.sent for vehicle in self._vehicles.values())
+
+    @property
+    def heard(self) -> bool:
+        """Whether any vehicle is heard."""
+        return bool(self._vehicles)
+
+    @property
+    def lacking(self) -> bool:
+        """Whether all that is heard has no feed-forward."""
+        return self.heard and all(vehicle.lacks_it for vehicle in self._vehicles.values())
+
+    @property
+    def refusal(self) -> str:
+        """What a vehicle has said against it, "" for nothing."""
+        said = (
+            f"vehicle {n}: {v.refusal}"
+            for n, v in self._vehicles.items()
+            if v.refusal and v.answer != self.mode
+        )
+        return "; ".join(said)
+
+    @property
+    def words(self) -> str:
+        """What is seen, as of the last tick, in a sentence without an end."""
+        seen = [
+            f"vehicle {system}: {vehicle.words(self._now_s)}"
+            for system, vehicle in sorted(self._vehicles.items())
+        ]
+        return (
+            "; ".join((*seen, *((self.twins,) if self.twins else ())))
+            or "no vehicle heard, nothing is sent yet"
+        )
+
+    def tick(self, now_s: float) -> list[Any]:
+        """The messages to send now."""
+        self._now_s = now_s
+        return [m for vehicle in self._vehicles.values() for m in vehicle.tick(now_s, bool(self.twins))]
+
+    def on_frame(self, frame: Frame, now_s: float) -> None:
+        """A frame arrived; of any kind."""
+        source = (frame.system, frame.component)
+        if frame.message_id in _READINGS:
+            reading = decode_reading(frame)
+            if reading is not None:
+                self.on_reading(reading, source, now_s)
+        elif frame.message_id in _ANSWERS:
+            message = decode(frame)
+            if message is None:
+                return
+            if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+                self.on_value(message.param_id, message.param_value, source, now_s)
+            elif message.target_system in (0, GROUND_STATION[0]):
+                self.on_error(message.param_id, message.error, source, now_s)
+
+    def on_reading(self, reading: Reading, source: Source, now_s: float) -> None:
+        """A heartbeat or what the vehicle tells of its mode; other readings say nothing here."""
+        if reading.signal == "ff_mode":
+            self._of(source, now_s).on_told(reading.values[0], source)
+        elif reading.signal == "alive":
+            armed, kind, autopilot = reading.values
+            if Heard(source, int(kind), int(autopilot), bool(armed), now_s).is_vehicle:
+                self._of(source, now_s).beating.add(source)
+
+    def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
+        """A PARAM_VALUE arrived."""
+        if name == MODE:
+            self._of(source, now_s).on_value(value, source, now_s)
+
+    def on_error(self, name: str, code: int, source: Source, now_s: float) -> None:
+        """A PARAM_ERROR arrived."""
+        if name == MODE:
+            self._of(source, now_s).on_error(code, source, now_s)
+
+    def _of(self, source: Source, now_s: float) -> _Vehicle:
+        """The vehicle of a source; one that is not asked for is watched by nobody."""
+        if self._system not in (None, source[0]):
+            return _Vehicle(self.mode, now_s)
+        return self._vehicles.setdefault(source[0], _Vehicle(self.mode, now_s))
+
+
+_READINGS: Final = (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)
+_ANSWERS: Final = (dialect.MAVLINK_MSG_ID_PARAM_VALUE, dialect.MAVLINK_MSG_ID_PARAM_ERROR)

@@ -1,0 +1,98 @@
+"""Who holds the links: the running recording, told to everyone of this user by a small file, written once a second."""
+
+import json
+import math
+import os
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from bridge import schema
+from bridge.errors import ConfigError, LogError
+
+FRESH_S: Final = 10.0
+
+
+@dataclass(frozen=True)
+class Holding:
+    """A recording that runs. `hub` is "" where it serves nobody; `disk_left_s` is inf where nothing comes."""
+
+    pid: int
+    hub: str
+    links: tuple[str, ...]
+    folder: str
+    began_utc: str
+    frames: int
+    bytes: int
+    lost: int
+    disk_left_s: float
+    notices: tuple[str, ...]
+    written_unix_s: float
+
+
+def state_file() -> Path:
+    """Where it is told; the XDG base directory specification names the folder."""
+    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(home) / "seatrial" / "recording.json"
+
+
+def write_holding(holding: Holding) -> None:
+    """Tell it, whole or not at all. Raises LogError where that can't be written."""
+    data = asdict(holding)
+    if not math.isfinite(holding.disk_left_s):
+        data["disk_left_s"] = None
+    file = state_file()
+    partial = file.with_name(f"{file.name}.{os.getpid()}.part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(json.dumps(data, allow_nan=False), encoding="utf-8")
+        partial.replace(file)
+    except OSError as error:
+        raise LogError(
+            f"{file}: can't be written ({error.strerror}), so that nobody learns of the recording; check the disk"
+        ) from None
+
+
+def held(now_unix_s: float) -> Holding | None:
+    """The recording that runs; None where its process has gone, or has told nothing for 10 s."""
+    holding = _told()
+    if holding is None or abs(now_unix_s - holding.written_unix_s) > FRESH_S or not _lives(holding.pid):
+        return None
+    return holding
+
+
+def release() -> None:
+    """Take back what this process told."""
+    holding = _told()
+    if holding is not None and holding.pid == os.getpid():
+        state_file().unlink(missing_ok=True)
+
+
+def _told() -> Holding | None:
+    """What the file says, of whatever age; None where it is absent, or says something else."""
+    file = state_file()
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    if not isinstance(data, dict):
+        return None
+    endless = data.get("disk_left_s", 0.0) is None
+    try:
+        holding = schema.build(Holding, data | {"disk_left_s": 0.0} if endless else data, str(file))
+    except ConfigError:
+        return None
+    return replace(holding, disk_left_s=math.inf) if endless else holding
+
+
+def _lives(pid: int) -> bool:
+    """Whether a process of that number runs."""
+    if pid <= 0:
+        return False
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True

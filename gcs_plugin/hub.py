@@ -1,0 +1,159 @@
+"""The hub: a recording's frames for everyone on this computer, and what they say for the vehicle.
+
+It listens on loopback alone. Nothing in it waits: what a client can't take yet is kept up to a bound, and a client that
+reaches it is dropped, as is one that floods or that speaks no MAVLink. Loopback damages nothing, so that bytes outside
+of frames come from a stranger, such as a browser that was led here; no frame of what it sent with them is passed on.
+"""
+
+import socket
+from contextlib import suppress
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.framing import Frame, Framer
+
+LOOPBACK: Final = "127.0.0.1"
+MOST_CLIENTS: Final = 16
+BACKLOG_BYTES: Final = 1 << 18
+SEND_BUFFER_BYTES: Final = 1 << 16
+READ_BYTES: Final = 1 << 16
+PAUSE_S: Final = 0.5
+# An upload of all parameters is some 10 kB, and few vehicles' links carry what is beyond this.
+BURST_BYTES: Final = 1 << 16
+MOST_BYTES_A_S: Final = 32_000
+
+
+class _State(Enum):
+    CONNECTED = auto()
+    LEFT = auto()
+    DROPPED = auto()
+
+
+@dataclass
+class _Client:
+    """One connection: what waits to go out, and how much may still come in."""
+
+    sock: socket.socket
+    heard_s: float
+    asked_s: float
+    state: _State = _State.CONNECTED
+    framer: Framer = field(default_factory=Framer)
+    backlog: bytearray = field(default_factory=bytearray)
+    allowed_bytes: float = BURST_BYTES
+
+    def send(self, raw: bytes) -> None:
+        self.backlog += raw
+        while self.backlog and self.state is _State.CONNECTED:
+            try:
+                sent = self.sock.send(self.backlog)
+            except BlockingIOError:
+                break
+            except OSError:
+                self.state = _State.LEFT
+                break
+            del self.backlog[:sent]
+        if len(self.backlog) > BACKLOG_BYTES:
+            self.state = _State.DROPPED
+
+    def read(self, now_s: float) -> list[Frame]:
+        earned = (now_s - self.asked_s) * MOST_BYTES_A_S
+        self.allowed_bytes, self.asked_s = min(BURST_BYTES, self.allowed_bytes + earned), now_s
+        try:
+            data = self.sock.recv(READ_BYTES)
+        except BlockingIOError:
+            frames = self.framer.flush() if now_s - self.heard_s >= PAUSE_S else []
+        except OSError:
+            self.state = _State.LEFT
+            return []
+        else:
+            self.heard_s = now_s
+            self.allowed_bytes -= len(data)
+            frames = self.framer.feed(data) if data else self.framer.flush()
+            self.state = self.state if data else _State.LEFT
+        if self.allowed_bytes < 0 or self.framer.counts["skipped"]:
+            self.state = _State.DROPPED
+            return []
+        return frames
+
+
+class Hub:
+    """A listener on `port` of this computer, 0 for whichever is free, with several clients.
+
+    Used by one thread; others may read `clients` and `dropped`. Raises LinkError where the port is taken.
+    """
+
+    def __init__(self, clock: Clock, port: int = 0) -> None:
+        self._clock = clock
+        self._clients: list[_Client] = []
+        self.dropped = 0
+        self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        try:
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            # Clients' sockets take it over: who stalls shows in the backlog, not in what the system keeps for it.
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
+            self._listener.bind((LOOPBACK, port))
+            self._listener.listen(MOST_CLIENTS)
+        except OSError as error:
+            self._listener.close()
+            raise LinkError(
+                f"--hub {port}: can't listen on that port of this computer ({error.strerror}); "
+                "stop the program that does, or give another port"
+            ) from None
+        self._listener.setblocking(False)
+        self.address = f"tcp:{LOOPBACK}:{self._listener.getsockname()[1]}"
+
+    @property
+    def clients(self) -> int:
+        """How many are connected."""
+        return len(self._clients)
+
+    def broadcast(self, raw: bytes) -> None:
+        """Send whole frames to every client."""
+        for client in self._clients:
+            client.send(raw)
+        self._sweep()
+
+    def taken(self) -> list[bytes]:
+        """The whole frames that clients sent since the last call, of which each lets new clients in."""
+        self._accept()
+        now_s = self._clock.boot_s()
+        frames: list[Frame] = []
+        for client in self._clients:
+            client.send(b"")
+            if client.state is _State.CONNECTED:
+                frames += client.read(now_s)
+        self._sweep()
+        return [frame.raw for frame in frames]
+
+    def close(self) -> None:
+        """Let everyone go."""
+        for client in self._clients:
+            client.sock.close()
+        self._clients = []
+        self._listener.close()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                sock, _ = self._listener.accept()
+            except OSError:
+                return
+            if len(self._clients) >= MOST_CLIENTS:
+                sock.close()
+                self.dropped += 1
+                continue
+            sock.setblocking(False)
+            with suppress(OSError):
+                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            now_s = self._clock.boot_s()
+            self._clients.append(_Client(sock, now_s, now_s))
+
+    def _sweep(self) -> None:
+        for client in self._clients:
+            if client.state is not _State.CONNECTED:
+                client.sock.close()
+                self.dropped += client.state is _State.DROPPED
+        self._clients = [client for client in self._clients if client.state is _State.CONNECTED]

@@ -1,0 +1,210 @@
+"""`seatrial ff`: switch the feed-forward, and see the vehicle say so."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from tui import exit_codes, numbers
+
+if TYPE_CHECKING:
+    from bridge.clock import Clock
+    from bridge.link.base import Link
+    from bridge.vehicle.feedforward import Mode
+    from gcs_plugin.ff_switch import Switch
+
+EXAMPLE = "seatrial ff off --link udpin:127.0.0.1:14550"
+MODES = {
+    "off": "the PID alone: asks nothing, and is sent until the vehicle says so",
+    "shadow": "the feed-forward is worked out and told, not applied",
+    "only": "the feed-forward without the PID of its axes",
+    "both": "the feed-forward and the PID",
+}
+PATIENCE_S = 15.0
+LACKING_S = 10.0
+"""So long an answer that there is no feed-forward is not believed: a companion that has one may be heard late."""
+FIND_S = 5.0
+TELL_EVERY_S = 2.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    what = "; ".join(f"{name}, {sentence}" for name, sentence in MODES.items())
+    parser.add_argument("mode", choices=MODES, metavar="MODE", help=what)
+    parser.add_argument(
+        "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
+    )
+    parser.add_argument(
+        "--system",
+        type=int,
+        metavar="N",
+        help="its MAVLink system, where several beat (default of off: each of them)",
+    )
+    parser.add_argument("--yes", action="store_true", help="do not ask")
+    parser.add_argument(
+        "--seconds",
+        type=numbers.seconds,
+        metavar="N",
+        help=f"try so long (default: {PATIENCE_S:.0f}; of off: until it is done)",
+    )
+    parser.add_argument("--json", metavar="FILE", help="write what came of it as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from bridge.vehicle.feedforward import Mode
+    from gcs_plugin.ff_switch import WORDS
+    from tui.links import link_for
+    from tui.outputs import check_file
+
+    check_file("--json", arguments.json)
+    mode = next(mode for mode, word in WORDS.items() if word == arguments.mode)
+    clock, link = SystemClock(), link_for(arguments.link)
+    if mode is Mode.OFF:
+        return switch_off(arguments, link, clock)
+    try:
+        return switch_to(mode, arguments, link, clock)
+    finally:
+        link.close()
+
+
+def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int:
+    """Off, whatever comes: nothing but the vehicle's own word, the user or --seconds ends it."""
+    from bridge.vehicle.feedforward import Mode
+    from gcs_plugin.ff_switch import Switch
+    from tui import show
+    from tui.links import link_for
+    from tui.switching import Line, drive_on
+
+    words = show.words()
+    switch = Switch(Mode.OFF, arguments.system)
+
+    def tell(sentence: str) -> None:
+        show.say(words, sentence)
+
+    def line_on(link: "Link") -> Line:
+        return Line(link, clock, switch, arguments.system, tell)
+
+    with Course(switch, clock, arguments.seconds) as course:
+        try:
+            drive_on(line_on(link), course.over, lambda: line_on(link_for(arguments.link)), tell)
+        except KeyboardInterrupt:
+            course.stopped = True
+    return course.told(arguments.json)
+
+
+def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int:
+    """A mode that moves the vehicle, or may: asked about, refused where the vehicle can't, given up in the end."""
+    from bridge.errors import LinkError
+    from gcs_plugin.ff_switch import Switch
+    from tui import show
+    from tui.switching import Line, drive
+
+    words = show.words()
+    system = permitted(mode, arguments, link, clock)
+    if system is None:
+        show.say(words, "nothing was sent")
+        return exit_codes.INTERRUPTED
+    switch = Switch(mode, system)
+    line = Line(link, clock, switch, system, lambda sentence: show.say(words, sentence))
+
+    def over() -> bool:
+        if switch.twins:
+            raise LinkError(switch.twins)
+        return course.over() or bool(switch.refusal)
+
+    with Course(switch, clock, arguments.seconds or PATIENCE_S) as course:
+        drive(line, over)
+    return course.told(arguments.json)
+
+
+def permitted(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int | None:
+    """The vehicle's system, None where the user says no. Raises ParamError for a mode that it can't take."""
+    from bridge.errors import ParamRejected
+    from bridge.framing import Encoder
+    from bridge.parameters import ACTIVE, MODE
+    from gcs_plugin.ff_switch import word
+    from gcs_plugin.params.client import ParameterClient
+    from gcs_plugin.params.plan import make_plan
+    from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+    from tui.asked import asked
+
+    # A vehicle that listens on UDP learns from this where the ground is.
+    link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
+    client = ParameterClient(link, clock)
+    system, _ = client.find_vehicle(FIND_S, arguments.system)
+    present = client.read_all()
+    make_plan({MODE: float(mode)}, present).check()
+    if mode.applies_feedforward and present.get(ACTIVE) == 0.0:
+        raise ParamRejected(
+            f"vehicle {system} has no parameters in force to feed forward; nothing was sent, upload some first"
+        )
+    if arguments.yes:
+        return system
+    change = f"feed-forward of vehicle {system} from {word(present[MODE])} to {word(mode)}"
+    if not client.armed:
+        agreed = asked(client, f"{change}? [yes/no] ", "switch").lower() in ("y", "yes")
+        if agreed and client.armed:
+            raise ParamRejected(f"vehicle {system} was armed meanwhile; nothing was sent, look and ask again")
+        return system if agreed else None
+    typed = asked(client, f"{change}, and it is ARMED; type {word(mode)} to do it: ", "switch")
+    return system if typed == word(mode) else None
+
+
+class Course:
+    """How a switch goes: on a line of the terminal, or in a pipe every few seconds; and what came of it."""
+
+    def __init__(self, switch: "Switch", clock: "Clock", seconds: float | None) -> None:
+        from tui import show
+
+        self.stopped = False
+        self._switch, self._clock, self._seconds = switch, clock, seconds
+        self._console = show.words()
+        self._status = self._console.status("")
+        self._start_s = self._tell_s = clock.boot_s()
+        self._lacking_s: float | None = None
+
+    def __enter__(self) -> "Course":
+        self._tell_s = self._clock.boot_s() + TELL_EVERY_S
+        self._status.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._status.stop()
+
+    def over(self) -> bool:
+        """Whether it is done, or its time is up, or nobody has a feed-forward; shows how it goes."""
+        from tui import show
+
+        now_s = self._clock.boot_s()
+        self._status.update(self._switch.words)
+        if not self._console.is_terminal and now_s >= self._tell_s:
+            self._tell_s = now_s + TELL_EVERY_S
+            show.say(self._console, self._switch.words)
+        if not self._switch.lacking:
+            self._lacking_s = None
+        elif self._lacking_s is None:
+            self._lacking_s = now_s
+        return (
+            self._switch.done
+            or (self._seconds is not None and now_s - self._start_s >= self._seconds)
+            or (self._lacking_s is not None and now_s - self._lacking_s >= LACKING_S)
+        )
+
+    def told(self, json: str | None) -> int:
+        """Say what came of it; the exit code."""
+        from gcs_plugin.ff_switch import word
+        from tui import show
+
+        switch, took_s = self._switch, self._clock.boot_s() - self._start_s
+        show.say(show.results(json), f"{switch.words} (sent {switch.sent} times in {took_s:.1f} s)")
+        found = {
+            "mode": word(switch.mode),
+            "done": switch.done,
+            "sent": switch.sent,
+            "seconds": took_s,
+            "seen": switch.words,
+        }
+        show.write_json(found, json)
+        if switch.done:
+            return exit_codes.DONE
+        if self.stopped:
+            return exit_codes.INTERRUPTED
+        return exit_codes.NO if switch.heard else exit_codes.LINK

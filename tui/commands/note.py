@@ -1,0 +1,32 @@
+"""`seatrial note`: what happens in the dive that is being recorded, in words, with its time."""
+
+import argparse
+from pathlib import Path
+
+from tui import exit_codes
+
+EXAMPLE = 'seatrial note "tether caught on the ladder"'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("text", nargs="+", metavar="TEXT", help="what happened")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from gcs_plugin.folder import DiveFolder
+    from tui import show
+    from tui.links import holding_now
+    from tui.status_texts import printable
+
+    text = printable(" ".join(arguments.text)).strip()
+    if not text:
+        raise exit_codes.UsageError("a note without a word; say what happened")
+    holding = holding_now()
+    if holding is None:
+        raise exit_codes.UsageError(
+            "no recording runs, so there is no dive to note it in; start `seatrial record`"
+        )
+    DiveFolder(Path(holding.folder)).add_event(SystemClock().unix_s(), text)
+    show.say(show.results(), f"noted in {holding.folder}")
+    return exit_codes.DONE

@@ -1,0 +1,83 @@
+"""A switch of the feed-forward over a link: frames in, messages out, until it is done or may stop."""
+
+import threading
+from collections.abc import Callable
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.framing import Encoder, Framer
+from bridge.link.base import Link
+from gcs_plugin.ff_switch import Switch
+from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+from gcs_plugin.twins import Twins
+from tui.exit_codes import UsageError
+from tui.status_texts import StatusTexts
+
+POLL_S: Final = 0.02
+BEAT_EVERY_S: Final = 1.0
+REOPEN_EVERY_S: Final = 0.5
+
+Tell = Callable[[str], None]
+
+
+class Line:
+    """One link with a switch on it; `tell` hears what vehicles say in words."""
+
+    def __init__(self, link: Link, clock: Clock, switch: Switch, system: int | None, tell: Tell) -> None:
+        self._link, self._clock, self._switch, self._system = link, clock, switch, system
+        self._framer, self._encoder, self._twins = Framer(), Encoder(*GROUND_STATION), Twins(link)
+        self._texts = StatusTexts(tell)
+        self._beat_s = clock.boot_s()
+
+    def step(self) -> None:
+        """Send what is due and take what comes. Raises LinkError where the link is lost."""
+        now_s = self._clock.boot_s()
+        self._switch.twins = self._twins.fault(self._system)
+        messages = self._switch.tick(now_s)
+        if not self._switch.heard and now_s >= self._beat_s:
+            # A vehicle that listens on UDP learns from this where the ground is.
+            self._beat_s = now_s + BEAT_EVERY_S
+            messages.append(ground_heartbeat())
+        for message in messages:
+            self._link.write(self._encoder.encode(message))
+        for frame in self._framer.feed(self._link.read(POLL_S)):
+            arrived_s = self._clock.boot_s()
+            self._twins.on_frame(frame, arrived_s)
+            self._switch.on_frame(frame, arrived_s)
+            self._texts.hear(frame)
+
+    def close(self) -> None:
+        self._link.close()
+
+
+def drive(line: Line, over: Callable[[], bool]) -> None:
+    """Step until `over`. Raises LinkError where the link is lost."""
+    while not over():
+        line.step()
+
+
+def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], tell: Tell) -> None:
+    """Step until `over`, through every loss of the link, and close it; `tell` hears why it was lost."""
+    pause, told = threading.Event(), ""
+    try:
+        while not over():
+            try:
+                line.step()
+            except LinkError as error:
+                line.close()
+                if str(error) != told:
+                    told = str(error)
+                    tell(told)
+                pause.wait(REOPEN_EVERY_S)
+                line = _opened(again) or line
+    finally:
+        line.close()
+
+
+def _opened(again: Callable[[], Line]) -> Line | None:
+    """Another line, None where there is none yet."""
+    try:
+        return again()
+    except (LinkError, UsageError):
+        return None
