@@ -73,7 +73,7 @@ class _Vehicle:
 
     def tick(self, now_s: float, contested: bool) -> list[Any]:
         if contested or (self.stage is _Stage.READ and now_s >= self.last_s + QUIET_S + UNREAD_S):
-            self.stage = _Stage.SEND
+            self._send_again()
         target = self.target(now_s)
         if target is None or self.stage is _Stage.DONE or self.lacks_it or now_s < self.due_s:
             return []
@@ -115,9 +115,13 @@ class _Vehicle:
         if self.stage is _Stage.DONE:
             return
         if value != self.mode:
-            self.stage = _Stage.SEND
+            self._send_again()
         elif self.stage is _Stage.SEND and self.answer == self.told == self.mode:
             self.stage, self.due_s = _Stage.QUIET, self.last_s + QUIET_S
+
+    def _send_again(self) -> None:
+        if self.stage is not _Stage.SEND:
+            self.stage, self.due_s = _Stage.SEND, self.last_s + SEND_EVERY_S
 
     def words(self, now_s: float) -> str:
         wanted = word(self.mode)

@@ -378,3 +378,102 @@ def test_what_was_said_to_be_recorded_survives_a_kill(tmp_path):
         rest = child.stdout.read().split("\n")
     said = max(int(line) for line in lines + rest[:-1] if line.strip())
     assert sum(1 for _ in read_tlog(path)) >= said >= 500
+
+
+class FakeOutlet:
+    """Keeps what it is given; gives what is in `orders`."""
+
+    def __init__(self):
+        self.given = b""
+        self.orders = []
+
+    def broadcast(self, raw):
+        self.given += raw
+
+    def taken(self):
+        orders, self.orders = self.orders, []
+        return orders
+
+
+def test_the_outlet_gets_every_frame_of_every_link_as_it_came():
+    outlet = FakeOutlet()
+    ground = Ground(outlet=outlet)
+    sent = frames_of(20)
+    for byte in b"".join(sent):
+        ground.hear(bytes([byte]))
+    assert outlet.given == b"".join(sent)
+
+
+def test_what_the_outlet_sends_goes_out_on_every_link_and_into_the_recording():
+    clock, disk, outlet = SimulatedClock(), Disk(), FakeOutlet()
+    links = [FakeLink("one"), FakeLink("other")]
+    recorder = Recorder(links, disk.open, clock, disk.space, lambda _: None, outlet=outlet)
+    heard, orders = frames_of(2), frames_of(3, system=255)
+    links[0].chunks.append(heard[0])
+    outlet.orders = list(orders)
+    recorder.step(0.0)
+    links[1].chunks.append(heard[1])
+    recorder.step(0.0)
+    assert [link.sent for link in links] == [orders, orders]
+    assert [raw for _, raw in disk.stored()] == [heard[0], *orders, heard[1]]
+    assert outlet.given == b"".join(heard)
+    assert (recorder.heard, recorder.recorded) == (2, 5)
+    assert [source.system for source in recorder.health["one"].snapshot(0.0).sources] == [1]
+
+
+def test_an_order_goes_out_though_the_disk_is_full_and_one_link_is_gone():
+    clock, disk, outlet = SimulatedClock(), Disk(), FakeOutlet()
+    disk.full, disk.free = True, 0
+    gone, good = FakeLink("gone"), FakeLink("good")
+    recorder = Recorder([gone, good], disk.open, clock, disk.space, lambda _: None, outlet=outlet)
+    gone.chunks.append(LinkLost("gone: unplugged; plug it in"))
+    outlet.orders = frames_of(1)
+    recorder.step(0.0)
+    assert good.sent == frames_of(1)
+    disk.full, disk.free = False, 1 << 40
+    clock.advance_to(20.0)
+    recorder.step(0.0)
+    assert [raw for _, raw in disk.stored()] == frames_of(1)
+
+
+def test_the_time_that_the_disk_lasts_is_told_while_something_comes():
+    ground = Ground()
+    assert ground.recorder.disk_left_s == float("inf")
+    size = len(b"".join(frames_of(100)))
+    for _ in range(20):
+        ground.hear(b"".join(frames_of(100)), after_s=1.0)
+    assert ground.recorder.disk_left_s == pytest.approx(ground.disk.free / size, rel=0.15)
+    for _ in range(4):
+        ground.hear(b"", after_s=1.0)
+    assert ground.recorder.disk_left_s == float("inf")
+
+
+def test_each_second_others_are_told_even_where_the_disk_stalls(monkeypatch, tmp_path):
+    monkeypatch.setattr("gcs_plugin.recorder.SYNC_EVERY_S", 0.01)
+    ours, _ = memory_pair()
+    stop, told, order = threading.Event(), threading.Event(), []
+
+    class StallingWriter(TlogWriter):
+        def sync(self):
+            order.append("sync")
+            stop.wait(10.0)
+
+    def each_second():
+        order.append("told")
+        told.set()
+
+    recorder = Recorder(
+        [ours],
+        lambda _: StallingWriter(tmp_path / "1.tlog"),
+        SystemClock(),
+        lambda: 1 << 40,
+        lambda _: None,
+        each_second=each_second,
+    )
+    loop = threading.Thread(target=recorder.run, args=(stop,))
+    loop.start()
+    assert told.wait(10.0)
+    stop.set()
+    loop.join(10.0)
+    assert not loop.is_alive()
+    assert order[0] == "told"

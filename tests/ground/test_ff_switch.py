@@ -1,0 +1,339 @@
+"""FF_MODE is switched when the vehicle has said so twice over, whatever link and vehicle do on the way."""
+
+import random
+from collections import deque
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.framing import Encoder, Framer, decode
+from bridge.link.lossy import Lossy
+from bridge.messages.readings import Reading, encode
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.vehicle.config import Configuration, Thruster, Vehicle
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.ff_switch import SEND_EVERY_S, Switch
+from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.twins import Twins
+
+SHAPE = Configuration(
+    dry_mass_kg=72.0,
+    inertia_kgm2=(2.0, 14.0, 14.0),
+    thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),),
+    model={"M_u": 72.0, "D_u": 40.0},
+)
+TABLE = vehicle_table(Vehicle("test", {"survey": SHAPE}))
+STEP_S = 0.02
+
+
+class Craft:
+    """A link whose vehicle answers with its real parameter server. Its faults are attributes."""
+
+    name = "craft:"
+
+    def __init__(self, clock, source=(1, 1), mode=3.0, autopilot=0, phase_s=0.0, booted_s=0.0):
+        self.clock, self.source, self.autopilot, self.booted_s = clock, source, autopilot, booted_s
+        self.kind = dialect.MAV_TYPE_SUBMARINE if autopilot == 0 else dialect.MAV_TYPE_ONBOARD_CONTROLLER
+        self.server = ParameterServer(None, TABLE, system=source[0], component=source[1])
+        self.server.write("FF_MODE", mode, False)
+        self.encoder, self.framer, self.queue = Encoder(*source), Framer(), deque()
+        self.next_beat_s = clock.now_s + phase_s
+        self.armed = self.deaf = self.dumb = self.stuck = self.echoes = self.lacks = self.mute_telemetry = (
+            False
+        )
+        self.sets = []
+
+    def read(self, _):
+        if self.clock.now_s >= self.next_beat_s:
+            self.next_beat_s += 1.0
+            self.beat()
+        out = b"" if self.dumb else b"".join(self.queue)
+        self.queue.clear()
+        return out
+
+    def beat(self):
+        state = 128 if self.armed else 0
+        self.say(dialect.MAVLink_heartbeat_message(self.kind, self.autopilot, state, 0, 4, 3))
+        self.say(dialect.MAVLink_system_time_message(0, round((self.clock.now_s - self.booted_s) * 1e3)))
+        if not (self.lacks or self.mute_telemetry):
+            reading = Reading("ff_mode", self.clock.now_s - self.booted_s, (float(self.server.mode),))
+            self.queue.append(self.encoder.frame(*encode(reading)))
+
+    def write(self, data):
+        for frame in self.framer.feed(data):
+            message = decode(frame)
+            if self.deaf or message is None or getattr(message, "target_system", 0) != self.source[0]:
+                continue
+            if message.target_component != self.source[1]:
+                continue
+            is_set = message.get_type() == "PARAM_SET"
+            if is_set:
+                self.sets.append((self.clock.now_s, message.param_value))
+            if self.lacks:
+                self.say(dialect.MAVLink_param_error_message(255, 190, message.param_id.encode(), -1, 1))
+            elif is_set and (self.stuck or self.echoes):
+                told = message.param_value if self.echoes else self.server.value("FF_MODE")
+                self.say(dialect.MAVLink_param_value_message(b"FF_MODE", told, 9, 1, 0))
+            else:
+                for answer in self.server.handle(message, self.armed):
+                    self.say(answer)
+
+    def say(self, message):
+        self.queue.append(self.encoder.encode(message))
+
+    def close(self):
+        pass
+
+
+class Both:
+    """Several vehicles on one link."""
+
+    name = "both:"
+
+    def __init__(self, *craft):
+        self.craft = craft
+
+    def read(self, timeout_s):
+        return b"".join(craft.read(timeout_s) for craft in self.craft)
+
+    def write(self, data):
+        for craft in self.craft:
+            craft.write(data)
+
+
+def drive(switch, link, clock, seconds, twins=None, each=lambda: None):
+    """Run until it is done; False where time runs out."""
+    encoder, framer, end_s = Encoder(*GROUND_STATION), Framer(), clock.now_s + seconds
+    while clock.now_s < end_s:
+        if twins is not None:
+            switch.twins = twins.fault()
+        for message in switch.tick(clock.now_s):
+            link.write(encoder.encode(message))
+        clock.advance_to(clock.now_s + STEP_S)
+        for frame in framer.feed(link.read(STEP_S)):
+            if twins is not None:
+                twins.on_frame(frame, clock.now_s)
+            switch.on_frame(frame, clock.now_s)
+        each()
+        if switch.done:
+            return True
+    return False
+
+
+@pytest.fixture
+def clock():
+    return SimulatedClock()
+
+
+@pytest.mark.parametrize("armed", [True, False])
+@pytest.mark.parametrize("mode", Mode)
+def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
+    craft = Craft(clock, mode=0.0)
+    craft.armed = armed
+    switch = Switch(mode)
+    assert drive(switch, craft, clock, 5.0)
+    assert craft.server.mode == mode
+    assert switch.words.endswith("as read back and as its telemetry says")
+    assert not switch.refusal
+
+
+def test_nothing_is_sent_before_a_vehicle_is_heard(clock):
+    craft = Craft(clock)
+    craft.dumb = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 30.0)
+    assert (craft.sets, switch.sent, switch.heard) == ([], 0, False)
+    assert switch.words == "no vehicle heard, nothing is sent yet"
+    craft.dumb = False
+    assert drive(switch, craft, clock, 5.0)
+
+
+def test_it_is_sent_every_half_second_until_it_is_so(clock):
+    craft = Craft(clock)
+    craft.deaf = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 10.0)
+    assert 19 <= switch.sent <= 21
+    craft.deaf = False
+    assert drive(switch, craft, clock, 5.0)
+    assert craft.server.mode == 0
+
+
+def test_it_says_how_often_it_was_sent_and_for_how_long_nobody_answers(clock):
+    craft = Craft(clock)
+    craft.deaf = True
+    craft.mute_telemetry = True
+    switch = Switch(Mode.OFF)
+    seen = []
+    drive(switch, craft, clock, 3.7, each=lambda: seen.append(switch.words))
+    assert "vehicle 1: heard, nothing is sent yet" in seen
+    assert "vehicle 1: sent 4 times, no answer for 1.9 s, no telemetry of it" in seen
+    craft.deaf = craft.mute_telemetry = False
+    craft.stuck = True
+    drive(switch, craft, clock, 2.0)
+    assert switch.words.endswith("times, it answers both, its telemetry says both")
+
+
+def test_a_stuck_vehicle_is_never_taken_for_switched_and_never_given_up(clock):
+    craft = Craft(clock)
+    craft.stuck = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 120.0)
+    assert switch.sent >= 225
+    craft.stuck = False
+    assert drive(switch, craft, clock, 5.0)
+
+
+def test_an_echo_of_a_value_that_is_not_kept_proves_nothing(clock):
+    craft = Craft(clock)
+    craft.echoes = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 60.0)
+    assert craft.server.mode == 3
+
+
+def test_answers_alone_are_not_enough_without_telemetry(clock):
+    craft = Craft(clock)
+    craft.mute_telemetry = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 20.0)
+    assert craft.server.mode == 0
+    assert "no telemetry of it" in switch.words
+
+
+def test_telemetry_from_before_is_no_answer(clock):
+    craft = Craft(clock, mode=0.0)
+    craft.deaf = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 20.0)
+    assert "no answer for" in switch.words
+
+
+def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
+    craft = Craft(clock)
+    switch = Switch(Mode.OFF)
+    times = []
+
+    def meddle():
+        if switch.sent == 2 and "being read back" in switch.words and not times:
+            times.append(clock.now_s)
+            craft.server.write("FF_MODE", 3.0, False)
+
+    assert drive(switch, craft, clock, 20.0, each=meddle)
+    assert times
+    assert craft.server.mode == 0
+    assert switch.sent > 2
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_thirty_per_cent_of_loss_each_way_only_take_longer(clock, seed):
+    craft = Craft(clock)
+    link = Lossy(craft, random.Random(seed), clock, loss=0.3, duplicate=0.1, reorder=0.1, delay_s=0.1)
+    switch = Switch(Mode.OFF)
+    assert drive(switch, link, clock, 40.0)
+    assert craft.server.mode == 0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_on_a_bad_link_a_stuck_vehicle_is_not_taken_for_switched_either(clock, seed):
+    craft = Craft(clock)
+    craft.echoes = True
+    link = Lossy(craft, random.Random(seed), clock, loss=0.3, duplicate=0.1, reorder=0.1, delay_s=0.2)
+    assert not drive(Switch(Mode.OFF), link, clock, 60.0)
+
+
+def test_a_link_that_was_cut_is_gone_through_when_it_is_back(clock):
+    craft = Craft(clock)
+    link = Lossy(craft, random.Random(1), clock)
+    switch = Switch(Mode.OFF)
+    drive(switch, link, clock, 0.1)
+    link.outgoing.cut = link.incoming.cut = True
+    assert not drive(switch, link, clock, 30.0)
+    link.outgoing.cut = link.incoming.cut = False
+    assert drive(switch, link, clock, 5.0)
+
+
+def test_what_a_vehicle_refuses_is_said(clock):
+    craft = Craft(clock, mode=0.0)
+    craft.server = ParameterServer(None, vehicle_table(Vehicle("empty", {"a": Configuration(
+        dry_mass_kg=72.0, inertia_kgm2=(2.0, 14.0, 14.0), thrusters=SHAPE.thrusters)})))  # fmt: skip
+    craft.armed = True
+    switch = Switch(Mode.BOTH)
+    assert not drive(switch, craft, clock, 5.0)
+    assert switch.refusal == "vehicle 1: the vehicle does not permit it now"
+    assert "it answers off (the vehicle does not permit it now)" in switch.words
+
+
+def test_the_component_that_tells_its_mode_is_the_one_that_is_told(clock):
+    autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
+    autopilot.lacks = True
+    switch = Switch(Mode.OFF)
+    assert drive(switch, Both(autopilot, companion), clock, 10.0)
+    assert (autopilot.sets, companion.server.mode) == ([], 0)
+
+
+def test_a_companion_is_told_before_an_autopilot_where_neither_tells_its_mode(clock):
+    autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
+    autopilot.lacks = True
+    companion.mute_telemetry = True
+    switch = Switch(Mode.OFF)
+    drive(switch, Both(autopilot, companion), clock, 10.0)
+    assert autopilot.sets == []
+    assert companion.server.mode == 0
+
+
+def test_a_companion_that_is_heard_late_is_found_though_the_autopilot_said_no(clock):
+    autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=6.0)
+    autopilot.lacks = True
+    switch = Switch(Mode.OFF)
+    drive(switch, Both(autopilot, companion), clock, 5.0)
+    assert switch.lacking
+    assert switch.words == "vehicle 1: has no feed-forward"
+    assert drive(switch, Both(autopilot, companion), clock, 10.0)
+    assert not switch.lacking
+
+
+def test_every_vehicle_that_is_heard_is_switched_off(clock):
+    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
+    switch = Switch(Mode.OFF)
+    assert drive(switch, Both(one, other), clock, 10.0)
+    assert (one.server.mode, other.server.mode) == (0, 0)
+
+
+def test_it_is_not_done_while_one_of_them_is_stuck_and_says_which(clock):
+    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
+    other.stuck = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, Both(one, other), clock, 10.0)
+    first, second = switch.words.split("; ")
+    assert first == "vehicle 1: off, as read back and as its telemetry says"
+    assert second.startswith("vehicle 2: sent ")
+
+
+def test_the_vehicle_that_is_named_is_the_only_one_that_is_sent_anything(clock):
+    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1), phase_s=0.5)
+    assert drive(Switch(Mode.OFF, system=2), Both(one, other), clock, 10.0)
+    assert (one.sets, one.server.mode, other.server.mode) == ([], 3, 0)
+
+
+def test_of_two_vehicles_with_one_address_nobody_says_that_it_is_done(clock):
+    one, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
+    other.stuck = True
+    link = Both(one, other)
+    switch = Switch(Mode.OFF)
+    twins = Twins(link)
+    assert not drive(switch, link, clock, 30.0, twins)
+    assert "two vehicles beat as system 1" in switch.words
+    before = switch.sent
+    other.stuck = False
+    assert not drive(switch, link, clock, 10.0, twins)
+    assert (one.server.mode, other.server.mode) == (0, 0)
+    assert switch.sent - before == pytest.approx(10.0 / SEND_EVERY_S, abs=1)
+
+
+def test_a_ground_station_is_no_vehicle(clock):
+    switch = Switch(Mode.OFF)
+    switch.on_reading(Reading("alive", 0.0, (0.0, dialect.MAV_TYPE_GCS, 8.0)), (255, 190), 0.0)
+    assert not switch.heard
+    assert switch.tick(9.0) == []
