@@ -33,7 +33,8 @@ class Line:
     def step(self) -> None:
         """Send what is due and take what comes. Raises LinkError where the link is lost."""
         now_s = self._clock.boot_s()
-        self._switch.twins = self._twins.fault(self._system)
+        # Once seen, for good: sequence numbers that drift past each other hide them for a while.
+        self._switch.twins = self._switch.twins or self._twins.fault(self._system)
         messages = self._switch.tick(now_s)
         if not self._switch.heard and now_s >= self._beat_s:
             # A vehicle that listens on UDP learns from this where the ground is.

@@ -1,6 +1,7 @@
 """`params` against the vehicle's real parameter server, in simulated time."""
 
 import json
+import threading
 from pathlib import Path
 
 import pytest
@@ -295,6 +296,60 @@ def test_the_operator_is_asked_and_only_yes_means_yes(vehicle, file, monkeypatch
     monkeypatch.setattr("sys.stdin", Terminal())
     assert run("upload", file) == code
     assert vehicle.server.value("FF1_M_U") == value
+
+
+def test_while_the_question_stands_the_link_is_read(vehicle, file, monkeypatch):
+    read, ten_s = vehicle.read, threading.Event()
+
+    def reads(timeout_s):
+        data = read(timeout_s)
+        if vehicle.clock.now_s > begun_s[0] + 10.0:
+            ten_s.set()
+        return data
+
+    begun_s = [float("inf")]
+
+    class Terminal:
+        def isatty(self):
+            return True
+
+        def readline(self):
+            begun_s[0] = vehicle.clock.now_s
+            assert ten_s.wait(10.0)
+            return "yes\n"
+
+    monkeypatch.setattr(vehicle, "read", reads)
+    monkeypatch.setattr("sys.stdin", Terminal())
+    assert run("upload", file) == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 111.5
+
+
+def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, file, monkeypatch, capsys):
+    beats = threading.Event()
+    read = vehicle.read
+
+    def reads(timeout_s):
+        data = read(timeout_s)
+        if vehicle.armed and vehicle.clock.now_s > armed_s[0] + 3.0:
+            beats.set()
+        return data
+
+    armed_s = [0.0]
+
+    class Terminal:
+        def isatty(self):
+            return True
+
+        def readline(self):
+            armed_s[0] = vehicle.clock.now_s
+            vehicle.armed = True
+            assert beats.wait(10.0)
+            return "yes\n"
+
+    monkeypatch.setattr(vehicle, "read", reads)
+    monkeypatch.setattr("sys.stdin", Terminal())
+    assert run("upload", file) == exit_codes.NO
+    assert "is armed; nothing was sent" in capsys.readouterr().err
 
 
 def test_nobody_on_the_link(vehicle, capsys):

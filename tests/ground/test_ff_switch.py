@@ -332,7 +332,7 @@ def test_of_two_vehicles_with_one_address_nobody_says_that_it_is_done(clock):
     assert switch.sent - before == pytest.approx(10.0 / SEND_EVERY_S, abs=1)
 
 
-def test_a_ground_station_is_no_vehicle(clock):
+def test_a_ground_station_is_no_vehicle():
     switch = Switch(Mode.OFF)
     switch.on_reading(Reading("alive", 0.0, (0.0, dialect.MAV_TYPE_GCS, 8.0)), (255, 190), 0.0)
     assert not switch.heard

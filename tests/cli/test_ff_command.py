@@ -1,0 +1,315 @@
+"""`ff` against the vehicle's real parameter server, in simulated time."""
+
+import json
+import threading
+from collections import deque
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.answers import status_texts
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkLost
+from bridge.framing import Encoder, Framer, decode
+from bridge.messages.readings import Reading, encode
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.vehicle.config import load_vehicle
+from tui import cli, exit_codes
+
+VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
+
+
+class VehicleAtTheEnd:
+    """A link whose far end is a vehicle that tells its mode; reading it lets simulated time pass."""
+
+    name = "memory:vehicle"
+
+    def __init__(self, system=1):
+        self.clock = SimulatedClock()
+        self.server = ParameterServer(None, vehicle_table(load_vehicle(VEHICLE).vehicle), system=system)
+        self.armed = self.mute = self.stuck = False
+        self.twin = None
+        self.fails_at_s = deque()
+        self.sets = []
+        self.heard = []
+        self.closed = False
+        self.listens_first = False
+        self._framer, self._encoder = Framer(), Encoder(system, 1)
+        self._out = []
+        self._beat_s = 0.0
+
+    def give_a_model(self):
+        self.server.write("FF1_M_U", 99.0, armed=False)
+        self.server.write("FF_COMMIT", self.server.staged_crc, armed=False)
+
+    def read(self, timeout_s):
+        self.clock.advance_to(self.clock.now_s + max(timeout_s, 0.001))
+        now_s = self.clock.now_s
+        if self.fails_at_s and now_s >= self.fails_at_s[0]:
+            self.fails_at_s.popleft()
+            raise LinkLost("memory:vehicle: the other side has gone; plug it in")
+        if self.mute or self.listens_first:
+            return b""
+        if now_s >= self._beat_s:
+            self._beat_s += 1.0
+            state = 128 if self.armed else 0
+            self._say(dialect.MAVLink_heartbeat_message(12, 0, state, 0, 4, 3))
+            reading = Reading("ff_mode", now_s, (float(self.server.mode),))
+            self._out.append(self._encoder.frame(*encode(reading)))
+        self._out.append(self._encoder.frame(30, bytes(28)))
+        for message in self.server.step(20):
+            self._say(message)
+        out, self._out = b"".join(self._out), []
+        return out + (self.twin.read(timeout_s) if self.twin else b"")
+
+    def write(self, data):
+        for frame in self._framer.feed(data):
+            message = decode(frame)
+            self.heard.append(message.get_type())
+            self.listens_first = False
+            if message.get_type() == "PARAM_SET":
+                self.sets.append((message.param_id, message.param_value))
+                if self.stuck:
+                    continue
+            for answer in self.server.handle(message, self.armed):
+                self._say(answer)
+            for text in self.server.take_texts():
+                for part in status_texts(text, 4, 1):
+                    self._say(part)
+
+    def close(self):
+        self.closed = True
+
+    def _say(self, message):
+        self._out.append(self._encoder.encode(message))
+
+
+class Terminal:
+    """Somebody who types; `asked` is called as they begin."""
+
+    def __init__(self, typed, asked=lambda: None):
+        self.typed, self.asked = typed, asked
+
+    def isatty(self):
+        return True
+
+    def readline(self):
+        self.asked()
+        return self.typed
+
+
+@pytest.fixture
+def vehicle(monkeypatch):
+    vehicle = VehicleAtTheEnd()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    monkeypatch.setattr("tui.switching.REOPEN_EVERY_S", 0.0)
+    return vehicle
+
+
+def run(*line):
+    return cli.main(["ff", *line, "--link", "any"])
+
+
+def nobody(monkeypatch):
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+
+
+def test_off_asks_nothing_and_ends_when_the_vehicle_has_said_so(vehicle, monkeypatch, capsys):
+    nobody(monkeypatch)
+    vehicle.give_a_model()
+    vehicle.server.write("FF_MODE", 3.0, armed=False)
+    vehicle.armed = True
+    assert run("off", "--json", "-") == exit_codes.DONE
+    found = json.loads(capsys.readouterr().out)
+    assert (found["mode"], found["done"]) == ("off", True)
+    assert found["seen"] == "vehicle 1: off, as read back and as its telemetry says"
+    assert found["sent"] == len(vehicle.sets) > 0
+    assert vehicle.server.mode == 0
+    assert vehicle.closed
+
+
+def test_off_on_a_vehicle_that_does_not_take_it_is_sent_until_the_time_given_is_up(vehicle, capsys):
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    vehicle.stuck = True
+    assert run("off", "--seconds", "60") == exit_codes.NO
+    shown = capsys.readouterr()
+    assert 110 <= len(vehicle.sets) <= 120
+    assert "it answers shadow, its telemetry says shadow" in shown.out
+    assert len([line for line in shown.err.splitlines() if "vehicle 1: sent" in line]) == pytest.approx(
+        29, abs=2
+    )
+
+
+def test_off_where_nobody_is_heard_is_the_link_that_failed(vehicle, capsys):
+    vehicle.mute = True
+    assert run("off", "--seconds", "5") == exit_codes.LINK
+    assert "no vehicle heard, nothing is sent yet" in capsys.readouterr().out
+    assert vehicle.sets == []
+
+
+def test_a_vehicle_that_listens_first_is_spoken_to_first(vehicle):
+    vehicle.listens_first = True
+    assert run("off", "--seconds", "20") == exit_codes.DONE
+    assert vehicle.heard[0] == "HEARTBEAT"
+
+
+def test_off_goes_on_through_every_loss_of_the_link(vehicle, capsys):
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    vehicle.stuck = True
+    vehicle.fails_at_s.extend((3.0, 3.1, 7.0))
+    assert run("off", "--seconds", "30") == exit_codes.NO
+    assert capsys.readouterr().err.count("the other side has gone") == 1
+    assert len(vehicle.sets) > 50
+
+
+def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsys):
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    vehicle.stuck = True
+    read = vehicle.read
+
+    def interrupted(timeout_s):
+        if vehicle.clock.now_s > 9.0:
+            raise KeyboardInterrupt
+        return read(timeout_s)
+
+    monkeypatch.setattr(vehicle, "read", interrupted)
+    assert run("off") == exit_codes.INTERRUPTED
+    assert "it answers shadow" in capsys.readouterr().out
+    assert vehicle.closed
+
+
+def test_of_two_vehicles_with_one_address_off_is_never_called_done(vehicle, capsys):
+    vehicle.twin = VehicleAtTheEnd()
+    vehicle.twin.clock = vehicle.clock
+    for _ in range(100):
+        vehicle.twin._encoder.frame(0, bytes(9))
+    assert run("off", "--seconds", "40") == exit_codes.NO
+    assert "two vehicles beat as system 1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("only", 2), ("both", 3)])
+def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, word, mode, capsys):
+    vehicle.give_a_model()
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
+    assert run(word) == exit_codes.DONE
+    assert vehicle.server.mode == mode
+    shown = capsys.readouterr()
+    assert f"feed-forward of vehicle 1 from off to {word}? [yes/no]" in shown.err
+    assert f"vehicle 1: {word}, as read back" in shown.out
+
+
+@pytest.mark.parametrize("typed", ["no\n", "\n", "y e s\n", ""])
+def test_anything_but_yes_sends_nothing(vehicle, monkeypatch, typed, capsys):
+    vehicle.give_a_model()
+    monkeypatch.setattr("sys.stdin", Terminal(typed))
+    assert run("both") == exit_codes.INTERRUPTED
+    assert vehicle.sets == []
+    assert "nothing was sent" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("typed", "code", "mode"), [("both\n", 0, 3), ("yes\n", 4, 0), ("\n", 4, 0)])
+def test_of_an_armed_vehicle_the_modes_name_is_typed(vehicle, monkeypatch, typed, code, mode, capsys):
+    vehicle.give_a_model()
+    vehicle.armed = True
+    monkeypatch.setattr("sys.stdin", Terminal(typed))
+    assert run("both") == code
+    assert vehicle.server.mode == mode
+    assert "it is ARMED; type both to do it" in capsys.readouterr().err
+
+
+def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehicle, monkeypatch, capsys):
+    vehicle.give_a_model()
+
+    told, beats, say = threading.Event(), [], vehicle._say
+
+    def says(message):
+        say(message)
+        if message.get_type() == "HEARTBEAT" and message.base_mode:
+            beats.append(vehicle.clock.now_s)
+        # The first has been read once the second is said.
+        if len(beats) > 1:
+            told.set()
+
+    def arms():
+        vehicle.armed = True
+        assert told.wait(10.0)
+
+    monkeypatch.setattr(vehicle, "_say", says)
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", arms))
+    assert run("shadow") == exit_codes.NO
+    assert "was armed meanwhile" in capsys.readouterr().err
+    assert vehicle.sets == []
+
+
+def test_without_a_terminal_nobody_is_asked(vehicle, monkeypatch, capsys):
+    nobody(monkeypatch)
+    assert run("shadow") == exit_codes.BAD_INPUT
+    assert "--yes to switch without asking" in capsys.readouterr().err
+    assert vehicle.sets == []
+
+
+@pytest.mark.parametrize("word", ["only", "both"])
+def test_a_vehicle_without_a_model_gets_no_mode_that_applies_one(vehicle, word, capsys):
+    assert run(word, "--yes") == exit_codes.NO
+    assert "no parameters in force to feed forward" in capsys.readouterr().err
+    assert vehicle.sets == []
+
+
+def test_a_vehicle_that_does_not_take_a_mode_is_given_up(vehicle, capsys):
+    vehicle.stuck = True
+    assert run("shadow", "--yes") == exit_codes.NO
+    assert "it answers off" in capsys.readouterr().out
+    assert 25 <= len(vehicle.sets) <= 31
+
+
+def test_what_the_vehicle_says_against_it_is_shown_and_ends_it(vehicle, monkeypatch, capsys):
+    vehicle.give_a_model()
+    vehicle.armed = True
+    ask = vehicle.server.handle
+
+    def forgets(message, armed):
+        if message.get_type() == "PARAM_SET":
+            vehicle.server._active = None
+        return ask(message, armed)
+
+    monkeypatch.setattr(vehicle.server, "handle", forgets)
+    assert run("both", "--yes") == exit_codes.NO
+    shown = capsys.readouterr()
+    assert "vehicle 1: FF_MODE refused: no active set" in shown.err
+    assert "the vehicle does not permit it now" in shown.out
+    assert len(vehicle.sets) <= 3
+
+
+def test_of_two_vehicles_with_one_address_none_is_switched_on(vehicle, capsys):
+    vehicle.give_a_model()
+    vehicle.twin = VehicleAtTheEnd()
+    vehicle.twin.clock = vehicle.clock
+    for _ in range(100):
+        vehicle.twin._encoder.frame(0, bytes(9))
+    assert run("both", "--yes") == exit_codes.LINK
+    assert "two vehicles beat as system 1" in capsys.readouterr().err
+    assert vehicle.sets == []
+
+
+def test_of_two_vehicles_the_one_that_is_named_is_switched_on(vehicle, capsys):
+    vehicle.twin = VehicleAtTheEnd(system=2)
+    vehicle.twin.clock = vehicle.clock
+    assert run("shadow", "--yes") == exit_codes.LINK
+    assert "several vehicles beat (systems 1, 2); name one with --system" in capsys.readouterr().err
+    assert run("shadow", "--yes", "--system", "1") == exit_codes.DONE
+    assert vehicle.server.mode == 1
+
+
+def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):
+    vehicle.stuck = True
+    vehicle.fails_at_s.append(4.0)
+    assert run("shadow", "--yes") == exit_codes.LINK
+    assert "the other side has gone" in capsys.readouterr().err
+    assert vehicle.closed
+
+
+def test_an_unknown_mode_is_wrong_usage(capsys):
+    assert cli.main(["ff", "on"]) == exit_codes.BAD_INPUT
+    assert "'off', 'shadow', 'only', 'both'" in capsys.readouterr().err
