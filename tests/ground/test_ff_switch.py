@@ -226,6 +226,19 @@ def test_one_that_switches_back_before_the_read_back_is_switched_again(clock):
     assert switch.sent > 2
 
 
+def test_one_that_falls_silent_before_the_read_back_is_sent_it_again(clock):
+    craft = Craft(clock)
+    switch = Switch(Mode.OFF)
+
+    def fall_silent():
+        craft.deaf = craft.deaf or "being read back" in switch.words
+
+    assert not drive(switch, craft, clock, 4.0, each=fall_silent)
+    before = switch.sent
+    assert not drive(switch, craft, clock, 20.0)
+    assert switch.sent > before + 4
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_thirty_per_cent_of_loss_each_way_only_take_longer(clock, seed):
     craft = Craft(clock)
