@@ -32,6 +32,11 @@ WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode
 """What each mode is called by operators."""
 
 
+def sent_text(count: int) -> str:
+    """How often something was sent."""
+    return "sent once" if count == 1 else f"sent {count} times"
+
+
 def word(value: float) -> str:
     """A value of FF_MODE as an operator reads it."""
     return next((text for mode, text in WORDS.items() if mode == value), f"{value:g}")
@@ -131,7 +136,7 @@ class _Vehicle:
             return "has no feed-forward"
         if not self.sent:
             return "heard, nothing is sent yet"
-        said = [f"sent {self.sent} times" if self.sent > 1 else "sent once"]
+        said = [sent_text(self.sent)]
         silent_s = now_s - max(self.answered_s, self.first_s)
         if self.answer is None or silent_s >= TELL_SILENCE_S:
             said.append(f"no answer for {silent_s:.1f} s")

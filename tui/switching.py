@@ -61,19 +61,24 @@ def drive(line: Line, over: Callable[[], bool]) -> None:
 def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], tell: Tell) -> None:
     """Step until `over`, through every loss of the link, and close it; `tell` hears why it was lost."""
     pause, told = threading.Event(), ""
+    now: Line | None = line
     try:
         while not over():
+            if now is None:
+                pause.wait(REOPEN_EVERY_S)
+                now = _opened(again)
+                continue
             try:
-                line.step()
+                now.step()
             except LinkError as error:
-                line.close()
+                now.close()
+                now = None
                 if str(error) != told:
                     told = str(error)
                     tell(told)
-                pause.wait(REOPEN_EVERY_S)
-                line = _opened(again) or line
     finally:
-        line.close()
+        if now is not None:
+            now.close()
 
 
 def _opened(again: Callable[[], Line]) -> Line | None:

@@ -190,11 +190,11 @@ class Course:
 
     def told(self, json: str | None) -> int:
         """Say what came of it; the exit code."""
-        from gcs_plugin.ff_switch import word
+        from gcs_plugin.ff_switch import sent_text, word
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
-        show.say(show.results(json), f"{switch.words} (sent {switch.sent} times in {took_s:.1f} s)")
+        show.say(show.results(json), f"{switch.words} ({sent_text(switch.sent)} in {took_s:.1f} s)")
         found = {
             "mode": word(switch.mode),
             "done": switch.done,

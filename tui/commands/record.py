@@ -13,13 +13,11 @@ if TYPE_CHECKING:
 
     from bridge.clock import Clock
     from gcs_plugin.folder import DiveFolder
-    from gcs_plugin.holder import Holding
     from gcs_plugin.hub import Hub
     from gcs_plugin.recorder import Notice, Recorder
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
 NO_HUB = "none"
-MOST_NOTICES = 5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,6 +89,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     from gcs_plugin.folder import About, about_vehicle, new_folder
     from gcs_plugin.station import GROUND_STATION
     from tui import show
+    from tui.recording_state import RecordingState
     from tui.running import until_stopped
     from tui.status_texts import TellingRecorder
 
@@ -100,7 +99,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     folder = new_folder(Path(arguments.out), clock.unix_s(), arguments.name or configuration)
     folder.describe(about_vehicle(file, configuration) if file else About())
     words = show.words()
-    state = State(clock, tuple(arguments.link), folder.path, hub.address if hub else "")
+    state = RecordingState(clock, tuple(arguments.link), folder.path, hub.address if hub else "")
 
     def notice(said: "Notice") -> None:
         state.notice(said)
@@ -159,80 +158,6 @@ def remove(folder: "DiveFolder") -> None:
         path.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         folder.path.rmdir()
-
-
-class State:
-    """What others learn of this recording once a second; nothing while there is another that they learn of."""
-
-    def __init__(self, clock: "Clock", links: tuple[str, ...], folder: Path, hub: str) -> None:
-        from gcs_plugin.folder import utc_text
-
-        self._clock, self._links, self._folder, self._hub = clock, links, folder, hub
-        self._began_utc = utc_text(clock.unix_s())
-        self._notices: tuple[str, ...] = ()
-        self._fault = ""
-
-    @property
-    def way(self) -> str:
-        """How others come to the links of this recording, in a sentence."""
-        from tui.links import words_of
-
-        other = self._other()
-        if other is not None:
-            own = f"; the links of this one are at {self._hub}" if self._hub else ""
-            return f"params, doctor, ff and note go by way of {words_of(other)}{own}"
-        if not self._hub:
-            return "its links serve nobody else"
-        return f"params, doctor, ff and note go by way of it, at {self._hub}"
-
-    def notice(self, said: "Notice") -> None:
-        """Something that an operator must hear of."""
-        self._notices = (*self._notices, f"{said.level}: {said.sentence}")[-MOST_NOTICES:]
-
-    def tell(self, recorder: "Recorder") -> None:
-        """Write it now."""
-        import os
-
-        from bridge.errors import LogError
-        from gcs_plugin.holder import Holding, write_holding
-        from tui import show
-
-        if self._other() is not None:
-            return
-        holding = Holding(
-            os.getpid(),
-            self._hub,
-            self._links,
-            str(self._folder.absolute()),
-            self._began_utc,
-            recorder.recorded,
-            recorder.recorded_bytes,
-            recorder.lost,
-            recorder.disk_left_s,
-            self._notices,
-            self._clock.unix_s(),
-        )
-        try:
-            write_holding(holding)
-            self._fault = ""
-        except LogError as error:
-            if not self._fault:
-                show.say(show.words(), f"warning: {error}")
-            self._fault = str(error)
-
-    def end(self) -> None:
-        """Take it back."""
-        from gcs_plugin.holder import release
-
-        release()
-
-    def _other(self) -> "Holding | None":
-        import os
-
-        from gcs_plugin.holder import held
-
-        holding = held(self._clock.unix_s())
-        return holding if holding is not None and holding.pid != os.getpid() else None
 
 
 def summary(recorder: "Recorder", folder: Path | None, now_s: float) -> dict[str, Any]:

@@ -1,0 +1,75 @@
+"""What others on this computer learn of a recording, once a second, by the file of `gcs_plugin.holder`."""
+
+import os
+from pathlib import Path
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+from gcs_plugin.folder import utc_text
+from gcs_plugin.holder import Holding, held, release, write_holding
+from gcs_plugin.recorder import Notice, Recorder
+from tui import show
+from tui.links import words_of
+
+MOST_NOTICES = 5
+
+
+class RecordingState:
+    """Of the recording of `links` into `folder`; says nothing while there is another that others learn of.
+
+    `hub` is where it serves its links, "" where it serves nobody.
+    """
+
+    def __init__(self, clock: Clock, links: tuple[str, ...], folder: Path, hub: str) -> None:
+        self._clock, self._links, self._folder, self._hub = clock, links, folder, hub
+        self._began_utc = utc_text(clock.unix_s())
+        self._notices: tuple[str, ...] = ()
+        self._fault = ""
+
+    @property
+    def way(self) -> str:
+        """How others come to the links of this recording, in a sentence."""
+        other = self._other()
+        if other is not None:
+            own = f"; the links of this one are at {self._hub}" if self._hub else ""
+            return f"params, doctor, ff and note go by way of {words_of(other)}{own}"
+        if not self._hub:
+            return "its links serve nobody else"
+        return f"params, doctor, ff and note go by way of it, at {self._hub}"
+
+    def notice(self, said: Notice) -> None:
+        """Something that an operator must hear of."""
+        self._notices = (*self._notices, f"{said.level}: {said.sentence}")[-MOST_NOTICES:]
+
+    def tell(self, recorder: Recorder) -> None:
+        """Write it now; where that fails, say so once."""
+        if self._other() is not None:
+            return
+        holding = Holding(
+            os.getpid(),
+            self._hub,
+            self._links,
+            str(self._folder.absolute()),
+            self._began_utc,
+            recorder.recorded,
+            recorder.recorded_bytes,
+            recorder.lost,
+            recorder.disk_left_s,
+            self._notices,
+            self._clock.unix_s(),
+        )
+        try:
+            write_holding(holding)
+            self._fault = ""
+        except LogError as error:
+            if not self._fault:
+                show.say(show.words(), f"warning: {error}")
+            self._fault = str(error)
+
+    def end(self) -> None:
+        """Take it back."""
+        release()
+
+    def _other(self) -> Holding | None:
+        holding = held(self._clock.unix_s())
+        return holding if holding is not None and holding.pid != os.getpid() else None
