@@ -35,6 +35,7 @@ class VehicleAtTheEnd:
         self.heard = []
         self.closed = False
         self.listens_first = False
+        self.tells_mode = True
         self._framer, self._encoder = Framer(), Encoder(system, 1)
         self._out = []
         self._beat_s = 0.0
@@ -56,7 +57,7 @@ class VehicleAtTheEnd:
             state = 128 if self.armed else 0
             self._say(dialect.MAVLink_heartbeat_message(12, 0, state, 0, 4, 3))
             reading = Reading("ff_mode", now_s, (float(self.server.mode),))
-            self._out.append(self._encoder.frame(*encode(reading)))
+            self._out += [self._encoder.frame(*encode(reading))] if self.tells_mode else []
         self._out.append(self._encoder.frame(30, bytes(28)))
         for message in self.server.step(20):
             self._say(message)
@@ -147,6 +148,15 @@ def test_off_where_nobody_is_heard_is_the_link_that_failed(vehicle, capsys):
     assert run("off", "--seconds", "5") == exit_codes.LINK
     assert "no vehicle heard, nothing is sent yet" in capsys.readouterr().out
     assert vehicle.sets == []
+
+
+def test_off_ends_where_nothing_that_is_heard_has_a_feed_forward(vehicle, monkeypatch, capsys):
+    vehicle.tells_mode = False
+    no_such = dialect.MAVLink_param_error_message(255, 190, b"FF_MODE", -1, 1)
+    monkeypatch.setattr(vehicle.server, "handle", lambda *_: [no_such])
+    assert run("off") == exit_codes.NO
+    assert 11.0 < vehicle.clock.now_s < 15.0
+    assert "vehicle 1: has no feed-forward" in capsys.readouterr().out
 
 
 def test_a_vehicle_that_listens_first_is_spoken_to_first(vehicle):
