@@ -1,0 +1,121 @@
+"""What an operator sees of one vehicle at one instant. SI units; ages and rates are as seen here, by arrival."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Freshness(Enum):
+    """How old a value is: older than 3 expected periods is stale, older than 10 (or never heard) is gone."""
+
+    FRESH = "fresh"
+    STALE = "stale"
+    GONE = "gone"
+
+
+class Condition(Enum):
+    """How a sensor is; the value is the word for it."""
+
+    OK = "ok"
+    DEGRADED = "degraded"
+    BAD = "bad"
+    MISSING = "missing"
+
+
+class Armed(Enum):
+    """Armed state; FAILSAFE where the vehicle calls its own state critical or an emergency."""
+
+    UNKNOWN = "UNKNOWN"
+    DISARMED = "DISARMED"
+    ARMED = "ARMED"
+    FAILSAFE = "FAILSAFE"
+
+
+@dataclass(frozen=True)
+class SensorRow:
+    """One sensor. `rate_hz` as seen lately, `expected_hz` the least it should be; `words` say what is wrong, if so."""
+
+    name: str
+    signal: str
+    rate_hz: float
+    expected_hz: float
+    age_s: float
+    freshness: Freshness
+    condition: Condition
+    words: str
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The last 60 s of one quantity, (n,) each, on the clock of `Picture.now_s`; NaN where a reading says nothing.
+
+    `reference` is what the controller was asked for at these times; None where it was asked for nothing.
+    """
+
+    name: str
+    unit: str
+    time_s: Array
+    value: Array
+    reference: Array | None
+    age_s: float
+    freshness: Freshness
+
+
+@dataclass(frozen=True)
+class LinkRow:
+    """One sender on a link. `age_s` since its last HEARTBEAT, `lost` where that is over 3 s; `loss` and `rate_hz` of
+    its frames over the last 10 s, as seen here: routers can falsify them."""
+
+    name: str
+    system: int
+    component: int
+    age_s: float
+    loss: float
+    rate_hz: float
+    lost: bool
+
+
+@dataclass(frozen=True)
+class ThrusterRow:
+    """One thruster, numbered from 1; NaN for what is not told."""
+
+    number: int
+    name: str
+    pwm_us: float
+    rpm: float
+    age_s: float
+    freshness: Freshness
+
+
+@dataclass(frozen=True)
+class Said:
+    """A STATUSTEXT; `utc_s` is Unix time, NaN where neither side knows the date. Severity as MAVLink has it, 0 to 7."""
+
+    utc_s: float
+    severity: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The vehicle watched. `links`: its own senders first, the one that tells the armed state before the others, then
+    other systems. `traces` by u v w p q r depth altitude heading voltage current, all always there. `said`: the newest
+    last. `twins` says that two vehicles share its address, "" where none do; `configuration` "" where unknown."""
+
+    now_s: float
+    armed: Armed
+    armed_age_s: float
+    links: tuple[LinkRow, ...]
+    sensors: tuple[SensorRow, ...]
+    traces: Mapping[str, Trace]
+    thrusters: tuple[ThrusterRow, ...]
+    ff_mode: int | None
+    ff_mode_age_s: float
+    configuration: str
+    said: tuple[Said, ...]
+    twins: str
