@@ -6,12 +6,11 @@ turns (the link sees them), boot clocks, and runs of sequence numbers.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame, decode
-from bridge.link.base import Link
 
 CLOCK_TURNS: Final = 3
 CLOCK_NEAR_S: Final = 0.5
@@ -20,6 +19,13 @@ SEQUENCE_NEAR: Final = 32
 SEQUENCES: Final = 256
 FORGOTTEN_AFTER: Final = 512  # values in one run: what took turns before has ended
 STATIONS: Final = dialect.MAV_TYPE_GCS
+
+
+class Named(Protocol):
+    """A link, as far as it matters here; one that sees its peers lists those that share an address as `contested`."""
+
+    @property
+    def name(self) -> str: ...
 
 
 @dataclass
@@ -55,7 +61,7 @@ def _clock_near(value: float, last: float) -> bool:
 class Twins:
     """Watches the frames of one link for two vehicles that share system and component."""
 
-    def __init__(self, link: Link) -> None:
+    def __init__(self, link: Named) -> None:
         self._link = link
         self._sequences: dict[tuple[int, int], _Turns] = {}
         self._clocks: dict[tuple[int, int], _Turns] = {}

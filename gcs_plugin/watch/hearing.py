@@ -1,0 +1,153 @@
+"""Which message tells which signal, how good a teller it is, and its values: the contract's own, then ArduSub's.
+
+Signals are those of `bridge.messages`, and: `rates` (3, rad/s), `velocity` (3, m/s, body axes), `velocity_ned`
+(3, earth axes, of an autopilot's filter), `depth` (m, as stated). Rank 0 is the best teller of a signal.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import Frame
+from bridge.messages.readings import TABLE
+from bridge.messages.readings import decode as decode_reading
+
+Values = tuple[float, ...]
+Wire = tuple[Any, ...]
+
+NAN: Final = math.nan
+MILLI_G: Final = 9.80665e-3
+UNKNOWN_ALTITUDE_M: Final = 655.35  # 65535 cm
+SERVOS: Final = 16
+OF_THE_CONTRACT: Final = frozenset(row.message.id for row in TABLE)
+
+
+class Heard(NamedTuple):
+    """What one message tells of one signal."""
+
+    signal: str
+    rank: int
+    values: Values
+
+
+def _fields(message: Any, *names: str) -> Callable[[Wire], Values]:
+    """Takes the fields named out of the wire's own order of them."""
+    places = tuple(message.ordered_fieldnames.index(name) for name in names)
+    return lambda wire: tuple(wire[place] for place in places)
+
+
+_EULER = _fields(dialect.MAVLink_attitude_message, "roll", "pitch", "yaw")
+_EULER_RATES = _fields(dialect.MAVLink_attitude_message, "rollspeed", "pitchspeed", "yawspeed")
+_BATTERY = _fields(dialect.MAVLink_sys_status_message, "voltage_battery", "current_battery")
+_RELATIVE = _fields(dialect.MAVLink_global_position_int_message, "relative_alt")
+_HUD = _fields(dialect.MAVLink_vfr_hud_message, "alt")
+_NED = _fields(dialect.MAVLink_local_position_ned_message, "vx", "vy", "vz")
+_INERTIAL = ("xacc", "yacc", "zacc", "xgyro", "ygyro", "zgyro")
+_PORT = _fields(dialect.MAVLink_servo_output_raw_message, "port")
+_PULSES = _fields(
+    dialect.MAVLink_servo_output_raw_message, *(f"servo{number}_raw" for number in range(1, SERVOS + 1))
+)
+
+
+def _attitude(wire: Wire) -> tuple[Heard, ...]:
+    roll, pitch, yaw = (0.5 * angle for angle in _EULER(wire))
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    quaternion = (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+    return Heard("attitude", 1, quaternion), Heard("rates", 1, _EULER_RATES(wire))
+
+
+def _inertial(message: Any, rank: int) -> Callable[[Wire], tuple[Heard, ...]]:
+    """An IMU in thousandths of g and of rad/s; a second one that the board lacks is reported as zeros."""
+    take = _fields(message, *_INERTIAL)
+
+    def told(wire: Wire) -> tuple[Heard, ...]:
+        values = take(wire)
+        if not any(values):
+            return ()
+        force, rates = [MILLI_G * v for v in values[:3]], tuple(1e-3 * v for v in values[3:])
+        return Heard("imu", rank, (*force, *rates, NAN)), Heard("rates", 1 + rank, rates)
+
+    return told
+
+
+def _servos(wire: Wire) -> tuple[Heard, ...]:
+    """One value an output of the first port, up to the first that is never driven."""
+    if _PORT(wire)[0] != 0:
+        return ()
+    pulses = _PULSES(wire)
+    driven = pulses.index(0) if 0 in pulses else SERVOS
+    return (Heard("pwm", 1, pulses[:driven]),)
+
+
+def _sys_status(wire: Wire) -> tuple[Heard, ...]:
+    millivolts, centiamperes = _BATTERY(wire)
+    volts = NAN if millivolts in (0, 65535) else millivolts * 1e-3
+    return (Heard("battery", 1, (volts, NAN if centiamperes < 0 else centiamperes * 1e-2)),)
+
+
+def _position_delta(wire: Wire) -> tuple[Heard, ...]:
+    """Mean velocity over the step, as DVL drivers for ArduSub tell it."""
+    step_us, delta_m = wire[1], wire[5:8]
+    if step_us <= 0:
+        return ()
+    velocity = tuple(metres * 1e6 / step_us for metres in delta_m)
+    return Heard("dvl", 1, (*velocity, NAN)), Heard("velocity", 1, velocity)
+
+
+_ARDUSUB: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
+    message.id: (message, told)
+    for message, told in (
+        (dialect.MAVLink_attitude_message, _attitude),
+        (dialect.MAVLink_scaled_imu2_message, _inertial(dialect.MAVLink_scaled_imu2_message, 1)),
+        (dialect.MAVLink_scaled_imu_message, _inertial(dialect.MAVLink_scaled_imu_message, 2)),
+        (dialect.MAVLink_raw_imu_message, _inertial(dialect.MAVLink_raw_imu_message, 3)),
+        (dialect.MAVLink_servo_output_raw_message, _servos),
+        (dialect.MAVLink_sys_status_message, _sys_status),
+        (
+            dialect.MAVLink_global_position_int_message,
+            lambda wire: (Heard("depth", 0, (-1e-3 * _RELATIVE(wire)[0],)),),
+        ),
+        (dialect.MAVLink_vfr_hud_message, lambda wire: (Heard("depth", 1, (-_HUD(wire)[0],)),)),
+        (
+            dialect.MAVLink_local_position_ned_message,
+            lambda wire: (Heard("velocity_ned", 0, _NED(wire)),),
+        ),
+        (dialect.MAVLink_vision_position_delta_message, _position_delta),
+    )
+}
+TELLING: Final = OF_THE_CONTRACT | _ARDUSUB.keys()
+FROM_ANYONE: Final = frozenset((dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA,))
+"""What a driver may say under a ground station's name."""
+
+
+def heard(frame: Frame) -> tuple[Heard, ...]:
+    """What a frame with a checked CRC tells; nothing for a message that is no teller."""
+    number = frame.message_id
+    if number in OF_THE_CONTRACT:
+        reading = decode_reading(frame)
+        return () if reading is None else _of_reading(reading.signal, reading.values)
+    found = _ARDUSUB.get(number)
+    if found is None:
+        return ()
+    message, told = found
+    size = message.unpacker.size
+    return told(message.unpacker.unpack(frame.payload[:size].ljust(size, b"\0")))
+
+
+def _of_reading(signal: str, values: Values) -> tuple[Heard, ...]:
+    if signal == "imu":
+        return Heard("imu", 0, values), Heard("rates", 0, values[3:6])
+    if signal == "dvl":
+        return Heard("dvl", 0, values), Heard("velocity", 0, values[:3])
+    if signal == "altitude":
+        metres = values[0]
+        return (Heard("altitude", 0, (metres if 0.0 < metres < UNKNOWN_ALTITUDE_M else NAN,)),)
+    return (Heard(signal, 0, values),)

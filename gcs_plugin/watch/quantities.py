@@ -1,0 +1,144 @@
+"""What readings come to: depth from pressure, velocity at the body's origin, heading; each with what was asked for."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from bridge.vehicle.config import Vehicle, Water
+from gcs_plugin.watch.channels import Channel
+from gcs_plugin.watch.freshness import freshness
+from gcs_plugin.watch.hearing import Values
+from gcs_plugin.watch.picture import Trace
+from gcs_plugin.watch.sensors import is_pressure
+from gcs_plugin.watch.traces import KEPT_S, Ring
+
+REFERENCE_HOLDS_S: Final = 1.0
+FOG_YIELDS_S: Final = 1.0
+HEADING_REFERENCE, DEPTH_REFERENCE = 12, 13  # places in NU_REF
+
+# Trace: its name, its unit, whose signal sets its freshness.
+TRACES: Final = {
+    "u": ("surge", "m/s", "dvl"),
+    "v": ("sway", "m/s", "dvl"),
+    "w": ("heave", "m/s", "dvl"),
+    "p": ("roll rate", "rad/s", "imu"),
+    "q": ("pitch rate", "rad/s", "imu"),
+    "r": ("yaw rate", "rad/s", "imu"),
+    "depth": ("depth", "m", "pressure"),
+    "altitude": ("altitude", "m", "altitude"),
+    "heading": ("heading", "deg", "attitude"),
+    "voltage": ("voltage", "V", "battery"),
+    "current": ("current", "A", "battery"),
+}
+
+
+class Quantities:
+    """The traces of one vehicle; `channels` are its signals, as they were last told."""
+
+    def __init__(self, vehicle: Vehicle | None, channels: Mapping[str, Channel]) -> None:
+        self._channels = channels
+        self._water = Water() if vehicle is None else vehicle.water
+        dvl = None if vehicle is None else vehicle.sensors.dvl
+        self._lever = (0.0, 0.0, 0.0) if dvl is None else dvl.mounting.position_m
+        self._has_lever = any(self._lever)
+        self._rings = {key: Ring() for key in TRACES}
+        self._reference: Values = ()
+        self._reference_s = -math.inf
+        self._takers: dict[str, Callable[[Values, float], None]] = {
+            "rates": self._rates, "fog": self._fog, "velocity": self._velocity, "velocity_ned": self._velocity_ned,
+            "pressure": self._pressure, "depth": self._depth, "altitude": self._altitude, "attitude": self._attitude,
+            "battery": self._battery, "nu_ref": self._nu_ref,
+        }  # fmt: skip
+
+    def take(self, signal: str, values: Values, time_s: float) -> None:
+        """What a signal just said; many signals are no quantity."""
+        taker = self._takers.get(signal)
+        if taker is not None:
+            taker(values, time_s)
+
+    def traces(self, now_s: float, expected_hz: Callable[[str], float]) -> dict[str, Trace]:
+        """The last minute of each; `expected_hz` says how often a signal should come."""
+        return {key: self._trace(key, now_s, expected_hz) for key in TRACES}
+
+    def locked_share(self, now_s: float) -> float:
+        """Share of the velocities of the last minute that were any; NaN without a DVL."""
+        if self._channels["dvl"].heard_s == -math.inf:
+            return math.nan
+        return self._rings["u"].said_share(now_s - KEPT_S)
+
+    def _trace(self, key: str, now_s: float, expected_hz: Callable[[str], float]) -> Trace:
+        name, unit, signal = TRACES[key]
+        ring = self._rings[key]
+        age_s = now_s - ring.last_s
+        return Trace(name, unit, *ring.since(now_s - KEPT_S), age_s, freshness(age_s, expected_hz(signal)))
+
+    def _reference_at(self, place: int, time_s: float) -> float:
+        return self._reference[place] if time_s - self._reference_s <= REFERENCE_HOLDS_S else math.nan
+
+    def _nu_ref(self, values: Values, time_s: float) -> None:
+        self._reference, self._reference_s = values, time_s
+
+    def _put(self, keys: Sequence[str], values: Sequence[float], first: int, time_s: float) -> None:
+        """Values whose references stand in NU_REF from the place `first` on."""
+        if time_s - self._reference_s <= REFERENCE_HOLDS_S:
+            for place, key in enumerate(keys):
+                self._rings[key].put(time_s, values[place], self._reference[first + place])
+        else:
+            for place, key in enumerate(keys):
+                self._rings[key].put(time_s, values[place])
+
+    def _rates(self, values: Values, time_s: float) -> None:
+        by_fog = time_s - self._channels["fog"].said_s < FOG_YIELDS_S
+        self._put(("p", "q") if by_fog else ("p", "q", "r"), values, 3, time_s)
+
+    def _fog(self, values: Values, time_s: float) -> None:
+        self._put(("r",), values, 5, time_s)
+
+    def _velocity(self, values: Values, time_s: float) -> None:
+        """At the body's origin: less what turning makes at the DVL's own place."""
+        rates = self._channels["rates"].values
+        if self._has_lever and rates:
+            (p, q, r), (x, y, z) = rates, self._lever
+            u, v, w = values
+            values = u - (q * z - r * y), v - (r * x - p * z), w - (p * y - q * x)
+        self._put(("u", "v", "w"), values, 0, time_s)
+
+    def _velocity_ned(self, values: Values, time_s: float) -> None:
+        """Of an autopilot's filter, where no DVL is heard; turned into body axes."""
+        attitude = self._channels["attitude"].values
+        if self._channels["velocity"].heard_s == -math.inf and attitude:
+            self._put(("u", "v", "w"), _to_body(attitude, values), 0, time_s)
+
+    def _pressure(self, values: Values, time_s: float) -> None:
+        if self._channels["depth"].heard_s > -math.inf:
+            return
+        over_pa = values[0] - 100.0 * self._water.surface_pressure_hpa
+        depth_m = over_pa / (self._water.density_kg_m3 * self._water.gravity_m_s2)
+        self._depth((depth_m if is_pressure(values) else math.nan,), time_s)
+
+    def _depth(self, values: Values, time_s: float) -> None:
+        self._rings["depth"].put(time_s, values[0], self._reference_at(DEPTH_REFERENCE, time_s))
+
+    def _altitude(self, values: Values, time_s: float) -> None:
+        self._rings["altitude"].put(time_s, values[0])
+
+    def _attitude(self, values: Values, time_s: float) -> None:
+        w, x, y, z = values[:4]
+        heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        asked = self._reference_at(HEADING_REFERENCE, time_s)
+        self._rings["heading"].put(time_s, math.degrees(heading) % 360.0, math.degrees(asked) % 360.0)
+
+    def _battery(self, values: Values, time_s: float) -> None:
+        self._rings["voltage"].put(time_s, values[0])
+        self._rings["current"].put(time_s, values[1])
+
+
+def _to_body(quaternion: Values, ned: Values) -> Values:
+    """An earth vector in body axes, by the attitude w x y z from body to earth."""
+    w, x, y, z = quaternion[:4]
+    n, e, d = ned
+    return (
+        (1 - 2 * (y * y + z * z)) * n + 2 * (x * y + w * z) * e + 2 * (x * z - w * y) * d,
+        2 * (x * y - w * z) * n + (1 - 2 * (x * x + z * z)) * e + 2 * (y * z + w * x) * d,
+        2 * (x * z + w * y) * n + 2 * (y * z - w * x) * e + (1 - 2 * (x * x + y * y)) * d,
+    )

@@ -1,0 +1,53 @@
+"""The last minute of a quantity in a ring of numpy arrays, at most 20 values a second."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from gcs_plugin.watch.picture import Array
+
+KEPT_S: Final = 60.0
+MOST_HZ: Final = 20.0
+STEP_S: Final = 1.0 / MOST_HZ
+PLACES: Final = 1 + round(KEPT_S * MOST_HZ)
+
+
+class Ring:
+    """Values with their times and references; of several within one step the newest is kept."""
+
+    __slots__ = ("_count", "_place", "_reference", "_step_ends_s", "_time_s", "_value", "last_s")
+
+    def __init__(self) -> None:
+        self.last_s = -math.inf
+        self._time_s = np.full(PLACES, np.nan)
+        self._value = np.full(PLACES, np.nan)
+        self._reference = np.full(PLACES, np.nan)
+        self._place, self._count = PLACES - 1, 0
+        self._step_ends_s = -math.inf
+
+    def put(self, time_s: float, value: float, reference: float = math.nan) -> None:
+        """A value that came at `time_s`; earlier than the one before it counts as with it."""
+        time_s = max(time_s, self.last_s)
+        if time_s >= self._step_ends_s:
+            self._step_ends_s = time_s + STEP_S
+            self._place = (self._place + 1) % PLACES
+            self._count = min(self._count + 1, PLACES)
+        place = self._place
+        self._time_s[place], self._value[place], self._reference[place] = time_s, value, reference
+        self.last_s = time_s
+
+    def since(self, start_s: float) -> tuple[Array, Array, Array | None]:
+        """Times, values and references from `start_s` on; None where there is no reference at any."""
+        first = (self._place + 1 - self._count) % PLACES
+        order = np.arange(first, first + self._count) % PLACES
+        time_s = self._time_s[order]
+        order = order[np.searchsorted(time_s, start_s) :]
+        reference = self._reference[order]
+        told = np.isfinite(reference).any()
+        return self._time_s[order], self._value[order], reference if told else None
+
+    def said_share(self, start_s: float) -> float:
+        """Share of the values from `start_s` on that are numbers; NaN where there are none."""
+        _, value, _ = self.since(start_s)
+        return float(np.isfinite(value).mean()) if len(value) else math.nan

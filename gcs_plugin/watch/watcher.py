@@ -1,0 +1,185 @@
+"""Frames in, a `Picture` out: what an operator sees of one vehicle, whoever else speaks on its links.
+
+It watches the first system that beats as a vehicle, or the one it is told to; as soon as the one that the vehicle file
+names beats, that one.
+"""
+
+import math
+from collections import deque
+from typing import Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.errors import ConfigError
+from bridge.framing import Frame
+from bridge.vehicle.config import VehicleFile
+from gcs_plugin.watch.channels import Channel
+from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
+from gcs_plugin.watch.links import Beat, Source, WatchedLink, beat_of
+from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
+from gcs_plugin.watch.quantities import Quantities
+from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
+from gcs_plugin.watch.thrusters import names_of, thruster_rows
+from gcs_plugin.watch.words import StatusTexts
+
+TEXTS_KEPT: Final = 20
+TWICE_WITHIN_S: Final = 1.0
+"""The same frame again within so long came over a second link."""
+
+HAS_DATE_UNIX_S: Final = 1e9
+_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
+_OF_WORDS: Final = frozenset((_HEARTBEAT, dialect.MAVLINK_MSG_ID_STATUSTEXT))
+_SILENT_BEAT: Final = Beat(0, 0, Armed.UNKNOWN, -math.inf)
+
+_OTHERS: Final = (
+    "rates", "velocity", "velocity_ned", "depth", "alive", "clock", "tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref",
+    "ff_mode", "veh_cfg",
+)  # fmt: skip
+
+
+class Watcher:
+    """Feed it every frame, of all links, both ways; ask it for a picture as often as one is looked at.
+
+    `system` is the vehicle to watch. `unix_at_zero_s` is Unix time less the time of `feed`; where it is not given,
+    the vehicle's own clock dates what it says.
+    """
+
+    def __init__(
+        self, vehicle: VehicleFile | None, system: int | None = None, unix_at_zero_s: float = math.nan
+    ) -> None:
+        self._file = vehicle
+        self._vehicle = None if vehicle is None else vehicle.vehicle
+        self._asked_for = system
+        self._ground_unix_s = unix_at_zero_s
+        self._links: dict[str, WatchedLink] = {}
+        self._begin(system)
+
+    def _begin(self, system: int | None) -> None:
+        """Forget whatever was heard; from now on `system` is watched."""
+        self.system = system
+        self._system_beats: dict[int, Beat] = {}
+        self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
+        self._channels |= {signal: Channel(always) for signal in _OTHERS}
+        self._quantities = Quantities(self._vehicle, self._channels)
+        self._recent: dict[tuple[Source, int], tuple[bytes, float]] = {}
+        self._vehicle_unix_s = math.nan
+        self._said: deque[Said] = deque(maxlen=TEXTS_KEPT)
+        self._said_at_s = 0.0
+        self._texts = StatusTexts(self._tell)
+
+    def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
+        """One frame as it came; `arrived_s` never runs back."""
+        watched = self._links.get(link)
+        if watched is None:
+            watched = self._links[link] = WatchedLink(link)
+        watched.on_frame(frame, arrived_s)
+        if not frame.known:
+            return
+        number = frame.message_id
+        if number == _HEARTBEAT:
+            self._beat(frame, arrived_s, watched)
+        own = frame.system == self.system
+        if not (own or number in FROM_ANYONE) or self._is_twice(frame, arrived_s):
+            return
+        if number in TELLING:
+            for signal, rank, values in heard(frame):
+                if self._channels[signal].take((rank, frame.component), values, arrived_s):
+                    self._quantities.take(signal, values, arrived_s)
+        if number == _SYSTEM_TIME:
+            self._date(arrived_s)
+        if number in _OF_WORDS:
+            self._said_at_s = arrived_s
+            self._texts.hear(frame)
+
+    def picture(self, now_s: float) -> Picture:
+        """What there is to see at `now_s`, on the clock of `feed`."""
+        commander = self._commander()
+        beat = _SILENT_BEAT if commander is None else self._system_beats[commander]
+        channels, quantities = self._channels, self._quantities
+        configuration = self._configuration()
+
+        def hz(signal: str) -> float:
+            return expected_hz(signal, self._vehicle, channels[signal].teller[1], beat.is_ardupilot)
+
+        return Picture(
+            now_s=now_s,
+            armed=beat.armed,
+            armed_age_s=now_s - beat.time_s,
+            links=self._link_rows(now_s, commander),
+            sensors=sensor_rows(channels, self._vehicle, now_s, hz, quantities.locked_share(now_s)),
+            traces=quantities.traces(now_s, hz),
+            thrusters=thruster_rows(
+                channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz("pwm")
+            ),
+            ff_mode=_whole(channels["ff_mode"].values),
+            ff_mode_age_s=channels["ff_mode"].age_s(now_s),
+            configuration=configuration,
+            said=tuple(self._said),
+            twins=next(filter(None, (link.twins(self.system) for link in self._links.values())), ""),
+        )
+
+    # Who speaks.
+
+    def _beat(self, frame: Frame, arrived_s: float, link: WatchedLink) -> None:
+        beat = beat_of(frame, arrived_s)
+        link.beats[frame.system, frame.component] = beat
+        if beat.is_vehicle and self._is_to_be_watched(frame.system):
+            self._begin(frame.system)
+        if frame.system == self.system and beat.is_vehicle:
+            self._system_beats[frame.component] = beat
+
+    def _is_to_be_watched(self, system: int) -> bool:
+        if self._asked_for is not None or system == self.system:
+            return False
+        return self.system is None or (self._vehicle is not None and system == self._vehicle.system_id)
+
+    def _commander(self) -> int | None:
+        """The component whose word counts for armed or not: an autopilot before a companion computer."""
+        beats = self._system_beats
+        return min(beats, key=lambda component: (not beats[component].is_autopilot, component), default=None)
+
+    def _is_twice(self, frame: Frame, arrived_s: float) -> bool:
+        key = ((frame.system, frame.component), frame.sequence)
+        before = self._recent.get(key)
+        self._recent[key] = frame.raw, arrived_s
+        return before is not None and before[0] == frame.raw and arrived_s - before[1] < TWICE_WITHIN_S
+
+    def _link_rows(self, now_s: float, commander: int | None) -> tuple[LinkRow, ...]:
+        rows = [row for link in self._links.values() for row in link.rows(now_s)]
+        return tuple(sorted(rows, key=lambda r: (r.system != self.system, r.component != commander, r.lost)))
+
+    def _tell(self, source: Source, severity: int, text: str) -> None:
+        del source
+        ground_s, vehicle_s = self._ground_unix_s, self._vehicle_unix_s
+        utc_s = self._said_at_s + (vehicle_s if math.isnan(ground_s) else ground_s)
+        self._said.append(Said(utc_s, severity, text))
+
+    def _date(self, arrived_s: float) -> None:
+        told = self._channels["clock"].values
+        if told and told[0] > HAS_DATE_UNIX_S:
+            self._vehicle_unix_s = told[0] - arrived_s
+
+    # What it is.
+
+    def _configuration(self) -> str:
+        """By VEH_CFG; else as the user named it, or the only one there is."""
+        if self._file is None or self._vehicle is None:
+            return ""
+        told = _whole(self._channels["veh_cfg"].values)
+        if told is None and self._file.configuration is not None:
+            return self._file.configuration
+        try:
+            return self._vehicle.configuration_at(told)
+        except ConfigError:
+            return ""
+
+    def _thruster_names(self, configuration: str) -> tuple[str, ...]:
+        if self._vehicle is None:
+            return ()
+        shapes = self._vehicle.configurations
+        return names_of(shapes[configuration or next(iter(shapes))])
+
+
+def _whole(values: Values) -> int | None:
+    return round(values[0]) if values and math.isfinite(values[0]) else None
