@@ -1,0 +1,229 @@
+"""What the picture says of a vehicle: who is watched, armed or not, its links and words."""
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mav
+from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
+
+from bridge.answers import status_texts
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.watch.picture import Armed, Condition, Freshness
+from gcs_plugin.watch.watcher import Watcher
+
+RUVIFIST = load_vehicle("ruvifist")
+
+
+@pytest.fixture
+def watcher():
+    return Watcher(RUVIFIST)
+
+
+@pytest.fixture
+def vehicle(watcher):
+    return OnAir(watcher)
+
+
+def test_before_anything_came_the_picture_claims_nothing(watcher):
+    picture = watcher.picture(5.0)
+    assert picture.armed is Armed.UNKNOWN
+    assert picture.armed_age_s == math.inf
+    assert picture.links == picture.said == ()
+    assert {row.condition for row in picture.sensors} == {Condition.MISSING}
+    assert {trace.freshness for trace in picture.traces.values()} == {Freshness.GONE}
+    assert picture.ff_mode is None
+
+
+@pytest.mark.parametrize(
+    ("how", "state"),
+    [
+        ({"armed": False}, Armed.DISARMED),
+        ({"armed": True}, Armed.ARMED),
+        ({"armed": True, "status": mav.MAV_STATE_CRITICAL}, Armed.FAILSAFE),
+        ({"armed": False, "status": mav.MAV_STATE_EMERGENCY}, Armed.FAILSAFE),
+    ],
+)
+def test_the_armed_state_is_the_vehicles_own(watcher, vehicle, how, state):
+    vehicle.beats(1.0, **how)
+    assert watcher.picture(1.5).armed is state
+    assert watcher.picture(1.5).armed_age_s == pytest.approx(0.5)
+
+
+def test_a_ground_station_is_no_vehicle_and_no_link_row(watcher, vehicle):
+    OnAir(watcher, 255, 190).beats(
+        0.5, kind=mav.MAV_TYPE_GCS, autopilot=mav.MAV_AUTOPILOT_INVALID, armed=True
+    )
+    assert watcher.picture(0.6).armed is Armed.UNKNOWN
+    vehicle.beats(1.0)
+    assert [(row.system, row.component) for row in watcher.picture(1.0).links] == [(1, 1)]
+
+
+def test_an_autopilots_word_on_arming_counts_before_its_companions(watcher):
+    bridge, autopilot = OnAir(watcher, 1, 191), OnAir(watcher, 1, 1)
+    companion = {"kind": mav.MAV_TYPE_ONBOARD_CONTROLLER, "autopilot": mav.MAV_AUTOPILOT_INVALID}
+    bridge.beats(1.0, armed=False, **companion)
+    assert watcher.picture(1.0).armed is Armed.DISARMED
+    autopilot.beats(1.1, armed=True, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    bridge.beats(1.2, armed=False, **companion)
+    picture = watcher.picture(1.3)
+    assert picture.armed is Armed.ARMED
+    assert [row.component for row in picture.links] == [1, 191]
+
+
+def test_another_vehicle_on_the_link_stays_out_of_the_picture_but_for_its_row(watcher, vehicle):
+    other = OnAir(watcher, 7)
+    vehicle.beats(1.0)
+    vehicle.tells("dvl", dvl(0.2), 1.1)
+    other.beats(1.1, armed=True)
+    other.tells("dvl", dvl(0.9), 1.15)
+    other.says(status_texts("I am another", 4, 1)[0], 1.2)
+    picture = watcher.picture(1.3)
+    assert picture.armed is Armed.DISARMED
+    assert picture.traces["u"].value.tolist() == pytest.approx([0.2])
+    assert picture.said == ()
+    assert [row.system for row in picture.links] == [1, 7]
+
+
+def test_the_vehicle_that_the_file_names_is_watched_as_soon_as_it_beats(watcher, vehicle):
+    other = OnAir(watcher, 7)
+    other.beats(1.0, armed=True)
+    other.tells("dvl", dvl(0.9), 1.1)
+    assert watcher.picture(1.2).armed is Armed.ARMED
+    vehicle.beats(1.3)
+    other.beats(1.4, armed=True)
+    picture = watcher.picture(1.5)
+    assert picture.armed is Armed.DISARMED
+    assert len(picture.traces["u"].value) == 0
+
+
+def test_the_system_asked_for_is_watched_whoever_else_beats():
+    watcher = Watcher(None, system=7)
+    OnAir(watcher, 1).beats(1.0)
+    assert watcher.picture(1.1).armed is Armed.UNKNOWN
+    OnAir(watcher, 7).beats(1.2, armed=True)
+    assert watcher.picture(1.3).armed is Armed.ARMED
+
+
+def test_a_link_is_lost_three_seconds_after_the_last_heartbeat(watcher, vehicle):
+    vehicle.beats(1.0)
+    vehicle.tells("imu", imu(), 4.2)
+    (row,) = watcher.picture(3.9).links
+    assert not row.lost
+    (row,) = watcher.picture(4.5).links
+    assert row.lost
+    assert row.age_s == pytest.approx(3.5)
+
+
+def test_loss_and_rate_are_those_of_the_last_seconds(watcher, vehicle):
+    vehicle.beats(0.0)
+    for k in range(1, 400):
+        raw = vehicle.encoder.encode(mav.MAVLink_system_time_message(0, 50 * k))
+        if k < 200 or k % 4:
+            vehicle.raw(raw, 0.05 * k)
+    vehicle.beats(20.0)
+    (row,) = watcher.picture(20.0).links
+    assert row.loss == pytest.approx(0.25, abs=0.02)
+    assert row.rate_hz == pytest.approx(15, rel=0.1)
+
+
+def test_frames_without_any_heartbeat_show_as_a_lost_link(watcher, vehicle):
+    vehicle.tells("imu", imu(), 1.0)
+    (row,) = watcher.picture(1.1).links
+    assert row.lost
+    assert row.age_s == math.inf
+
+
+def test_words_are_joined_dated_and_kept_with_their_severity(watcher, vehicle):
+    vehicle.beats(1.0)
+    vehicle.tells("clock", (1.8e9,), 2.0)
+    for message in status_texts("depth \x1b[2Jhold " + "is lost " * 12, 3, 1):
+        vehicle.says(message, 3.0)
+    for number in range(25):
+        vehicle.says(status_texts(f"text {number}", 6, 2 + number)[0], 4.0)
+    said = watcher.picture(5.0).said
+    assert len(said) == 20
+    assert said[-1].text == "text 24"
+    assert said[-1].utc_s == pytest.approx(1.8e9 + 2.0)
+    vehicle.says(status_texts("leak", 2, 99)[0], 6.0)
+    assert (watcher.picture(6.0).said[-1].severity, watcher.picture(6.0).said[-1].text) == (2, "leak")
+
+
+def test_long_words_come_whole_and_can_not_steer_a_terminal(watcher, vehicle):
+    vehicle.beats(1.0)
+    for message in status_texts("depth \x1b[2Jhold " + "is lost " * 12, 3, 1):
+        vehicle.says(message, 3.0)
+    (said,) = watcher.picture(4.0).said
+    assert said.text.startswith("depth [2Jhold is lost")
+    assert said.text.count("is lost") == 12
+    assert math.isnan(said.utc_s)
+
+
+def test_the_grounds_own_clock_dates_words_where_it_is_given():
+    watcher = Watcher(None, unix_at_zero_s=1.7e9)
+    vehicle = OnAir(watcher)
+    vehicle.beats(1.0)
+    vehicle.tells("clock", (1.8e9,), 2.0)
+    vehicle.says(status_texts("leak", 2, 1)[0], 3.0)
+    assert watcher.picture(4.0).said[0].utc_s == pytest.approx(1.7e9 + 3.0)
+
+
+def test_two_vehicles_under_one_address_are_told(watcher):
+    one, two = OnAir(watcher), OnAir(watcher)
+    two.encoder._packer.seq = 128
+    for k in range(20):
+        one.beats(float(k))
+        two.beats(k + 0.5)
+    assert "two vehicles beat as system 1, component 1" in watcher.picture(20.0).twins
+    assert LINK in watcher.picture(20.0).twins
+
+
+def test_a_frame_that_comes_over_two_links_counts_once(watcher, vehicle):
+    radio = OnAir(watcher, link="radio")
+    vehicle.beats(0.0)
+    for k in range(1, 60):
+        raw = vehicle.encoder.encode(mav.MAVLink_attitude_quaternion_message(100 * k, 1, 0, 0, 0, 0, 0, 0))
+        vehicle.raw(raw, 0.1 * k)
+        radio.raw(raw, 0.1 * k + 0.03)
+    (row,) = [row for row in watcher.picture(6.0).sensors if row.signal == "attitude"]
+    assert row.rate_hz == pytest.approx(10.0, rel=0.05)
+
+
+def test_feed_forward_mode_configuration_and_thrusters_are_those_last_told(watcher, vehicle):
+    vehicle.beats(1.0)
+    assert watcher.picture(1.0).configuration == ""
+    vehicle.tells("ff_mode", (1.0,), 1.0)
+    vehicle.tells("veh_cfg", (1.0,), 1.0)
+    vehicle.tells("pwm", (1550.0,) * 8, 1.5)
+    picture = watcher.picture(2.0)
+    assert (picture.ff_mode, picture.ff_mode_age_s) == (1, pytest.approx(1.0))
+    assert picture.configuration == "hovering"
+    assert [row.number for row in picture.thrusters] == list(range(1, 9))
+    assert picture.thrusters[0].name == "fore port"
+    assert picture.thrusters[4].name == "vertical fore starboard"
+    assert picture.thrusters[0].pwm_us == 1550.0
+    assert math.isnan(picture.thrusters[0].rpm)
+    vehicle.tells("rpm", (-900.0,) + (0.0,) * 57, 2.0)
+    assert watcher.picture(2.0).thrusters[0].rpm == -900.0
+
+
+def test_a_damaged_frame_and_an_unknown_one_change_nothing(watcher, vehicle):
+    raw = bytearray(vehicle.encoder.encode(mav.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3)))
+    raw[-1] ^= 0xFF
+    for frame in vehicle_frames(bytes(raw)):
+        watcher.feed(frame, 1.0, LINK)
+    assert watcher.picture(1.0).armed is Armed.UNKNOWN
+
+
+def vehicle_frames(raw: bytes):
+    from bridge.framing import Frame
+
+    return [Frame(raw, 0, 1, 1, raw[4], False)]
+
+
+def test_no_lock_says_nan_and_the_trace_shows_the_gap(watcher, vehicle):
+    vehicle.beats(0.0)
+    for k, values in enumerate((dvl(0.1), NO_LOCK, dvl(0.3))):
+        vehicle.tells("dvl", values, 0.2 * k)
+    value = watcher.picture(0.5).traces["u"].value
+    assert value[[0, 2]].tolist() == pytest.approx([0.1, 0.3])
+    assert math.isnan(value[1])
