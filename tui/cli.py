@@ -22,6 +22,8 @@ VERBS = {
     "simulate": "dive a mission with a simulated vehicle and its simulated devices",
     "record": "record every frame of one or more links into a dive folder",
     "note": "write down what happens in the dive that is being recorded",
+    "watch": "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
+    "dives": "list dive folders: when, how long, what was lost, what each could identify, what was learnt",
     "import": "say what a recording holds and file it as a dive folder",
     "identify": "identify mass and damping from dives, with intervals",
     "batch": "identify many dives, here or on a Dask cluster: one table, and how the vehicle drifts",

@@ -106,6 +106,11 @@ class Table:
             out += self._aligned([*first, last], widths)
         return out
 
+    def depths(self, width: int) -> list[int]:
+        """How many of the last of those lines each row takes."""
+        last = self.widths(width)[-1]
+        return [max(len(textwrap.wrap(row[-1], last)), 1) for row in self.rows]
+
     def _aligned(self, cells: Sequence[Sequence[str]], widths: Sequence[int]) -> list[str]:
         """The lines of one row; `cells` holds the lines of each cell, equally many."""
         out = []

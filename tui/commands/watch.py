@@ -1,0 +1,201 @@
+"""`seatrial watch`: what an operator sees now of a vehicle: a line a second in a pipe, a live table on a terminal."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes, numbers
+
+if TYPE_CHECKING:
+    import threading
+
+    from rich.console import RenderableType
+
+    from bridge.clock import Clock
+    from bridge.link.base import Link
+    from bridge.vehicle.config import VehicleFile
+    from gcs_plugin.holder import Holding
+    from gcs_plugin.watch.picture import Picture
+    from gcs_plugin.watch.watcher import Watcher
+
+EXAMPLE = "seatrial watch --vehicle ruvifist --link udpin:127.0.0.1:14550"
+POLL_S = 0.1
+EVERY_S = 1.0
+ONCE_S = 3.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--link", metavar="SPEC", help="a link (default: by way of the recording that runs)")
+    parser.add_argument(
+        "--vehicle",
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file: which sensors it has (default: the one that the recording that runs names)",
+    )
+    parser.add_argument(
+        "--system",
+        type=int,
+        metavar="N",
+        help="which vehicle, where several beat on the link (default: the vehicle file's, else the first)",
+    )
+    parser.add_argument(
+        "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
+    )
+    parser.add_argument(
+        "--once",
+        action="store_true",
+        help=f"look for {ONCE_S:g} s, print the tables, and end with 1 where a sensor is missing or bad",
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", help="write the last picture as JSON; - for standard output"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.clock import SystemClock
+    from gcs_plugin.watch.watcher import Watcher
+    from tui import show, watched
+    from tui.links import holding_now, link_for
+    from tui.outputs import check_file
+
+    check_file("--json", arguments.json)
+    holding = holding_now()
+    file = _vehicle(arguments.vehicle, holding)
+    clock = SystemClock()
+    link = link_for(arguments.link)
+    try:
+        watcher = Watcher(file, arguments.system, clock.unix_s() - clock.boot_s())
+        looked = Look(link, watcher, clock)
+        if arguments.once:
+            _quietly(looked, arguments.seconds or ONCE_S)
+        else:
+            _shown(looked, arguments)
+    finally:
+        link.close()
+    picture = looked.picture
+    if arguments.once:
+        console = show.results(arguments.json)
+        for sentence in watched.header(picture, holding_now()):
+            show.say(console, sentence)
+        for table in watched.tables(picture):
+            show.put(console, table)
+    show.write_json(watched.plain(picture), arguments.json)
+    if not looked.frames:
+        show.say(show.words(), f"nothing arrived on {link.name}; check vehicle, cable and port")
+    return code(looked.frames, picture, arguments.once)
+
+
+def code(frames: int, picture: "Picture", once: bool) -> int:
+    """What it came to; the state of sensors counts only for who asked for it `once`."""
+    from tui import watched
+
+    if not frames:
+        return exit_codes.LINK
+    poor = any(row.condition in watched.POOR for row in picture.sensors)
+    return exit_codes.NO if once and poor else exit_codes.DONE
+
+
+class Look:
+    """A link that is listened to, and the newest picture of it, made once a second."""
+
+    def __init__(self, link: "Link", watcher: "Watcher", clock: "Clock") -> None:
+        self._link, self._watcher, self._clock = link, watcher, clock
+        self.frames = 0
+        self.picture: Picture = watcher.picture(clock.boot_s())
+
+    def listen(self, stop: "threading.Event") -> None:
+        """Until `stop` is set."""
+        from bridge.framing import Framer
+
+        framer = Framer()
+        due_s = self._clock.boot_s() + EVERY_S
+        while not stop.is_set():
+            data = self._link.read(POLL_S)
+            now_s = self._clock.boot_s()
+            for frame in framer.feed(data):
+                self.frames += 1
+                self._watcher.feed(frame, now_s, self._link.name)
+            if now_s >= due_s:
+                due_s = max(due_s + EVERY_S, now_s)
+                self.picture = self._watcher.picture(now_s)
+        self.picture = self._watcher.picture(self._clock.boot_s())
+
+
+def _quietly(looked: Look, seconds: float) -> None:
+    from bridge.clock import SystemClock
+    from tui.running import until_stopped
+
+    until_stopped(looked.listen, SystemClock(), seconds, lambda _: None)
+
+
+def _shown(looked: Look, arguments: argparse.Namespace) -> None:
+    from rich.live import Live
+
+    from bridge.clock import SystemClock
+    from gcs_plugin.folder import utc_text
+    from tui import show, watched
+    from tui.links import holding_now
+    from tui.running import until_stopped
+
+    console, clock = show.results(arguments.json), SystemClock()
+    shown = looked.picture
+
+    def new() -> bool:
+        nonlocal shown
+        before, shown = shown, looked.picture
+        return shown is not before
+
+    if not console.is_terminal:
+
+        def tell(_: float) -> None:
+            if new():
+                show.say(console, f"{utc_text(clock.unix_s())} {watched.line(shown, holding_now())}")
+
+        until_stopped(looked.listen, clock, arguments.seconds, tell)
+        return
+    with Live(console=console, auto_refresh=False) as live:
+
+        def draw(_: float) -> None:
+            if new():
+                live.update(screen(shown, holding_now(), console.width), refresh=True)
+
+        until_stopped(looked.listen, clock, arguments.seconds, draw)
+
+
+def screen(picture: "Picture", holding: "Holding | None", width: int) -> "RenderableType":
+    """The tables for a terminal, what is not fresh dimmed."""
+    from rich.text import Text
+
+    from gcs_plugin.watch.picture import Freshness
+    from tui import watched
+
+    text = Text(no_wrap=True, overflow="ellipsis")
+    for number, sentence in enumerate(watched.header(picture, holding)):
+        text.append(f"{sentence}\n", style="bold" if number == 0 else "")
+    fresh = {
+        "quantity": [trace.freshness for trace in picture.traces.values()],
+        "sensor": [row.freshness for row in picture.sensors],
+        "thruster": [row.freshness for row in picture.thrusters],
+    }
+    for table in watched.tables(picture):
+        kind = next(name for name in fresh if name in table.columns)
+        text.append("\n")
+        lines = iter(reversed(table.lines(width)))
+        of_rows = [
+            ("dim" if state is not Freshness.FRESH else "", [next(lines) for _ in range(deep)])
+            for state, deep in zip(reversed(fresh[kind]), reversed(table.depths(width)), strict=True)
+        ]
+        for style, part in (*of_rows, ("", list(lines)))[::-1]:
+            text.append("".join(f"{line}\n" for line in reversed(part)), style=style)
+    return text
+
+
+def _vehicle(named: str | None, holding: "Holding | None") -> "VehicleFile | None":
+    """The vehicle file named, or that of the recording that runs."""
+    from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.folder import DiveFolder
+
+    if named is None and holding is not None:
+        about = DiveFolder(Path(holding.folder)).about()
+        if about.vehicle_file and Path(about.vehicle_file).exists():
+            named = ":".join(filter(None, (about.vehicle_file, about.configuration)))
+    return load_vehicle(named) if named else None

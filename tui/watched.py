@@ -1,0 +1,208 @@
+"""A picture of a vehicle in words: one line, tables, plain data.
+
+A value that is stale bears its age, one that is gone is `--`.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from gcs_plugin.watch.picture import Armed, Condition, Freshness, LinkRow, Picture, SensorRow, Trace
+from tui import show
+
+if TYPE_CHECKING:
+    from gcs_plugin.holder import Holding
+
+GONE = "--"
+NO_READING = "none"
+DECIMALS = {"m/s": 2, "rad/s": 3, "m": 2, "V": 1, "A": 1}
+MODES = ("off", "shadow", "only", "both")
+SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
+VELOCITIES = ("u", "v", "w", "r")
+POOR = (Condition.BAD, Condition.MISSING)
+
+
+def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
+    """A number, without its unit."""
+    if freshness is Freshness.GONE:
+        return GONE
+    if not math.isfinite(value):
+        text = NO_READING
+    elif unit == "deg":
+        text = str(round(value) % 360)
+    else:
+        text = f"{value:.{DECIMALS[unit]}f}"
+    return text if freshness is Freshness.FRESH else f"{text} ({age_s:.1f} s old)"
+
+
+def now_of(trace: Trace) -> str:
+    """Its newest value."""
+    value = float(trace.value[-1]) if len(trace.value) else math.nan
+    return valued(value, trace.unit, trace.age_s, trace.freshness)
+
+
+def asked_of(trace: Trace) -> str:
+    """What it should be now; empty where nothing is asked for."""
+    if trace.reference is None or not math.isfinite(trace.reference[-1]):
+        return ""
+    return valued(float(trace.reference[-1]), trace.unit, 0.0, Freshness.FRESH)
+
+
+def beside_asked(trace: Trace) -> str:
+    """`0.29/0.30`, or the value alone."""
+    asked = asked_of(trace)
+    return f"{now_of(trace)}/{asked}" if asked else now_of(trace)
+
+
+def armed_words(picture: Picture) -> str:
+    """Its state; where no heartbeat came for a while, how old that is."""
+    lost = picture.links and picture.links[0].lost
+    if picture.armed is Armed.UNKNOWN or not lost:
+        return picture.armed.value
+    return f"{picture.armed.value} {picture.armed_age_s:.0f} s ago"
+
+
+def link_words(row: LinkRow) -> str:
+    """`LINK 0.4 s  loss 2 %  284 Hz  sys 1/1`."""
+    if row.age_s == math.inf:
+        return f"LINK without HEARTBEAT  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
+    if row.lost:
+        return f"LINK LOST {row.age_s:.0f} s  sys {row.system}/{row.component}"
+    return (
+        f"LINK {row.age_s:.1f} s  loss {row.loss:.0%}  {row.rate_hz:.0f} Hz  sys {row.system}/{row.component}"
+    )
+
+
+def mode_words(picture: Picture) -> str:
+    """What the feed-forward does, empty where it never told."""
+    mode = picture.ff_mode
+    if mode is None:
+        return ""
+    name = MODES[mode] if 0 <= mode < len(MODES) else str(mode)
+    return f"FF {name}" + (f" {picture.ff_mode_age_s:.0f} s ago" if picture.ff_mode_age_s > 3.0 else "")
+
+
+def recording_words(holding: "Holding | None") -> str:
+    """Whether a recording runs, and for how long the disk lasts."""
+    if holding is None:
+        return "NOT RECORDING"
+    left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
+    lost = f"  {holding.lost} LOST" if holding.lost else ""
+    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{left}"
+
+
+def trouble(picture: Picture) -> list[str]:
+    """What is wrong, the worst first; nothing is known to be before the vehicle beats."""
+    if picture.armed is Armed.UNKNOWN:
+        return []
+    rows = sorted(
+        (row for row in picture.sensors if row.condition is not Condition.OK),
+        key=lambda row: POOR.index(row.condition) if row.condition in POOR else len(POOR),
+    )
+    return [*filter(None, (picture.twins,)), *(f"{row.name}: {row.words}" for row in rows)]
+
+
+def line(picture: Picture, holding: "Holding | None") -> str:
+    """All of it in a line."""
+    traces = picture.traces
+    parts = [
+        armed_words(picture),
+        link_words(picture.links[0]) if picture.links else "NO LINK",
+        f"depth {beside_asked(traces['depth'])} m",
+        " ".join(f"{key} {beside_asked(traces[key])}" for key in VELOCITIES),
+        f"{now_of(traces['voltage'])} V {now_of(traces['current'])} A",
+        mode_words(picture),
+        recording_words(holding),
+        *trouble(picture),
+    ]
+    return " | ".join(part for part in parts if part)
+
+
+def header(picture: Picture, holding: "Holding | None") -> list[str]:
+    """Armed, links and recording, a line each."""
+    first = [armed_words(picture), mode_words(picture), picture.configuration]
+    links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
+    told = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
+    return [
+        "  ".join(filter(None, first)),
+        *links,
+        recording_words(holding),
+        *filter(None, (picture.twins,)),
+        *told,
+    ]
+
+
+def sensor_table(picture: Picture) -> show.Table:
+    """Each sensor, how often and since when it speaks, and what is wrong with it."""
+    rows = [
+        (row.name, row.condition.value, _rate(row), show.number(row.expected_hz, 3), _age(row), row.words)
+        for row in picture.sensors
+    ]
+    columns = ("sensor", "state", "Hz", "expected", "age s", "")
+    return show.table("", columns, rows, numbers=columns[2:5])
+
+
+def quantity_table(picture: Picture) -> show.Table:
+    """Each quantity beside what is asked for."""
+    rows = [
+        (key, trace.name, now_of(trace), asked_of(trace), trace.unit) for key, trace in picture.traces.items()
+    ]
+    columns = ("", "quantity", "now", "reference", "unit")
+    return show.table("", columns, rows, numbers=columns[2:4])
+
+
+def thruster_table(picture: Picture) -> show.Table:
+    """Each thruster's command and speed."""
+    rows = [
+        (str(row.number), row.name, *(_of_thruster(v, row.freshness) for v in (row.pwm_us, row.rpm)))
+        for row in picture.thrusters
+    ]
+    columns = ("thruster", "where", "us", "rpm")
+    return show.table("", columns, rows, numbers=columns[2:])
+
+
+def tables(picture: Picture) -> Sequence[show.Table]:
+    """Those that have rows."""
+    made = (quantity_table(picture), sensor_table(picture), thruster_table(picture))
+    return [table for table in made if table.rows]
+
+
+def plain(picture: Picture) -> dict[str, Any]:
+    """The picture as plain data; of each trace the newest value."""
+    return {
+        "armed": picture.armed.value,
+        "armed_age_s": picture.armed_age_s,
+        "links": [vars(row) for row in picture.links],
+        "sensors": [
+            vars(row) | {"freshness": row.freshness.value, "condition": row.condition.value}
+            for row in picture.sensors
+        ],
+        "quantities": {
+            key: {
+                "name": trace.name,
+                "unit": trace.unit,
+                "value": float(trace.value[-1]) if len(trace.value) else math.nan,
+                "reference": math.nan if trace.reference is None else float(trace.reference[-1]),
+                "age_s": trace.age_s,
+                "freshness": trace.freshness.value,
+            }
+            for key, trace in picture.traces.items()
+        },
+        "thrusters": [vars(row) | {"freshness": row.freshness.value} for row in picture.thrusters],
+        "ff_mode": picture.ff_mode,
+        "configuration": picture.configuration,
+        "said": [vars(said) for said in picture.said],
+        "twins": picture.twins,
+    }
+
+
+def _rate(row: SensorRow) -> str:
+    return show.number(row.rate_hz, 3) if row.rate_hz else "-"
+
+
+def _age(row: SensorRow) -> str:
+    return f"{row.age_s:.1f}" if math.isfinite(row.age_s) else GONE
+
+
+def _of_thruster(value: float, freshness: Freshness) -> str:
+    return GONE if freshness is Freshness.GONE or not math.isfinite(value) else f"{value:.0f}"
