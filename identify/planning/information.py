@@ -10,8 +10,10 @@ and mass and damping are told apart at every frequency, being in quadrature. The
 The forces by which axes act on each other count as known, and so do noise levels, whose information stands apart.
 
 Thrust that acts a little later answers as -j w V / (1 + j w L), behind the last part of a lag L: what that has in
-common with mass and damping, no dive can tell from them.
+common with mass and damping, no dive can tell from them. Where an axis is righted, Z = M j w + D + K / (j w).
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,49 +24,92 @@ from identify.planning.knowledge import NAMES, AxisNoise, Knowledge
 
 Array = NDArray[np.float64]
 
+UNRIGHTED = (0.0,) * 6
+
 TELLING_HZ = 5.0
 """Above that a DVL reads nothing, and no vehicle of this size moves."""
 
 
-def of_motion(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
+def of_motion(
+    step_s: float,
+    nu: Array,
+    knowledge: Knowledge,
+    dofs: tuple[int, ...],
+    stiffness: Sequence[float] = UNRIGHTED,
+) -> Array:
     """(12, 12) information of log coefficients that the axes `dofs` give, moving as `nu` (n, 6) from rest to rest.
 
-    Rows are `step_s` apart; the order is that of `NAMES`.
+    Rows are `step_s` apart; the order is that of `NAMES`. `stiffness` (6,): righting moment by angle, which is known.
     """
     out = np.zeros((len(NAMES), len(NAMES)))
     for dof in dofs:
         mass, damping = MASSES[dof].name, DAMPINGS[dof].name
-        found = of_axis(
-            step_s, nu[:, dof], knowledge.values[mass], knowledge.values[damping], knowledge.noise[dof]
-        )
+        m, d = knowledge.values[mass], knowledge.values[damping]
+        found = of_axis(step_s, nu[:, dof], m, d, knowledge.noise[dof], stiffness[dof])
         for name, value in zip((mass, damping), found, strict=True):
             out[NAMES.index(name), NAMES.index(name)] = value
     return out
 
 
-def of_timing(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
+def of_timing(
+    step_s: float,
+    nu: Array,
+    knowledge: Knowledge,
+    dofs: tuple[int, ...],
+    stiffness: Sequence[float] = UNRIGHTED,
+) -> Array:
     """(k, 12) information that log coefficients share with when thrust acts, s, in each of the k axes `dofs`."""
     out = np.zeros((len(dofs), len(NAMES)))
     for row, dof in enumerate(dofs):
         mass, damping = MASSES[dof].name, DAMPINGS[dof].name
         m, d = knowledge.values[mass], knowledge.values[damping]
-        w, weight = _spectrum(step_s, nu[:, dof], m, d, knowledge.noise[dof])
-        impedance, later = m * 1j * w + d, 1j * w / (1 + 1j * w * LATER_S)
+        w, weight = _spectrum(step_s, nu[:, dof], m, d, knowledge.noise[dof], stiffness[dof])
+        impedance, later = m * 1j * w + d + stiffness[dof] / (1j * w), 1j * w / (1 + 1j * w * LATER_S)
         for name, answer in ((mass, m * 1j * w), (damping, d)):
             out[row, NAMES.index(name)] = np.sum((np.conj(answer) * impedance * later).real * weight)
     return out
 
 
 def of_axis(
-    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
+    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise, stiffness: float = 0.0
 ) -> tuple[float, float]:
-    """Information of log M and of log D in the velocity (n,) of one axis."""
-    w, weight = _spectrum(step_s, velocity, mass, damping, noise)
+    """Information of log M and of log D in the velocity (n,) of one axis, righted by `stiffness` of its angle."""
+    w, weight = _spectrum(step_s, velocity, mass, damping, noise, stiffness)
     return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
 
 
+def of_swinging(seconds: float, mass: float, damping: float, noise: AxisNoise, stiffness: float) -> Array:
+    """(2, 2) information of log M and log D in how an axis that is righted swings by itself, disturbed for so long.
+
+    Its righting moment is known, and so is then the mass that swings on it at the period that it shows (Whittle 1953).
+    Strength and time constant of the disturbance are fitted with them.
+    """
+    w = 2 * np.pi * np.arange(1.0, TELLING_HZ * seconds) / seconds
+    free = mass * w - stiffness / w
+    impedance, read, pushed = free**2 + damping**2, _read(w, noise), _pushed(w, noise)
+    swings = pushed / (impedance * read + pushed)
+    slope = 2 * swings * np.array([-mass * w * free / impedance, -(damping**2) / impedance])
+    slow = (w * noise.time_constant_s) ** 2
+    strength = swings * np.array([np.full(len(w), 2.0), 1.0 - 2.0 * slow / (1.0 + slow)])
+    shared = slope @ strength.T
+    told: Array = slope @ slope.T - shared @ np.linalg.solve(strength @ strength.T, shared.T)
+    return told
+
+
+def _read(w: Array, noise: AxisNoise) -> Array:
+    """Density of the noise on a velocity that is read, and read once more as the slope of its integral."""
+    return np.asarray(1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position)))
+
+
+def _pushed(w: Array, noise: AxisNoise) -> Array:
+    """Density of the disturbance."""
+    return np.asarray(
+        2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
+    )
+
+
 def _spectrum(
-    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
+    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise, stiffness: float
 ) -> tuple[Array, Array]:
     """Frequencies (m,), rad/s, and |V|^2 / (|Z|^2 N + S_d) there."""
     frequency = np.asarray(np.fft.rfftfreq(len(velocity), step_s), dtype=np.float64)
@@ -72,9 +117,7 @@ def _spectrum(
     told = (frequency > 0) & (frequency <= TELLING_HZ)
     w = 2 * np.pi * frequency[told]
     power = power[told]
-    read = 1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position))
-    pushed = 2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
-    impedance = (mass * w) ** 2 + damping**2
+    impedance = (mass * w - stiffness / w) ** 2 + damping**2
     # Two for the frequencies below zero, one over the duration for the width of a line.
-    weight: Array = 2.0 * power / (impedance * read + pushed) / (len(velocity) * step_s)
+    weight: Array = 2.0 * power / (impedance * _read(w, noise) + _pushed(w, noise)) / (len(velocity) * step_s)
     return w, weight
