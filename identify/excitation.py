@@ -19,6 +19,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Array, Dive, Signal
+from identify.estimators.axes import LEAST_COMMANDS_HZ, commands_hz
 from identify.estimators.lasting import common_s
 from identify.estimators.places import stiffness
 from identify.estimators.said import SHORTEST_DIVE_S
@@ -87,13 +88,15 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
     try:
         forces = wrench(dive, file, configuration)
     except FitError as error:
-        return Excitation(tuple(Excited(c.name, np.inf) for c in COEFFICIENTS), str(error))
+        return _nothing(str(error))
+    rate_hz = commands_hz(forces)
+    if rate_hz < LEAST_COMMANDS_HZ:
+        return _nothing(
+            f"thruster commands come at {rate_hz:.1f} Hz, too rarely to know the force between them"
+        )
     read = tuple(dof for dof in range(len(DOFS)) if round(_common_s(dive, dof)) >= SHORTEST_DIVE_S)
     if not read:
-        return Excitation(
-            tuple(Excited(c.name, np.inf) for c in COEFFICIENTS),
-            f"no axis has thrust and readings of motion for {SHORTEST_DIVE_S:.0f} s",
-        )
+        return _nothing(f"no axis has thrust and readings of motion together for {SHORTEST_DIVE_S:.0f} s")
     knowledge = _as_recorded(before_any_dive(file, configuration), dive)
     right = [stiffness(file.vehicle.configurations[configuration], dof) for dof in range(len(DOFS))]
     grid = np.arange(forces.time_s[0], forces.time_s[-1], STEP_S)
@@ -128,6 +131,10 @@ def spans(dive: Dive, file: VehicleFile | None = None, configuration: str = "") 
         )
         for dof, axis in enumerate(DOFS)
     )
+
+
+def _nothing(note: str) -> Excitation:
+    return Excitation(tuple(Excited(c.name, math.inf) for c in COEFFICIENTS), note)
 
 
 def _common_s(dive: Dive, dof: int) -> float:

@@ -1,0 +1,71 @@
+"""How much of what a vehicle sent is not in its recording: by the sequence numbers of each of its components.
+
+A recording of two links holds frames twice, and late ones: numbers are unwrapped first, then counted once each. Routers
+keep most of what a camera or a companion says to themselves, which looks like loss: who says little does not count.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.ingest.frames import Frames, load_frames
+from identify.ingest.messages import vehicle_system
+from identify.ingest.walk import Rows
+
+ROUND: Final = 256
+RESTART_S: Final = 5.0
+"""After so long a silence the numbers may have started anew; what was sent in it is not known."""
+
+MAGIC_2: Final = 0xFD
+HEADER_1, HEADER_2 = 6, 10
+LEAST_SHARE: Final = 0.1
+"""Of a vehicle's frames, for a component to count."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Frames of one vehicle: how many different ones came, how many are missing between them."""
+
+    received: int
+    lost: int
+
+    @property
+    def share(self) -> float:
+        return self.lost / max(self.received + self.lost, 1)
+
+
+def loss_of(paths: Sequence[Path], source: str) -> Loss:
+    """Of the vehicle in one or more `.tlog`, by its components that say much. Raises LogError as `read_dive` does."""
+    frames = load_frames(paths)
+    system, _ = vehicle_system(frames, source)
+    own = np.flatnonzero(frames.system == system)
+    by_component = [own[frames.component[own] == c] for c in np.unique(frames.component[own])]
+    parts = [_of_component(frames, rows) for rows in by_component if len(rows) >= LEAST_SHARE * len(own)]
+    return Loss(sum(p.received for p in parts), sum(p.lost for p in parts))
+
+
+def _of_component(frames: Frames, rows: Rows) -> Loss:
+    number = _sequence(frames, rows)
+    step = np.diff(number)
+    # From one to the next by the shorter way: what comes late steps back.
+    step = (step + ROUND // 2) % ROUND - ROUND // 2
+    silent = np.diff(frames.arrival_s[rows]) > RESTART_S
+    received = lost = 0
+    for run in np.split(np.concatenate(([0], np.where(silent, 0, step))), np.flatnonzero(silent) + 1):
+        different = len(np.unique(np.cumsum(run)))
+        received += different
+        lost += int(np.ptp(np.cumsum(run))) + 1 - different
+    return Loss(received, lost)
+
+
+def _sequence(frames: Frames, rows: Rows) -> NDArray[np.int64]:
+    """(n,) sequence numbers, from the header before each payload."""
+    data, start = frames.data, frames.start[rows]
+    head = np.maximum(start - HEADER_2, 0)
+    second = (data[head] == MAGIC_2) & (data[head + 5] == frames.system[rows])
+    second &= (data[head + 6] == frames.component[rows]) & (start >= HEADER_2)
+    return np.where(second, data[head + 4], data[start - HEADER_1 + 2]).astype(np.int64)

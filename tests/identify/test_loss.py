@@ -1,0 +1,76 @@
+"""Loss by sequence numbers, of what a recording holds."""
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from bridge.errors import LogError
+from bridge.framing import Encoder
+from bridge.tlog import TlogWriter
+from identify.ingest.loss import Loss, loss_of
+
+BOOT_US = 1_790_000_000_000_000
+
+
+def attitudes(count, system=1, component=1, skip=0):
+    encoder = Encoder(system, component)
+    frames = [
+        encoder.encode(mav.MAVLink_attitude_quaternion_message(100 * k, 1.0, 0, 0, 0, 0, 0, 0))
+        for k in range(skip + count)
+    ]
+    return [(k, raw) for k, raw in enumerate(frames)][skip:]
+
+
+def written(path, numbered, step_us=100_000, late_us=0):
+    with TlogWriter(path) as writer:
+        for k, raw in numbered:
+            writer.write(BOOT_US + k * step_us + late_us * (k >= 300), raw)
+    return [path]
+
+
+def lost_in(tmp_path, numbered, **how):
+    return loss_of(written(tmp_path / "a.tlog", numbered, **how), "a.tlog")
+
+
+def test_nothing_is_lost_of_a_whole_recording_that_goes_round_the_numbers(tmp_path):
+    assert lost_in(tmp_path, attitudes(1000)) == Loss(1000, 0)
+
+
+def test_what_is_missing_between_two_numbers_is_lost(tmp_path):
+    kept = [item for item in attitudes(1000) if item[0] % 10]
+    found = lost_in(tmp_path, kept)
+    assert found == Loss(900, 99)
+    assert found.share == pytest.approx(99 / 999)
+
+
+def test_frames_of_two_links_count_once_and_late_ones_are_not_lost(tmp_path):
+    sent = attitudes(500)
+    order = sorted([*sent, *sent[::3]], key=lambda item: item[0])
+    order[100], order[103] = order[103], order[100]
+    assert lost_in(tmp_path, order) == Loss(500, 0)
+
+
+def test_numbers_that_start_anew_after_a_silence_are_no_loss(tmp_path):
+    again = [(300 + k, raw) for k, raw in attitudes(100, skip=77)]
+    assert lost_in(tmp_path, [*attitudes(300), *again], late_us=60_000_000).lost == 0
+
+
+def test_who_says_little_does_not_count(tmp_path):
+    camera = [item for item in attitudes(1000, component=100) if item[0] % 50 == 0]
+    assert lost_in(tmp_path, sorted([*attitudes(1000), *camera], key=lambda item: item[0])) == Loss(1000, 0)
+
+
+def test_mavlink_1_is_counted_too(tmp_path):
+    packer = mav.MAVLink(None, srcSystem=1, srcComponent=1)
+    frames = []
+    for k in range(200):
+        message = mav.MAVLink_attitude_message(100 * k, 0, 0, 0, 0, 0, 0)
+        frames.append((k, message.pack(packer, force_mavlink1=True)))
+        packer.seq = (packer.seq + 1) & 0xFF
+    assert lost_in(tmp_path, [f for f in frames if f[0] != 50]) == Loss(199, 1)
+
+
+def test_a_recording_without_a_vehicle_is_refused(tmp_path):
+    encoder = Encoder(255, 190)
+    beats = [(k, encoder.encode(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))) for k in range(5)]
+    with pytest.raises(LogError, match="no vehicle's telemetry"):
+        lost_in(tmp_path, beats)

@@ -1,0 +1,135 @@
+"""`seatrial dives`: the dive folders, and what each could identify before anyone fits anything."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tui.dive_list import DiveRow
+
+EXAMPLE = "seatrial dives dives --vehicle ruvifist"
+LEGEND = (
+    "mass, damping: what each dive could identify by itself of u v w p q r: a capital letter to 10 %, a small one to "
+    "30 % (one standard error), a dot not at all; as foretold from its thrust with the vehicle file's values"
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "folder", nargs="?", default="dives", metavar="FOLDER", help="holds the dive folders (default: dives)"
+    )
+    parser.add_argument(
+        "--vehicle",
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file to judge by (default: the one that each dive names)",
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the list as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from bridge.vehicle.config import load_vehicle
+    from tui import show
+    from tui.dive_list import rows_of
+    from tui.outputs import check_file
+
+    check_file("--json", arguments.json)
+    file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
+    with show.progress("dives") as progress:
+        rows = rows_of(Path(arguments.folder), file, progress)
+    console = show.results(arguments.json)
+    if rows:
+        show.put(console, table_of(rows))
+        for row in rows:
+            for sentence in said_of(row):
+                show.say(console, f"{row.name}: {sentence}")
+        if any(row.glance.relative_std for row in rows):
+            show.say(console, LEGEND)
+    else:
+        show.say(console, f"{arguments.folder}: holds no dive")
+    show.write_json([to_json(row) for row in rows], arguments.json)
+    unread = [row for row in rows if row.glance.error]
+    if not unread:
+        return exit_codes.DONE
+    return exit_codes.PARTLY if len(unread) < len(rows) else exit_codes.BAD_INPUT
+
+
+def table_of(rows: "list[DiveRow]") -> "Any":
+    """A row a dive."""
+    from identify.dates import utc
+    from tui import show
+    from tui.dive_list import letters
+
+    columns = ("when", "length", "MB", "loss %", "mass", "damping", "dive")
+    return show.table(
+        "",
+        columns,
+        [
+            (
+                utc(row.glance.began_unix_s),
+                clock_text(row.glance.duration_s),
+                f"{row.size_bytes / 1e6:.1f}",
+                f"{100 * row.glance.loss:.1f}" if math.isfinite(row.glance.loss) else "-",
+                letters(row.glance.relative_std, "mass"),
+                letters(row.glance.relative_std, "damping"),
+                row.name,
+            )
+            for row in rows
+        ],
+        numbers=columns[1:4],
+    )
+
+
+def said_of(row: "DiveRow") -> "Iterator[str]":
+    """What a row has no room for."""
+    glance = row.glance
+    if glance.error:
+        yield f"can't be read: {glance.error}"
+    if glance.why_not:
+        yield (
+            f"what it could identify is not known: {glance.why_not}"
+            if glance.relative_std is None
+            else (f"nothing to identify: {glance.why_not}")
+        )
+    yield from row.learnt
+    if row.notes:
+        yield f"noted: {' '.join(row.notes.split())}"
+
+
+def clock_text(seconds: float) -> str:
+    """`13:27`, `1:02:03`."""
+    if not math.isfinite(seconds):
+        return "-"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+def to_json(row: "DiveRow") -> dict[str, Any]:
+    """A row as plain data."""
+    from tui.dive_list import FAIR
+
+    glance = row.glance
+    return {
+        "folder": row.folder,
+        "name": row.name,
+        "began_unix_s": glance.began_unix_s,
+        "duration_s": glance.duration_s,
+        "size_bytes": row.size_bytes,
+        "loss": glance.loss,
+        "excitation": None
+        if glance.relative_std is None
+        else [
+            {"name": name, "relative_std": std, "identifiable": std <= FAIR}
+            for name, std in glance.relative_std.items()
+        ],
+        "axes": [vars(span) for span in glance.spans],
+        "why_not": glance.why_not,
+        "error": glance.error,
+        "notes": row.notes,
+        "learnt": list(row.learnt),
+    }

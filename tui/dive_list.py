@@ -1,0 +1,267 @@
+"""Dives as a list shows them: when, how long, what was lost, what each could identify, what was learnt from it.
+
+What takes reading the recording is kept beside it in a small file, which may be thrown away: it is made again, as it is
+where the recording, the vehicle file or this program is another.
+"""
+
+import contextlib
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from bridge.errors import ConfigError, LogError, SeatrialError
+from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.params.sidecar import sidecar_path
+
+if TYPE_CHECKING:
+    from identify.dive import Dive
+
+Load = Callable[[str], VehicleFile]
+
+GLANCE: Final = ".glance.json"
+VERSION: Final = 1
+PARTIAL: Final = ".part"
+GOOD, FAIR = 0.1, 0.3
+"""Relative standard errors up to which a coefficient would be known well, and at all."""
+
+
+@dataclass(frozen=True)
+class AxisSpan:
+    """One axis: seconds with thrust and readings, and how far thrust and speed went; NaN for not recorded."""
+
+    axis: str
+    seconds: float
+    thrust: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Glance:
+    """What the recording itself tells. `loss` is NaN where no sequence numbers are recorded.
+
+    `relative_std` by coefficient, inf for what could not be identified; empty where `why_not` says why nobody knows.
+    `error` where the recording can't be read at all.
+    """
+
+    began_unix_s: float | None = None
+    duration_s: float = math.nan
+    loss: float = math.nan
+    relative_std: dict[str, float] | None = None
+    spans: tuple[AxisSpan, ...] = ()
+    why_not: str = ""
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class DiveRow:
+    """One dive of a list."""
+
+    folder: Path
+    name: str
+    size_bytes: int
+    glance: Glance
+    notes: str
+    learnt: tuple[str, ...]
+
+
+def dive_folders(root: Path) -> list[Path]:
+    """`root` itself where it is a dive folder, else those in it, by name. Raises LogError where `root` is none."""
+    if not root.is_dir():
+        raise LogError(f"{root}: no such folder; give the one that holds the dives")
+    if _recordings(root):
+        return [root]
+    return sorted(path for path in root.iterdir() if path.is_dir() and _recordings(path))
+
+
+def row_of(folder: Path, named: VehicleFile | None = None, load: Load = load_vehicle) -> DiveRow:
+    """One dive; `named` is the vehicle file to judge it by, else the one that its `dive.yaml` names."""
+    notes, vehicle, trouble = "", named, ""
+    try:
+        about = DiveFolder(folder).about()
+        notes = about.notes
+        if vehicle is None:
+            vehicle = _vehicle(about.vehicle_file, about.configuration, load)
+    except ConfigError as error:
+        trouble = str(error)
+    files = _recordings(folder)
+    key = _key(files, vehicle)
+    glance = _kept(folder, key)
+    if glance is None:
+        glance = _looked(folder, vehicle, trouble)
+        _keep(folder, key, glance)
+    size = sum(file.stat().st_size for file in files)
+    return DiveRow(folder, short_name(folder), size, glance, notes, tuple(_learnt(folder)))
+
+
+def rows_of(
+    root: Path, named: VehicleFile | None, progress: Callable[[float, str], None] = lambda *_: None
+) -> list[DiveRow]:
+    """The dives in a folder, the oldest first."""
+    folders = dive_folders(root)
+    rows, load = [], cache(load_vehicle)
+    for number, folder in enumerate(folders):
+        progress(number / len(folders), f"look at {folder.name}")
+        rows.append(row_of(folder, named, load))
+    return sorted(rows, key=lambda row: (row.glance.began_unix_s or 0.0, row.folder.name))
+
+
+def short_name(folder: Path) -> str:
+    """`hovering` of `2026-11-20T0912Z-hovering`; the whole name of a folder that is called otherwise."""
+    name = folder.resolve().name
+    date, mark, rest = name.partition("Z-")
+    return rest if mark and rest and date[:4].isdecimal() else name
+
+
+def letters(relative_std: dict[str, float] | None, kind: str) -> str:
+    """One letter for each of the six coefficients of a kind ("mass", "damping"), by its axis.
+
+    A capital where it would be known to 10 %, a small one to 30 %, a dot where not at all; dashes where nobody knows.
+    """
+    from bridge.vehicle.coefficients import COEFFICIENTS
+
+    names = [coefficient.name for coefficient in COEFFICIENTS if coefficient.kind == kind]
+    if relative_std is None:
+        return "-" * len(names)
+    return "".join(_letter(name[-1], relative_std.get(name, math.inf)) for name in names)
+
+
+def _letter(axis: str, relative_std: float) -> str:
+    if relative_std > FAIR:
+        return "·"
+    return axis.upper() if relative_std <= GOOD else axis
+
+
+def _recordings(folder: Path) -> list[Path]:
+    from identify.ingest.open import recording_files
+
+    if not any(folder.glob("telemetry*.*")):
+        return []
+    try:
+        return recording_files(folder)
+    except LogError:
+        return []
+
+
+def _vehicle(path: str, configuration: str, load: Load) -> VehicleFile | None:
+    """The vehicle file that a dive names, or the one of that name that comes with the program; None for neither."""
+    if not path:
+        return None
+    found = next((p for p in (Path(path), CONFIGS / "vehicles" / Path(path).name) if p.exists()), None)
+    if found is None:
+        raise ConfigError(f"{path}: the dive's vehicle file is not there; give one with --vehicle")
+    return load(":".join(filter(None, (str(found), configuration))))
+
+
+def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
+    """What reading the recording tells."""
+    from identify.dates import date_in_name, date_of
+    from identify.ingest.open import read_dive
+
+    columns = folder / "columns.yaml"
+    try:
+        dive = read_dive(folder, columns if columns.exists() else None, vehicle)
+    except SeatrialError as error:
+        return Glance(began_unix_s=date_in_name(folder.name), error=str(error))
+    told, why_not = _excitation(dive, vehicle)
+    return Glance(
+        began_unix_s=date_of(dive)[0],
+        duration_s=dive.duration_s,
+        loss=_loss(folder),
+        relative_std=told,
+        spans=_spans(dive, vehicle),
+        why_not=trouble or why_not,
+    )
+
+
+def _loss(folder: Path) -> float:
+    from identify.ingest.loss import loss_of
+
+    files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
+    return loss_of(files, str(folder)).share if files else math.nan
+
+
+def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:
+    from identify.excitation import excitation
+
+    if vehicle is None:
+        return None, "no vehicle file is known; give one with --vehicle"
+    try:
+        found = excitation(dive, vehicle, _configuration(dive, vehicle))
+    except SeatrialError as error:
+        return None, str(error)
+    return {one.name: one.relative_std for one in found.coefficients}, found.note
+
+
+def _spans(dive: "Dive", vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
+    from identify.excitation import spans
+
+    try:
+        configuration = "" if vehicle is None else _configuration(dive, vehicle)
+        found = spans(dive, vehicle, configuration)
+    except SeatrialError:
+        found = spans(dive)
+    return tuple(AxisSpan(s.axis, s.seconds, s.thrust, s.speed) for s in found)
+
+
+def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
+    return vehicle.configuration or vehicle.vehicle.configuration_at(dive.configuration_index())
+
+
+def _key(files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
+    """What a glance depends on."""
+    states = [(file, file.stat()) for file in files]
+    return {
+        "version": VERSION,
+        "recordings": [[file.name, state.st_size, state.st_mtime_ns] for file, state in states],
+        "vehicle": "" if vehicle is None else f"{vehicle.sha256}:{vehicle.configuration or ''}",
+    }
+
+
+def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
+    """The glance that was kept; None where there is none, or of something else."""
+    try:
+        data = json.loads((folder / GLANCE).read_text(encoding="utf-8"))
+        if data["key"] != key:
+            return None
+        told = data["glance"]
+        return Glance(**told | {"spans": tuple(AxisSpan(**span) for span in told["spans"])})
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
+    """Keep it, whole or not at all; a folder that can't be written does without."""
+    file = folder / GLANCE
+    partial = file.with_suffix(PARTIAL)
+    with contextlib.suppress(OSError):
+        partial.write_text(json.dumps({"key": key, "glance": asdict(glance)}), encoding="utf-8")
+        partial.replace(file)
+
+
+def _learnt(folder: Path) -> Iterator[str]:
+    """What the files beside a recording say, in words."""
+    sidecars = {sidecar_path(path) for path in folder.glob("*.param")}
+    for path in sorted(folder.iterdir()):
+        if path.suffix == ".param":
+            yield f"parameters {path.name}"
+        elif path.suffix == ".html":
+            yield f"page {path.name}"
+        elif path.suffix == ".json" and path.name != GLANCE and path not in sidecars:
+            yield from _of_result(path)
+
+
+def _of_result(path: Path) -> Iterator[str]:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return
+    for one in data if isinstance(data, list) else [data]:
+        if isinstance(one, dict) and "outcome" in one and "parameters" in one:
+            yield f"identified by {one.get('method', '?')}: {one['outcome']}"
+        elif isinstance(one, dict) and isinstance(one.get("verdict"), str):
+            yield f"diagnosed: {one['verdict']}"
