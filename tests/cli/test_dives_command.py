@@ -1,0 +1,203 @@
+"""`seatrial dives`: the list of dive folders, and the small file that makes it quick."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.framing import Encoder
+from bridge.messages.readings import Reading, encode
+from bridge.tlog import TlogWriter
+from gcs_plugin.folder import About, DiveFolder
+from tui import cli, dive_list, exit_codes
+from tui.dive_list import GLANCE, Glance, letters, row_of, short_name
+
+BOOT_US = 1_790_000_000_000_000
+ROOT = Path(__file__).resolve().parents[2]
+SURGE_FILE = """
+name: one-axis
+thrust_curve: {lag_s: 0.0}
+configurations:
+  only:
+    dry_mass_kg: 72.0
+    inertia_kgm2: [3.0, 9.0, 10.0]
+    thruster_limit_n: 60.0
+    thrusters:
+      - {direction: [1.0, 0.0, 0.0], position_m: [0.0, 0.0, 0.0]}
+"""
+
+
+def frames():
+    """A minute of a square wave of thrust at 10 Hz and what comes of it, as (time, frame)."""
+    encoder, rng, speed = Encoder(1, 1), np.random.default_rng(100_006), 0.0
+    for k in range(600):
+        push = 30.0 if (k // 80) % 2 else -30.0
+        speed += 0.1 * (push - 50.0 * speed) / 100.0
+        for signal, values in (
+            ("dvl", (speed + 0.004 * rng.normal(), 0.0, 0.0, 0.004)),
+            ("tau_cmd", (push, 0.0, 0.0, 0.0, 0.0, 0.0)),
+        ):
+            yield 0.1 * k, encoder.frame(*encode(Reading(signal, 1.0 + 0.1 * k, values)))
+
+
+@pytest.fixture(scope="module")
+def telemetry(tmp_path_factory):
+    """The recording, of which each twentieth frame is lost."""
+    path = tmp_path_factory.mktemp("recorded") / "telemetry.tlog"
+    with TlogWriter(path) as writer:
+        for k, (time_s, raw) in enumerate(frames()):
+            if k % 20:
+                writer.write(BOOT_US + round(time_s * 1e6), raw)
+    return path.read_bytes()
+
+
+@pytest.fixture
+def vehicle(tmp_path):
+    path = tmp_path / "one-axis.yaml"
+    path.write_text(SURGE_FILE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def dives(tmp_path, telemetry, vehicle):
+    """Three dive folders: two of the vehicle, and one that nobody can read."""
+    root = tmp_path / "dives"
+    for name, about in (
+        ("2026-11-20T0912Z-hovering", About(str(vehicle), "", "only", "calm, 12 m of tether")),
+        ("2026-11-20T1015Z-nobody", About()),
+    ):
+        folder = DiveFolder(root / name)
+        folder.path.mkdir(parents=True)
+        (folder.path / "telemetry.tlog").write_bytes(telemetry)
+        folder.describe(about)
+    broken = root / "2026-11-20T1100Z-broken"
+    broken.mkdir()
+    (broken / "telemetry.tlog").write_bytes(b"nothing of the kind" * 10)
+    (root / "no dive").mkdir()
+    return root
+
+
+@pytest.fixture
+def looks(monkeypatch):
+    """Counts the recordings that are read."""
+    seen = []
+    read = dive_list._looked
+
+    def counted(folder, *rest):
+        seen.append(folder.name)
+        return read(folder, *rest)
+
+    monkeypatch.setattr(dive_list, "_looked", counted)
+    return seen
+
+
+def test_the_list_says_length_loss_excitation_notes_and_what_was_learnt(dives, capsys):
+    hovering = dives / "2026-11-20T0912Z-hovering"
+    result = {"method": "likelihood", "outcome": "converged", "parameters": []}
+    (hovering / "answer.json").write_text(json.dumps(result), encoding="utf-8")
+    (hovering / "gap.json").write_text(json.dumps({"verdict": "explained"}), encoding="utf-8")
+    (hovering / "hovering.param").write_text("FF0_M_U,100\n", encoding="utf-8")
+    (hovering / "hovering.param.json").write_text("{}", encoding="utf-8")
+    assert cli.main(["dives", str(dives)]) == exit_codes.PARTLY
+    shown = capsys.readouterr().out
+    (line,) = [line for line in shown.splitlines() if line.endswith("  hovering")]
+    assert line.split() == ["2026-09-21", "14:13", "1:00", "0.2", "4.9", "U·····", "U·····", "hovering"]
+    assert "hovering: identified by likelihood: converged\n" in shown
+    assert "hovering: diagnosed: explained\n" in shown
+    assert "hovering: parameters hovering.param\n" in shown
+    assert "hovering: noted: calm, 12 m of tether\n" in shown
+    assert "nobody: what it could identify is not known: no vehicle file is known" in shown
+    assert "broken: can't be read: " in shown
+    assert "no dive" not in shown
+
+
+def test_json_holds_all_of_it(dives, tmp_path, capsys):
+    out = tmp_path / "dives.json"
+    cli.main(["dives", str(dives), "--json", str(out)])
+    capsys.readouterr()
+    by_name = {row["name"]: row for row in json.loads(out.read_text(encoding="utf-8"))}
+    assert set(by_name) == {"hovering", "nobody", "broken"}
+    hovering = by_name["hovering"]
+    assert hovering["duration_s"] == pytest.approx(60.0, abs=0.5)
+    assert hovering["loss"] == pytest.approx(0.05, abs=0.01)
+    assert [c["name"] for c in hovering["excitation"] if c["identifiable"]] == ["M_u", "D_u"]
+    assert hovering["axes"][0]["axis"] == "surge"
+    assert by_name["nobody"]["excitation"] is None
+    assert by_name["broken"]["error"]
+
+
+def test_a_vehicle_given_judges_dives_that_name_none(dives, vehicle, tmp_path, capsys):
+    out = tmp_path / "dives.json"
+    cli.main(["dives", str(dives / "2026-11-20T1015Z-nobody"), "--vehicle", str(vehicle), "--json", str(out)])
+    capsys.readouterr()
+    (row,) = json.loads(out.read_text(encoding="utf-8"))
+    assert row["excitation"][0]["identifiable"]
+
+
+def test_the_second_list_reads_no_recording(dives, looks, capsys):
+    cli.main(["dives", str(dives)])
+    first = capsys.readouterr().out
+    assert len(looks) == 3
+    cli.main(["dives", str(dives)])
+    assert len(looks) == 3
+    assert capsys.readouterr().out == first
+
+
+def test_a_recording_that_grew_or_another_vehicle_file_is_looked_at_anew(dives, looks, vehicle):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    row_of(folder)
+    with (folder / "telemetry.tlog").open("ab") as file:
+        file.write((folder / "telemetry.tlog").read_bytes()[:2000])
+    row_of(folder)
+    assert len(looks) == 2
+    vehicle.write_text(SURGE_FILE.replace("72.0", "80.0"), encoding="utf-8")
+    row_of(folder)
+    assert len(looks) == 3
+    row_of(folder)
+    assert len(looks) == 3
+
+
+@pytest.mark.parametrize("damage", ["", "{", "[]", '{"key": 1}'])
+def test_a_damaged_or_missing_glance_is_made_again(dives, looks, damage):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    before = row_of(folder).glance
+    (folder / GLANCE).write_text(damage, encoding="utf-8")
+    assert row_of(folder).glance == before
+    (folder / GLANCE).unlink()
+    assert row_of(folder).glance == before
+    assert len(looks) == 3
+
+
+def test_a_folder_that_can_not_be_written_is_listed_all_the_same(dives):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    (folder / GLANCE).with_suffix(dive_list.PARTIAL).mkdir()
+    assert row_of(folder).glance.relative_std
+    assert not (folder / GLANCE).exists()
+
+
+def test_a_vehicle_file_that_is_gone_is_told_and_the_rest_is_shown(dives, vehicle, capsys):
+    vehicle.unlink()
+    cli.main(["dives", str(dives)])
+    shown = capsys.readouterr().out
+    assert "the dive's vehicle file is not there; give one with --vehicle" in shown
+    assert "------" in shown
+
+
+def test_a_folder_without_dives_says_so_and_one_that_is_not_there_is_refused(tmp_path, capsys):
+    assert cli.main(["dives", str(tmp_path)]) == exit_codes.DONE
+    assert "holds no dive" in capsys.readouterr().out
+    assert cli.main(["dives", str(tmp_path / "nowhere")]) == exit_codes.BAD_INPUT
+
+
+def test_letters_are_capitals_to_a_tenth_small_to_three_tenths_and_dots_beyond():
+    std = {"M_u": 0.09, "M_v": 0.11, "M_w": 0.3, "I_p": 0.31}
+    assert letters(std, "mass") == "Uvw···"
+    assert letters(None, "damping") == "------"
+
+
+def test_names_are_what_follows_the_date():
+    assert short_name(Path("2026-11-20T0912Z-hovering-off")) == "hovering-off"
+    assert short_name(Path("lake-42")) == "lake-42"
+    assert short_name(Path("2026-11-20T0912Z")) == "2026-11-20T0912Z"
+    assert Glance().relative_std is None
