@@ -4,16 +4,23 @@ from collections.abc import Callable
 from typing import Any
 
 from gcs_plugin.recorder import Recorded, Recorder
-from gcs_plugin.watch.words import StatusTexts
+from gcs_plugin.watch import words
 
 Tell = Callable[[str], None]
+
+
+class StatusTexts(words.StatusTexts):
+    """Hears every frame of a link; `tell` gets each text whole, with whose it is."""
+
+    def __init__(self, tell: Tell) -> None:
+        super().__init__(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text}"))
 
 
 class TellingRecorder(Recorder):
     """A recorder that hands on what vehicles say in words."""
 
     def __init__(self, tell: Tell, *of_recorder: Any) -> None:
-        self._texts = StatusTexts(lambda source, _severity, text: tell(f"vehicle {source[0]}: {text}"))
+        self._texts = StatusTexts(tell)
         super().__init__(*of_recorder)
 
     def step(self, timeout_s: float) -> list[Recorded]:
