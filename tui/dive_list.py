@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
-from gcs_plugin.folder import DiveFolder
+from gcs_plugin.folder import About, DiveFolder
 from gcs_plugin.params.sidecar import sidecar_path
 
 if TYPE_CHECKING:
@@ -59,13 +59,14 @@ class Glance:
 
 @dataclass(frozen=True)
 class DiveRow:
-    """One dive of a list."""
+    """One dive of a list; `notes` and `events` are the crew's own words, each event with its time."""
 
     folder: Path
     name: str
     size_bytes: int
     glance: Glance
     notes: str
+    events: tuple[str, ...]
     learnt: tuple[str, ...]
 
 
@@ -80,10 +81,9 @@ def dive_folders(root: Path) -> list[Path]:
 
 def row_of(folder: Path, named: VehicleFile | None = None, load: Load = load_vehicle) -> DiveRow:
     """One dive; `named` is the vehicle file to judge it by, else the one that its `dive.yaml` names."""
-    notes, vehicle, trouble = "", named, ""
+    about, vehicle, trouble = About(), named, ""
     try:
         about = DiveFolder(folder).about()
-        notes = about.notes
         if vehicle is None:
             vehicle = _vehicle(about.vehicle_file, about.configuration, load)
     except ConfigError as error:
@@ -95,7 +95,8 @@ def row_of(folder: Path, named: VehicleFile | None = None, load: Load = load_veh
         glance = _looked(folder, vehicle, trouble)
         _keep(folder, key, glance)
     size = sum(file.stat().st_size for file in files)
-    return DiveRow(folder, short_name(folder), size, glance, notes, tuple(_learnt(folder)))
+    events = tuple(f"{event.utc} {event.text}" for event in about.events)
+    return DiveRow(folder, short_name(folder), size, glance, about.notes, events, tuple(_learnt(folder)))
 
 
 def rows_of(

@@ -8,6 +8,8 @@ from gcs_plugin.watch import words
 
 Tell = Callable[[str], None]
 
+printable = words.printable
+
 
 class StatusTexts(words.StatusTexts):
     """Hears every frame of a link; `tell` gets each text whole, with whose it is."""

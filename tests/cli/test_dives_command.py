@@ -9,7 +9,7 @@ import pytest
 from bridge.framing import Encoder
 from bridge.messages.readings import Reading, encode
 from bridge.tlog import TlogWriter
-from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.folder import About, DiveFolder, Event
 from tui import cli, dive_list, exit_codes
 from tui.dive_list import GLANCE, Glance, letters, row_of, short_name
 
@@ -64,7 +64,16 @@ def dives(tmp_path, telemetry, vehicle):
     """Three dive folders: two of the vehicle, and one that nobody can read."""
     root = tmp_path / "dives"
     for name, about in (
-        ("2026-11-20T0912Z-hovering", About(str(vehicle), "", "only", "calm, 12 m of tether")),
+        (
+            "2026-11-20T0912Z-hovering",
+            About(
+                str(vehicle),
+                "",
+                "only",
+                "calm, 12 m of tether",
+                (Event("2026-11-20T09:20:00Z", "touched weed"),),
+            ),
+        ),
         ("2026-11-20T1015Z-nobody", About()),
     ):
         folder = DiveFolder(root / name)
@@ -107,6 +116,7 @@ def test_the_list_says_length_loss_excitation_notes_and_what_was_learnt(dives, c
     assert "hovering: diagnosed: explained\n" in shown
     assert "hovering: parameters hovering.param\n" in shown
     assert "hovering: noted: calm, 12 m of tether\n" in shown
+    assert "hovering: noted at 2026-11-20T09:20:00Z touched weed\n" in shown
     assert "nobody: what it could identify is not known: no vehicle file is known" in shown
     assert "broken: can't be read: " in shown
     assert "no dive" not in shown

@@ -98,6 +98,8 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
     yield from row.learnt
     if row.notes:
         yield f"noted: {' '.join(row.notes.split())}"
+    for event in row.events:
+        yield f"noted at {' '.join(event.split())}"
 
 
 def clock_text(seconds: float) -> str:
@@ -131,5 +133,6 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "why_not": glance.why_not,
         "error": glance.error,
         "notes": row.notes,
+        "events": list(row.events),
         "learnt": list(row.learnt),
     }

@@ -1,0 +1,207 @@
+"""`seatrial watch`: a line a second, tables, and an exit code that a script can act on."""
+
+import io
+import json
+import math
+import threading
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mav
+from rich.console import Console
+from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
+
+from bridge.clock import SimulatedClock
+from bridge.framing import Encoder
+from bridge.link.memory import memory_pair
+from bridge.messages.readings import Reading, encode
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.holder import Holding
+from gcs_plugin.watch.watcher import Watcher
+from tui import cli, exit_codes, watched
+from tui.commands.watch import Look, code, screen
+
+RUVIFIST = load_vehicle("ruvifist")
+REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
+RECORDING = Holding(
+    7, "", ("udp",), "dives/a", "2026-11-20T09:12:03Z", 1234, 5_600_000, 0, 7200.0, (), 0.0
+)  # fmt: skip
+
+
+def said():
+    """What a healthy vehicle says: signals and values."""
+    return [
+        ("nu_ref", REFERENCE), ("imu", imu()), ("fog", (0.1,)), ("dvl", dvl()), ("altitude", (3.0,)),
+        ("pressure", (110000.0, 20.0)), ("attitude", (*LEVEL, *STILL)), ("pwm", (1500.0,) * 8),
+        ("rpm", (0.0,) * 58), ("battery", (15.9, 2.0)), ("gnss", (0.0, *(math.nan,) * 5, math.nan, 3.0)),
+        ("ff_mode", (1.0,)), ("veh_cfg", (1.0,)),
+    ]  # fmt: skip
+
+
+@pytest.fixture
+def watcher():
+    return Watcher(RUVIFIST)
+
+
+@pytest.fixture
+def healthy(watcher):
+    vehicle = OnAir(watcher)
+    vehicle.beats(1.0, armed=True)
+    for signal, values in said():
+        vehicle.tells(signal, values, 1.0)
+    return watcher
+
+
+class Played:
+    """A link that gives a chunk a step, each a tenth of a second after the one before, and then stops its reader."""
+
+    name = "played"
+
+    def __init__(self, chunks, clock, stop):
+        self.chunks, self.clock, self.stop = list(chunks), clock, stop
+
+    def read(self, timeout_s):
+        self.clock.advance_to(self.clock.boot_s() + timeout_s)
+        if not self.chunks:
+            self.stop.set()
+            return b""
+        return self.chunks.pop(0)
+
+
+def test_a_line_holds_what_a_crew_asks_for(healthy):
+    line = watched.line(healthy.picture(1.2), RECORDING)
+    assert line.startswith("ARMED | LINK 0.2 s  loss 0%  ")
+    assert " | u 0.30/0.40 v 0.00/0.10 w 0.00/0.20 r 0.100/0.030 | 15.9 V 2.0 A | FF shadow | " in line
+    assert line.endswith("| REC 1234 frames  5.6 MB  2 h left")
+
+
+def test_troubles_stand_at_its_end_the_worst_first(healthy):
+    vehicle = OnAir(healthy)
+    vehicle.tells("battery", (13.0, 2.0), 1.1)
+    vehicle.tells("dvl", NO_LOCK, 1.1)
+    line = watched.line(healthy.picture(1.2), None)
+    assert line.endswith(
+        "NOT RECORDING | DVL: no bottom lock for 0.2 s | battery: 13.0 V, and the thrust curve is of 16 V"
+    )
+
+
+def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):
+    assert watched.now_of(healthy.picture(1.9).traces["u"]) == "0.30 (0.9 s old)"
+    assert watched.now_of(healthy.picture(9.0).traces["u"]) == "--"
+
+
+def test_a_lost_link_and_an_armed_state_of_then_say_how_old_they_are(healthy):
+    picture = healthy.picture(13.0)
+    assert watched.line(picture, None).startswith("ARMED 12 s ago | LINK LOST 12 s  sys 1/1 | ")
+
+
+def test_before_a_vehicle_beats_nothing_is_called_missing(watcher):
+    assert watched.line(watcher.picture(1.0), None) == (
+        "UNKNOWN | NO LINK | depth -- m | u -- v -- w -- r -- | -- V -- A | NOT RECORDING"
+    )
+
+
+def test_heading_goes_from_0_to_359(watcher):
+    vehicle = OnAir(watcher)
+    vehicle.beats(1.0)
+    half = -0.001
+    vehicle.tells("attitude", (math.cos(half), 0.0, 0.0, math.sin(half), *STILL), 1.0)
+    assert watched.now_of(watcher.picture(1.1).traces["heading"]) == "0"
+
+
+def test_the_exit_code_says_whether_something_came_and_whether_all_is_well(healthy):
+    well = healthy.picture(1.2)
+    assert code(5, well, once=True) == exit_codes.DONE
+    poor = healthy.picture(9.0)
+    assert code(5, poor, once=True) == exit_codes.NO
+    assert code(5, poor, once=False) == exit_codes.DONE
+    assert code(0, Watcher(None).picture(1.0), once=True) == exit_codes.LINK
+
+
+def test_a_picture_is_made_every_second_and_once_more_at_the_end():
+    clock, stop = SimulatedClock(), threading.Event()
+    encoder = Encoder(1, 1)
+    beats = [encoder.encode(heartbeat(armed=k > 4)) for k in range(35)]
+    watcher, pictures = Watcher(None), []
+    link = Played(beats, clock, stop)
+    looked = Look(link, watcher, clock)
+    read = link.read
+
+    def spied(timeout_s):
+        if not pictures or looked.picture is not pictures[-1]:
+            pictures.append(looked.picture)
+        return read(timeout_s)
+
+    link.read = spied
+    looked.listen(stop)
+    assert looked.frames == 35
+    assert [round(picture.now_s - pictures[0].now_s) for picture in pictures] == [0, 1, 2, 3]
+    assert looked.picture.armed.value == "ARMED"
+    assert looked.picture.now_s > pictures[-1].now_s
+
+
+def test_the_screen_dims_what_is_not_fresh_and_fits_80_columns(healthy):
+    console = Console(width=80, record=True, force_terminal=True, color_system="standard", file=io.StringIO())
+    console.print(screen(healthy.picture(1.9), RECORDING, 80))
+    styled = console.export_text(styles=True)
+    lines = styled.splitlines()
+    (dvl_line,) = [line for line in lines if "silent for 0.9 s" in line and "DVL" in line]
+    assert dvl_line.startswith("\x1b[2m")
+    (battery,) = [line for line in lines if "battery" in line]
+    assert not battery.startswith("\x1b[2m")
+    assert "\x1b[1mARMED" in lines[0]
+    plain = [line for line in console_text(healthy.picture(1.9)) if line]
+    assert max(map(len, plain)) <= 80
+
+
+def console_text(picture):
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(screen(picture, None, 80))
+    return console.export_text().splitlines()
+
+
+@pytest.fixture
+def on_link(monkeypatch):
+    """The far end of the link that `watch` opens."""
+    near, far = memory_pair()
+    monkeypatch.setattr("tui.links.link_for", lambda _: near)
+    monkeypatch.setattr("tui.links.holding_now", lambda: None)
+    return far
+
+
+def test_once_prints_tables_writes_json_and_ends_with_1_where_a_sensor_is_bad(on_link, tmp_path, capsys):
+    encoder = Encoder(1, 1)
+    on_link.write(encoder.encode(heartbeat()))
+    on_link.write(encoder.encode(mav.MAVLink_statustext_message(3, b"leak in the bow")))
+    for signal, values in said():
+        values = NO_LOCK if signal == "dvl" else values
+        on_link.write(encoder.frame(*encode(Reading(signal, 1.0, values))))
+    out = tmp_path / "picture.json"
+    line = [
+        "watch",
+        "--link",
+        "any",
+        "--vehicle",
+        "ruvifist",
+        "--once",
+        "--seconds",
+        "0.05",
+        "--json",
+        str(out),
+    ]
+    assert cli.main(line) == exit_codes.NO
+    shown = capsys.readouterr().out
+    assert shown.startswith("DISARMED  FF shadow  hovering\n")
+    assert "error: leak in the bow" in shown
+    (row,) = [line for line in shown.splitlines() if line.startswith("DVL")]
+    assert "bad" in row
+    assert "no bottom lock for" in row
+    data = json.loads(out.read_text(encoding="utf-8"))
+    assert data["armed"] == "DISARMED"
+    assert {sensor["signal"]: sensor["condition"] for sensor in data["sensors"]}["dvl"] == "bad"
+    assert data["quantities"]["r"]["value"] == pytest.approx(0.1)
+
+
+@pytest.mark.usefixtures("on_link")
+def test_where_nothing_comes_it_says_so_and_ends_with_3(capsys):
+    assert cli.main(["watch", "--link", "any", "--seconds", "0.05"]) == exit_codes.LINK
+    assert "nothing arrived on memory:" in capsys.readouterr().err
