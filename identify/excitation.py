@@ -31,8 +31,11 @@ from identify.planning.knowledge import NAMES, Knowledge, before_any_dive
 from identify.planning.propose import relative_std, stamped
 
 STEP_S: Final = 0.05
-TAPER_S: Final = 5.0
-"""A recording that begins or ends in motion is faded in and out over so long."""
+FADE_S: Final = 20.0
+"""A motion with which a recording ends is let fade over so long: an end at once would tell more than any manoeuvre."""
+
+AT_FIRST_S: Final = 1.0
+"""A dive begins in balance, at rest as a rule: what its thrust is then holds it against buoyancy."""
 
 MISSED_PERIODS: Final = 3.0
 YAW: Final = 5
@@ -104,13 +107,13 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
     motion = np.column_stack(
         [_answer(driving[:, dof], knowledge, dof, right[dof]) for dof in range(len(DOFS))]
     )
-    motion *= _taper(len(grid))[:, None]
     share = np.sqrt([_read_share(dive, dof, grid, motion[:, dof]) for dof in range(len(DOFS))])
-    told = of_motion(STEP_S, share * motion, knowledge, read, right)
+    motion = share * np.concatenate([motion, motion[-1] * _fading()])
+    told = of_motion(STEP_S, motion, knowledge, read, right)
     for dof in read:
         if right[dof] > 0:
             told += _swinging(knowledge, dof, right[dof], _common_s(dive, dof))
-    timing = of_timing(STEP_S, share * motion, knowledge, read, right)
+    timing = of_timing(STEP_S, motion, knowledge, read, right)
     std = relative_std(stamped(told, timing))
     return Excitation(tuple(Excited(c.name, float(s)) for c, s in zip(COEFFICIENTS, std, strict=True)))
 
@@ -168,16 +171,16 @@ def _as_recorded(knowledge: Knowledge, dive: Dive) -> Knowledge:
 
 
 def _driving(dive: Dive, forces: WrenchHistory, knowledge: Knowledge, grid: Array) -> Array:
-    """Thrust and Coriolis forces (m, 6), means over the step from each time on, less the trim that balances them."""
+    """Thrust and Coriolis forces (m, 6), means over the step from each time on, less what balances them at first."""
     mass = [knowledge.values[c.name] for c in MASSES]
     speeds = tuple(smoothed_velocity(dive, grid + 0.5 * STEP_S).T)
     carried = np.column_stack([np.broadcast_to(np.asarray(f), len(grid)) for f in coriolis(mass, speeds)])
     force = forces.mean_between(grid, grid + STEP_S) - carried
-    return np.asarray(force - force.mean(axis=0))
+    return np.asarray(force - force[: round(AT_FIRST_S / STEP_S)].mean(axis=0))
 
 
 def _answer(force: Array, knowledge: Knowledge, dof: int, stiffness_nm: float) -> Array:
-    """The velocity (m,) of M nu_dot + D nu + K int nu = force, from rest, by the ratio of their spectra."""
+    """The velocity (m,) of M nu_dot + D nu + K int nu = force, from balance, by the ratio of their spectra."""
     mass, damping = knowledge.values[MASSES[dof].name], knowledge.values[DAMPINGS[dof].name]
     # As much silence again behind it, or the end would come round to the beginning.
     spectrum = np.fft.rfft(force, 2 * len(force))
@@ -199,10 +202,9 @@ def _swinging(knowledge: Knowledge, dof: int, stiffness_nm: float, seconds: floa
     return out
 
 
-def _taper(count: int) -> Array:
-    """(m,) weights that rise from 0 and fall to 0 within TAPER_S, as a cosine does."""
-    ends_s = STEP_S * np.minimum(np.arange(count), np.arange(count)[::-1])
-    return np.asarray(np.sin(0.5 * np.pi * np.clip(ends_s / TAPER_S, 0.0, 1.0)) ** 2)
+def _fading() -> Array:
+    """(k, 1) from 1 to 0 within FADE_S, as a cosine does."""
+    return np.asarray(0.5 + 0.5 * np.cos(np.pi * np.arange(STEP_S, FADE_S, STEP_S) / FADE_S))[:, None]
 
 
 def _read_share(dive: Dive, dof: int, grid: Array, velocity: Array) -> float:

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Final
 from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
 from gcs_plugin.folder import About, DiveFolder
-from gcs_plugin.params.sidecar import sidecar_path
 
 if TYPE_CHECKING:
     from identify.dive import Dive
@@ -246,13 +245,12 @@ def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
 
 def _learnt(folder: Path) -> Iterator[str]:
     """What the files beside a recording say, in words."""
-    sidecars = {sidecar_path(path) for path in folder.glob("*.param")}
     for path in sorted(folder.iterdir()):
         if path.suffix == ".param":
             yield f"parameters {path.name}"
         elif path.suffix == ".html":
             yield f"page {path.name}"
-        elif path.suffix == ".json" and path.name != GLANCE and path not in sidecars:
+        elif path.suffix == ".json" and path.name != GLANCE:
             yield from _of_result(path)
 
 

@@ -31,7 +31,7 @@ def valued(value: float, unit: str, age_s: float, freshness: Freshness) -> str:
     elif unit == "deg":
         text = str(round(value) % 360)
     else:
-        text = f"{value:.{DECIMALS[unit]}f}"
+        text = f"{value:z.{DECIMALS[unit]}f}"
     return text if freshness is Freshness.FRESH else f"{text} ({age_s:.1f} s old)"
 
 

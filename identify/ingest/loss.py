@@ -55,7 +55,7 @@ def _of_component(frames: Frames, rows: Rows) -> Loss:
     step = (step + ROUND // 2) % ROUND - ROUND // 2
     silent = np.diff(frames.arrival_s[rows]) > RESTART_S
     received = lost = 0
-    for run in np.split(np.concatenate(([0], np.where(silent, 0, step))), np.flatnonzero(silent) + 1):
+    for run in np.split(np.concatenate(([0], step)), np.flatnonzero(silent) + 1):
         different = len(np.unique(np.cumsum(run)))
         received += different
         lost += int(np.ptp(np.cumsum(run))) + 1 - different

@@ -64,6 +64,24 @@ def test_what_was_not_read_tells_nothing(dive):
     assert told(blind)["M_u"] / told(dive)["M_u"] == pytest.approx(2.0, rel=0.25)
 
 
+def test_a_recording_that_ends_in_motion_tells_no_more_than_one_that_stopped(dive):
+    time_s = dive.velocity.time_s
+
+    def pushed(until_s):
+        wrench = np.zeros((len(time_s), 6))
+        wrench[(time_s > 150) & (time_s < until_s), 0] = 20.0
+        return told(replace(dive, tau_cmd=Signal(time_s, wrench)))
+
+    # One start instead of a start and a stop.
+    assert pushed(400.0)["M_u"] / pushed(280.0)["M_u"] == pytest.approx(math.sqrt(2), rel=0.15)
+
+
+def test_thrust_that_holds_against_buoyancy_all_the_time_tells_nothing(dive):
+    held = np.zeros((len(dive.tau_cmd.time_s), 6))
+    held[:, 0] = 5.0
+    assert set(told(replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, held))).values()) == {math.inf}
+
+
 def test_a_dive_without_commands_without_readings_or_too_short_says_why(dive):
     for less, why in (
         (replace(dive, tau_cmd=None), "neither thruster commands"),

@@ -3,6 +3,7 @@
 import io
 import json
 import math
+import re
 import threading
 
 import pytest
@@ -12,7 +13,6 @@ from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
 
 from bridge.clock import SimulatedClock
 from bridge.framing import Encoder
-from bridge.link.memory import memory_pair
 from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.holder import Holding
@@ -65,6 +65,9 @@ class Played:
             self.stop.set()
             return b""
         return self.chunks.pop(0)
+
+    def close(self):
+        self.stop.set()
 
 
 def test_a_line_holds_what_a_crew_asks_for(healthy):
@@ -161,33 +164,26 @@ def console_text(picture):
 
 @pytest.fixture
 def on_link(monkeypatch):
-    """The far end of the link that `watch` opens."""
-    near, far = memory_pair()
-    monkeypatch.setattr("tui.links.link_for", lambda _: near)
+    """Chunks that the link of `watch` will give, one a step; the verb ends after the last."""
+    chunks, clock, stop = [], SimulatedClock(), threading.Event()
+    monkeypatch.setattr("tui.links.link_for", lambda _: Played(chunks, clock, stop))
     monkeypatch.setattr("tui.links.holding_now", lambda: None)
-    return far
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: clock)
+    monkeypatch.setattr(
+        "tui.running.until_stopped", lambda work, _clock, _seconds, each: (work(stop), each(1.0))
+    )
+    return chunks
 
 
 def test_once_prints_tables_writes_json_and_ends_with_1_where_a_sensor_is_bad(on_link, tmp_path, capsys):
     encoder = Encoder(1, 1)
-    on_link.write(encoder.encode(heartbeat()))
-    on_link.write(encoder.encode(mav.MAVLink_statustext_message(3, b"leak in the bow")))
+    on_link.append(encoder.encode(heartbeat()))
+    on_link.append(encoder.encode(mav.MAVLink_statustext_message(3, b"leak in the bow")))
     for signal, values in said():
         values = NO_LOCK if signal == "dvl" else values
-        on_link.write(encoder.frame(*encode(Reading(signal, 1.0, values))))
+        on_link.append(encoder.frame(*encode(Reading(signal, 1.0, values))))
     out = tmp_path / "picture.json"
-    line = [
-        "watch",
-        "--link",
-        "any",
-        "--vehicle",
-        "ruvifist",
-        "--once",
-        "--seconds",
-        "0.05",
-        "--json",
-        str(out),
-    ]
+    line = ["watch", "--link", "any", "--vehicle", "ruvifist", "--once", "--json", str(out)]
     assert cli.main(line) == exit_codes.NO
     shown = capsys.readouterr().out
     assert shown.startswith("DISARMED  FF shadow  hovering\n")
@@ -201,7 +197,15 @@ def test_once_prints_tables_writes_json_and_ends_with_1_where_a_sensor_is_bad(on
     assert data["quantities"]["r"]["value"] == pytest.approx(0.1)
 
 
+def test_in_a_pipe_each_picture_is_a_line_with_its_time(on_link, capsys):
+    encoder = Encoder(1, 1)
+    on_link.extend(encoder.encode(heartbeat(armed=True)) for _ in range(3))
+    assert cli.main(["watch", "--link", "any"]) == exit_codes.DONE
+    (line,) = capsys.readouterr().out.splitlines()
+    assert re.match(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ ARMED \| LINK 0\.\d s ", line)
+
+
 @pytest.mark.usefixtures("on_link")
 def test_where_nothing_comes_it_says_so_and_ends_with_3(capsys):
-    assert cli.main(["watch", "--link", "any", "--seconds", "0.05"]) == exit_codes.LINK
-    assert "nothing arrived on memory:" in capsys.readouterr().err
+    assert cli.main(["watch", "--link", "any"]) == exit_codes.LINK
+    assert "nothing arrived on played" in capsys.readouterr().err

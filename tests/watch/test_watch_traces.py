@@ -127,6 +127,7 @@ def test_ardusub_tells_attitude_rates_depth_thrusters_and_battery_in_its_own_mes
     sub.says(mav.MAVLink_attitude_message(1000, 0.1, -0.2, 2.0, 0.01, 0.02, 0.03), 1.0)
     sub.says(mav.MAVLink_vfr_hud_message(0, 0, 0, 0, -3.25, 0), 1.0)
     sub.says(mav.MAVLink_servo_output_raw_message(10**6, 0, *range(1501, 1507), 0, 0), 1.0)
+    sub.says(mav.MAVLink_servo_output_raw_message(10**6, 1, *range(1601, 1607), 0, 0), 1.0)
     sub.says(mav.MAVLink_sys_status_message(0, 0, 0, 0, 15100, 1230, 50, 0, 0, 0, 0, 0, 0), 1.0)
     picture = watcher.picture(1.1)
     values = {key: float(t.value[-1]) for key, t in picture.traces.items() if len(t.value)}

@@ -58,6 +58,18 @@ def test_a_ground_station_is_no_vehicle_and_no_link_row(watcher, vehicle):
     assert [(row.system, row.component) for row in watcher.picture(1.0).links] == [(1, 1)]
 
 
+@pytest.mark.parametrize(
+    ("kind", "autopilot"),
+    [(mav.MAV_TYPE_GCS, mav.MAV_AUTOPILOT_INVALID), (mav.MAV_TYPE_GIMBAL, mav.MAV_AUTOPILOT_INVALID)],
+)
+def test_who_is_no_vehicle_is_not_watched_though_it_beats_first(kind, autopilot):
+    watcher = Watcher(None)
+    OnAir(watcher, 200, 190).beats(0.5, kind=kind, autopilot=autopilot, armed=True)
+    OnAir(watcher, 3).beats(1.0, armed=True)
+    assert watcher.system == 3
+    assert watcher.picture(1.0).armed is Armed.ARMED
+
+
 def test_an_autopilots_word_on_arming_counts_before_its_companions(watcher):
     bridge, autopilot = OnAir(watcher, 1, 191), OnAir(watcher, 1, 1)
     companion = {"kind": mav.MAV_TYPE_ONBOARD_CONTROLLER, "autopilot": mav.MAV_AUTOPILOT_INVALID}
