@@ -2,8 +2,9 @@
 
 The motion is that which the recorded thrust drives in the vehicle file's model, and the Coriolis forces of the
 recorded velocities with it: what waves and sensor noise add to a recorded velocity tells nothing of the vehicle. What
-such a motion tells is `planning.information`'s; noise and disturbance are a typical vehicle's. Roll and pitch, which
-right themselves, are known by how they swing as well.
+such forces tell is `planning.information`'s; noise and disturbance are a typical vehicle's. A mass is known by its own
+axis and by the Coriolis forces that it makes in others; roll and pitch, which right themselves, by how they swing, too,
+as far as the vehicle file knows what rights them.
 """
 
 import contextlib
@@ -20,14 +21,15 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Array, Dive, Signal
 from identify.estimators.axes import LEAST_COMMANDS_HZ, commands_hz
+from identify.estimators.doubts import LATER_S
 from identify.estimators.lasting import common_s
 from identify.estimators.places import stiffness
 from identify.estimators.said import SHORTEST_DIVE_S
 from identify.estimators.smoothing import smoothed_velocity
-from identify.forces import WrenchHistory, wrench
+from identify.forces import wrench
 from identify.identification import LARGEST_RELATIVE_STD
-from identify.planning.information import of_motion, of_swinging, of_timing
-from identify.planning.knowledge import NAMES, Knowledge, before_any_dive
+from identify.planning.information import of_forces, of_swinging
+from identify.planning.knowledge import NAMES, AxisNoise, Knowledge, before_any_dive
 from identify.planning.propose import relative_std, stamped
 
 STEP_S: Final = 0.05
@@ -101,19 +103,20 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
     if not read:
         return _nothing(f"no axis has thrust and readings of motion together for {SHORTEST_DIVE_S:.0f} s")
     knowledge = _as_recorded(before_any_dive(file, configuration), dive)
-    right = [stiffness(file.vehicle.configurations[configuration], dof) for dof in range(len(DOFS))]
+    shape = file.vehicle.configurations[configuration]
     grid = np.arange(forces.time_s[0], forces.time_s[-1], STEP_S)
-    driving = _driving(dive, forces, knowledge, grid)
-    motion = np.column_stack(
-        [_answer(driving[:, dof], knowledge, dof, right[dof]) for dof in range(len(DOFS))]
-    )
-    share = np.sqrt([_read_share(dive, dof, grid, motion[:, dof]) for dof in range(len(DOFS))])
-    motion = share * np.concatenate([motion, motion[-1] * _fading()])
-    told = of_motion(STEP_S, motion, knowledge, read, right)
-    for dof in read:
-        if right[dof] > 0:
-            told += _swinging(knowledge, dof, right[dof], _common_s(dive, dof))
-    timing = of_timing(STEP_S, motion, knowledge, read, right)
+    thrust = forces.mean_between(grid, grid + STEP_S)
+    thrust = thrust - thrust[: round(AT_FIRST_S / STEP_S)].mean(axis=0)
+    speeds = smoothed_velocity(dive, grid + 0.5 * STEP_S)
+    told, timing = np.zeros((len(NAMES), len(NAMES))), np.zeros((len(read), len(NAMES)))
+    for row, dof in enumerate(read):
+        axis = _Axis(dof, knowledge, stiffness(shape, dof))
+        found, velocity = axis.information(thrust[:, dof], axis.coriolis(speeds))
+        found *= _read_share(dive, dof, grid, velocity)
+        told += found[:-1, :-1]
+        timing[row] = found[-1, :-1]
+        if axis.stiffness > 0:
+            told += axis.by_swinging(_common_s(dive, dof))
     std = relative_std(stamped(told, timing))
     return Excitation(tuple(Excited(c.name, float(s)) for c, s in zip(COEFFICIENTS, std, strict=True)))
 
@@ -170,36 +173,68 @@ def _as_recorded(knowledge: Knowledge, dive: Dive) -> Knowledge:
     return replace(knowledge, noise=tuple(noise))
 
 
-def _driving(dive: Dive, forces: WrenchHistory, knowledge: Knowledge, grid: Array) -> Array:
-    """Thrust and Coriolis forces (m, 6), means over the step from each time on, less what balances them at first."""
-    mass = [knowledge.values[c.name] for c in MASSES]
-    speeds = tuple(smoothed_velocity(dive, grid + 0.5 * STEP_S).T)
-    carried = np.column_stack([np.broadcast_to(np.asarray(f), len(grid)) for f in coriolis(mass, speeds)])
-    force = forces.mean_between(grid, grid + STEP_S) - carried
-    return np.asarray(force - force[: round(AT_FIRST_S / STEP_S)].mean(axis=0))
+@dataclass(frozen=True)
+class _Axis:
+    """One degree of freedom of the vehicle file's model: M nu_dot + D nu + K int nu = thrust - Coriolis force."""
 
+    dof: int
+    knowledge: Knowledge
+    stiffness: float
 
-def _answer(force: Array, knowledge: Knowledge, dof: int, stiffness_nm: float) -> Array:
-    """The velocity (m,) of M nu_dot + D nu + K int nu = force, from balance, by the ratio of their spectra."""
-    mass, damping = knowledge.values[MASSES[dof].name], knowledge.values[DAMPINGS[dof].name]
-    # As much silence again behind it, or the end would come round to the beginning.
-    spectrum = np.fft.rfft(force, 2 * len(force))
-    w = 2 * np.pi * np.fft.rfftfreq(2 * len(force), STEP_S)
-    righting = np.divide(stiffness_nm, 1j * w, out=np.zeros(len(w), np.complex128), where=w > 0)
-    velocity: Array = np.fft.irfft(spectrum / (1j * w * mass + damping + righting), 2 * len(force))[
-        : len(force)
-    ]
-    return velocity
+    @property
+    def mass(self) -> float:
+        return self.knowledge.values[MASSES[self.dof].name]
 
+    @property
+    def damping(self) -> float:
+        return self.knowledge.values[DAMPINGS[self.dof].name]
 
-def _swinging(knowledge: Knowledge, dof: int, stiffness_nm: float, seconds: float) -> Array:
-    """(12, 12) information of how an axis that rights itself swings."""
-    names = [MASSES[dof].name, DAMPINGS[dof].name]
-    mass, damping = (knowledge.values[name] for name in names)
-    out = np.zeros((len(NAMES), len(NAMES)))
-    places = [NAMES.index(name) for name in names]
-    out[np.ix_(places, places)] = of_swinging(seconds, mass, damping, knowledge.noise[dof], stiffness_nm)
-    return out
+    @property
+    def noise(self) -> AxisNoise:
+        return self.knowledge.noise[self.dof]
+
+    def coriolis(self, nu: Array) -> Array:
+        """(m, 6): what each of the six masses has in this axis's Coriolis force at velocities (m, 6)."""
+        columns = []
+        for place, mass in enumerate(self.knowledge.values[c.name] for c in MASSES):
+            alone = [mass if place == k else 0.0 for k in range(len(MASSES))]
+            columns.append(np.broadcast_to(np.asarray(coriolis(alone, tuple(nu.T))[self.dof]), len(nu)))
+        return np.column_stack(columns)
+
+    def information(self, thrust: Array, carried: Array) -> tuple[Array, Array]:
+        """(13, 13) of log coefficients and of when thrust acts, s; the velocity (m,) that this takes.
+
+        `thrust` (m,) beyond what balances the axis at first, `carried` (m, 6) as `coriolis` gives it.
+        """
+        velocity, acceleration, later = self._answer(thrust - carried.sum(axis=1), thrust)
+        changed = np.zeros((len(thrust), len(NAMES) + 1))
+        changed[:, : len(MASSES)] = carried
+        changed[:, self.dof] += self.mass * acceleration
+        changed[:, len(MASSES) + self.dof] = self.damping * velocity
+        changed[:, -1] = later
+        changed = np.concatenate([changed, changed[-1] * _fading()])
+        found = of_forces(STEP_S, changed, self.mass, self.damping, self.noise, self.stiffness)
+        return found, velocity
+
+    def by_swinging(self, seconds: float) -> Array:
+        """(12, 12) information of how an axis that rights itself swings."""
+        out = np.zeros((len(NAMES), len(NAMES)))
+        places = [self.dof, len(MASSES) + self.dof]
+        out[np.ix_(places, places)] = of_swinging(
+            seconds, self.mass, self.damping, self.noise, self.stiffness
+        )
+        return out
+
+    def _answer(self, force: Array, thrust: Array) -> tuple[Array, Array, Array]:
+        """Velocity and acceleration (m,) from balance, and what `thrust` changes by a second that it comes later."""
+        # As much silence again behind it, or the end would come round to the beginning.
+        count, twice = len(force), 2 * len(force)
+        jw = 2j * np.pi * np.fft.rfftfreq(twice, STEP_S)
+        righting = np.divide(self.stiffness, jw, out=np.zeros(len(jw), np.complex128), where=jw != 0)
+        speed = np.fft.rfft(force, twice) / (jw * self.mass + self.damping + righting)
+        later = np.fft.rfft(thrust, twice) * jw / (1 + jw * LATER_S)
+        of_speed, of_slope, of_later = (np.fft.irfft(s, twice)[:count] for s in (speed, jw * speed, later))
+        return of_speed, of_slope, of_later
 
 
 def _fading() -> Array:

@@ -10,10 +10,8 @@ and mass and damping are told apart at every frequency, being in quadrature. The
 The forces by which axes act on each other count as known, and so do noise levels, whose information stands apart.
 
 Thrust that acts a little later answers as -j w V / (1 + j w L), behind the last part of a lag L: what that has in
-common with mass and damping, no dive can tell from them. Where an axis is righted, Z = M j w + D + K / (j w).
+common with mass and damping, no dive can tell from them.
 """
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,58 +22,61 @@ from identify.planning.knowledge import NAMES, AxisNoise, Knowledge
 
 Array = NDArray[np.float64]
 
-UNRIGHTED = (0.0,) * 6
-
 TELLING_HZ = 5.0
 """Above that a DVL reads nothing, and no vehicle of this size moves."""
 
 
-def of_motion(
-    step_s: float,
-    nu: Array,
-    knowledge: Knowledge,
-    dofs: tuple[int, ...],
-    stiffness: Sequence[float] = UNRIGHTED,
-) -> Array:
+def of_motion(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
     """(12, 12) information of log coefficients that the axes `dofs` give, moving as `nu` (n, 6) from rest to rest.
 
-    Rows are `step_s` apart; the order is that of `NAMES`. `stiffness` (6,): righting moment by angle, which is known.
+    Rows are `step_s` apart; the order is that of `NAMES`.
     """
     out = np.zeros((len(NAMES), len(NAMES)))
     for dof in dofs:
         mass, damping = MASSES[dof].name, DAMPINGS[dof].name
-        m, d = knowledge.values[mass], knowledge.values[damping]
-        found = of_axis(step_s, nu[:, dof], m, d, knowledge.noise[dof], stiffness[dof])
+        found = of_axis(
+            step_s, nu[:, dof], knowledge.values[mass], knowledge.values[damping], knowledge.noise[dof]
+        )
         for name, value in zip((mass, damping), found, strict=True):
             out[NAMES.index(name), NAMES.index(name)] = value
     return out
 
 
-def of_timing(
-    step_s: float,
-    nu: Array,
-    knowledge: Knowledge,
-    dofs: tuple[int, ...],
-    stiffness: Sequence[float] = UNRIGHTED,
-) -> Array:
+def of_timing(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
     """(k, 12) information that log coefficients share with when thrust acts, s, in each of the k axes `dofs`."""
     out = np.zeros((len(dofs), len(NAMES)))
     for row, dof in enumerate(dofs):
         mass, damping = MASSES[dof].name, DAMPINGS[dof].name
         m, d = knowledge.values[mass], knowledge.values[damping]
-        w, weight = _spectrum(step_s, nu[:, dof], m, d, knowledge.noise[dof], stiffness[dof])
-        impedance, later = m * 1j * w + d + stiffness[dof] / (1j * w), 1j * w / (1 + 1j * w * LATER_S)
+        w, weight = _spectrum(step_s, nu[:, dof], m, d, knowledge.noise[dof])
+        impedance, later = m * 1j * w + d, 1j * w / (1 + 1j * w * LATER_S)
         for name, answer in ((mass, m * 1j * w), (damping, d)):
             out[row, NAMES.index(name)] = np.sum((np.conj(answer) * impedance * later).real * weight)
     return out
 
 
 def of_axis(
-    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise, stiffness: float = 0.0
+    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
 ) -> tuple[float, float]:
-    """Information of log M and of log D in the velocity (n,) of one axis, righted by `stiffness` of its angle."""
-    w, weight = _spectrum(step_s, velocity, mass, damping, noise, stiffness)
+    """Information of log M and of log D in the velocity (n,) of one axis."""
+    w, weight = _spectrum(step_s, velocity, mass, damping, noise)
     return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
+
+
+def of_forces(
+    step_s: float, forces: Array, mass: float, damping: float, noise: AxisNoise, stiffness: float = 0.0
+) -> Array:
+    """(k, k) information of what changes the forces on an axis by `forces` (n, k), from balance to balance.
+
+    `stiffness` is that of its righting moment by its angle, which is known.
+    """
+    frequency = np.asarray(np.fft.rfftfreq(len(forces), step_s), dtype=np.float64)
+    told = (frequency > 0) & (frequency <= TELLING_HZ)
+    w = 2 * np.pi * frequency[told]
+    spectra = np.fft.rfft(forces, axis=0)[told] * step_s
+    impedance = (mass * w - stiffness / w) ** 2 + damping**2
+    weight = 2.0 / (impedance * _read(w, noise) + _pushed(w, noise)) / (len(forces) * step_s)
+    return np.asarray((spectra.conj().T @ (spectra * weight[:, None])).real)
 
 
 def of_swinging(seconds: float, mass: float, damping: float, noise: AxisNoise, stiffness: float) -> Array:
@@ -109,7 +110,7 @@ def _pushed(w: Array, noise: AxisNoise) -> Array:
 
 
 def _spectrum(
-    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise, stiffness: float
+    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
 ) -> tuple[Array, Array]:
     """Frequencies (m,), rad/s, and |V|^2 / (|Z|^2 N + S_d) there."""
     frequency = np.asarray(np.fft.rfftfreq(len(velocity), step_s), dtype=np.float64)
@@ -117,7 +118,7 @@ def _spectrum(
     told = (frequency > 0) & (frequency <= TELLING_HZ)
     w = 2 * np.pi * frequency[told]
     power = power[told]
-    impedance = (mass * w - stiffness / w) ** 2 + damping**2
+    impedance = (mass * w) ** 2 + damping**2
     # Two for the frequencies below zero, one over the duration for the width of a line.
     weight: Array = 2.0 * power / (impedance * _read(w, noise) + _pushed(w, noise)) / (len(velocity) * step_s)
     return w, weight

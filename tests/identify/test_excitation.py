@@ -12,6 +12,8 @@ from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
 from identify.excitation import excitation, spans
+from identify.planning.information import of_axis, of_forces
+from identify.planning.knowledge import AxisNoise
 
 FILE = closed_loop.vehicle_file()
 HEAVY = load_vehicle("bluerov2_heavy")
@@ -106,6 +108,44 @@ def test_roll_and_pitch_are_known_by_how_they_swing():
     assert found["I_p"].identifiable
     assert not found["I_r"].identifiable
     assert not found["M_u"].identifiable
+
+
+def test_a_mass_is_known_by_what_it_does_to_the_other_axes():
+    time_s = np.arange(0.0, 300.0, 0.05)
+    yaw = 0.2 * np.sin(2 * np.pi * time_s / 20.0)
+    sway = 0.05 * np.cos(2 * np.pi * time_s / 20.0)
+    wrench = np.zeros((len(time_s), 6))
+    wrench[:, 0] = 10.0 * np.sin(2 * np.pi * time_s / 13.0)
+    wrench[:, 5] = 2.0 * np.sin(2 * np.pi * time_s / 20.0)
+    rng = np.random.default_rng(100_007)
+
+    def found(sway):
+        velocity = np.column_stack([np.zeros(len(time_s)), sway, np.zeros(len(time_s))])
+        dive = Dive(
+            "turning",
+            FILE.path,
+            "1" * 64,
+            velocity=Signal(time_s, velocity + 0.004 * rng.normal(size=velocity.shape)),
+            gyro=Signal(time_s, np.column_stack([0 * yaw, 0 * yaw, yaw])),
+            tau_cmd=Signal(time_s, wrench),
+        )
+        return told(dive)["M_v"]
+
+    # Surge feels M_v v r where the vehicle drifts as it turns, and its thrust weighs that.
+    assert found(sway) < 0.3
+    assert found(0 * sway) > 1.0
+
+
+def test_what_forces_tell_is_what_their_motion_does():
+    """Of one axis alone, the information of forces and that of a motion are the same sum."""
+    noise, step_s, rng = AxisNoise(0.35, 1.5, 1.6e-6), 0.05, np.random.default_rng(100_008)
+    velocity = np.cumsum(rng.normal(size=4000)) * np.hanning(4000)
+    jw = 2j * np.pi * np.fft.rfftfreq(4000, step_s)
+    slope = np.fft.irfft(jw * np.fft.rfft(velocity), 4000)
+    of_mass, of_damping = of_axis(step_s, velocity, 100.0, 50.0, noise)
+    told = of_forces(step_s, np.column_stack([100.0 * slope, 50.0 * velocity]), 100.0, 50.0, noise)
+    assert np.diag(told) == pytest.approx([of_mass, of_damping])
+    assert told[0, 1] == pytest.approx(0.0, abs=1e-6 * of_mass)
 
 
 def test_json_has_null_for_what_is_not_known(dive):
