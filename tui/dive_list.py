@@ -179,14 +179,14 @@ def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
 
 
 def _loss(folder: Path) -> float:
-    from identify.ingest.loss import loss_of
+    from identify.glance.loss import loss_of
 
     files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
     return loss_of(files, str(folder)).share if files else math.nan
 
 
 def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:
-    from identify.excitation import excitation
+    from identify.glance.excitation import excitation
 
     if vehicle is None:
         return None, "no vehicle file is known; give one with --vehicle"
@@ -198,7 +198,7 @@ def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, fl
 
 
 def _spans(dive: "Dive", vehicle: VehicleFile | None) -> tuple[AxisSpan, ...]:
-    from identify.excitation import spans
+    from identify.glance.excitation import spans
 
     try:
         configuration = "" if vehicle is None else _configuration(dive, vehicle)

@@ -113,7 +113,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]
     forces = wrench(dive, file, name)
-    rate_hz = commands_hz(forces)
+    rate_hz = 1.0 / max(float(np.median(np.diff(forces.time_s))), 1e-9) if len(forces.time_s) > 1 else 0.0
     if rate_hz < LEAST_COMMANDS_HZ:
         reason = f"thruster commands come at {rate_hz:.1f} Hz, too rarely to know the force between them"
         return Axes((), dict.fromkeys(range(6), reason), forces.notes)
@@ -146,11 +146,6 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
                 )
     strange = _strange(dive, forces, vehicle, name)
     return Axes(tuple(axes), missing, forces.notes, strange, motion, held, unpushed)
-
-
-def commands_hz(forces: WrenchHistory) -> float:
-    """How often the thrusters were told something; 0 for fewer than two commands."""
-    return 1.0 / max(float(np.median(np.diff(forces.time_s))), 1e-9) if len(forces.time_s) > 1 else 0.0
 
 
 def _unread(dive: Dive, dof: int) -> str:

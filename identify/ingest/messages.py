@@ -145,7 +145,7 @@ def stated_s(fields: Fields) -> Array:
 
 def vehicle_messages(frames: Frames, source: str) -> Messages:
     """The messages of the one vehicle in `frames`. Raises LogError where there is none, or more than one."""
-    system, system_notes = vehicle_system(frames, source)
+    system, system_notes = _vehicle_system(frames, source)
     timed = {component: _timed_rows(frames, system, component) for component in _components(frames, system)}
     timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
     if not timed:
@@ -162,8 +162,7 @@ def vehicle_messages(frames: Frames, source: str) -> Messages:
     return Messages(frames, system, primary, taken, clocks, system_notes + restart_notes)
 
 
-def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
-    """The system whose telemetry it is, and notes on others. Raises LogError as `vehicle_messages` does."""
+def _vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
     rows = np.concatenate([frames.rows(name) for name in TELEMETRY])
     systems, counts = np.unique(frames.system[rows], return_counts=True)
     if len(systems) == 0:

@@ -11,7 +11,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
-from identify.excitation import excitation, spans
+from identify.glance.excitation import excitation, spans
 from identify.planning.information import of_axis, of_forces
 from identify.planning.knowledge import AxisNoise
 

@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from bridge.errors import LogError
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter
-from identify.ingest.loss import Loss, loss_of
+from identify.glance.loss import Loss, loss_of
 
 BOOT_US = 1_790_000_000_000_000
 

@@ -20,7 +20,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Array, Dive, Signal
-from identify.estimators.axes import LEAST_COMMANDS_HZ, commands_hz
+from identify.estimators.axes import LEAST_COMMANDS_HZ
 from identify.estimators.doubts import LATER_S
 from identify.estimators.lasting import common_s
 from identify.estimators.places import stiffness
@@ -94,7 +94,8 @@ def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
         forces = wrench(dive, file, configuration)
     except FitError as error:
         return _nothing(str(error))
-    rate_hz = commands_hz(forces)
+    apart_s = np.diff(forces.time_s)
+    rate_hz = 1.0 / max(float(np.median(apart_s)), 1e-9) if len(apart_s) else 0.0
     if rate_hz < LEAST_COMMANDS_HZ:
         return _nothing(
             f"thruster commands come at {rate_hz:.1f} Hz, too rarely to know the force between them"
