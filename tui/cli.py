@@ -20,6 +20,7 @@ VERBS = {
     "demo": "dive, record, identify, upload and dive again with a simulated vehicle",
     "bridge": "run on the vehicle: read its sensors, stream MAVLink, hold its parameters",
     "simulate": "dive a mission with a simulated vehicle and its simulated devices",
+    "tui": "the terminal app: watch the vehicle live, over ssh and in tmux as well",
     "record": "record every frame of one or more links into a dive folder",
     "note": "write down what happens in the dive that is being recorded",
     "watch": "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",

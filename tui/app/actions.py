@@ -1,0 +1,62 @@
+"""The one table of what can be done: keys, help, palette and the keymap file are made from it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from textual.binding import Binding
+
+
+@dataclass(frozen=True)
+class Action:
+    """Something that a key does. `keys` are Textual's names with commas between; `call` is its action string.
+
+    `words` stand in the footer, `sentence` in help and palette. `always`: even while something is being typed, and
+    over whatever lies on the screen.
+    """
+
+    id: str
+    keys: str
+    call: str
+    words: str
+    sentence: str
+    in_footer: bool = True
+    always: bool = False
+
+    @property
+    def binding(self) -> Binding:
+        return Binding(
+            self.keys,
+            self.call,
+            self.words,
+            show=self.in_footer,
+            priority=self.always,
+            tooltip=self.sentence,
+            id=self.id,
+        )
+
+
+EVERYWHERE: Final = (
+    # ctrl+x is one byte, which no ssh, tmux, screen, serial console or browser keeps for itself, and which a slow link
+    # can't tear apart. F12 needs one finger only, but is an escape sequence, and some terminals and browsers take it.
+    Action(
+        "ff.off",
+        "ctrl+x,f12",
+        "app.force_off",
+        "FF off",
+        "feed-forward off at once, sent until the vehicle acknowledges",
+        always=True,
+    ),
+    Action("app.help", "question_mark,f1", "app.help", "Help", "the keys that work here, and the marks"),
+    Action(
+        "app.palette", "ctrl+p", "app.command_palette", "Palette", "find an action by its name", always=True
+    ),
+    Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight"),
+    Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", always=True),
+    Action("app.close", "escape", "app.close", "Close", "close what lies over the screen", in_footer=False),
+)
+
+
+def bindings(actions: Iterable[Action]) -> list[Binding]:
+    """What Textual is to know of them."""
+    return [action.binding for action in actions]

@@ -1,0 +1,128 @@
+"""The terminal app: composes screens, keys, themes and the views that a station makes."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import ClassVar
+
+from textual.app import App
+from textual.binding import Binding
+from textual.command import CommandPalette
+
+from tui.app import preferences, themes
+from tui.app.actions import EVERYWHERE, Action, bindings
+from tui.app.aging import aged
+from tui.app.keymap import Keymap
+from tui.app.pace import Pace
+from tui.app.palette import ActionProvider
+from tui.app.screens.frame import StationScreen
+from tui.app.screens.help import HelpScreen, help_lines
+from tui.app.screens.table import OPENING, SCREENS, Row, tabs
+from tui.app.terminal import AnsweringDriver
+from tui.app.view import Views
+from tui.app.widgets.top_line import TopLine
+
+WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
+
+
+class SeatrialApp(App[None], inherit_bindings=False):
+    """Shows what `views` makes, so often; `keep_theme` keeps the theme that was chosen."""
+
+    TITLE = "seatrial"
+    CSS_PATH = "look.tcss"
+    CSS = themes.component_css()
+    BINDINGS = [*bindings((*EVERYWHERE, *OPENING)), WORDS_OF_COPY]  # noqa: RUF012 (Textual's own type)
+    COMMANDS: ClassVar = {ActionProvider}
+
+    def __init__(
+        self,
+        views: Views,
+        theme: str = themes.ORDER[0],
+        keymap: Keymap | None = None,
+        fps: float = 4.0,
+        keep_theme: Callable[[str], None] = preferences.keep_theme,
+        clock: Callable[[], float] = time.monotonic,
+        driver: type[AnsweringDriver] | None = None,
+    ) -> None:
+        super().__init__(driver_class=driver)
+        self._views, self._keep_theme, self._clock = views, keep_theme, clock
+        self._pace = Pace(fps)
+        self._keys = keymap or {}
+        for name in themes.ORDER:
+            self.register_theme(themes.theme(name))
+        self.theme = theme
+        self.set_keymap(self._keys)
+        for row in SCREENS:
+            self.add_mode(row.id, partial(self._screen, row))
+
+    def get_theme_variable_defaults(self) -> dict[str, str]:
+        return themes.variables(themes.ORDER[0])
+
+    def on_mount(self) -> None:
+        if isinstance(self._driver, AnsweringDriver):
+            self._driver.answered = partial(self.call_later, self._answered)
+        self.switch_mode(SCREENS[0].id)
+        self.call_after_refresh(self._refresh_view)
+
+    def action_open(self, screen: str) -> None:
+        """Show a screen; what lies over the one before is closed."""
+        self.action_close()
+        self.switch_mode(screen)
+        self.call_after_refresh(self._show)
+
+    def action_force_off(self) -> None:
+        """Force the feed-forward off. No question is asked."""
+        self._views.force_off()
+        self._show()
+
+    def action_help(self) -> None:
+        """What the keys do here."""
+        if not isinstance(self.screen, HelpScreen):
+            self.push_screen(HelpScreen(help_lines(self, self.screen)))
+
+    def action_next_theme(self) -> None:
+        self.action_use_theme(themes.next_theme(self.theme))
+
+    def action_use_theme(self, name: str) -> None:
+        self.theme = name
+        self._keep_theme(name)
+
+    def action_close(self) -> None:
+        """Close what lies over the screen, or what it has opened of itself."""
+        if isinstance(self.screen, HelpScreen | CommandPalette):
+            self.screen.dismiss()
+        elif isinstance(self.screen, StationScreen):
+            self.screen.close_up()
+
+    def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
+        row = next(row for row in SCREENS if row.title == message.tab.title)
+        self.action_open(row.id)
+
+    def _screen(self, row: Row) -> StationScreen:
+        return row.make(row.title, tabs(row.id, self._key_of))
+
+    def _key_of(self, action: Action) -> str:
+        keys = self._keys.get(action.id, action.keys)
+        return self.get_key_display(Binding(keys.split(",")[0], "", ""))
+
+    def _refresh_view(self) -> None:
+        now_s = self._clock()
+        if self._pace.may_draw(now_s):
+            self._show()
+            if isinstance(self._driver, AnsweringDriver) and self._pace.may_ask():
+                self._pace.on_asked(now_s)
+                self.call_after_refresh(self._driver.ask)
+        period_s = self._pace.period_s(now_s)
+        self._views.set_period(period_s)
+        self.set_timer(period_s, self._refresh_view)
+
+    def _answered(self) -> None:
+        self._pace.on_answered(self._clock())
+
+    def _show(self) -> None:
+        view = self._views.view()
+        view = replace(view, picture=aged(view.picture, view.behind_s))
+        for screen in self.screen_stack:
+            if isinstance(screen, StationScreen):
+                screen.show(view)

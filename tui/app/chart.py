@@ -1,0 +1,193 @@
+"""A strip chart as lines: the last minute of a quantity against its reference, its range, its value now."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcs_plugin.watch.picture import Array, Freshness, Trace
+from tui.app import braille
+from tui.app.lines import Line, Lines, Role, Span
+from tui.app.quantities import Quantity
+from tui.app.scale import Scale, scale_for
+from tui.app.shown import NOTHING, SHOWN_IN, ago, number
+
+SPAN_S: Final = 60.0
+AXIS_CELLS: Final = 7
+TITLE_CELLS: Final = 10
+LABEL_EVERY_S: Final = 20
+WITH_TIMES: Final = 9  # rows from which a chart has room for a row of times
+WITH_GRID: Final = 4  # rows of curve from which lines at the ticks help
+SMALL: Final = 3  # rows of curve below which two ticks are enough
+HALF_TURN: Final = 180.0
+FULL_TURN: Final = Scale(0.0, 360.0, 90.0)
+GAP: Final = "░"
+GRID: Final = "┈"
+
+Codes = NDArray[np.int_]
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """Extremes within half cells, of the value and of what was asked for; `ends_s` are the ends of whole cells."""
+
+    value: tuple[Array, Array]
+    reference: tuple[Array, Array]
+    scale: Scale
+    ends_s: Array
+
+
+def chart(quantity: Quantity, trace: Trace | None, now_s: float, cells: int, rows: int) -> Lines:
+    """The chart in so many cells and rows. One row holds the value and blocks; two or more hold a curve."""
+    if trace is None or cells <= TITLE_CELLS or rows < 1:
+        return (((f"{quantity.title:<{TITLE_CELLS}}", "plain"), (NOTHING, "quiet")),)
+    factor = SHOWN_IN.get(trace.unit, (trace.unit, 1.0))[1]
+    value = _shown(quantity, trace.value * factor)
+    reference = None if trace.reference is None else _shown(quantity, trace.reference * factor)
+    head = _head(quantity, trace, value, reference, compact=rows == 1)
+    if rows == 1:
+        room = cells - sum(len(text) for text, _ in head) - 1
+        curves = _curves(quantity, trace, value, None, now_s, room, 2)
+        blocks = braille.eighths(*curves.value, curves.scale.low, curves.scale.high)[::2] if room > 0 else ""
+        return ((*head, (" " + blocks, _role(trace))),)
+    curve_rows = rows - 1 - (rows >= WITH_TIMES)
+    across = cells - AXIS_CELLS
+    curves = _curves(quantity, trace, value, reference, now_s, across, 2 if curve_rows < SMALL else 4)
+    body = _body(quantity, trace, curves, curve_rows)
+    times = (_times(across),) if rows >= WITH_TIMES else ()
+    return (head, *body, *times)
+
+
+def _role(trace: Trace) -> Role:
+    return "accent" if trace.freshness is Freshness.FRESH else "faded"
+
+
+def _shown(quantity: Quantity, value: Array) -> Array:
+    """In the unit that is shown; what turns runs from 0 to 360, with a gap where it starts anew."""
+    if not quantity.turns:
+        return value
+    turned = value % 360.0
+    turned[1:][np.abs(np.diff(turned)) > HALF_TURN] = np.nan
+    return turned
+
+
+def _head(quantity: Quantity, trace: Trace, value: Array, reference: Array | None, compact: bool) -> Line:
+    unit = SHOWN_IN.get(trace.unit, (trace.unit, 1.0))[0]
+    now = float(value[-1]) if value.size and trace.freshness is not Freshness.GONE else math.nan
+    role: Role = "strong" if trace.freshness is Freshness.FRESH else "stale"
+    title: Span = (f"{quantity.title:<{TITLE_CELLS}}", "plain")
+    told: Span = (f"{number(now, quantity.digits):>7}", role if math.isfinite(now) else "quiet")
+    line: Line = (title, told, (f" {unit:<5}", "quiet" if role == "strong" else "stale"))
+    if trace.freshness is not Freshness.FRESH:
+        return (*line, (f" {ago(trace.age_s)}", "stale"))
+    if compact or reference is None or not reference.size:
+        return line
+    return (
+        *line,
+        ("  ref", "reference"),
+        (f"{number(float(reference[-1]), quantity.digits):>8}", "reference"),
+    )
+
+
+def _curves(
+    quantity: Quantity,
+    trace: Trace,
+    value: Array,
+    reference: Array | None,
+    now_s: float,
+    across: int,
+    steps: int,
+) -> _Curves:
+    cell_s = SPAN_S / max(across, 1)
+    # Whole cells of time, so that a curve moves by cells and its shape stands still between.
+    end_s = math.ceil(now_s / cell_s) * cell_s
+    edges_s = end_s - cell_s / 2 * np.arange(2.0 * max(across, 1), -1.0, -1.0)
+    seen = trace.time_s >= edges_s[0]
+    within = value[seen] if reference is None else np.concatenate([value[seen], reference[seen]])
+    scale = scale_for(within, quantity.least_span, quantity.with_zero, steps)
+    if quantity.turns and scale.high - scale.low > HALF_TURN:
+        scale = FULL_TURN
+    nothing = np.full(len(edges_s) - 1, np.nan)
+    asked = (nothing, nothing) if reference is None else braille.extremes(trace.time_s, reference, edges_s)
+    measured = braille.extremes(trace.time_s, value, edges_s)
+    if quantity.turns:
+        measured, asked = _unbroken(*measured), _unbroken(*asked)
+    return _Curves(measured, asked, scale, edges_s[2::2])
+
+
+def _unbroken(low: Array, high: Array) -> tuple[Array, Array]:
+    """Without the leaps from 360 to 0."""
+    return np.where(high - low > HALF_TURN, high, low), high
+
+
+def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines:
+    scale, (low, high), (asked_low, asked_high) = curves.scale, curves.value, curves.reference
+    bottom, top = scale.low, scale.high
+    if quantity.downwards:
+        bottom, top = -top, -bottom
+        (low, high), (asked_low, asked_high) = (-high, -low), (-asked_high, -asked_low)
+    measured = braille.cells(braille.curve(low, high, bottom, top, rows))
+    # A dotted line tells it from what was measured without any colour.
+    dotted = braille.curve(asked_low, asked_high, bottom, top, rows) & (np.arange(len(low)) % 2 == 0)
+    asked = braille.cells(dotted)
+    begun = np.flatnonzero(np.isfinite(low))
+    silent: NDArray[np.bool_] = np.all(np.isnan(low).reshape(-1, 2), axis=1)
+    silent[: begun[0] // 2 if begun.size else len(silent)] = False
+    if trace.freshness is Freshness.FRESH and trace.time_s.size:
+        silent &= curves.ends_s <= trace.time_s[-1]  # what is not over yet is no gap
+    labels = _labels(scale, rows, quantity.downwards)
+    lines = []
+    for row in range(rows):
+        label = labels.get(row, "")
+        grid = GRID if rows >= WITH_GRID and label and 0 < row < rows - 1 else " "
+        axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
+        gaps = silent if row == rows - 1 else np.zeros_like(silent)
+        lines.append((axis, *_row(measured[row], asked[row], gaps, grid, _role(trace))))
+    return tuple(lines)
+
+
+def _row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
+    """One row of the curve, as runs of one role."""
+    spans: list[Span] = []
+    for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
+        span: Span
+        if value != braille.BLANK:
+            span = (chr(value | reference), role)
+        elif reference != braille.BLANK:
+            span = (chr(reference), "reference")
+        elif gap:
+            span = (GAP, "rule")
+        else:
+            span = (grid, "rule")
+        if spans and spans[-1][1] == span[1]:
+            spans[-1] = (spans[-1][0] + span[0], span[1])
+        else:
+            spans.append(span)
+    return tuple(spans)
+
+
+def _labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
+    """The ticks by row: both ends, zero before others, each with a row to spare on either side."""
+    count = round((scale.high - scale.low) / scale.step)
+    values = [scale.low + n * scale.step for n in range(count + 1)]
+    by_row: dict[int, str] = {}
+    for value in (values[0], values[-1], *sorted(values[1:-1], key=abs)):
+        share = (value - scale.low) / (scale.high - scale.low)
+        row = round((share if downwards else 1 - share) * (rows - 1))
+        if all(abs(row - taken) > 1 for taken in by_row) or value in (values[0], values[-1]):
+            by_row.setdefault(row, number(value, scale.digits))
+    return by_row
+
+
+def _times(across: int) -> Line:
+    """The row under a curve: how long ago, in seconds."""
+    row = [" "] * across
+    for ago_s in range(0, int(SPAN_S) + 1, LABEL_EVERY_S):
+        text = f"-{ago_s} s" if ago_s else "now"
+        at = round((1 - ago_s / SPAN_S) * across)
+        start = min(max(at - len(text) // 2, 0), across - len(text))
+        if start >= 0:
+            row[start : start + len(text)] = text
+    return ((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet"))

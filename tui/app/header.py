@@ -1,0 +1,177 @@
+"""The lines on top of every screen: armed state, link, recording, feed-forward; then the screens, and UTC."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from gcs_plugin.watch.picture import Armed, LinkRow, Picture
+from tui.app.lines import Line, Lines, Role, Span, apart, cut, width
+from tui.app.shown import ago, left, stopwatch, utc
+from tui.app.view import Forcing, View
+
+STALE_S, GONE_S = 3.0, 10.0
+"""A HEARTBEAT and FF_MODE come once a second: after 3 periods stale, after 10 gone."""
+SHORT_DISK_S: Final = 600.0
+ENGINE_SILENT_S: Final = 3.0
+APART: Final = ("  │  ", " │ ", "  ")
+FF_MODES: Final = ("off", "shadow", "only", "both")
+SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
+    Armed.UNKNOWN: (" ? ARMED STATE UNKNOWN ", "lost"),
+    Armed.DISARMED: (" □ DISARMED ", "plain"),
+    Armed.ARMED: (" ■ ARMED ", "armed"),
+    Armed.FAILSAFE: (" ▲ FAILSAFE ", "failsafe"),
+}
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of the line in its forms, the longest first; with more `weight` it keeps a long form longer."""
+
+    weight: int
+    role: Role
+    forms: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Tab:
+    """A screen's key and title."""
+
+    key: str
+    title: str
+    shown: bool
+
+
+def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
+    """The two lines, and a third where there is something that must not be overlooked."""
+    clock: Line = ((f"{utc(view.unix_s)} UTC ", "quiet"),)
+    first = fit(pieces(view), cells)
+    with_clock = apart(first, clock, cells)
+    fits = len(with_clock) > len(first)
+    second = _tabs(tabs)
+    alert = _alert(view)
+    third: Lines = (((f" {cut(alert, cells - 2):<{cells - 2}} ", "lost"),),) if alert else ()
+    return (with_clock if fits else first, second if fits else apart(second, clock, cells), *third)
+
+
+def pieces(view: View) -> tuple[Piece, ...]:
+    """All that the first line tells."""
+    picture = view.picture
+    return (_armed(picture), _link(picture.links), _recording(view), _feedforward(view))
+
+
+def fit(parts: Sequence[Piece], cells: int) -> Line:
+    """The parts beside each other, as wide apart and each as long as there is room for."""
+    chosen = [0] * len(parts)
+
+    def texts() -> list[str]:
+        return [part.forms[form] for part, form in zip(parts, chosen, strict=True)]
+
+    def needed(apart: str) -> int:
+        return sum(map(len, texts())) + len(apart) * (len(parts) - 1)
+
+    order = sorted(range(len(parts)), key=lambda n: parts[n].weight)
+    while needed(APART[-1]) > cells:
+        shorter = [n for n in order if chosen[n] + 1 < len(parts[n].forms)]
+        if not shorter:
+            break
+        chosen[shorter[0]] += 1
+    between = next((apart for apart in APART if needed(apart) <= cells), APART[-1])
+    spans: list[Span] = []
+    for part, text in zip(parts, texts(), strict=True):
+        spans += [(between, "rule"), (text, part.role)]
+    return tuple(spans[1:])
+
+
+def _armed(picture: Picture) -> Piece:
+    age_s = picture.armed_age_s
+    text, role = SHAPES[picture.armed]
+    if picture.armed is Armed.UNKNOWN or age_s <= STALE_S:
+        return Piece(9, role, (text,) if picture.armed is not Armed.UNKNOWN else (text, " ? UNKNOWN "))
+    word = picture.armed.value
+    return Piece(9, "lost", (f" ? was {word}, {ago(age_s)} ", f" ? was {word} "))
+
+
+def _link(links: tuple[LinkRow, ...]) -> Piece:
+    if not links:
+        return Piece(8, "lost", (" NO LINK ",))
+    link = links[0]
+    age_s = link.age_s
+    if link.lost or age_s > STALE_S:
+        seconds = f"{age_s:.0f} s" if math.isfinite(age_s) else "never heard"
+        return Piece(8, "lost", (f" LINK LOST {seconds} ",))
+    loss, address = f"loss {100 * link.loss:.0f} %", f"sys {link.system}/{link.component}"
+    return Piece(
+        8,
+        "plain",
+        (
+            f"LINK {age_s:.1f} s  {loss}  {address}",
+            f"LINK {age_s:.1f} s  {loss}",
+            f"LINK {age_s:.1f} s",
+        ),
+    )
+
+
+def _recording(view: View) -> Piece:
+    recording = view.recording
+    if recording is None:
+        return Piece(7, "lost", (" NOT RECORDING ", " NOT REC "))
+    clock = f"REC {stopwatch(view.unix_s - recording.began_unix_s)}"
+    if not math.isfinite(recording.disk_left_s):
+        return Piece(7, "plain", (f"{clock}  nothing comes", clock))
+    lasts = left(recording.disk_left_s)
+    if recording.disk_left_s < SHORT_DISK_S:
+        return Piece(7, "lost", (f" {clock}  {lasts} ", f" REC {lasts} "))
+    return Piece(6, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", clock))
+
+
+def _feedforward(view: View) -> Piece:
+    if view.forcing is not None:
+        return _forced(view.forcing)
+    mode, age_s = view.picture.ff_mode, view.picture.ff_mode_age_s
+    if mode is None or age_s > GONE_S:
+        return Piece(5, "quiet", ("FF --",))
+    word = FF_MODES[mode] if 0 <= mode < len(FF_MODES) else f"{mode}?"
+    if age_s > STALE_S:
+        return Piece(5, "stale", (f"FF {word} {ago(age_s)}", "FF --"))
+    return Piece(5, "plain", (f"FF {word}",))
+
+
+def _forced(forcing: Forcing) -> Piece:
+    if forcing.done:
+        return Piece(8, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF"))
+    times = f"sent {forcing.sent} times" if forcing.sent != 1 else "sent once"
+    return Piece(
+        8,
+        "lost",
+        (f" FF OFF: {forcing.words} ", f" FF OFF {times} ", f" FF OFF {forcing.sent}x ", " FF OFF "),
+    )
+
+
+def _tabs(tabs: Sequence[Tab]) -> Line:
+    line: Line = ()
+    for tab in tabs:
+        label = f" {tab.key} {tab.title} "
+        line = (*line, (label, "tab" if tab.shown else "quiet"))
+    return line
+
+
+def tab_at(tabs: Sequence[Tab], x: int) -> Tab | None:
+    """The tab under a cell of the second line."""
+    start = 0
+    for tab in tabs:
+        start += width(_tabs((tab,)))
+        if x < start:
+            return tab
+    return None
+
+
+def _alert(view: View) -> str:
+    """What must not be overlooked, the gravest first; "" for nothing."""
+    if view.behind_s > ENGINE_SILENT_S:
+        return f"nothing is read from the link since {view.behind_s:.0f} s: leave the app and start it again"
+    if view.picture.twins:
+        return view.picture.twins
+    if view.recording is not None and view.recording.lost:
+        return f"{view.recording.lost} frames could not be recorded: check the disk"
+    return view.trouble

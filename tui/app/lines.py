@@ -1,0 +1,50 @@
+"""Lines of text with roles: what a widget shows, before it has any colour."""
+
+from typing import Final, Literal, get_args
+
+Role = Literal[
+    "plain",  # words
+    "quiet",  # labels, units, axes
+    "strong",  # values
+    "accent",  # the one colour: what was measured
+    "reference",  # what was asked for
+    "rule",  # lines that only divide
+    "stale",  # old: dimmed, and dated beside it
+    "faded",  # a curve or a bar of what is stale
+    "warn",
+    "bad",
+    "lost",  # inverse: what must not be overlooked
+    "armed",
+    "failsafe",
+    "tab",  # the screen that is shown
+]
+ROLES: Final[tuple[Role, ...]] = get_args(Role)
+
+Span = tuple[str, Role]
+Line = tuple[Span, ...]
+Lines = tuple[Line, ...]
+
+
+def width(line: Line) -> int:
+    """Cells of a line; every character that is used here is one cell wide."""
+    return sum(len(text) for text, _ in line)
+
+
+def cut(text: str, cells: int) -> str:
+    """`text` in no more than `cells`, with an ellipsis where something is missing."""
+    return text if len(text) <= cells else f"{text[: max(cells - 1, 0)]}…"[:cells]
+
+
+def apart(left: Line, right: Line, cells: int) -> Line:
+    """`left` and `right` at the two ends of `cells`; `right` is left out where there is no room for it."""
+    room = cells - width(left) - width(right)
+    return (*left, (" " * room, "plain"), *right) if room >= 1 else left
+
+
+def heading(title: str, note: str, cells: int) -> Line:
+    """The line above a pane: its title, a rule, and a note at the right, such as a key."""
+    rule = cells - len(title) - len(note) - (2 if note else 1)
+    if rule < 1:
+        return ((cut(title, cells), "quiet"),)
+    line: Line = ((f"{title} ", "quiet"), ("─" * rule, "rule"))
+    return (*line, (f" {note}", "quiet")) if note else line

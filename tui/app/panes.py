@@ -1,0 +1,160 @@
+"""Sensors, thrusters and words of a vehicle, as lines."""
+
+import math
+from typing import Final
+
+from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
+from tui.app.lines import Line, Lines, Role, Span, cut, width
+from tui.app.shown import NOTHING, age, ago, number, utc
+
+WIDE: Final = 50
+NAME_CELLS: Final = 14
+RATE_AND_AGE: Final = 19  # cells of a narrow row beside its name
+MARKS: Final[dict[Condition, Span]] = {
+    Condition.OK: ("●", "quiet"),
+    Condition.DEGRADED: ("◐", "warn"),
+    Condition.BAD: ("▲", "bad"),
+    Condition.MISSING: ("○", "bad"),
+}
+SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
+ERROR, WARNING = 3, 4
+NEUTRAL_US, FULL_US = 1500.0, 400.0
+
+
+def sensors(links: tuple[LinkRow, ...], rows: tuple[SensorRow, ...], cells: int) -> Lines:
+    """Links, then sensors. What is wrong takes the place of rate and age, or a line of its own where it is long."""
+    names = [_link_name(link) for link in links] + [row.name for row in rows]
+    name_cells = min(max((len(name) for name in names), default=0), NAME_CELLS, max(cells - RATE_AND_AGE, 1))
+    lines: list[Line] = []
+    for link in links:
+        lines += _link(link, name_cells, cells)
+    for row in rows:
+        lines += _sensor(row, name_cells, cells)
+    return tuple(lines)
+
+
+def _link_name(link: LinkRow) -> str:
+    return f"link {link.system}/{link.component}"
+
+
+def _link(link: LinkRow, name_cells: int, cells: int) -> Lines:
+    condition = Condition.BAD if link.lost else Condition.OK
+    head = _head(condition, _link_name(link), "plain", name_cells, cells)
+    if link.lost:
+        return _with_words(head, f"lost, {_heard(link.age_s)}", "bad", cells)
+    return ((*head, *_rate(link.rate_hz, math.nan, cells), (f"{age(link.age_s):>8}", "plain")),)
+
+
+def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
+    fresh = row.freshness is Freshness.FRESH
+    head = _head(row.condition, row.name, "plain" if fresh else "stale", name_cells, cells)
+    if row.freshness is Freshness.GONE:
+        words = row.words or _heard(row.age_s)
+        return _with_words((*head, (f" {NOTHING}", "stale")), words, "stale", cells)
+    if not fresh:
+        return _with_words(head, ", ".join(filter(None, (ago(row.age_s), row.words))), "stale", cells)
+    if row.words:
+        return _with_words(head, row.words, MARKS[row.condition][1], cells)
+    return ((*head, *_rate(row.rate_hz, row.expected_hz, cells), (f"{age(row.age_s):>8}", "plain")),)
+
+
+def _heard(age_s: float) -> str:
+    return f"heard {ago(age_s)}" if math.isfinite(age_s) else "never heard"
+
+
+def _head(condition: Condition, name: str, role: Role, name_cells: int, cells: int) -> Line:
+    mark = MARKS[condition]
+    word: Line = ((f" {condition.value:<8}", mark[1]),) if cells >= WIDE else ()
+    return (mark, *word, (f" {cut(name, name_cells):<{name_cells}}", role))
+
+
+def _rate(rate_hz: float, expected_hz: float, cells: int) -> Line:
+    if cells < WIDE:
+        return ((f"{number(rate_hz, 1):>6}", "plain"), (" Hz", "quiet"))
+    of = f" / {expected_hz:.0f} Hz" if math.isfinite(expected_hz) else " Hz"
+    return ((f"{number(rate_hz, 1):>{15 - len(of)}}", "plain"), (of, "quiet"))
+
+
+def _with_words(head: Line, words: str, role: Role, cells: int) -> Lines:
+    if len(words) < cells - width(head):
+        return ((*head, (f" {words}", role)),)
+    return (head, (("    ", "plain"), (cut(words, cells - 4), role)))
+
+
+def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
+    """A signed bar for each, about the pulse that stands still; two beside each other where there is little room."""
+    if cells >= WIDE:
+        return tuple(_wide_thruster(row, cells) for row in rows)
+    each = cells // 2
+    below = (len(rows) + 1) // 2
+    return tuple(
+        tuple(span for row in rows[n::below] for span in _narrow_thruster(row, each)) for n in range(below)
+    )
+
+
+def _narrow_thruster(row: ThrusterRow, cells: int) -> Line:
+    role, value = _told(row, row.pwm_us, "strong")
+    bar = signed_bar(row.pwm_us, (cells - 10) // 2)
+    line: Line = ((f"{row.number:>2} ", "quiet"), *_coloured(bar, row), (f"{value:>5}", role))
+    return (*line, (" " * (cells - width(line)), "plain"))
+
+
+def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
+    role, pulse = _told(row, row.pwm_us, "strong")
+    _, speed = _told(row, row.rpm, "plain")
+    name = row.name if row.name != str(row.number) else ""
+    head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 12):<12} " if name else "", "plain"))
+    tail: Line = ((f"{pulse:>6}", role), (" us", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
+    if row.freshness is not Freshness.FRESH:
+        tail = ((f"{pulse:>6}", role), (f" {ago(row.age_s):<13}", "stale"))
+    return (
+        *head,
+        *_coloured(signed_bar(row.pwm_us, (cells - width(head) - width(tail) - 1) // 2), row),
+        *tail,
+    )
+
+
+def _told(row: ThrusterRow, value: float, role: Role) -> tuple[Role, str]:
+    if row.freshness is Freshness.GONE:
+        return "stale", NOTHING
+    return role if row.freshness is Freshness.FRESH else "stale", number(value, 0)
+
+
+def _coloured(bar: str, row: ThrusterRow) -> Line:
+    middle = len(bar) // 2
+    role: Role = "accent" if row.freshness is Freshness.FRESH else "faded"
+    if row.freshness is Freshness.GONE:
+        bar = " " * middle + "│" + " " * middle
+    return ((bar[:middle], role), ("│", "rule"), (bar[middle + 1 :], role))
+
+
+def signed_bar(pwm_us: float, half: int) -> str:
+    """A bar in half cells from the middle of 2 `half` + 1 cells, to the right for pulses above neutral."""
+    share = (pwm_us - NEUTRAL_US) / FULL_US if math.isfinite(pwm_us) else 0.0
+    halves = min(round(abs(share) * 2 * half), 2 * half)
+    full, odd = divmod(halves, 2)
+    if share >= 0:
+        side = ("█" * full + "▌" * odd).ljust(half)
+        return " " * half + "│" + side
+    side = ("▐" * odd + "█" * full).rjust(half)
+    return side + "│" + " " * half
+
+
+def words(said: tuple[Said, ...], cells: int) -> Lines:
+    """What the vehicle said, the newest first, with its severity as a word."""
+    return tuple(_saying(one, cells) for one in reversed(said))
+
+
+def _saying(one: Said, cells: int) -> Line:
+    role: Role = "bad" if one.severity <= ERROR else "warn" if one.severity == WARNING else "plain"
+    severity = SEVERITIES[min(max(one.severity, 0), len(SEVERITIES) - 1)]
+    head: Line = ((f"{utc(one.utc_s)} ", "quiet"), (f"{severity:<10}", "quiet" if role == "plain" else role))
+    return (*head, (cut(one.text, cells - width(head)), role))
+
+
+def worst(said: tuple[Said, ...]) -> str:
+    """How many errors and warnings are among them: `1 error, 2 warnings`."""
+    errors = sum(one.severity <= ERROR for one in said)
+    warnings = sum(one.severity == WARNING for one in said)
+    counts = ((errors, "error"), (warnings, "warning"))
+    return ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts if count)

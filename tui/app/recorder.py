@@ -1,0 +1,84 @@
+"""The recording beside the app: found where it runs, begun detached where none does, so that it outlives the app."""
+
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from gcs_plugin.holder import Holding, held
+from tui.app.preferences import state_file
+from tui.app.view import Recording
+
+PATIENCE_S: Final = 15.0
+LOOK_EVERY_S: Final = 0.1
+
+
+def recording(now_unix_s: float) -> Recording | None:
+    """The recording that runs, as the top line tells it."""
+    holding = held(now_unix_s)
+    return None if holding is None else as_recording(holding)
+
+
+def as_recording(holding: Holding) -> Recording:
+    """What the top line tells of a recording; one that does not say when it began has just begun."""
+    try:
+        began = datetime.fromisoformat(holding.began_utc)
+    except ValueError:
+        began = datetime.fromtimestamp(holding.written_unix_s, UTC)
+    began = began if began.tzinfo else began.replace(tzinfo=UTC)
+    return Recording(began.timestamp(), holding.disk_left_s, holding.lost)
+
+
+def hub() -> str:
+    """The link that the running recording serves. Raises LinkError where none runs."""
+    from bridge.clock import SystemClock
+
+    holding = held(SystemClock().unix_s())
+    if holding is None or not holding.hub:
+        raise LinkError("no recording runs that could be listened to; leave the app and start it again")
+    return holding.hub
+
+
+def record_command(arguments: Sequence[str]) -> list[str]:
+    """The command line of `seatrial record`, by this very Python."""
+    return [sys.executable, "-m", "tui", "record", *arguments]
+
+
+def begin(
+    arguments: Sequence[str],
+    clock: Clock,
+    wait: Callable[[float], None],
+    find: Callable[[float], Holding | None] = held,
+) -> Holding:
+    """Start `seatrial record` in a session of its own, and answer once it tells of itself.
+
+    Raises LinkError with its own last words where it ends instead.
+    """
+    log = state_file().with_name("record.log")
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("wb") as words:
+        process = subprocess.Popen(
+            record_command(arguments),
+            stdin=subprocess.DEVNULL,
+            stdout=words,
+            stderr=words,
+            start_new_session=True,
+        )
+    until_s = clock.boot_s() + PATIENCE_S
+    while clock.boot_s() < until_s:
+        holding = find(clock.unix_s())
+        if holding is not None:
+            return holding
+        if process.poll() is not None:
+            raise LinkError(f"the recording did not start: {_last_line(log)}")
+        wait(LOOK_EVERY_S)
+    raise LinkError(f"the recording tells nothing of itself since {PATIENCE_S:.0f} s; see {log}")
+
+
+def _last_line(log: Path) -> str:
+    lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    return lines[-1].removeprefix("seatrial: ") if lines else f"it said nothing; see {log}"

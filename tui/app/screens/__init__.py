@@ -1,0 +1,1 @@
+"""Screens: `frame` is what all have in common, `table` lists them."""

@@ -1,0 +1,55 @@
+"""What all screens have in common: the lines on top, the live keys at the bottom, and a view to show between."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.screen import Screen
+from textual.widgets import Footer
+
+from tui.app.actions import Action
+from tui.app.header import Tab
+from tui.app.view import View
+from tui.app.widgets.line_view import LineView
+from tui.app.widgets.top_line import TopLine
+
+
+class StationScreen(Screen[None]):
+    """Subclasses give a body, their actions, and a legend: what their marks mean, by mark."""
+
+    ACTIONS: ClassVar[tuple[Action, ...]] = ()
+    LEGEND: ClassVar[tuple[tuple[str, str], ...]] = ()
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 (Textual's own type)
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (34, "-tall")]  # noqa: RUF012
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__()
+        self.title = title
+        self._tabs = tabs
+        self.view: View | None = None
+
+    def compose(self) -> ComposeResult:
+        yield TopLine(self._tabs)
+        yield from self.body()
+        yield Footer(show_command_palette=False)
+
+    def body(self) -> ComposeResult:
+        yield from ()
+
+    def offers(self, action: Action) -> bool:
+        """Whether one of its actions does something now."""
+        return bool(self.check_action(action.call, ()))
+
+    def close_up(self) -> None:
+        """Close what the screen has opened of itself."""
+
+    def show(self, view: View) -> None:
+        """Show a newer view in all that shows one."""
+        self.view = view
+        for widget in self.query(LineView):
+            widget.show(view)
+
+    def key_of(self, action_id: str) -> str:
+        """The key that does it now, as a person reads it; "" where none does."""
+        found = (active.binding for active in self.active_bindings.values() if active.binding.id == action_id)
+        return next((self.app.get_key_display(binding) for binding in found), "")

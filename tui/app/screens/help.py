@@ -1,0 +1,93 @@
+"""Help: made from the bindings that are live on the screen and the widget that it was opened over."""
+
+import textwrap
+from collections.abc import Iterator
+from typing import Final
+
+from textual.app import App, ComposeResult
+from textual.binding import Binding
+from textual.containers import VerticalScroll
+from textual.screen import ModalScreen, Screen
+
+from tui.app.actions import Action, bindings
+from tui.app.lines import Line, Lines
+from tui.app.screens.frame import StationScreen
+from tui.app.view import View
+from tui.app.widgets.line_view import LineView
+
+CLOSING: Final = (
+    Action(
+        "help.close", "escape,question_mark,f1,q", "dismiss", "Close", "back to the screen", in_footer=False
+    ),
+)
+EVERYWHERE, MOVING = "Everywhere", "Moving about"
+KEY_CELLS, WORD_CELLS, CELLS = 13, 9, 73
+
+
+class HelpText(LineView):
+    """Lines that depend on no view."""
+
+    def __init__(self, lines: Lines) -> None:
+        super().__init__(id="help-text")
+        self._lines = lines
+
+    def get_content_height(self, *_: object) -> int:
+        return len(self._lines)
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del view, cells, rows
+        return self._lines
+
+
+class HelpScreen(ModalScreen[None]):
+    """A box over the screen; the top line stays bright and live."""
+
+    BINDINGS = bindings(CLOSING)  # type: ignore[assignment]
+
+    def __init__(self, lines: Lines) -> None:
+        super().__init__()
+        self._text = lines
+
+    def compose(self) -> ComposeResult:
+        box = VerticalScroll(HelpText(self._text), id="help-box")
+        box.border_title = "Keys"
+        box.border_subtitle = "escape closes"
+        yield box
+
+
+def help_lines(app: App[None], screen: Screen[object]) -> Lines:
+    """The screen's own keys, those that work everywhere, those of the focused widget, and what the marks mean."""
+    title = str(screen.title or "")
+    groups: dict[str, dict[str, tuple[list[str], Binding]]] = {title: {}, EVERYWHERE: {}, MOVING: {}}
+    for node, binding, enabled, _ in screen.active_bindings.values():
+        if not enabled or binding.system or not binding.description:
+            continue
+        where = MOVING if binding.id is None else EVERYWHERE if node is app else title
+        keys, _ = groups[where].setdefault(binding.action, ([], binding))
+        keys.append(app.get_key_display(binding))
+    lines: list[Line] = []
+    for where, rows in groups.items():
+        if where == MOVING and isinstance(screen, StationScreen):
+            lines += _legend(screen)
+        if rows:
+            lines.append(((where, "strong"),))
+        for keys, binding in rows.values():
+            lines += _row(" ".join(dict.fromkeys(keys)), binding.description, binding.tooltip)
+        lines.append(())
+    return tuple(lines[:-1])
+
+
+def _legend(screen: StationScreen) -> Iterator[Line]:
+    if screen.LEGEND:
+        yield (("Marks", "strong"),)
+        for mark, meaning in screen.LEGEND:
+            yield ((f"  {mark:<{KEY_CELLS}}", "accent"), (meaning, "plain"))
+        yield ()
+
+
+def _row(keys: str, words: str, sentence: str) -> Iterator[Line]:
+    pieces = textwrap.wrap(sentence, CELLS - KEY_CELLS - WORD_CELLS - 2) or [""]
+    head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{WORD_CELLS}}", "plain"))
+    yield (*head, (pieces[0], "quiet"))
+    for piece in pieces[1:]:
+        yield ((" " * (2 + KEY_CELLS + WORD_CELLS), "plain"), (piece, "quiet"))

@@ -1,0 +1,52 @@
+"""The screens: one row each. Their keys, tabs, palette entries and keymap ids follow from it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from tui.app.actions import EVERYWHERE, Action
+from tui.app.header import Tab
+from tui.app.screens.frame import StationScreen
+from tui.app.screens.help import CLOSING
+from tui.app.screens.watch import WatchScreen
+
+
+@dataclass(frozen=True)
+class Row:
+    """A screen: its id, its key, its title, what it is for, and what makes it."""
+
+    id: str
+    key: str
+    title: str
+    sentence: str
+    make: Callable[[str, Sequence[Tab]], StationScreen]
+    actions: tuple[Action, ...]
+
+
+SCREENS: Final = (
+    Row(
+        "watch",
+        "1",
+        "Watch",
+        "what the vehicle does now, and how healthy its sensors are",
+        WatchScreen,
+        WatchScreen.ACTIONS,
+    ),
+)
+OPENING: Final = tuple(
+    Action(f"screen.{row.id}", row.key, f"app.open('{row.id}')", row.title, row.sentence, in_footer=False)
+    for row in SCREENS
+)
+PLACES: Final = (
+    *((*EVERYWHERE, *OPENING, *row.actions) for row in SCREENS),
+    # Help closes by keys that open it elsewhere.
+    (*(action for action in EVERYWHERE if action.always), *CLOSING),
+)
+"""Which actions are live together."""
+
+
+def tabs(shown: str, keys: Callable[[Action], str]) -> tuple[Tab, ...]:
+    """The titles, with the key that opens each, and which is shown."""
+    return tuple(
+        Tab(keys(action), row.title, row.id == shown) for row, action in zip(SCREENS, OPENING, strict=True)
+    )

@@ -1,0 +1,50 @@
+"""Numbers as an operator reads them: SI units, ages, lengths of time."""
+
+import math
+from datetime import UTC, datetime
+from typing import Final
+
+NOTHING: Final = "--"
+_DEGREES: Final = 180.0 / math.pi
+SHOWN_IN: Final = {"rad/s": ("deg/s", _DEGREES), "rad": ("deg", _DEGREES)}
+"""Units that files and lines have, and those that people read, with the factor between them."""
+
+
+def number(value: float, digits: int) -> str:
+    """`value` with so many digits after the point; NOTHING where it is none."""
+    if not math.isfinite(value):
+        return NOTHING
+    text = f"{value:.{digits}f}"
+    return text if float(text) else text.lstrip("-")
+
+
+def age(seconds: float) -> str:
+    """How old something is: `0.4 s`, `12 s`, `7 min`, `3 h`; `never` for infinity."""
+    if not math.isfinite(seconds):
+        return "never"
+    if seconds < 9.95:
+        return f"{max(seconds, 0.0):.1f} s"
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.0f} h"
+
+
+def ago(seconds: float) -> str:
+    """`12 s ago`, or `never`."""
+    return f"{age(seconds)} ago" if math.isfinite(seconds) else "never"
+
+
+def stopwatch(seconds: float) -> str:
+    """`00:12:31`."""
+    whole = max(0, int(seconds))
+    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+def left(seconds: float) -> str:
+    """How long something lasts yet: `41 h left`, `38 min left`."""
+    return f"{seconds / 3600:.0f} h left" if seconds >= 7200 else f"{max(seconds, 0.0) / 60:.0f} min left"
+
+
+def utc(unix_s: float) -> str:
+    """The time of day, `09:12:31`; dashes where nobody knows it."""
+    return f"{datetime.fromtimestamp(unix_s, UTC):%H:%M:%S}" if math.isfinite(unix_s) else "--:--:--"

@@ -1,0 +1,63 @@
+"""Frames of a link with their arrival times, from a link that comes back when it was lost."""
+
+from collections.abc import Callable
+from typing import Final, Protocol
+
+from bridge.clock import Clock
+from bridge.framing import Frame, Framer
+from bridge.link.base import Link
+from bridge.link.reconnecting import Aside, Reconnecting
+
+WAIT_S: Final = 0.05
+IDLE_FLUSH_S: Final = 0.5
+
+
+class Source(Protocol):
+    """Where frames come from, and where messages to the vehicle go."""
+
+    @property
+    def trouble(self) -> str:
+        """Why nothing comes, "" where the link works."""
+        ...
+
+    def frames(self) -> list[tuple[float, str, Frame]]:
+        """Those that came since, with arrival time and link; waits a moment for the first."""
+        ...
+
+    def send(self, data: bytes) -> None:
+        """Send all of `data`, or lose it where the link is away."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class LinkSource:
+    """One link, opened by `factory` aside, again and again where it is lost."""
+
+    def __init__(self, factory: Callable[[], Link], name: str, clock: Clock) -> None:
+        self._clock = clock
+        self._link = Reconnecting(Aside(factory, name), clock, name)
+        self._framer = Framer()
+        self._data_s = clock.boot_s()
+
+    @property
+    def trouble(self) -> str:
+        return self._link.fault
+
+    def frames(self) -> list[tuple[float, str, Frame]]:
+        data = self._link.read(WAIT_S)
+        now_s = self._clock.boot_s()
+        if data:
+            self._data_s = now_s
+            found = self._framer.feed(data)
+        elif now_s - self._data_s > IDLE_FLUSH_S:
+            found = self._framer.flush()
+        else:
+            return []
+        return [(now_s, self._link.name, frame) for frame in found]
+
+    def send(self, data: bytes) -> None:
+        self._link.write(data)
+
+    def close(self) -> None:
+        self._link.close()

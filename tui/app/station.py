@@ -1,0 +1,140 @@
+"""The engine: one thread that reads the link, feeds the watcher, throws the off switch, and keeps the newest picture.
+
+The app takes what is newest and never waits: where the thread is slow, pictures are fewer; where it is gone, they age.
+"""
+
+import threading
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+from bridge.clock import Clock
+from bridge.framing import Encoder, Frame
+from gcs_plugin.station import GROUND_STATION
+from gcs_plugin.watch.picture import Picture
+from tui.app.source import Source
+from tui.app.view import Forcing, Recording, View
+
+LOOK_FOR_RECORDING_S: Final = 1.0
+TELL_DONE_S: Final = 10.0
+
+
+class Watcher(Protocol):
+    """Makes pictures of frames; see `gcs_plugin.watch`."""
+
+    def feed(self, frame: Frame, arrived_s: float, link: str) -> None: ...
+
+    def picture(self, now_s: float) -> Picture: ...
+
+
+class OffSwitch(Protocol):
+    """Sends that the feed-forward be off until the vehicle says so; see `gcs_plugin.ff_switch`."""
+
+    twins: str
+
+    @property
+    def done(self) -> bool: ...
+
+    @property
+    def sent(self) -> int: ...
+
+    @property
+    def words(self) -> str: ...
+
+    def tick(self, now_s: float) -> list[Any]: ...
+
+    def on_frame(self, frame: Frame, now_s: float) -> None: ...
+
+
+class Station:
+    """`recording` tells, by Unix time, what is being recorded; `make_switch` gives a fresh off switch."""
+
+    def __init__(
+        self,
+        source: Source,
+        watcher: Watcher,
+        clock: Clock,
+        recording: Callable[[float], Recording | None],
+        make_switch: Callable[[], OffSwitch],
+        period_s: float = 0.25,
+    ) -> None:
+        self._source, self._watcher, self._clock = source, watcher, clock
+        self._find_recording, self._make_switch = recording, make_switch
+        self._period_s = period_s
+        self._encoder = Encoder(*GROUND_STATION)
+        self._thrown = threading.Event()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="station", daemon=True)
+        self._switch: OffSwitch | None = None
+        self._done_s: float | None = None
+        self._due_s = self._look_s = clock.boot_s()
+        self._recording: Recording | None = None
+        self._forcing: Forcing | None = None
+        self._newest = watcher.picture(clock.boot_s())
+
+    def start(self) -> None:
+        """Begin to read."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop reading and close the link; whoever records goes on."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._source.close()
+
+    def view(self) -> View:
+        picture = self._newest
+        return View(
+            picture,
+            self._clock.unix_s(),
+            self._recording,
+            self._forcing,
+            max(0.0, self._clock.boot_s() - picture.now_s),
+            self._source.trouble,
+        )
+
+    def set_period(self, period_s: float) -> None:
+        self._period_s = period_s
+
+    def force_off(self) -> None:
+        self._thrown.set()
+
+    def turn(self) -> None:
+        """Read once, send what is due, and make a picture where one is due."""
+        frames = self._source.frames()
+        now_s = self._clock.boot_s()
+        for arrived_s, link, frame in frames:
+            self._watcher.feed(frame, arrived_s, link)
+            if self._switch is not None:
+                self._switch.on_frame(frame, arrived_s)
+        self._force(now_s)
+        if now_s >= self._look_s:
+            self._look_s = now_s + LOOK_FOR_RECORDING_S
+            self._recording = self._find_recording(self._clock.unix_s())
+        if now_s >= self._due_s:
+            self._due_s = now_s + self._period_s
+            self._newest = self._watcher.picture(now_s)
+
+    def _force(self, now_s: float) -> None:
+        """Throw the switch, and tick it until the vehicle has said that it is off."""
+        if self._thrown.is_set():
+            self._thrown.clear()
+            if self._switch is None or self._switch.done:
+                self._switch, self._done_s = self._make_switch(), None
+        switch = self._switch
+        if switch is None:
+            return
+        switch.twins = self._newest.twins
+        for message in switch.tick(now_s):
+            self._source.send(self._encoder.encode(message))
+        self._forcing = Forcing(switch.words, switch.sent, switch.done)
+        if not switch.done:
+            self._done_s = None
+        elif self._done_s is None:
+            self._done_s = now_s
+        elif now_s > self._done_s + TELL_DONE_S:
+            self._switch = self._forcing = None
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            self.turn()

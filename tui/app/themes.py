@@ -1,0 +1,137 @@
+"""How roles look: three themes. Where `sunlight` has no tint, weight, underline and inverse tell states apart."""
+
+from typing import Final
+
+from textual.theme import Theme
+
+from tui.app.lines import ROLES, Role
+
+Look = tuple[str, str, str]
+"""Foreground, background ("" for the screen's own), text style."""
+
+DARK: Final[dict[Role, Look]] = {
+    "plain": ("#c3ccd4", "", "none"),
+    "quiet": ("#8391a0", "", "none"),
+    "strong": ("#f2f5f7", "", "bold"),
+    "accent": ("#4fc3d9", "", "none"),
+    "reference": ("#9aa7b4", "", "none"),
+    "rule": ("#3a4653", "", "none"),
+    "stale": ("#66727f", "", "italic"),
+    "faded": ("#66727f", "", "none"),
+    "warn": ("#e8b44f", "", "none"),
+    "bad": ("#ff6b73", "", "bold"),
+    "lost": ("#10151b", "#c3ccd4", "bold"),
+    "armed": ("#000000", "#ffb000", "bold"),
+    "failsafe": ("#ffffff", "#c81e2d", "bold"),
+    "tab": ("#4fc3d9", "", "bold underline"),
+}
+LIGHT: Final[dict[Role, Look]] = {
+    "plain": ("#26303a", "", "none"),
+    "quiet": ("#5c6975", "", "none"),
+    "strong": ("#000000", "", "bold"),
+    "accent": ("#006a83", "", "none"),
+    "reference": ("#7a8691", "", "none"),
+    "rule": ("#c3cbd2", "", "none"),
+    "stale": ("#8a959f", "", "italic"),
+    "faded": ("#8a959f", "", "none"),
+    "warn": ("#875400", "", "bold"),
+    "bad": ("#b4001e", "", "bold"),
+    "lost": ("#ffffff", "#26303a", "bold"),
+    "armed": ("#000000", "#ffb000", "bold"),
+    "failsafe": ("#ffffff", "#c00020", "bold"),
+    "tab": ("#006a83", "", "bold underline"),
+}
+_INK, _PAPER = "#000000", "#ffffff"
+SUNLIGHT: Final[dict[Role, Look]] = {
+    "plain": (_INK, "", "none"),
+    "quiet": (_INK, "", "none"),
+    "strong": (_INK, "", "bold"),
+    "accent": (_INK, "", "bold"),
+    "reference": (_INK, "", "none"),
+    "rule": ("#8c8c8c", "", "none"),
+    "stale": (_INK, "", "underline"),
+    "faded": ("#8c8c8c", "", "none"),
+    "warn": (_INK, "", "bold underline"),
+    "bad": (_PAPER, _INK, "bold"),
+    "lost": (_PAPER, _INK, "bold"),
+    "armed": (_PAPER, _INK, "bold"),
+    "failsafe": (_PAPER, _INK, "bold underline"),
+    "tab": (_PAPER, _INK, "bold"),
+}
+ORDER: Final = ("dark", "light", "sunlight")
+WITHOUT_COLOUR: Final = {"warn": "bold underline", "bad": "bold reverse"}
+"""Text styles under NO_COLOR, where a red is only a dark grey."""
+_LOOKS: Final = {"dark": DARK, "light": LIGHT, "sunlight": SUNLIGHT}
+_BACKGROUNDS: Final = {"dark": "#10151b", "light": "#f6f8f9", "sunlight": _PAPER}
+
+
+def theme(name: str) -> Theme:
+    """One of `ORDER`."""
+    looks, background = _LOOKS[name], _BACKGROUNDS[name]
+    accent, plain, quiet = looks["accent"][0], looks["plain"][0], looks["quiet"][0]
+    return Theme(
+        name,
+        primary=accent,
+        secondary=quiet,
+        accent=accent,
+        warning=looks["warn"][0],
+        error=looks["failsafe"][1],
+        success=accent,
+        foreground=plain,
+        background=background,
+        surface=background,
+        panel=background,
+        dark=name == "dark",
+        variables={
+            **_variables(looks, background),
+            "footer-background": background,
+            "footer-foreground": quiet,
+            "footer-key-foreground": accent,
+            "footer-key-background": background,
+            "footer-description-foreground": quiet,
+            "footer-description-background": background,
+            "footer-item-background": background,
+            "block-cursor-foreground": looks["lost"][0],
+            "block-cursor-background": looks["lost"][1],
+            "block-cursor-blurred-foreground": looks["lost"][0],
+            "block-cursor-blurred-background": looks["lost"][1],
+            "border": looks["rule"][0],
+            "scrollbar": quiet,
+            "scrollbar-background": background,
+            "scrollbar-hover": accent,
+            "scrollbar-active": accent,
+            "scrollbar-background-hover": background,
+            "scrollbar-background-active": background,
+        },
+    )
+
+
+def next_theme(name: str) -> str:
+    """The one after it, and the first after the last."""
+    return ORDER[(ORDER.index(name) + 1) % len(ORDER)] if name in ORDER else ORDER[0]
+
+
+def _variables(looks: dict[Role, Look], background: str) -> dict[str, str]:
+    variables: dict[str, str] = {}
+    for role in ROLES:
+        foreground, own, style = looks[role]
+        variables |= {f"{role}-fg": foreground, f"{role}-bg": own or background, f"{role}-style": style}
+    return variables
+
+
+def variables(name: str) -> dict[str, str]:
+    """The variables of `look.tcss` in a theme."""
+    return _variables(_LOOKS[name], _BACKGROUNDS[name])
+
+
+def component_css() -> str:
+    """The style sheet of the roles."""
+    roles = (
+        f".line--{role} {{ color: ${role}-fg; background: ${role}-bg; text-style: ${role}-style; }}"
+        for role in ROLES
+    )
+    bare = (
+        f"LineView:nocolor > .line--{role} {{ text-style: {style}; }}"
+        for role, style in WITHOUT_COLOUR.items()
+    )
+    return "\n".join((*roles, *bare))

@@ -1,0 +1,52 @@
+"""What the app shows at one instant, and who makes it."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from gcs_plugin.watch.picture import Picture
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The recording that runs; `disk_left_s` is inf where nothing comes."""
+
+    began_unix_s: float
+    disk_left_s: float
+    lost: int
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """The feed-forward's off switch since it was thrown: what it sees, in words, and whether the vehicle is off."""
+
+    words: str
+    sent: int
+    done: bool
+
+
+@dataclass(frozen=True)
+class View:
+    """`behind_s` is how long ago the picture was made; `trouble` what the station can't do, "" where all is well."""
+
+    picture: Picture
+    unix_s: float
+    recording: Recording | None
+    forcing: Forcing | None = None
+    behind_s: float = 0.0
+    trouble: str = ""
+
+
+class Views(Protocol):
+    """Who makes views. Nothing here waits."""
+
+    def view(self) -> View:
+        """The newest."""
+        ...
+
+    def set_period(self, period_s: float) -> None:
+        """How often a new one is asked for."""
+        ...
+
+    def force_off(self) -> None:
+        """Begin to switch the feed-forward off, and go on until the vehicle acknowledges."""
+        ...

@@ -1,0 +1,79 @@
+"""A widget that shows lines with roles, and draws again only those that changed."""
+
+from collections.abc import Iterator
+from typing import ClassVar, Final
+
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.geometry import Region, Size
+from textual.strip import Strip
+from textual.widget import Widget
+
+from tui.app.lines import ROLES, Lines, Role
+from tui.app.view import View
+
+NOT_UNDERLINED: Final = Style(underline=False)
+
+
+class LineView(Widget):
+    """Subclasses say which lines a view is, for so many cells and rows."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"line--{role}" for role in ROLES}
+
+    def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(id=id, classes=classes)
+        self._view: View | None = None
+        self._lines: Lines = ()
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        raise NotImplementedError
+
+    @property
+    def view(self) -> View | None:
+        """What is shown."""
+        return self._view
+
+    def show(self, view: View) -> None:
+        """Show a newer view."""
+        self._view = view
+        if not self.size or not self.is_on_screen:
+            return
+        before, self._lines = self._lines, self.lines(view, self.size.width, self.size.height)
+        if len(before) != len(self._lines) and self.styles.auto_dimensions:
+            self.refresh(layout=True)
+            return
+        for y in range(max(len(before), len(self._lines))):
+            if before[y : y + 1] != self._lines[y : y + 1]:
+                self.refresh(Region(0, y, self.size.width, 1))
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
+        del container, viewport
+        return len(self.lines(self._view, width, 0)) if self._view is not None else 1
+
+    def render_line(self, y: int) -> Strip:
+        base = self.rich_style
+        spans = self._lines[y] if y < len(self._lines) else ()
+        segments = [segment for text, role in spans for segment in self._segments(text, role)]
+        return Strip(segments).adjust_cell_length(self.size.width, base)
+
+    def _segments(self, text: str, role: Role) -> Iterator[Segment]:
+        """One span; what only fills at its ends is not underlined."""
+        style = self.get_component_rich_style(f"line--{role}")
+        bare = text.strip() if style.underline else text
+        before, _, after = text.partition(bare) if bare else (text, "", "")
+        unmarked = style + NOT_UNDERLINED
+        yield from (
+            Segment(part, kind)
+            for part, kind in ((before, unmarked), (bare, style), (after, unmarked))
+            if part
+        )
+
+    def on_resize(self, _: events.Resize) -> None:
+        if self._view is not None:
+            self._lines = self.lines(self._view, self.size.width, self.size.height)
+            self.refresh()
+
+    def on_show(self, _: events.Show) -> None:
+        if self._view is not None:
+            self.show(self._view)
