@@ -44,7 +44,7 @@ EVERYWHERE: Final = (
         "ctrl+x,f12",
         "app.force_off",
         "FF off",
-        "feed-forward off at once, sent until the vehicle acknowledges",
+        "feed-forward off, sent until it is acknowledged",
         always=True,
     ),
     Action("app.help", "question_mark,f1", "app.help", "Help", "the keys that work here, and the marks"),

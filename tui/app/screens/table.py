@@ -28,7 +28,7 @@ SCREENS: Final = (
         "watch",
         "1",
         "Watch",
-        "what the vehicle does now, and how healthy its sensors are",
+        "the vehicle as it is now, and its sensors' health",
         WatchScreen,
         WatchScreen.ACTIONS,
     ),

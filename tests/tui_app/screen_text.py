@@ -1,0 +1,113 @@
+"""A screen as text to keep and compare: under each row the role of every cell, at the end how the roles look.
+
+`pytest-textual-snapshot` keeps SVG, and its newest release (1.1.0) wants pytest below 9; a difference in text is read
+at once. Keep anew, after looking: SEATRIAL_KEEP_SCREENS=1.
+"""
+
+import asyncio
+import os
+from pathlib import Path
+
+from rich.segment import Segment
+from textual.color import Color
+
+from tui.app.app import SeatrialApp
+from tui.app.lines import ROLES
+from tui.app.widgets.line_view import LineView
+
+KEPT = Path(__file__).parent / "screens"
+LETTERS = dict(zip(ROLES, ".qSar-sfWBLAFT", strict=True))
+OTHERS = "123456789"
+
+
+def run(app, size, work=None):
+    """Run `work(app, pilot)` in the app once it shows something; what it answers."""
+
+    async def begin():
+        async with app.run_test(size=size) as pilot:
+            await settled(app, pilot)
+            return await work(app, pilot) if work else None
+
+    return asyncio.run(begin())
+
+
+async def settled(app, pilot):
+    """Until the screen has its first view, and is drawn."""
+    while getattr(app.screen, "view", None) is None:
+        await pilot.pause()
+    await pilot.pause()
+
+
+async def pressed(app, pilot, *keys):
+    for key in keys:
+        await pilot.press(key)
+        await pilot.pause()
+    await pilot.pause()
+
+
+def strips(app):
+    return app.screen._compositor.render_strips()
+
+
+def text(app):
+    """What is on the screen, without any style."""
+    return "\n".join(strip.text.rstrip() for strip in strips(app))
+
+
+def looks(app):
+    """The text with a role under each cell, and the legend."""
+    letters, legend = _known(app)
+    foreground, plain = next(iter(letters)).split(" on ")
+    lines = []
+    for strip in strips(app):
+        roles = ""
+        for segment in strip:
+            key = _look(segment.style)
+            if not segment.text.strip() and key.endswith(plain):
+                key = f"{foreground} on {plain}"
+            if key not in letters:
+                letters[key] = OTHERS[len([one for one in letters.values() if one in OTHERS])]
+                legend[letters[key]] = key
+            roles += letters[key] * len(segment.text)
+        lines += [strip.text.rstrip(), roles.rstrip(".").rstrip()]
+    used = set("".join(lines[1::2])) | {"."}
+    lines += [f"{letter} {look}" for letter, look in legend.items() if letter in used]
+    return "\n".join(lines) + "\n"
+
+
+def _known(app):
+    """The letter of each look that a role has in this theme, under the app's own filters."""
+    widget = next(iter(app.screen.query(LineView)))
+    letters, legend = {}, {}
+    for role in ROLES:
+        segments = [Segment("x", widget.get_component_rich_style(f"line--{role}"))]
+        for line_filter in app._filters:
+            segments = line_filter.apply(segments, Color.parse("black"))
+        look = _look(segments[0].style)
+        if look not in letters:
+            letters[look], legend[LETTERS[role]] = LETTERS[role], f"{role}: {look}"
+    return letters, legend
+
+
+def _look(style):
+    """A style in words, without what does not show."""
+    if style is None:
+        return "none"
+    words = [name for name in ("bold", "italic", "underline", "reverse") if getattr(style, name)]
+    colours = [colour.name if colour else "default" for colour in (style.color, style.bgcolor)]
+    return " ".join([*words, " on ".join(colours)])
+
+
+def check(name, app):
+    """Hold the screen against the one kept under `name`."""
+    file = KEPT / f"{name}.txt"
+    seen = looks(app)
+    if os.environ.get("SEATRIAL_KEEP_SCREENS"):
+        KEPT.mkdir(exist_ok=True)
+        file.write_text(seen, encoding="utf-8")
+    assert seen.splitlines() == file.read_text(encoding="utf-8").splitlines()
+
+
+def made(views, **options):
+    """The app without a user's own files."""
+    return SeatrialApp(views, keep_theme=options.pop("keep_theme", lambda _: None), **options)

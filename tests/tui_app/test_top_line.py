@@ -1,0 +1,154 @@
+"""The top line: states in word and shape, ages counted up, and nothing that does not fit."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from made_view import UNIX_S, picture, view
+
+from gcs_plugin.watch.picture import Armed
+from tui.app.aging import aged
+from tui.app.header import Tab, header, tab_at
+from tui.app.view import Forcing, Recording
+
+TABS = (Tab("1", "Watch", True), Tab("2", "Dives", False))
+
+
+def first(shown, cells=80):
+    return header(shown, TABS, cells)[0]
+
+
+def joined(line):
+    return "".join(text for text, _ in line)
+
+
+def with_picture(**changes):
+    return replace(view(), picture=replace(picture(), **changes))
+
+
+def role_of(line, word):
+    return next(role for text, role in line if word in text)
+
+
+@pytest.mark.parametrize(
+    ("armed", "words", "role"),
+    [
+        (Armed.DISARMED, "□ DISARMED", "plain"),
+        (Armed.ARMED, "■ ARMED", "armed"),
+        (Armed.FAILSAFE, "▲ FAILSAFE", "failsafe"),
+        (Armed.UNKNOWN, "? ARMED STATE UNKNOWN", "lost"),
+    ],
+)
+def test_each_armed_state_has_its_word_its_shape_and_its_role_and_stands_first(armed, words, role):
+    line = first(with_picture(armed=armed))
+    assert line[0] == (f" {words} ", role)
+
+
+def test_a_stale_armed_state_says_what_it_was_and_when():
+    line = first(with_picture(armed_age_s=12.0))
+    assert line[0] == (" ? was ARMED, 12 s ago ", "lost")
+
+
+def test_the_link_tells_age_loss_and_who_speaks():
+    assert "LINK 0.4 s  loss 2 %  sys 1/1" in joined(first(view()))
+
+
+def test_a_lost_link_counts_up_its_seconds_inverse():
+    link = replace(picture().links[0], age_s=12.3, lost=True)
+    line = first(with_picture(links=(link,)))
+    assert role_of(line, "LINK LOST 12 s") == "lost"
+
+
+def test_no_link_at_all_says_so():
+    assert role_of(first(with_picture(links=())), "NO LINK") == "lost"
+    never = replace(picture().links[0], age_s=math.inf, lost=True)
+    assert "LINK LOST never heard" in joined(first(with_picture(links=(never,))))
+
+
+def test_the_recording_tells_its_time_and_how_long_the_disk_lasts():
+    assert "REC 00:12:31  41 h left" in joined(first(view()))
+    assert "REC 00:12:31  nothing comes" in joined(
+        first(replace(view(), recording=Recording(UNIX_S - 751, math.inf, 0)))
+    )
+
+
+def test_no_recording_and_a_short_disk_are_inverse():
+    assert role_of(first(replace(view(), recording=None)), "NOT RECORDING") == "lost"
+    short = first(replace(view(), recording=Recording(UNIX_S - 751, 480.0, 0)))
+    assert role_of(short, "8 min left") == "lost"
+
+
+@pytest.mark.parametrize(
+    ("mode", "age_s", "words"),
+    [(0, 0.5, "FF off"), (1, 0.5, "FF shadow"), (2, 0.5, "FF only"), (3, 0.5, "FF both"), (None, 0.5, "FF --")],
+)
+def test_the_feed_forward_mode_is_a_word(mode, age_s, words):
+    assert joined(first(with_picture(ff_mode=mode, ff_mode_age_s=age_s))).endswith(words)
+
+
+def test_an_old_feed_forward_mode_is_dated_and_then_gone():
+    wide = first(with_picture(ff_mode=3, ff_mode_age_s=5.0), 160)
+    assert role_of(wide, "FF both 5.0 s ago") == "stale"
+    assert "FF --" in joined(first(with_picture(ff_mode=3, ff_mode_age_s=11.0), 160))
+
+
+def test_the_off_switch_stays_until_it_is_acknowledged():
+    asked = replace(view(), forcing=Forcing("vehicle 1: sent 4 times, no answer for 2.0 s", 4, False))
+    assert role_of(first(asked, 160), "FF OFF: vehicle 1: sent 4 times, no answer for 2.0 s") == "lost"
+    assert role_of(first(asked), "FF OFF") == "lost"
+    done = replace(view(), forcing=Forcing("vehicle 1: off, as read back", 5, True))
+    assert role_of(first(done, 160), "FF OFF, vehicle 1: off") == "strong"
+
+
+@pytest.mark.parametrize("cells", [60, 80, 100, 160])
+@pytest.mark.parametrize("armed", Armed)
+@pytest.mark.parametrize("forcing", [None, Forcing("vehicle 1: sent 14 times, no answer for 9.0 s", 14, False)])
+def test_nothing_is_wider_than_the_terminal(cells, armed, forcing):
+    shown = replace(with_picture(armed=armed, armed_age_s=4.0), forcing=forcing, trouble="x" * 200)
+    for line in header(shown, TABS, cells):
+        assert len(joined(line)) <= cells
+    assert joined(header(shown, TABS, cells)[0]).startswith(" ")
+
+
+def test_utc_stands_in_the_first_line_where_it_fits_and_else_in_the_second():
+    assert joined(first(view(), 160)).endswith("08:52:31 UTC ")
+    assert joined(header(view(), TABS, 80)[1]).endswith("08:52:31 UTC ")
+
+
+@pytest.mark.parametrize(
+    ("shown", "words"),
+    [
+        (with_picture(twins="two vehicles beat as system 1"), "two vehicles beat as system 1"),
+        (replace(view(), recording=Recording(UNIX_S, 1e6, 12)), "12 frames could not be recorded"),
+        (replace(view(), trouble="udpin: in use"), "udpin: in use"),
+        (replace(view(), behind_s=5.0), "nothing is read from the link since 5 s"),
+    ],
+)
+def test_what_must_not_be_overlooked_has_a_line_of_its_own(shown, words):
+    lines = header(shown, TABS, 80)
+    assert len(lines) == 3
+    assert words in joined(lines[2])
+    assert lines[2][0][1] == "lost"
+
+
+def test_all_well_takes_two_lines():
+    assert len(header(view(), TABS, 80)) == 2
+
+
+def test_a_click_finds_its_tab():
+    assert [tab_at(TABS, x) and tab_at(TABS, x).title for x in (0, 8, 9, 17, 18)] == [
+        "Watch", "Watch", "Dives", "Dives", None
+    ]  # fmt: skip
+
+
+def test_a_silent_engine_leaves_no_number_bright():
+    old = aged(picture(), 5.0)
+    assert old.armed_age_s == pytest.approx(5.4)
+    assert all(link.lost for link in old.links)
+    assert all(row.freshness.value != "fresh" for row in (*old.sensors, *old.thrusters, *old.traces.values()))
+    older = aged(picture(), 11.0)
+    assert all(row.freshness.value == "gone" for row in (*older.sensors, *older.thrusters, *older.traces.values()))
+
+
+def test_a_picture_of_just_now_is_as_it_was():
+    assert aged(picture(), 0.0).sensors == picture().sensors

@@ -1,0 +1,224 @@
+"""The frame: keys, help, palette, themes, and the off switch that works from everywhere."""
+
+from dataclasses import replace
+
+import pytest
+from made_view import FixedViews, view
+from screen_text import made, pressed, run, text
+from textual.command import CommandPalette
+from textual.widgets import Input
+
+from tui.app.actions import EVERYWHERE
+from tui.app.screens.help import HelpScreen
+from tui.app.screens.table import OPENING, SCREENS
+from tui.app.screens.watch import WatchScreen
+from tui.app.themes import ORDER
+from tui.app.view import Forcing
+from tui.app.widgets.top_line import TopLine
+
+NARROW, WIDE = (80, 24), (160, 50)
+
+
+def top(app):
+    return text(app).splitlines()[0]
+
+
+@pytest.mark.parametrize("key", ["ctrl+x", "f12"])
+def test_one_key_forces_the_feed_forward_off_on_watch(key):
+    views = FixedViews()
+    run(made(views), NARROW, lambda app, pilot: pressed(app, pilot, key))
+    assert views.forced == 1
+
+
+@pytest.mark.parametrize("over", ["question_mark", "ctrl+p", "w"])
+def test_it_forces_it_off_over_whatever_lies_on_the_screen(over):
+    views = FixedViews()
+    run(made(views), NARROW, lambda app, pilot: pressed(app, pilot, over, "ctrl+x"))
+    assert views.forced == 1
+
+
+def test_it_forces_it_off_in_the_middle_of_a_word_that_is_typed():
+    views = FixedViews()
+
+    async def work(app, pilot):
+        await pressed(app, pilot, "ctrl+p", "t", "h", "ctrl+x", "e")
+        assert app.screen.query_one(Input).value == "the"
+
+    run(made(views), NARROW, work)
+    assert views.forced == 1
+
+
+def test_its_state_stands_in_the_top_line_until_it_is_acknowledged():
+    views = FixedViews(replace(view(), forcing=Forcing("sent 4 times, no answer for 2.0 s", 4, False)))
+
+    async def work(app, pilot):
+        assert "FF OFF: sent 4 times, no answer for 2.0 s" in top(app)
+        views.shown = replace(view(), forcing=Forcing("off", 5, True))
+        app._show()
+        await pilot.pause()
+        assert "FF OFF, " in top(app)
+        views.shown = replace(view(), picture=replace(view().picture, ff_mode=0))
+        app._show()
+        await pilot.pause()
+        assert top(app).endswith("FF off")
+
+    run(made(views), NARROW, work)
+
+
+@pytest.mark.parametrize("key", ["question_mark", "f1"])
+def test_help_shows_the_live_keys_and_what_marks_mean_and_escape_closes_it(key):
+    async def work(app, pilot):
+        await pressed(app, pilot, key)
+        assert isinstance(app.screen, HelpScreen)
+        shown = text(app)
+        for action in (*EVERYWHERE, *WatchScreen.ACTIONS):
+            if action.id != "watch.charts":  # all charts fit here, so there is no such key
+                assert action.sentence in shown
+        assert "the other charts" not in shown
+        assert all(mark in shown and meaning in shown for mark, meaning in WatchScreen.LEGEND)
+        await pressed(app, pilot, "escape")
+        assert isinstance(app.screen, WatchScreen)
+
+    run(made(FixedViews()), WIDE, work)
+
+
+def test_help_shows_keys_as_the_keymap_has_them():
+    async def work(app, pilot):
+        await pressed(app, pilot, "f5")
+        line = next(line for line in text(app).splitlines() if "sent until" in line)
+        assert "f9" in line
+        assert "^x" not in line
+
+    run(made(FixedViews(), keymap={"ff.off": "f9", "app.help": "f5"}), WIDE, work)
+
+
+def test_a_key_of_the_keymap_works_and_the_default_no_longer_does():
+    views = FixedViews()
+
+    async def work(app, pilot):
+        await pressed(app, pilot, "ctrl+x")
+        assert views.forced == 0
+        await pressed(app, pilot, "f9")
+        assert views.forced == 1
+        await pressed(app, pilot, "question_mark", "f9")
+        assert views.forced == 2
+
+    run(made(views, keymap={"ff.off": "f9"}), NARROW, work)
+
+
+def test_the_top_line_stays_live_under_help():
+    views = FixedViews()
+
+    async def work(app, pilot):
+        await pressed(app, pilot, "question_mark")
+        assert "■ ARMED" in top(app)
+        views.shown = replace(view(), recording=None)
+        app._show()
+        await pilot.pause()
+        assert "NOT RECORDING" in top(app)
+
+    run(made(views), NARROW, work)
+
+
+def test_the_palette_has_every_action():
+    async def work(app, pilot):
+        await pressed(app, pilot, "ctrl+p")
+        assert isinstance(app.screen, CommandPalette)
+        provider = next(iter(app.COMMANDS))(app.screen_stack[-2])
+        names = {hit.text async for hit in provider.discover()}
+        expected = {action.words for action in (*EVERYWHERE, *OPENING, *WatchScreen.ACTIONS)} - {"Palette"}
+        assert names == expected | {f"Theme: {name}" for name in ORDER}
+
+    run(made(FixedViews()), NARROW, work)
+
+
+def test_the_palette_does_what_is_chosen():
+    views = FixedViews()
+    kept = []
+
+    async def work(app, pilot):
+        await pressed(app, pilot, "ctrl+p", *"sunlight")
+        await pilot.app.workers.wait_for_complete()
+        while not text(app).count("Theme: sunlight"):
+            await pilot.pause()
+        await pressed(app, pilot, "enter")
+        assert app.theme == "sunlight"
+
+    run(made(views, keep_theme=kept.append), NARROW, work)
+    assert kept == ["sunlight"]
+
+
+def test_one_key_goes_through_the_themes_and_each_is_kept():
+    kept = []
+
+    async def work(app, pilot):
+        for name in ("light", "sunlight", "dark"):
+            await pressed(app, pilot, "t")
+            assert app.theme == name
+
+    run(made(FixedViews(), keep_theme=kept.append), NARROW, work)
+    assert kept == ["light", "sunlight", "dark"]
+
+
+def test_charts_have_a_second_page_where_not_all_fit_and_none_where_all_do():
+    async def narrow(app, pilot):
+        assert "surge u" in text(app)
+        assert "c Charts" in text(app)
+        await pressed(app, pilot, "c")
+        assert "surge u" not in text(app)
+        assert "heading" in text(app)
+
+    async def wide(app, pilot):
+        assert "c Charts" not in text(app)
+        await pressed(app, pilot, "c")
+        assert all(word in text(app) for word in ("surge u", "heading", "current", "roll p"))
+
+    run(made(FixedViews()), NARROW, narrow)
+    run(made(FixedViews()), WIDE, wide)
+
+
+def test_all_words_are_a_key_away_and_escape_goes_back():
+    async def work(app, pilot):
+        assert "6 devices" not in text(app)
+        await pressed(app, pilot, "w")
+        assert "6 devices" in text(app)
+        await pressed(app, pilot, "escape")
+        assert "6 devices" not in text(app)
+
+    run(made(FixedViews()), NARROW, work)
+
+
+def test_the_digit_keys_and_the_tabs_open_screens():
+    async def work(app, pilot):
+        await pressed(app, pilot, "question_mark", "escape", "1")
+        assert isinstance(app.screen, WatchScreen)
+        await pressed(app, pilot, "w")
+        await pilot.click(TopLine, offset=(3, 1))
+        await pilot.pause()
+        assert isinstance(app.screen, WatchScreen)
+        assert "surge u" in text(app)
+
+    run(made(FixedViews()), NARROW, work)
+    assert [row.key for row in SCREENS] == [str(n + 1) for n in range(len(SCREENS))]
+
+
+def test_ctrl_q_leaves():
+    async def work(app, pilot):
+        await pilot.press("ctrl+q")
+        await pilot.pause()
+        assert app._exit
+
+    run(made(FixedViews()), NARROW, work)
+
+
+def test_a_screen_that_becomes_larger_shows_more():
+    async def work(app, pilot):
+        assert "VELOCITIES" not in text(app)
+        await pilot.resize_terminal(*WIDE)
+        await pilot.pause()
+        assert "VELOCITIES" in text(app)
+        await pilot.resize_terminal(60, 15)
+        await pilot.pause()
+        assert "■ ARMED" in text(app)
+
+    run(made(FixedViews()), NARROW, work)
