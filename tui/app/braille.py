@@ -49,6 +49,7 @@ def _crossings(t: Array, v: Array, numbers: NDArray[np.intp], edges_s: Array) ->
     interval = np.diff(t)
     broken = (np.diff(numbers) > 1) | (interval > PERIODS_OF_A_GAP * max(float(np.median(interval)), 1e-3))
     before = np.searchsorted(t, edges_s, side="right") - 1
+    before = np.where(edges_s == t[-1], len(t) - 2, before)
     inside = np.flatnonzero((before >= 0) & (before < len(t) - 1))
     k = before[inside]
     whole = ~broken[k] & (interval[k] > 0)

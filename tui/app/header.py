@@ -76,11 +76,19 @@ def fit(parts: Sequence[Piece], cells: int) -> Line:
         if not shorter:
             break
         chosen[shorter[0]] += 1
+    for n in reversed(order):  # what was shortened in vain is lengthened again
+        while chosen[n] and needed(APART[-1]) + _growth(parts[n], chosen[n]) <= cells:
+            chosen[n] -= 1
     between = next((apart for apart in APART if needed(apart) <= cells), APART[-1])
     spans: list[Span] = []
     for part, text in zip(parts, texts(), strict=True):
         spans += [(between, "rule"), (text, part.role)]
     return tuple(spans[1:])
+
+
+def _growth(part: Piece, form: int) -> int:
+    """Cells that its next longer form needs more."""
+    return len(part.forms[form - 1]) - len(part.forms[form])
 
 
 def _armed(picture: Picture) -> Piece:

@@ -4,12 +4,12 @@ import math
 from typing import Final
 
 from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
-from tui.app.lines import Line, Lines, Role, Span, cut, width
+from tui.app.lines import Line, Lines, Role, Span, apart, cut, width
 from tui.app.shown import NOTHING, age, ago, number, utc
 
 WIDE: Final = 50
-NAME_CELLS: Final = 14
-RATE_AND_AGE: Final = 19  # cells of a narrow row beside its name
+NAME_CELLS: Final = 17
+RATE_AND_AGE: Final = 17  # cells of a narrow row beside its name
 MARKS: Final[dict[Condition, Span]] = {
     Condition.OK: ("●", "quiet"),
     Condition.DEGRADED: ("◐", "warn"),
@@ -42,7 +42,7 @@ def _link(link: LinkRow, name_cells: int, cells: int) -> Lines:
     head = _head(condition, _link_name(link), "plain", name_cells, cells)
     if link.lost:
         return _with_words(head, f"lost, {_heard(link.age_s)}", "bad", cells)
-    return ((*head, *_rate(link.rate_hz, math.nan, cells), (f"{age(link.age_s):>8}", "plain")),)
+    return (_with_rate(head, link.rate_hz, math.nan, link.age_s, cells),)
 
 
 def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
@@ -50,12 +50,13 @@ def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
     head = _head(row.condition, row.name, "plain" if fresh else "stale", name_cells, cells)
     if row.freshness is Freshness.GONE:
         words = row.words or _heard(row.age_s)
-        return _with_words((*head, (f" {NOTHING}", "stale")), words, "stale", cells)
+        marked = f"{NOTHING} {words}"
+        return _with_words(head, marked if len(marked) < cells - width(head) else words, "stale", cells)
     if not fresh:
         return _with_words(head, ", ".join(filter(None, (ago(row.age_s), row.words))), "stale", cells)
     if row.words:
         return _with_words(head, row.words, MARKS[row.condition][1], cells)
-    return ((*head, *_rate(row.rate_hz, row.expected_hz, cells), (f"{age(row.age_s):>8}", "plain")),)
+    return (_with_rate(head, row.rate_hz, row.expected_hz, row.age_s, cells),)
 
 
 def _heard(age_s: float) -> str:
@@ -68,11 +69,13 @@ def _head(condition: Condition, name: str, role: Role, name_cells: int, cells: i
     return (mark, *word, (f" {cut(name, name_cells):<{name_cells}}", role))
 
 
-def _rate(rate_hz: float, expected_hz: float, cells: int) -> Line:
+def _with_rate(head: Line, rate_hz: float, expected_hz: float, age_s: float, cells: int) -> Line:
+    """How often and how long ago; with the least rate that it should have, where there is room."""
+    rate, old = number(rate_hz, 1), age(age_s)
     if cells < WIDE:
-        return ((f"{number(rate_hz, 1):>6}", "plain"), (" Hz", "quiet"))
+        return apart(head, ((rate, "plain"), (" Hz", "quiet"), (f"{old:>6}", "plain")), cells)
     of = f" / {expected_hz:.0f} Hz" if math.isfinite(expected_hz) else " Hz"
-    return ((f"{number(rate_hz, 1):>{15 - len(of)}}", "plain"), (of, "quiet"))
+    return (*head, (f"{rate:>{15 - len(of)}}", "plain"), (of, "quiet"), (f"{old:>8}", "plain"))
 
 
 def _with_words(head: Line, words: str, role: Role, cells: int) -> Lines:

@@ -1,0 +1,266 @@
+"""The engine: the newest picture, an off switch that does not give up, a recording that is looked for."""
+
+import time
+
+import pytest
+from made_view import SENSORS, picture
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkLost
+from bridge.framing import Encoder, Framer, decode
+from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+from tui.app.source import LinkSource
+from tui.app.station import Station
+from tui.app.view import Recording
+
+HEARTBEAT = Framer().feed(Encoder(1, 1).encode(ground_heartbeat()))[0]
+
+
+class FakeSource:
+    """Frames that a test puts in; keeps what is sent."""
+
+    def __init__(self):
+        self.trouble = ""
+        self.coming = []
+        self.sent = []
+        self.closed = False
+
+    def frames(self):
+        coming, self.coming = self.coming, []
+        return coming
+
+    def send(self, data):
+        self.sent.append(data)
+
+    def close(self):
+        self.closed = True
+
+
+class FakeWatcher:
+    """Pictures that say when they were made, and of how many frames."""
+
+    def __init__(self):
+        self.fed = []
+        self.twins = ""
+
+    def feed(self, frame, arrived_s, link):
+        self.fed.append((frame.message_id, arrived_s, link))
+
+    def picture(self, now_s):
+        from dataclasses import replace
+
+        return replace(picture(), now_s=now_s, sensors=SENSORS[: len(self.fed)], twins=self.twins)
+
+
+class FakeSwitch:
+    """Sends a heartbeat at every tick; done when a test says so."""
+
+    def __init__(self):
+        self.twins = ""
+        self.done = False
+        self.sent = 0
+        self.heard = []
+
+    @property
+    def words(self):
+        return f"sent {self.sent} times"
+
+    def tick(self, _):
+        if self.done:
+            return []
+        self.sent += 1
+        return [ground_heartbeat()]
+
+    def on_frame(self, frame, now_s):
+        self.heard.append((frame.message_id, now_s))
+
+
+class Rig:
+    def __init__(self):
+        self.clock = SimulatedClock(100.0)
+        self.source, self.watcher, self.switches = FakeSource(), FakeWatcher(), []
+        self.recording, self.looked = None, 0
+        self.station = Station(
+            self.source, self.watcher, self.clock, self.look, self.make_switch, period_s=0.25
+        )
+
+    def look(self, _):
+        self.looked += 1
+        return self.recording
+
+    def make_switch(self):
+        self.switches.append(FakeSwitch())
+        return self.switches[-1]
+
+    def turn(self, after_s=0.05):
+        self.clock.advance_to(self.clock.now_s + after_s)
+        self.station.turn()
+        return self.station.view()
+
+
+@pytest.fixture
+def rig():
+    return Rig()
+
+
+def test_before_anything_came_there_is_a_picture(rig):
+    assert rig.station.view().picture.now_s == 100.0
+    assert rig.station.view().recording is None
+
+
+def test_one_picture_is_made_a_period_however_many_frames_come(rig):
+    times = []
+    for _ in range(20):
+        rig.source.coming = [(rig.clock.now_s, "link", HEARTBEAT)] * 10
+        times.append(rig.turn().picture.now_s)
+    assert len(rig.watcher.fed) == 200
+    assert len(set(times)) == 4
+
+
+def test_the_period_may_be_made_longer(rig):
+    rig.station.set_period(1.0)
+    assert len({rig.turn().picture.now_s for _ in range(60)}) <= 4
+
+
+def test_a_view_says_how_old_its_picture_is(rig):
+    rig.turn()
+    rig.clock.advance_to(107.0)
+    assert rig.station.view().behind_s == pytest.approx(7.0, abs=0.1)
+
+
+def test_the_recording_is_looked_for_once_a_second(rig):
+    rig.recording = Recording(0.0, 3600.0, 0)
+    for _ in range(40):
+        rig.turn()
+    assert rig.looked == pytest.approx(2, abs=1)
+    assert rig.station.view().recording == rig.recording
+
+
+def test_what_the_link_can_not_do_is_told(rig):
+    rig.source.trouble = "refused"
+    assert rig.turn().trouble == "refused"
+
+
+def test_nothing_is_sent_before_the_switch_is_thrown(rig):
+    for _ in range(10):
+        assert rig.turn().forcing is None
+    assert rig.source.sent == []
+
+
+def test_the_switch_is_ticked_until_it_is_done_and_told_for_a_while(rig):
+    rig.station.force_off()
+    for _ in range(30):
+        shown = rig.turn()
+    assert shown.forcing.words == "sent 30 times"
+    assert not shown.forcing.done
+    assert len(rig.source.sent) == 30
+    rig.switches[0].done = True
+    assert rig.turn().forcing.done
+    assert rig.turn(after_s=9.0).forcing.done
+    assert rig.turn(after_s=2.0).forcing is None
+    assert len(rig.source.sent) == 30
+
+
+def test_what_is_sent_comes_from_the_ground_station(rig):
+    rig.station.force_off()
+    rig.turn()
+    (frame,) = Framer().feed(rig.source.sent[0])
+    assert (frame.system, frame.component) == GROUND_STATION
+    assert decode(frame).get_type() == "HEARTBEAT"
+
+
+def test_the_switch_hears_every_frame_and_of_twins(rig):
+    rig.station.force_off()
+    rig.turn()
+    rig.watcher.twins = "two vehicles"
+    rig.source.coming = [(100.06, "link", HEARTBEAT)]
+    rig.turn(after_s=0.3)
+    rig.turn()
+    assert rig.switches[0].heard == [(0, 100.06)]
+    assert rig.switches[0].twins == "two vehicles"
+
+
+def test_pressing_again_changes_nothing_until_it_was_done(rig):
+    rig.station.force_off()
+    rig.turn()
+    rig.station.force_off()
+    rig.turn()
+    assert len(rig.switches) == 1
+    rig.switches[0].done = True
+    rig.turn()
+    rig.station.force_off()
+    rig.turn()
+    assert len(rig.switches) == 2
+
+
+def test_the_thread_reads_until_it_is_stopped_and_closes_the_link():
+    from bridge.clock import SystemClock
+
+    source, watcher, clock = FakeSource(), FakeWatcher(), SystemClock()
+    source.coming = [(0.0, "link", HEARTBEAT)]
+    station = Station(source, watcher, clock, lambda _: None, FakeSwitch)
+    station.start()
+    until_s = time.monotonic() + 10
+    while not watcher.fed and time.monotonic() < until_s:
+        pass
+    station.stop()
+    assert watcher.fed
+    assert source.closed
+
+
+class FakeLink:
+    """Gives what is put in, or is lost."""
+
+    name = "fake:1"
+
+    def __init__(self, data):
+        self.data = list(data)
+        self.written = []
+
+    def read(self, timeout_s):
+        del timeout_s
+        if not self.data:
+            raise LinkLost("fake:1: gone")
+        return self.data.pop(0)
+
+    def write(self, data):
+        self.written.append(data)
+
+    def close(self):
+        pass
+
+
+def frames_until(source, clock, count, turns=500):
+    found = []
+    for _ in range(turns):
+        clock.advance_to(clock.now_s + 0.05)
+        found += source.frames()
+        if len(found) >= count:
+            return found
+    return found
+
+
+def test_a_source_gives_frames_with_their_time_and_link_and_comes_back_when_it_was_lost():
+    clock = SimulatedClock()
+    raw = HEARTBEAT.raw
+    links = [FakeLink([raw + raw[:4], raw[4:]]), FakeLink([raw])]
+    source = LinkSource(lambda: links.pop(0), "fake:1", clock)
+    found = frames_until(source, clock, 2)
+    assert [(link, frame.message_id) for _, link, frame in found] == [("fake:1", 0)] * 2
+    assert frames_until(source, clock, 1)
+    source.frames()
+    assert "gone" in source.trouble
+    source.close()
+
+
+def test_a_source_sends_and_loses_what_is_sent_while_its_link_is_away():
+    clock = SimulatedClock()
+    link = FakeLink([b"", b"", b""])
+    source = LinkSource(lambda: link, "fake:1", clock)
+    for _ in range(100):
+        clock.advance_to(clock.now_s + 0.05)
+        source.send(b"x")
+        if link.written:
+            break
+    assert b"x" in link.written
+    source.close()

@@ -1,0 +1,197 @@
+"""Strip charts: exact dots, gaps that show, ranges that stand still, values that are never bright when they are old."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_view import NOW_S, traces
+
+from gcs_plugin.watch.picture import Freshness, Trace
+from tui.app import braille
+from tui.app.chart import chart
+from tui.app.quantities import QUANTITIES, Quantity
+from tui.app.scale import nice_step, scale_for
+
+FRESH, STALE, GONE = Freshness
+EDGES = np.arange(0.0, 10.5, 0.5)
+
+
+def joined(line):
+    return "".join(text for text, _ in line)
+
+
+def lines_of(key, cells=46, rows=6, **changes):
+    return chart(QUANTITIES[key], replace(traces()[key], **changes), NOW_S, cells, rows)
+
+
+def bits(dots):
+    return "".join(chr(code) for code in braille.cells(np.array(dots, dtype=bool)).ravel())
+
+
+def test_each_dot_has_its_place_in_the_cell():
+    assert bits([[1, 0], [0, 0], [0, 0], [0, 0]]) == "⠁"
+    assert bits([[0, 0], [0, 0], [0, 0], [0, 1]]) == "⢀"
+    assert bits([[1, 1], [1, 1], [1, 1], [1, 1]]) == "⣿"
+
+
+def test_a_line_is_drawn_between_its_readings():
+    time_s = np.arange(0.0, 11.0, 1.0)
+    low, high = braille.extremes(time_s, time_s, EDGES)
+    assert low == pytest.approx(EDGES[:-1])
+    assert high == pytest.approx(EDGES[1:])
+
+
+def test_a_short_peak_between_two_edges_is_not_lost():
+    time_s = np.linspace(0, 10, 101)
+    value = np.where(np.arange(101) == 42, 5.0, 0.0)
+    _, high = braille.extremes(time_s, value, EDGES)
+    assert high.max() == 5.0
+
+
+def test_a_reading_that_is_no_number_is_a_gap():
+    time_s = np.arange(0.0, 10.01, 0.25)
+    value = np.where((time_s > 3.9) & (time_s < 6.1), np.nan, 1.0)
+    low, _ = braille.extremes(time_s, value, EDGES)
+    assert np.isnan(low[8:12]).all()
+    assert np.isfinite(low[:7]).all()
+    assert np.isfinite(low[13:]).all()
+
+
+def test_a_silence_of_over_three_intervals_is_a_gap_and_a_shorter_one_is_none():
+    time_s = np.concatenate([np.arange(0, 4, 0.25), np.arange(4.25, 6, 0.25), np.arange(7.5, 10.1, 0.25)])
+    low, _ = braille.extremes(time_s, np.ones_like(time_s), EDGES)
+    assert np.isnan(low[12:14]).all()
+    assert np.isfinite(low[:11]).all()
+
+
+def test_nothing_at_all_draws_nothing():
+    low, high = braille.extremes(np.array([]), np.array([]), EDGES)
+    assert np.isnan(low).all()
+    assert np.isnan(high).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(-2, 12), st.floats(-5, 5) | st.just(math.nan)), max_size=40),
+    st.integers(1, 6),
+)
+def test_any_readings_draw_within_their_extremes_and_rows(readings, rows):
+    readings.sort()
+    time_s, value = (np.array([r[n] for r in readings]) for n in (0, 1))
+    low, high = braille.extremes(time_s, value, EDGES)
+    known = np.isfinite(low)
+    assert (np.isfinite(high) == known).all()
+    assert (low[known] <= high[known]).all()
+    if known.any():
+        assert np.nanmin(value) - 1e-9 <= low[known].min()
+        assert high[known].max() <= np.nanmax(value) + 1e-9
+    dots = braille.curve(low, high, -5.0, 5.0, rows)
+    assert dots.shape == (4 * rows, len(low))
+    assert (dots.any(axis=0) == known).all()
+
+
+@pytest.mark.parametrize(
+    ("least", "step"), [(0.1, 0.1), (0.11, 0.2), (0.3, 0.5), (6.0, 10.0), (0.05, 0.05), (49, 50)]
+)
+def test_steps_are_one_two_or_five(least, step):
+    assert nice_step(least) == pytest.approx(step)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.floats(-50, 50), max_size=8), st.floats(0.1, 20), st.booleans())
+def test_a_scale_holds_its_values_and_spans_enough(values, least, with_zero):
+    scale = scale_for(np.array(values), least, with_zero)
+    held = [*values, *([0.0] if with_zero else [])]
+    assert all(scale.low - 1e-6 <= value <= scale.high + 1e-6 for value in held)
+    assert scale.high - scale.low >= least * (1 - 1e-6)
+    for end in (scale.low, scale.high):
+        assert end / scale.step == pytest.approx(round(end / scale.step), abs=1e-6)
+
+
+def test_a_small_movement_does_not_move_the_scale():
+    assert scale_for(np.array([0.39]), 0.2, True) == scale_for(np.array([0.4]), 0.2, True)
+
+
+def test_the_head_tells_value_unit_and_reference():
+    head = lines_of("u")[0]
+    assert joined(head).split() == ["surge", "u", "0.349", "m/s", "ref", "0.400"]
+    assert ("  0.349", "strong") in head
+
+
+def test_rates_are_shown_in_degrees():
+    assert "deg/s" in joined(lines_of("r")[0])
+
+
+def test_a_stale_value_is_dimmed_and_dated():
+    head, *body = lines_of("voltage")
+    assert joined(head).split() == ["battery", "15.90", "V", "4.2", "s", "ago"]
+    roles = {role for line in (head, *body) for _, role in line}
+    assert "strong" not in roles
+    assert "accent" not in roles
+
+
+def test_a_value_that_is_gone_is_no_number():
+    assert joined(lines_of("current")[0]).split() == ["current", "--", "A", "14", "s", "ago"]
+    never = replace(
+        traces()["u"], time_s=np.array([]), value=np.array([]), reference=None, age_s=math.inf, freshness=GONE
+    )
+    assert joined(chart(QUANTITIES["u"], never, NOW_S, 46, 6)[0]).split() == ["surge", "u", "--", "m/s", "never"]
+
+
+def test_a_reading_now_that_is_no_number_is_dashes_though_it_is_fresh():
+    value = traces()["u"].value.copy()
+    value[-1] = math.nan
+    assert joined(lines_of("u", value=value)[0]).split()[:3] == ["surge", "u", "--"]
+
+
+def test_a_gap_is_marked_at_the_bottom_and_the_last_moment_is_none():
+    lines = lines_of("v")
+    assert "░░░" in joined(lines[-1])
+    assert not joined(lines[-1]).endswith("░")
+    assert "░" not in "".join(joined(line) for line in lines_of("u"))
+
+
+def test_deep_is_down():
+    rows = lines_of("depth", value=np.linspace(1.0, 3.0, len(traces()["depth"].value)), reference=None)
+    assert float(joined(rows[1])[:6]) < float(joined(rows[-1])[:6])
+    assert joined(rows[1]).rstrip()[-1] == "┤" or joined(rows[-1]).rstrip()[-1] != " "
+    assert len(joined(rows[-1]).rstrip()) > len(joined(rows[1]).rstrip())
+
+
+def test_headings_run_from_0_to_360_without_a_line_across():
+    trace = traces()["heading"]
+    rows = chart(QUANTITIES["heading"], replace(trace, reference=None), NOW_S, 60, 8)
+    assert joined(rows[1])[:7].strip() == "360┤"
+    assert joined(rows[-1])[:7].strip() == "0┤"
+    middle = "".join(text for text, role in rows[4] if role == "accent")
+    assert middle == ""
+    assert joined(rows[0]).split()[1] == f"{math.degrees(trace.value[-1]) % 360:.1f}"
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 6, 9, 14])
+@pytest.mark.parametrize("cells", [12, 30, 46, 100])
+@pytest.mark.parametrize("key", QUANTITIES)
+def test_a_chart_is_as_many_rows_as_it_has_and_no_curve_is_wider(key, rows, cells):
+    lines = lines_of(key, cells, rows)
+    assert len(lines) == rows
+    assert all(len(joined(line)) <= cells for line in lines[1:])
+
+
+def test_a_quantity_that_nobody_heard_of_is_dashes():
+    assert joined(chart(Quantity("x", "nothing", 1.0, 1), None, NOW_S, 40, 5)[0]).split() == ["nothing", "--"]
+
+
+def test_one_row_holds_the_value_and_blocks():
+    line = joined(lines_of("altitude", 46, 1)[0])
+    assert line.startswith("altitude     1.85 m")
+    assert set(line[23:].strip()) <= set("▁▂▃▄▅▆▇█ ")
+    assert len(line) == 46
+
+
+def test_a_trace_with_one_reading_is_a_dot():
+    one = Trace("u", "m/s", np.array([NOW_S - 1.0]), np.array([0.1]), None, 0.1, FRESH)
+    drawn = "".join(joined(line)[7:] for line in chart(QUANTITIES["u"], one, NOW_S, 46, 6)[1:])
+    assert len([c for c in drawn if 0x2800 < ord(c) < 0x2900]) == 1
