@@ -38,7 +38,7 @@ async def settled(app, pilot):
     await pilot.pause()
 
 
-async def pressed(app, pilot, *keys):
+async def pressed(pilot, *keys):
     for key in keys:
         await pilot.press(key)
         await pilot.pause()

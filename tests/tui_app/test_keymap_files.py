@@ -26,7 +26,10 @@ def test_the_shipped_example_lists_every_action_with_its_default():
 
 
 def test_keys_are_given_by_action(keymap_of):
-    assert keymap_of('ff.off: "f9, ctrl+o"\nscreen.watch: 5\n') == {"ff.off": "f9,ctrl+o", "screen.watch": "5"}
+    assert keymap_of('ff.off: "f9, ctrl+o"\nscreen.watch: 5\n') == {
+        "ff.off": "f9,ctrl+o",
+        "screen.watch": "5",
+    }
 
 
 def test_an_empty_file_changes_nothing(keymap_of):
@@ -74,7 +77,9 @@ def test_what_is_no_key_is_named(keymap_of, key):
         keymap_of(f'theme.next: "{key}"')
 
 
-@pytest.mark.parametrize("key", ["f20", "ctrl+o", "shift+tab", "alt+x", "pagedown", "full_stop", "ä", "ctrl+underscore"])
+@pytest.mark.parametrize(
+    "key", ["f20", "ctrl+o", "shift+tab", "alt+x", "pagedown", "full_stop", "ä", "ctrl+underscore"]
+)
 def test_what_terminals_send_is_a_key(keymap_of, key):
     assert keymap_of(f'theme.next: "{key}"') == {"theme.next": key}
 

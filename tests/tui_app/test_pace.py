@@ -96,7 +96,9 @@ def test_a_disk_that_takes_nothing_is_no_reason_to_stop(state):
 
 def test_every_role_has_a_look_in_every_theme():
     for name in themes.ORDER:
-        assert set(themes.variables(name)) == {f"{role}-{part}" for role in ROLES for part in ("fg", "bg", "style")}
+        assert set(themes.variables(name)) == {
+            f"{role}-{part}" for role in ROLES for part in ("fg", "bg", "style")
+        }
 
 
 def test_sunlight_has_no_tint():
@@ -126,7 +128,9 @@ def _contrast(one, other):
 
 
 @pytest.mark.parametrize("name", themes.ORDER)
-@pytest.mark.parametrize("role", ["plain", "quiet", "strong", "accent", "warn", "bad", "lost", "armed", "failsafe", "tab"])
+@pytest.mark.parametrize(
+    "role", ["plain", "quiet", "strong", "accent", "warn", "bad", "lost", "armed", "failsafe", "tab"]
+)
 def test_what_is_to_be_read_has_contrast(name, role):
     looks = themes.variables(name)
     assert _contrast(looks[f"{role}-fg"], looks[f"{role}-bg"]) >= 4.5

@@ -28,7 +28,17 @@ def test_no_row_is_wider_than_the_pane(cells):
 
 def test_a_good_sensor_shows_rate_and_age():
     assert joined(table(SENSORS[2])[0]).split() == ["●", "IMU", "50.0", "Hz", "0.0", "s"]
-    assert joined(table(SENSORS[2], cells=60)[0]).split() == "● ok IMU 50.0 / 25 Hz 0.0 s".split()
+    assert joined(table(SENSORS[2], cells=60)[0]).split() == [
+        "●",
+        "ok",
+        "IMU",
+        "50.0",
+        "/",
+        "25",
+        "Hz",
+        "0.0",
+        "s",
+    ]
 
 
 def test_rates_stand_under_each_other():
@@ -56,7 +66,10 @@ def test_a_sensor_that_is_gone_has_no_number():
     (line,) = table(SENSORS[8])
     assert joined(line).split() == ["○", "GNSS", "--", "never", "heard"]
     gone = replace(SENSORS[2], freshness=GONE, age_s=40.0, condition=Condition.MISSING)
-    assert "-- heard 40 s ago" in joined(table(gone)[0])
+    assert "-- 40 s ago" in joined(table(gone)[0])
+    silent = replace(gone, name="fibre-optic gyro", words="silent for 40 s, and more")
+    assert [joined(line).split("--")[1] for line in table(silent)] == [" 40 s ago"]
+    assert "-- silent for 40 s, and more" in joined(table(silent, cells=60)[0])
 
 
 def test_a_lost_link_is_said_in_its_row():

@@ -138,7 +138,13 @@ def test_a_value_that_is_gone_is_no_number():
     never = replace(
         traces()["u"], time_s=np.array([]), value=np.array([]), reference=None, age_s=math.inf, freshness=GONE
     )
-    assert joined(chart(QUANTITIES["u"], never, NOW_S, 46, 6)[0]).split() == ["surge", "u", "--", "m/s", "never"]
+    assert joined(chart(QUANTITIES["u"], never, NOW_S, 46, 6)[0]).split() == [
+        "surge",
+        "u",
+        "--",
+        "m/s",
+        "never",
+    ]
 
 
 def test_a_reading_now_that_is_no_number_is_dashes_though_it_is_fresh():

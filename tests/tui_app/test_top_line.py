@@ -9,6 +9,7 @@ from made_view import UNIX_S, picture, view
 from gcs_plugin.watch.picture import Armed
 from tui.app.aging import aged
 from tui.app.header import Tab, header, tab_at
+from tui.app.lines import changed, harmless
 from tui.app.view import Forcing, Recording
 
 TABS = (Tab("1", "Watch", True), Tab("2", "Dives", False))
@@ -80,7 +81,13 @@ def test_no_recording_and_a_short_disk_are_inverse():
 
 @pytest.mark.parametrize(
     ("mode", "age_s", "words"),
-    [(0, 0.5, "FF off"), (1, 0.5, "FF shadow"), (2, 0.5, "FF only"), (3, 0.5, "FF both"), (None, 0.5, "FF --")],
+    [
+        (0, 0.5, "FF off"),
+        (1, 0.5, "FF shadow"),
+        (2, 0.5, "FF only"),
+        (3, 0.5, "FF both"),
+        (None, 0.5, "FF --"),
+    ],
 )
 def test_the_feed_forward_mode_is_a_word(mode, age_s, words):
     assert joined(first(with_picture(ff_mode=mode, ff_mode_age_s=age_s))).endswith(words)
@@ -102,7 +109,9 @@ def test_the_off_switch_stays_until_it_is_acknowledged():
 
 @pytest.mark.parametrize("cells", [60, 80, 100, 160])
 @pytest.mark.parametrize("armed", Armed)
-@pytest.mark.parametrize("forcing", [None, Forcing("vehicle 1: sent 14 times, no answer for 9.0 s", 14, False)])
+@pytest.mark.parametrize(
+    "forcing", [None, Forcing("vehicle 1: sent 14 times, no answer for 9.0 s", 14, False)]
+)
 def test_nothing_is_wider_than_the_terminal(cells, armed, forcing):
     shown = replace(with_picture(armed=armed, armed_age_s=4.0), forcing=forcing, trouble="x" * 200)
     for line in header(shown, TABS, cells):
@@ -147,8 +156,29 @@ def test_a_silent_engine_leaves_no_number_bright():
     assert all(link.lost for link in old.links)
     assert all(row.freshness.value != "fresh" for row in (*old.sensors, *old.thrusters, *old.traces.values()))
     older = aged(picture(), 11.0)
-    assert all(row.freshness.value == "gone" for row in (*older.sensors, *older.thrusters, *older.traces.values()))
+    assert all(
+        row.freshness.value == "gone" for row in (*older.sensors, *older.thrusters, *older.traces.values())
+    )
 
 
 def test_a_picture_of_just_now_is_as_it_was():
     assert aged(picture(), 0.0).sensors == picture().sensors
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "cells"),
+    [
+        ((("abc", "plain"),), (("abc", "plain"),), (0, 0)),
+        ((("a 1.2 s", "plain"),), (("a 1.3 s", "plain"),), (4, 5)),
+        ((("ab", "plain"), ("cd", "stale")), (("abcd", "plain"),), (2, 4)),
+        ((("abcd", "plain"),), (("a", "plain"),), (1, 4)),
+        ((), (("  x", "plain"),), (2, 3)),
+    ],
+)
+def test_only_the_cells_that_changed_are_drawn_again(before, after, cells):
+    assert changed(before, after) == cells
+
+
+def test_all_that_is_drawn_is_one_cell_wide():
+    drawn = "●◐▲○□■│┤─░┈▁▂▃▄▅▆▇█▌▐…⠁⣿⡇"
+    assert harmless(drawn) == drawn

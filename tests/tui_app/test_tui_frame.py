@@ -26,14 +26,14 @@ def top(app):
 @pytest.mark.parametrize("key", ["ctrl+x", "f12"])
 def test_one_key_forces_the_feed_forward_off_on_watch(key):
     views = FixedViews()
-    run(made(views), NARROW, lambda app, pilot: pressed(app, pilot, key))
+    run(made(views), NARROW, lambda _, pilot: pressed(pilot, key))
     assert views.forced == 1
 
 
 @pytest.mark.parametrize("over", ["question_mark", "ctrl+p", "w"])
 def test_it_forces_it_off_over_whatever_lies_on_the_screen(over):
     views = FixedViews()
-    run(made(views), NARROW, lambda app, pilot: pressed(app, pilot, over, "ctrl+x"))
+    run(made(views), NARROW, lambda _, pilot: pressed(pilot, over, "ctrl+x"))
     assert views.forced == 1
 
 
@@ -41,7 +41,7 @@ def test_it_forces_it_off_in_the_middle_of_a_word_that_is_typed():
     views = FixedViews()
 
     async def work(app, pilot):
-        await pressed(app, pilot, "ctrl+p", "t", "h", "ctrl+x", "e")
+        await pressed(pilot, "ctrl+p", "t", "h", "ctrl+x", "e")
         assert app.screen.query_one(Input).value == "the"
 
     run(made(views), NARROW, work)
@@ -68,7 +68,7 @@ def test_its_state_stands_in_the_top_line_until_it_is_acknowledged():
 @pytest.mark.parametrize("key", ["question_mark", "f1"])
 def test_help_shows_the_live_keys_and_what_marks_mean_and_escape_closes_it(key):
     async def work(app, pilot):
-        await pressed(app, pilot, key)
+        await pressed(pilot, key)
         assert isinstance(app.screen, HelpScreen)
         shown = text(app)
         for action in (*EVERYWHERE, *WatchScreen.ACTIONS):
@@ -76,7 +76,7 @@ def test_help_shows_the_live_keys_and_what_marks_mean_and_escape_closes_it(key):
                 assert action.sentence in shown
         assert "the other charts" not in shown
         assert all(mark in shown and meaning in shown for mark, meaning in WatchScreen.LEGEND)
-        await pressed(app, pilot, "escape")
+        await pressed(pilot, "escape")
         assert isinstance(app.screen, WatchScreen)
 
     run(made(FixedViews()), WIDE, work)
@@ -84,7 +84,7 @@ def test_help_shows_the_live_keys_and_what_marks_mean_and_escape_closes_it(key):
 
 def test_help_shows_keys_as_the_keymap_has_them():
     async def work(app, pilot):
-        await pressed(app, pilot, "f5")
+        await pressed(pilot, "f5")
         line = next(line for line in text(app).splitlines() if "sent until" in line)
         assert "f9" in line
         assert "^x" not in line
@@ -95,12 +95,12 @@ def test_help_shows_keys_as_the_keymap_has_them():
 def test_a_key_of_the_keymap_works_and_the_default_no_longer_does():
     views = FixedViews()
 
-    async def work(app, pilot):
-        await pressed(app, pilot, "ctrl+x")
+    async def work(_, pilot):
+        await pressed(pilot, "ctrl+x")
         assert views.forced == 0
-        await pressed(app, pilot, "f9")
+        await pressed(pilot, "f9")
         assert views.forced == 1
-        await pressed(app, pilot, "question_mark", "f9")
+        await pressed(pilot, "question_mark", "f9")
         assert views.forced == 2
 
     run(made(views, keymap={"ff.off": "f9"}), NARROW, work)
@@ -110,7 +110,7 @@ def test_the_top_line_stays_live_under_help():
     views = FixedViews()
 
     async def work(app, pilot):
-        await pressed(app, pilot, "question_mark")
+        await pressed(pilot, "question_mark")
         assert "■ ARMED" in top(app)
         views.shown = replace(view(), recording=None)
         app._show()
@@ -122,7 +122,7 @@ def test_the_top_line_stays_live_under_help():
 
 def test_the_palette_has_every_action():
     async def work(app, pilot):
-        await pressed(app, pilot, "ctrl+p")
+        await pressed(pilot, "ctrl+p")
         assert isinstance(app.screen, CommandPalette)
         provider = next(iter(app.COMMANDS))(app.screen_stack[-2])
         names = {hit.text async for hit in provider.discover()}
@@ -137,11 +137,11 @@ def test_the_palette_does_what_is_chosen():
     kept = []
 
     async def work(app, pilot):
-        await pressed(app, pilot, "ctrl+p", *"sunlight")
+        await pressed(pilot, "ctrl+p", *"sunlight")
         await pilot.app.workers.wait_for_complete()
         while not text(app).count("Theme: sunlight"):
             await pilot.pause()
-        await pressed(app, pilot, "enter")
+        await pressed(pilot, "enter")
         assert app.theme == "sunlight"
 
     run(made(views, keep_theme=kept.append), NARROW, work)
@@ -153,7 +153,7 @@ def test_one_key_goes_through_the_themes_and_each_is_kept():
 
     async def work(app, pilot):
         for name in ("light", "sunlight", "dark"):
-            await pressed(app, pilot, "t")
+            await pressed(pilot, "t")
             assert app.theme == name
 
     run(made(FixedViews(), keep_theme=kept.append), NARROW, work)
@@ -164,13 +164,13 @@ def test_charts_have_a_second_page_where_not_all_fit_and_none_where_all_do():
     async def narrow(app, pilot):
         assert "surge u" in text(app)
         assert "c Charts" in text(app)
-        await pressed(app, pilot, "c")
+        await pressed(pilot, "c")
         assert "surge u" not in text(app)
         assert "heading" in text(app)
 
     async def wide(app, pilot):
         assert "c Charts" not in text(app)
-        await pressed(app, pilot, "c")
+        await pressed(pilot, "c")
         assert all(word in text(app) for word in ("surge u", "heading", "current", "roll p"))
 
     run(made(FixedViews()), NARROW, narrow)
@@ -180,9 +180,9 @@ def test_charts_have_a_second_page_where_not_all_fit_and_none_where_all_do():
 def test_all_words_are_a_key_away_and_escape_goes_back():
     async def work(app, pilot):
         assert "6 devices" not in text(app)
-        await pressed(app, pilot, "w")
+        await pressed(pilot, "w")
         assert "6 devices" in text(app)
-        await pressed(app, pilot, "escape")
+        await pressed(pilot, "escape")
         assert "6 devices" not in text(app)
 
     run(made(FixedViews()), NARROW, work)
@@ -190,9 +190,9 @@ def test_all_words_are_a_key_away_and_escape_goes_back():
 
 def test_the_digit_keys_and_the_tabs_open_screens():
     async def work(app, pilot):
-        await pressed(app, pilot, "question_mark", "escape", "1")
+        await pressed(pilot, "question_mark", "escape", "1")
         assert isinstance(app.screen, WatchScreen)
-        await pressed(app, pilot, "w")
+        await pressed(pilot, "w")
         await pilot.click(TopLine, offset=(3, 1))
         await pilot.pause()
         assert isinstance(app.screen, WatchScreen)

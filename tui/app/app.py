@@ -8,7 +8,6 @@ from typing import ClassVar
 
 from textual.app import App
 from textual.binding import Binding
-from textual.command import CommandPalette
 
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
@@ -66,7 +65,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self.call_after_refresh(self._refresh_view)
 
     def action_open(self, screen: str) -> None:
-        """Show a screen; what lies over the one before is closed."""
+        """Show a screen; whatever the one before had opened is closed."""
         self.action_close()
         self.switch_mode(screen)
         self.call_after_refresh(self._show)
@@ -90,7 +89,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     def action_close(self) -> None:
         """Close what lies over the screen, or what it has opened of itself."""
-        if isinstance(self.screen, HelpScreen | CommandPalette):
+        if isinstance(self.screen, HelpScreen):
             self.screen.dismiss()
         elif isinstance(self.screen, StationScreen):
             self.screen.close_up()

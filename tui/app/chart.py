@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gcs_plugin.watch.picture import Array, Freshness, Trace
 from tui.app import braille
-from tui.app.lines import Line, Lines, Role, Span
+from tui.app.lines import Line, Lines, Role, Span, width
 from tui.app.quantities import Quantity
 from tui.app.scale import Scale, scale_for
 from tui.app.shown import NOTHING, SHOWN_IN, ago, number
@@ -46,9 +46,9 @@ def chart(quantity: Quantity, trace: Trace | None, now_s: float, cells: int, row
     factor = SHOWN_IN.get(trace.unit, (trace.unit, 1.0))[1]
     value = _shown(quantity, trace.value * factor)
     reference = None if trace.reference is None else _shown(quantity, trace.reference * factor)
-    head = _head(quantity, trace, value, reference, compact=rows == 1)
+    head = _head(quantity, trace, value, None if rows == 1 else reference, cells)
     if rows == 1:
-        room = cells - sum(len(text) for text, _ in head) - 1
+        room = cells - width(head) - 1
         curves = _curves(quantity, trace, value, None, now_s, room, 2)
         blocks = braille.eighths(*curves.value, curves.scale.low, curves.scale.high)[::2] if room > 0 else ""
         return ((*head, (" " + blocks, _role(trace))),)
@@ -73,7 +73,7 @@ def _shown(quantity: Quantity, value: Array) -> Array:
     return turned
 
 
-def _head(quantity: Quantity, trace: Trace, value: Array, reference: Array | None, compact: bool) -> Line:
+def _head(quantity: Quantity, trace: Trace, value: Array, reference: Array | None, cells: int) -> Line:
     unit = SHOWN_IN.get(trace.unit, (trace.unit, 1.0))[0]
     now = float(value[-1]) if value.size and trace.freshness is not Freshness.GONE else math.nan
     role: Role = "strong" if trace.freshness is Freshness.FRESH else "stale"
@@ -82,13 +82,11 @@ def _head(quantity: Quantity, trace: Trace, value: Array, reference: Array | Non
     line: Line = (title, told, (f" {unit:<5}", "quiet" if role == "strong" else "stale"))
     if trace.freshness is not Freshness.FRESH:
         return (*line, (f" {ago(trace.age_s)}", "stale"))
-    if compact or reference is None or not reference.size:
+    if reference is None or not reference.size:
         return line
-    return (
-        *line,
-        ("  ref", "reference"),
-        (f"{number(float(reference[-1]), quantity.digits):>8}", "reference"),
-    )
+    asked = f"{number(float(reference[-1]), quantity.digits):>8}"
+    longer: Line = (*line, ("  ref", "reference"), (asked, "reference"))
+    return longer if width(longer) <= cells else line
 
 
 def _curves(

@@ -148,7 +148,7 @@ def _feedforward(view: View) -> Piece:
 def _forced(forcing: Forcing) -> Piece:
     if forcing.done:
         return Piece(8, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF"))
-    times = f"sent {forcing.sent} times" if forcing.sent != 1 else "sent once"
+    times = {0: "not sent yet", 1: "sent once"}.get(forcing.sent, f"sent {forcing.sent} times")
     return Piece(
         8,
         "lost",

@@ -2,6 +2,8 @@
 
 from typing import Final, Literal, get_args
 
+from rich.cells import cell_len
+
 Role = Literal[
     "plain",  # words
     "quiet",  # labels, units, axes
@@ -28,6 +30,27 @@ Lines = tuple[Line, ...]
 def width(line: Line) -> int:
     """Cells of a line; every character that is used here is one cell wide."""
     return sum(len(text) for text, _ in line)
+
+
+def harmless(text: str) -> str:
+    """`text` as many cells wide as it has characters, with nothing in it that could steer a terminal."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(c if c.isprintable() and cell_len(c) == 1 else "?" for c in text)
+
+
+def changed(before: Line, after: Line) -> tuple[int, int]:
+    """From which cell to which (excluded) two lines differ; of a shorter one the rest is blank."""
+    cells = max(width(before), width(after))
+    old, new = _cells(before, cells), _cells(after, cells)
+    differing = [n for n in range(cells) if old[n] != new[n]]
+    return (differing[0], differing[-1] + 1) if differing else (0, 0)
+
+
+def _cells(line: Line, count: int) -> list[Span]:
+    """Each cell by itself."""
+    cells: list[Span] = [(character, role) for text, role in line for character in text]
+    return cells + [(" ", "plain")] * (count - len(cells))
 
 
 def cut(text: str, cells: int) -> str:

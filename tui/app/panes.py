@@ -49,9 +49,12 @@ def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
     fresh = row.freshness is Freshness.FRESH
     head = _head(row.condition, row.name, "plain" if fresh else "stale", name_cells, cells)
     if row.freshness is Freshness.GONE:
-        words = row.words or _heard(row.age_s)
-        marked = f"{NOTHING} {words}"
-        return _with_words(head, marked if len(marked) < cells - width(head) else words, "stale", cells)
+        heard = ago(row.age_s) if math.isfinite(row.age_s) else "never heard"
+        forms = (f"{NOTHING} {row.words}" if row.words else "", f"{NOTHING} {heard}")
+        room = cells - width(head)
+        return _with_words(
+            head, next((form for form in forms if 0 < len(form) < room), heard), "stale", cells
+        )
     if not fresh:
         return _with_words(head, ", ".join(filter(None, (ago(row.age_s), row.words))), "stale", cells)
     if row.words:
@@ -106,7 +109,7 @@ def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
     role, pulse = _told(row, row.pwm_us, "strong")
     _, speed = _told(row, row.rpm, "plain")
     name = row.name if row.name != str(row.number) else ""
-    head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 12):<12} " if name else "", "plain"))
+    head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 18):<18} " if name else "", "plain"))
     tail: Line = ((f"{pulse:>6}", role), (" us", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
     if row.freshness is not Freshness.FRESH:
         tail = ((f"{pulse:>6}", role), (f" {ago(row.age_s):<13}", "stale"))

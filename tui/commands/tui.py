@@ -42,7 +42,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     import os
-    import sys
 
     from bridge.clock import SystemClock
     from bridge.vehicle.config import load_vehicle
@@ -61,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     keymap = load_keymap(arguments.keymap, PLACES)
     vehicle = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     in_browser = "TEXTUAL_DRIVER" in os.environ
-    if not in_browser and not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not in_browser and not _is_terminal():
         raise exit_codes.UsageError(
             "the terminal app needs a terminal; `seatrial watch` writes lines to a pipe"
         )
@@ -90,11 +89,19 @@ def run(arguments: argparse.Namespace) -> int:
     return app.return_code or exit_codes.DONE
 
 
+def _is_terminal() -> bool:
+    """Whether someone sits there; Textual draws on standard error."""
+    import sys
+
+    return sys.stdin.isatty() and sys.stderr.isatty()
+
+
 def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
     """The link to look at: of the recording that runs, or of one that is begun; with --unrecorded the link itself."""
     import time
 
     from bridge.clock import SystemClock
+    from bridge.errors import LinkError
     from bridge.link.open import open_link
     from gcs_plugin.holder import held
     from tui.app import recorder
@@ -115,6 +122,8 @@ def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
         options = [word for link in arguments.link for word in ("--link", link)] + ["--out", arguments.out]
         options += ["--vehicle", arguments.vehicle] if arguments.vehicle else []
         holding = recorder.begin(options, clock, time.sleep)
+    if not holding.hub:
+        raise LinkError(f"{words_of(holding)} serves nobody; end it first, and start it without --hub none")
     others = [link for link in arguments.link if not holds(holding, link)]
     if others:
         raise exit_codes.UsageError(

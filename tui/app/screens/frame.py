@@ -19,7 +19,7 @@ class StationScreen(Screen[None]):
 
     ACTIONS: ClassVar[tuple[Action, ...]] = ()
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = ()
-    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 (Textual's own type)
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (140, "-wide")]  # noqa: RUF012 (Textual's own type)
     VERTICAL_BREAKPOINTS = [(0, "-short"), (34, "-tall")]  # noqa: RUF012
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:

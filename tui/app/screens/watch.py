@@ -1,5 +1,6 @@
 """Watch: what the vehicle does now, how healthy its sensors are, and what it said."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from textual import events
@@ -8,6 +9,7 @@ from textual.containers import Container, Horizontal, Vertical, VerticalScroll
 
 from tui.app import panes
 from tui.app.actions import Action, bindings
+from tui.app.header import Tab
 from tui.app.quantities import QUANTITIES
 from tui.app.screens.frame import StationScreen
 from tui.app.view import View
@@ -37,8 +39,8 @@ class WatchScreen(StationScreen):
         ("░", "a gap in a chart; the dotted line is the reference"),
     )
 
-    def __init__(self, *of_frame: object) -> None:
-        super().__init__(*of_frame)  # type: ignore[arg-type]
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
         self.add_class("-first")
 
     def body(self) -> ComposeResult:

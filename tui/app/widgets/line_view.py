@@ -1,6 +1,7 @@
 """A widget that shows lines with roles, and draws again only those that changed."""
 
 from collections.abc import Iterator
+from itertools import zip_longest
 from typing import ClassVar, Final
 
 from rich.segment import Segment
@@ -10,7 +11,7 @@ from textual.geometry import Region, Size
 from textual.strip import Strip
 from textual.widget import Widget
 
-from tui.app.lines import ROLES, Lines, Role
+from tui.app.lines import ROLES, Lines, Role, changed, harmless
 from tui.app.view import View
 
 NOT_UNDERLINED: Final = Style(underline=False)
@@ -43,9 +44,11 @@ class LineView(Widget):
         if len(before) != len(self._lines) and self.styles.auto_dimensions:
             self.refresh(layout=True)
             return
-        for y in range(max(len(before), len(self._lines))):
-            if before[y : y + 1] != self._lines[y : y + 1]:
-                self.refresh(Region(0, y, self.size.width, 1))
+        for y, (old, new) in enumerate(zip_longest(before, self._lines, fillvalue=())):
+            if old != new:
+                # On a slow link a few digits are a tenth of a row.
+                start, end = changed(old, new)
+                self.refresh(Region(start, y, end - start, 1))
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:
         del container, viewport
@@ -59,6 +62,7 @@ class LineView(Widget):
 
     def _segments(self, text: str, role: Role) -> Iterator[Segment]:
         """One span; what only fills at its ends is not underlined."""
+        text = harmless(text)
         style = self.get_component_rich_style(f"line--{role}")
         bare = text.strip() if style.underline else text
         before, _, after = text.partition(bare) if bare else (text, "", "")

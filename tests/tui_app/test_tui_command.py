@@ -1,0 +1,173 @@
+"""`seatrial tui`: what is refused before the screen is taken, and the recording that is begun beside it."""
+
+import os
+import subprocess
+from dataclasses import replace
+
+import pytest
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkError
+from gcs_plugin.holder import Holding
+from tui import cli
+from tui.app import recorder
+from tui.commands import tui
+
+UNIX_S = 1_795_251_151.0
+HOLDING = Holding(
+    pid=os.getpid(),
+    hub="tcp:127.0.0.1:5790",
+    links=("udpin:127.0.0.1:14550",),
+    folder="dives/2026-11-21T0852Z",
+    began_utc="2026-11-21T08:40:00Z",
+    frames=1000,
+    bytes=50_000,
+    lost=3,
+    disk_left_s=3600.0,
+    notices=(),
+    written_unix_s=UNIX_S,
+)
+
+
+@pytest.fixture(autouse=True)
+def _own_folders(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.delenv("TEXTUAL_DRIVER", raising=False)
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """As if a person sat at it."""
+    monkeypatch.setattr(tui, "_is_terminal", lambda: True)
+
+
+def arguments(*words):
+    return cli.verb_parser("tui").parse_args(words)
+
+
+def test_a_pipe_is_no_terminal(capsys):
+    assert cli.main(["tui", "--link", "udpin:127.0.0.1:0"]) == 2
+    assert "needs a terminal; `seatrial watch` writes lines to a pipe" in capsys.readouterr().err
+
+
+def test_a_mistake_in_the_keymap_is_told_before_anything_is_opened(tmp_path, capsys):
+    keymap = tmp_path / "keys.yaml"
+    keymap.write_text('watch.chart: "x"', encoding="utf-8")
+    assert cli.main(["tui", "--keymap", str(keymap)]) == 2
+    assert "unknown action 'watch.chart'; did you mean 'watch.charts'?" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("terminal")
+def test_no_link_and_no_recording_says_what_to_do(capsys):
+    assert cli.main(["tui"]) == 2
+    assert "give --link SPEC, or start `seatrial record`" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("terminal")
+def test_unrecorded_wants_one_link(capsys):
+    assert cli.main(["tui", "--unrecorded"]) == 2
+    assert "--unrecorded looks at one link" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["--fps", "0"], ["--theme", "pink"], ["--fps", "often"]])
+def test_options_are_checked(words, capsys):
+    assert cli.main(["tui", *words]) == 2
+    assert "--help" in capsys.readouterr().err
+
+
+def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
+    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: HOLDING)
+    monkeypatch.setattr(recorder, "begin", None)
+    assert tui._open(arguments())[0] == HOLDING.hub
+    assert tui._open(arguments("--link", HOLDING.links[0]))[0] == HOLDING.hub
+
+
+def test_a_recording_that_serves_nobody_is_no_link(monkeypatch):
+    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: replace(HOLDING, hub=""))
+    with pytest.raises(LinkError, match="serves nobody; end it first"):
+        tui._open(arguments())
+
+
+def test_a_link_that_the_recording_does_not_hold_is_refused(monkeypatch):
+    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: HOLDING)
+    with pytest.raises(tui.exit_codes.UsageError, match=r"does not hold udpin:127.0.0.1:14999"):
+        tui._open(arguments("--link", "udpin:127.0.0.1:14999"))
+
+
+def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch):
+    begun = []
+    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: None)
+    monkeypatch.setattr(recorder, "begin", lambda options, *_: begun.append(options) or HOLDING)
+    words = ["--link", HOLDING.links[0], "--out", "here", "--vehicle", "ruvifist"]
+    assert tui._open(arguments(*words))[0] == HOLDING.hub
+    assert begun == [words]
+
+
+class FakeProcess:
+    """Ends with `code` after it was looked at a few times; says what a test wants on its standard error."""
+
+    def __init__(self, code=None, words=b""):
+        self.code, self.words, self.looks = code, words, 0
+
+    def __call__(self, command, *, stderr, start_new_session, **_):
+        self.command, self.detached = command, start_new_session
+        stderr.write(self.words)
+        stderr.flush()
+        return self
+
+    def poll(self):
+        self.looks += 1
+        return self.code if self.looks > 2 else None
+
+
+@pytest.fixture
+def process(monkeypatch):
+    def become(**how):
+        made = FakeProcess(**how)
+        monkeypatch.setattr(subprocess, "Popen", made)
+        return made
+
+    return become
+
+
+def begin(found):
+    """Begin a recording that tells of itself at the first look after `found` gives it."""
+    clock = SimulatedClock()
+
+    def wait(seconds):
+        clock.advance_to(clock.now_s + seconds)
+
+    return recorder.begin(["--link", "x"], clock, wait, lambda _: found(clock.now_s))
+
+
+def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
+    started = process()
+    assert begin(lambda now_s: HOLDING if now_s > 2.0 else None) == HOLDING
+    assert started.detached
+    assert started.command[1:] == ["-m", "tui", "record", "--link", "x"]
+
+
+def test_a_recording_that_does_not_start_says_why(process):
+    process(code=3, words=b"looking\nseatrial: udpin:127.0.0.1:14550: in use; choose another port\n")
+    with pytest.raises(LinkError, match=r"did not start: udpin:127.0.0.1:14550: in use; choose another port"):
+        begin(lambda _: None)
+
+
+def test_a_recording_that_says_nothing_is_not_waited_for_for_ever(process):
+    process()
+    with pytest.raises(LinkError, match="tells nothing of itself since 15 s"):
+        begin(lambda _: None)
+
+
+def test_what_the_top_line_tells_of_a_recording():
+    told = recorder.as_recording(HOLDING)
+    assert UNIX_S - told.began_unix_s == 751.0
+    assert (told.disk_left_s, told.lost) == (3600.0, 3)
+    assert recorder.as_recording(replace(HOLDING, began_utc="at noon")).began_unix_s == UNIX_S
+
+
+def test_without_a_recording_there_is_no_hub():
+    assert recorder.recording(UNIX_S) is None
+    with pytest.raises(LinkError, match="no recording runs"):
+        recorder.hub()
