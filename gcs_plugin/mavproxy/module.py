@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The module that MAVProxy loads: its commands, and a little of everything in each idle moment."""
+
+import contextlib
+from pathlib import Path
+from typing import Any, Final
+
+from MAVProxy.modules.lib import mp_module
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SystemClock
+from bridge.errors import ConfigError, LinkError, LogError, SeatrialError
+from bridge.messages.readings import decode as decode_reading
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin.ff_switch import word
+from gcs_plugin.fleet import Fleet
+from gcs_plugin.mavproxy import words as typed
+from gcs_plugin.mavproxy.parameters import Parameters
+from gcs_plugin.mavproxy.recording import Recording
+from gcs_plugin.mavproxy.switching import Switching
+from gcs_plugin.mavproxy.taps import Tap, Taps
+from gcs_plugin.mavproxy.work import Work
+
+LOAD_NAME: Final = "gcs_plugin.mavproxy"
+
+
+class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
+    """What each command does is in a file of its own; nothing here waits for anything."""
+
+    def __init__(self, mpstate: Any) -> None:
+        super().__init__(mpstate, LOAD_NAME, "sea trials", public=True, multi_vehicle=True)
+        self._clock, self._taps, self._fleet = SystemClock(), Taps(), Fleet()
+        self._parameters = Parameters(self._fleet, self._clock, self.say_line)
+        self._switching = Switching(self._fleet, self._clock, self.say_line)
+        self._work = Work(self._clock, self.say_line)
+        self._recording: Recording | None = None
+        self._root, self._file = Path("dives"), ""
+        self._ff_mode: dict[int, float] = {}
+        self.add_command("seatrial", self.command, "sea trials: record, identify, upload", typed.COMPLETIONS)
+        self.add_completion_function("(SEATRIAL_DIVE)", typed.dives)
+        self.add_completion_function("(SEATRIAL_PARAM)", typed.parameter_files)
+        self.add_completion_function("(SEATRIAL_FOLDER)", typed.folders)
+        self.add_completion_function("(SEATRIAL_FILE)", typed.vehicle_files)
+        self.add_completion_function("(SEATRIAL_VEHICLE)", self._vehicles)
+
+    def command(self, words: list[str]) -> None:
+        """The console command."""
+        try:
+            if not self._do(words):
+                self.say_line(typed.USAGE)
+        except SeatrialError as error:
+            self.say_line(f"seatrial: {error}")
+
+    def idle_task(self) -> None:
+        """Hear what passed, and go on with whatever is going on."""
+        now_s = self._clock.boot_s()
+        for tap in self._taps.on(self.mpstate.mav_master):
+            self._hear(tap, now_s)
+        if self._recording is not None:
+            self._recording.step()
+        try:
+            for message in (*self._switching.tick(), *self._parameters.tick()):
+                self._send(message)
+        except SeatrialError as error:
+            self.say_line(f"seatrial: {error}")
+        self._work.tick()
+
+    def unload(self) -> None:
+        """MAVProxy takes the module out, or ends."""
+        self._work.kill()
+        self._stop_recording()
+        self._taps.remove()
+        self.remove_command("seatrial")
+
+    def say_line(self, line: str) -> None:
+        """A line on MAVProxy's console."""
+        self.console.writeln(line)
+
+    def _do(self, words: list[str]) -> bool:
+        match words:
+            case ["status"]:
+                self._status()
+            case ["record", *rest]:
+                return self._record(rest)
+            case ["identify" | "diagnose" as verb, *rest]:
+                named = bool(rest) and not rest[0].startswith("--")
+                self._work.begin(
+                    verb, Path(rest[0]) if named else self._newest(), rest[1:] if named else rest, self._file
+                )
+            case ["cancel"]:
+                if not any([self._work.cancel(), self._parameters.cancel(), self._switching.cancel()]):
+                    self.say_line("nothing runs that could be ended")
+            case ["params", *rest]:
+                return self._parameters.command(rest)
+            case ["ff", *rest]:
+                return self._switching.command(rest)
+            case ["vehicle", *rest] if len(rest) <= 1:
+                self._vehicle(*rest)
+            case ["file", *rest] if len(rest) <= 1:
+                self._vehicle_file(*rest)
+            case ["help", *rest] if len(rest) <= 1:
+                for line in typed.help_lines(rest[0] if rest else None):
+                    self.say_line(line)
+            case _:
+                return False
+        return True
+
+    def _hear(self, tap: Tap, now_s: float) -> None:
+        for sent, frame in tap.take(now_s):
+            if self._recording is not None:
+                self._recording.keep(frame)
+            if sent:
+                continue
+            self._switching.on_frame(frame)
+            news = self._fleet.on_frame(frame, tap, now_s)
+            if news is not None:
+                self._parameters.on_news(news)
+            elif frame.message_id == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
+                reading = decode_reading(frame)
+                if reading is not None and reading.signal == "ff_mode":
+                    self._ff_mode[frame.system] = reading.values[0]
+
+    def _send(self, message: Any) -> None:
+        """On the link that last carried the vehicle, as MAVProxy, so that its sequence and its signing hold."""
+        tap = self._taps.named(self._fleet.link_of((message.target_system, message.target_component)))
+        if tap is None:
+            raise LinkError(
+                f"the link of vehicle {message.target_system} is gone from MAVProxy; nothing was sent"
+            )
+        tap.connection.mav.send(message)
+
+    def _status(self) -> None:
+        now_s = self._clock.boot_s()
+        sources = self._fleet.sources(now_s)
+        for link, health in sources:
+            source = (health.system, health.component)
+            lines = [f"{health.system}/{health.component} on {link}: heard {health.age_s:.1f} s ago"]
+            lines.append(f"{health.received} frames, {health.loss:.1%} lost as seen here")
+            if self._fleet.is_vehicle(source):
+                lines.append("ARMED" if self._fleet.armed(health.system) else "disarmed")
+                if health.system in self._ff_mode:
+                    lines.append(f"feed-forward {word(self._ff_mode[health.system])}")
+            self.say_line(", ".join(lines))
+        if not sources:
+            self.say_line("nothing heard yet")
+        with contextlib.suppress(LinkError):
+            self.say_line("meant: vehicle {}, component {}".format(*self._fleet.meant(now_s)))
+        self.say_line(self._recording.words() if self._recording else "NOT RECORDING")
+        for line in (*self._work.status(), *self._parameters.status(), *self._switching.status()):
+            self.say_line(line)
+
+    def _record(self, words: list[str]) -> bool:
+        match words:
+            case ["start", *folder] if len(folder) <= 1:
+                self._stop_recording()
+                self._root = Path(folder[0] if folder else "dives")
+                file = load_vehicle(self._file) if self._file else None
+                self._recording = Recording(self._root, file, self._clock, self.say_line)
+                self.say_line(self._recording.words())
+            case ["stop"]:
+                if self._recording is None:
+                    raise LogError("nothing is being recorded; `seatrial record start` begins")
+                self._stop_recording()
+            case ["note", *text] if text:
+                if self._recording is None:
+                    raise LogError(
+                        "nothing is being recorded that a note could go to; `seatrial record start` begins"
+                    )
+                self._recording.note(" ".join(text))
+                self.say_line(f"noted in {self._recording.folder.path}")
+            case _:
+                return False
+        return True
+
+    def _stop_recording(self) -> None:
+        if self._recording is not None:
+            self._recording.step()
+            self.say_line(f"recorded {self._recording.close()}")
+            self._recording = None
+
+    def _newest(self) -> Path:
+        dive = typed.newest_dive(self._root)
+        if dive is None:
+            raise LogError(
+                f"{self._root}: no dive folder is there; give a DIVE, or `seatrial record start` first"
+            )
+        return dive
+
+    def _vehicle(self, name: str | None = None) -> None:
+        now_s = self._clock.boot_s()
+        if name is not None:
+            if name != "any" and not name.isdecimal():
+                raise LinkError(f"'{name}' is no system number; give one, or any")
+            self._fleet.choose(None if name == "any" else int(name), now_s)
+        there = ", ".join(map(str, self._fleet.systems(now_s))) or "none"
+        meant = "any" if self._fleet.chosen is None else str(self._fleet.chosen)
+        self.say_line(f"vehicle: {meant} (systems that beat: {there})")
+
+    def _vehicles(self, text: str) -> list[str]:
+        """Completions of a vehicle's number."""
+        names = ["any", *map(str, self._fleet.systems(self._clock.boot_s()))]
+        return [name for name in names if name.startswith(text)]
+
+    def _vehicle_file(self, name: str | None = None) -> None:
+        if name is not None:
+            file: VehicleFile = load_vehicle(name)
+            self._file = name
+            self.say_line(f"vehicle file: {file.path} ({file.vehicle.name})")
+        elif not self._file:
+            raise ConfigError("no vehicle file is named; give NAME, or NAME:CONFIGURATION")
+        else:
+            self.say_line(f"vehicle file: {self._file}")

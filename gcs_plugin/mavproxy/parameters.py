@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`seatrial params`: compare, upload and roll back, from one idle moment of MAVProxy to the next."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from bridge.clock import Clock
+from bridge.errors import ParamRejected, SeatrialError
+from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
+from gcs_plugin.params.files import replace_text, write_parameters
+from gcs_plugin.params.plan import Plan, Verdict, printable, value_text
+from gcs_plugin.params.receipt import Line, Receipt, lines_of
+from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.wanted import wanted_by
+
+TELL_EVERY_S: Final = 2.0
+FRESH_BEAT_S: Final = 3.0
+DESPITE: Final = "despite-doubts"
+ARMED: Final = "armed"
+RECEIPTS: Final = Path("receipts")
+
+
+@dataclass
+class _Work:
+    """An errand with what was typed for it."""
+
+    errand: Errand
+    file: Path
+    action: str
+    names: tuple[str, ...]
+    armed_said: bool
+    began_unix_s: float
+    told_s: float
+    began_s: float = 0.0
+    before: Path = RECEIPTS
+
+
+class Parameters:
+    """At most one errand at a time. `say` tells the crew a line, `clock` the time."""
+
+    def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
+        self._fleet, self._clock, self._say = fleet, clock, say
+        self._work: _Work | None = None
+        self._last_before: Path | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being read or written."""
+        return self._work is not None and self._work.errand.step in (Step.READING, Step.WRITING)
+
+    def command(self, words: list[str]) -> bool:
+        """`params WORDS`; False for what is no such command. Raises SeatrialError."""
+        match words:
+            case ["diff", file]:
+                self._begin("diff", Path(file), (), False, False)
+            case ["upload", file, *names]:
+                chosen = tuple(name for name in names if name != DESPITE)
+                self._begin("upload", Path(file), chosen, DESPITE in names, False)
+            case ["yes", code, *armed] if armed in ([], [ARMED]):
+                self._agree(code, bool(armed))
+            case ["rollback", *rest] if len(rest) <= 2:
+                files = [word for word in rest if word != ARMED]
+                if len(files) > 1:
+                    return False
+                before = Path(files[0]) if files else self._last_before
+                if before is None:
+                    raise ParamRejected(
+                        "nothing was uploaded in this session; give the -before.param of an upload"
+                    )
+                self._begin("rollback", before, (), True, ARMED in rest)
+            case _:
+                return False
+        return True
+
+    def cancel(self) -> bool:
+        """Stop what runs; False where nothing does."""
+        if self._work is None:
+            return False
+        work, reading = self._work, self._work.errand.step in (Step.READING, Step.AGREE)
+        if not work.errand.stop("stopped by the user", self._clock.boot_s()):
+            self._say("params: what is written is being switched to and can't be stopped now")
+        if reading:
+            self._work = None
+            self._say("params: stopped, nothing was written")
+        return True
+
+    def status(self) -> list[str]:
+        """What goes on, a line for it."""
+        if self._work is None:
+            return []
+        if self._work.errand.step is Step.AGREE:
+            return [f"params: waits for `seatrial params yes {self._work.errand.code}`"]
+        return [f"params: {self._progress(self._work)}"]
+
+    def on_news(self, news: News) -> None:
+        """A message arrived that parameters may wait for."""
+        if self._work is not None:
+            now_s = self._clock.boot_s()
+            self._work.errand.on_message(news.message, news.source, now_s, news.rebooted)
+
+    def tick(self) -> list[Any]:
+        """The messages to send now."""
+        work = self._work
+        if work is None or work.errand.step is Step.AGREE:
+            return []
+        now_s, errand = self._clock.boot_s(), work.errand
+        was = errand.step
+        messages = errand.tick(now_s, self._told(errand, now_s))
+        if was is Step.READING and errand.step is Step.AGREE:
+            self._planned(work, now_s)
+        elif errand.step is Step.ENDED:
+            self._work = None
+            if errand.failure:
+                self._say(f"params: {errand.failure}; nothing was sent")
+            else:
+                self._receive(work)
+        elif now_s - work.told_s >= TELL_EVERY_S:
+            work.told_s = now_s
+            self._say(f"params: {self._progress(work)}")
+        return messages
+
+    def _begin(self, action: str, file: Path, names: tuple[str, ...], doubts: bool, armed: bool) -> None:
+        if self.busy:
+            raise ParamRejected("parameters are being read or written; wait, or `seatrial cancel`")
+        now_s = self._clock.boot_s()
+        source = self._fleet.meant(now_s)
+        wanted = wanted_by(file, doubts)
+        for note in wanted.notes:
+            self._say(note)
+        self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
+        errand = Errand(source, wanted, now_s)
+        self._work = _Work(errand, file, action, names, armed, self._clock.unix_s(), now_s)
+
+    def _planned(self, work: _Work, now_s: float) -> None:
+        """The plan is there: show it, and go on as far as may be."""
+        errand = work.errand
+        try:
+            if work.names:
+                errand.choose(work.names)
+            plan = errand.plan
+            assert plan is not None
+            if errand.back:
+                back = ", ".join(errand.back)
+                self._say(
+                    f"note: effects accepted before are no part of this model and are taken back: {back}"
+                )
+            self._show(plan, work.action)
+            if work.action == "diff":
+                self._work = None
+                return
+            plan.check()
+            rehearsed = errand.rehearsed(now_s)
+            if rehearsed.ending is not None:
+                self._work = None
+                self._say(f"params: {rehearsed.ending.sentence}")
+                return
+            armed = self._refuse_armed(errand, rehearsed.needs_disarmed)
+            if work.action == "rollback" and (work.armed_said or not armed):
+                self._write(work)
+                return
+            again = "rollback " + str(work.file) if work.action == "rollback" else f"yes {errand.code}"
+            self._say(
+                f"to write {self._what(plan)} to vehicle {errand.source[0]}{', which is ARMED' if armed else ''}:"
+            )
+            self._say(f"    seatrial params {again}{f' {ARMED}' if armed else ''}")
+            if work.action == "rollback":
+                self._work = None
+        except SeatrialError as error:
+            self._work = None
+            self._say(str(error))
+
+    def _agree(self, code: str, armed_said: bool) -> None:
+        work, now_s = self._work, self._clock.boot_s()
+        if work is None or work.errand.step is not Step.AGREE:
+            raise ParamRejected("there is no plan to agree to; `seatrial params upload FILE` makes one")
+        errand = work.errand
+        if code != errand.code:
+            raise ParamRejected(f"{code} is not the code of the plan shown, {errand.code}; nothing was sent")
+        if errand.is_old(now_s):
+            self._work = None
+            raise ParamRejected(
+                f"the plan is older than {AGREE_WITHIN_S:.0f} s and the vehicle may have changed; upload again"
+            )
+        if self._fleet.meant(now_s) != errand.source:
+            self._work = None
+            raise ParamRejected(
+                f"the plan is for vehicle {errand.source[0]}, and another is meant now; upload again"
+            )
+        if self._refuse_armed(errand, errand.rehearsed(now_s).needs_disarmed) and not armed_said:
+            raise ParamRejected(
+                f"the vehicle is ARMED; to write all the same: seatrial params yes {code} {ARMED}"
+            )
+        self._write(work)
+
+    def _refuse_armed(self, errand: Errand, needs_disarmed: bool) -> bool:
+        """Whether it is armed. Raises ParamRejected where it would then refuse what is to be written."""
+        armed = self._fleet.armed(errand.source[0])
+        if armed and needs_disarmed:
+            raise ParamRejected(
+                f"vehicle {errand.source[0]} is armed; nothing was sent, disarm it and upload again"
+            )
+        return armed
+
+    def _write(self, work: _Work) -> None:
+        errand, plan, now_s = work.errand, work.errand.plan, self._clock.boot_s()
+        assert plan is not None
+        if self._fleet.beat_age_s(errand.source, now_s) > FRESH_BEAT_S:
+            raise ParamRejected(
+                f"no HEARTBEAT of the vehicle for {FRESH_BEAT_S:.0f} s; nothing was sent, check the link"
+            )
+        work.began_unix_s, work.began_s = self._clock.unix_s(), now_s
+        stamp = datetime.fromtimestamp(work.began_unix_s, UTC)
+        work.before = _free(RECEIPTS / f"{stamp:%Y-%m-%dT%H%M%SZ}-before.param")
+        system, component = errand.source
+        words = [
+            f"what vehicle {system}, component {component} held before an upload, {stamp:%Y-%m-%dT%H:%M:%SZ}"
+        ]
+        write_parameters(work.before, plan.present, words, system, component)
+        errand.agreed(now_s)
+
+    def _receive(self, work: _Work) -> None:
+        """Tell and keep what became of an upload."""
+        errand, ending, plan = work.errand, work.errand.ending, work.errand.plan
+        assert ending is not None
+        assert plan is not None
+        stamp = f"{datetime.fromtimestamp(work.began_unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+        lines, took_s = lines_of(plan, ending.results), self._clock.boot_s() - work.began_s
+        receipt = Receipt(
+            ending.outcome,
+            ending.sentence,
+            *errand.source,
+            lines,
+            work.before,
+            errand.active_crc,
+            stamp,
+            took_s,
+        )
+        rows = [("name", "before", "now", "what became of it")]
+        rows += [_became(line) for line in lines if line.name in plan.changes]
+        for row in _aligned(rows) if len(rows) > 1 else []:
+            self._say(row)
+        self._say(f"params: {receipt.outcome.value}: {receipt.sentence}")
+        kept = work.before.with_name(work.before.name.replace("-before.param", "-receipt.json"))
+        try:
+            replace_text(kept, json.dumps(receipt.to_json(), indent=2) + "\n")
+            self._say(f"receipt: {kept}; values before: {work.before}")
+        except ParamRejected as error:
+            self._say(str(error))
+        self._last_before = work.before
+
+    def _show(self, plan: Plan, action: str) -> None:
+        hidden = (Verdict.READ_ONLY,) if action == "diff" else (Verdict.READ_ONLY, Verdict.SAME)
+        shown = plan.chosen(row.name for row in plan.rows if row.verdict not in hidden)
+        rows = [("name", "on the vehicle", "in the file", "verdict"), *printable(shown)]
+        for line in _aligned(rows) if len(rows) > 1 else []:
+            self._say(line)
+        self._say(plan.summary())
+
+    def _told(self, errand: Errand, now_s: float) -> Told:
+        system = errand.source[0]
+        fleet = self._fleet
+        return Told(fleet.armed(system), fleet.silent_s(errand.source, now_s), fleet.fault(system))
+
+    @staticmethod
+    def _what(plan: Plan) -> str:
+        count = len(plan.changes)
+        if count == 0:
+            return "the staged set's commit"
+        return f"{'this' if count == 1 else 'these'} {count} parameter{'s' if count > 1 else ''}"
+
+    @staticmethod
+    def _progress(work: _Work) -> str:
+        stage, done, total = work.errand.progress
+        return f"{stage}, {done} of {total or 'an unknown number'}"
+
+
+def _became(line: Line) -> tuple[str, str, str, str]:
+    before, after = ("-" if value is None else value_text(value) for value in (line.before, line.after))
+    return line.name, before, after, "read back equal" if line.outcome is Outcome.APPLIED else line.sentence
+
+
+def _aligned(rows: list[tuple[str, str, str, str]]) -> list[str]:
+    """A table: names to the left, numbers to the right."""
+    name, first, second = (max(len(row[column]) for row in rows) for column in range(3))
+    return [f"{r[0]:<{name}}  {r[1]:>{first}}  {r[2]:>{second}}  {r[3]}" for r in rows]
+
+
+def _free(path: Path) -> Path:
+    """`path`, or with a number where a file of that name is there: it is never overwritten."""
+    number, found = 2, path
+    while found.exists():
+        found, number = path.with_name(path.name.replace("-before", f"-{number}-before")), number + 1
+    return found

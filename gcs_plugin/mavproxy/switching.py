@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`seatrial ff`: the feed-forward off at once, or another mode after a second word."""
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from bridge.clock import Clock
+from bridge.errors import ParamRejected
+from bridge.framing import Frame
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.ff_switch import WORDS, Switch
+from gcs_plugin.fleet import Fleet
+from gcs_plugin.mavproxy.parameters import ARMED
+
+MODES: Final = {word: mode for mode, word in WORDS.items()}
+TELL_EVERY_S: Final = 2.0
+GIVE_UP_S: Final = 30.0
+"""For another mode than off, which never gives up by itself."""
+AGREE_WITHIN_S: Final = 60.0
+
+
+class Switching:
+    """At most one switch at a time; `off` takes the place of any other."""
+
+    def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
+        self._fleet, self._clock, self._say = fleet, clock, say
+        self._switch: Switch | None = None
+        self._began_s = self._told_s = 0.0
+        self._asked: tuple[Mode, int, float] | None = None
+
+    def command(self, words: list[str]) -> bool:
+        """`ff WORDS`; False for what is no such command. Raises SeatrialError."""
+        match words:
+            case [mode] if MODES.get(mode) is Mode.OFF:
+                # A stop asks nobody: of the vehicle chosen, else of every one that is heard.
+                self._begin(Switch(Mode.OFF, self._fleet.chosen))
+            case [mode] if mode in MODES:
+                self._ask(mode)
+            case ["yes", mode, *armed] if mode in MODES and armed in ([], [ARMED]):
+                self._agree(mode, bool(armed))
+            case _:
+                return False
+        return True
+
+    def on_frame(self, frame: Frame) -> None:
+        """A frame arrived."""
+        if self._switch is not None:
+            self._switch.on_frame(frame, self._clock.boot_s())
+
+    def tick(self) -> list[Any]:
+        """The messages to send now."""
+        switch, now_s = self._switch, self._clock.boot_s()
+        if switch is None:
+            return []
+        systems = self._fleet.systems(now_s) if self._fleet.chosen is None else (self._fleet.chosen,)
+        switch.twins = next((fault for system in systems if (fault := self._fleet.fault(system))), "")
+        messages = switch.tick(now_s)
+        if switch.done:
+            self._end("")
+        elif switch.mode is not Mode.OFF and (switch.refusal or now_s - self._began_s >= GIVE_UP_S):
+            self._end("given up, ")
+            return []
+        elif now_s - self._told_s >= TELL_EVERY_S:
+            self._told_s = now_s
+            self._say(f"ff: {switch.words}")
+        return messages
+
+    def cancel(self) -> bool:
+        """Stop sending; False where nothing is sent."""
+        if self._switch is None:
+            return False
+        self._end("stopped by the user, ")
+        return True
+
+    def status(self) -> list[str]:
+        """What is being switched, a line for it."""
+        return [f"ff: {self._switch.words}"] if self._switch is not None else []
+
+    def _ask(self, mode: str) -> None:
+        now_s = self._clock.boot_s()
+        system, _ = self._fleet.meant(now_s)
+        self._asked = MODES[mode], system, now_s
+        armed = self._fleet.armed(system)
+        self._say(
+            f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"
+        )
+        self._say(f"    seatrial ff yes {mode}{f' {ARMED}' if armed else ''}")
+
+    def _agree(self, mode: str, armed_said: bool) -> None:
+        now_s = self._clock.boot_s()
+        system, _ = self._fleet.meant(now_s)
+        asked, self._asked = self._asked, None
+        if asked is None or asked[:2] != (MODES[mode], system) or now_s - asked[2] > AGREE_WITHIN_S:
+            raise ParamRejected(
+                f"`seatrial ff {mode}` comes first, within {AGREE_WITHIN_S:.0f} s; nothing was sent"
+            )
+        if self._fleet.armed(system) and not armed_said:
+            self._asked = asked
+            raise ParamRejected(
+                f"the vehicle is ARMED; to set it all the same: seatrial ff yes {mode} {ARMED}"
+            )
+        self._begin(Switch(MODES[mode], system))
+
+    def _begin(self, switch: Switch) -> None:
+        self._switch, self._asked = switch, None
+        self._began_s = self._told_s = self._clock.boot_s()
+        self._say(f"ff: {WORDS[switch.mode]}, sent until the vehicle says so")
+
+    def _end(self, how: str) -> None:
+        assert self._switch is not None
+        self._say(f"ff: {how}{self._switch.words}")
+        self._switch = None

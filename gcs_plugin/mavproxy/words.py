@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is typed in MAVProxy: the commands with their help, and MAVProxy's completions of them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from gcs_plugin.folder import list_folders
+
+HELP: Final = {
+    "status": ("status", "vehicles, links, recording, and what runs"),
+    "record": (
+        "record start [FOLDER] | record stop | record note TEXT",
+        "every frame of every link, both ways, into a dive folder in FOLDER (dives)",
+    ),
+    "identify": (
+        "identify [DIVE] [OPTION ...]",
+        "run `seatrial identify` on a dive, the newest of this session's folder where none is given; "
+        "leaves identified.json and identified.param in the dive folder",
+    ),
+    "diagnose": (
+        "diagnose [DIVE] [--check DIVE] [OPTION ...]",
+        "run `seatrial diagnose` likewise; leaves diagnosis.json and diagnosis.html in the dive folder",
+    ),
+    "cancel": ("cancel", "end what runs: identify, diagnose, params, or ff"),
+    "params": (
+        "params diff FILE | params upload FILE [NAME ...] [despite-doubts] | params yes CODE [armed] | "
+        "params rollback [FILE] [armed]",
+        "compare a .param with the vehicle; upload shows the plan and the CODE that writes it, all lines or some; "
+        "rollback brings back at once the values before an upload, the last one where no FILE is given",
+    ),
+    "ff": (
+        "ff off | ff shadow|only|both | ff yes MODE [armed]",
+        "the feed-forward: off at once, and again until the vehicle says so; another mode by `ff yes` and its name",
+    ),
+    "vehicle": ("vehicle [N|any]", "which system is meant where several beat; any: the only one"),
+    "file": ("file [NAME[:CONFIGURATION]]", "the vehicle file, for recordings, identify and diagnose"),
+    "help": ("help [COMMAND]", "this"),
+}
+USAGE: Final = f"usage: seatrial {' | '.join(HELP)}"
+
+COMPLETIONS: Final = [
+    "status",
+    "record start (SEATRIAL_FOLDER)",
+    "record stop",
+    "record note",
+    "identify (SEATRIAL_DIVE)",
+    "diagnose (SEATRIAL_DIVE) --check (SEATRIAL_DIVE)",
+    "diagnose --check (SEATRIAL_DIVE)",
+    "cancel",
+    "params <diff|upload> (SEATRIAL_PARAM) <despite-doubts>",
+    "params rollback (SEATRIAL_PARAM) <armed>",
+    "params yes",
+    "ff <off|shadow|only|both>",
+    "ff yes <shadow|only|both> <armed>",
+    "vehicle (SEATRIAL_VEHICLE)",
+    "file (SEATRIAL_FILE)",
+    f"help <{'|'.join(HELP)}>",
+]
+
+_RECORDINGS: Final = (".tlog", ".gz", ".bin", ".csv")
+_PARAMETERS: Final = (".param", ".parm", ".params")
+
+
+def help_lines(command: str | None) -> list[str]:
+    """The help of one command, or of all."""
+    if command is not None and command not in HELP:
+        return [f"there is no command '{command}'; {USAGE}"]
+    rows = [HELP[command]] if command is not None else HELP.values()
+    return [line for usage, sentence in rows for line in (f"seatrial {usage}", f"    {sentence}")]
+
+
+def dives(text: str) -> list[str]:
+    """Completions of a DIVE: recordings, dive folders, and folders on the way to them."""
+    return _files(text, lambda path: path.suffix.lower() in _RECORDINGS)
+
+
+def parameter_files(text: str) -> list[str]:
+    """Completions of a parameter file."""
+    return _files(text, lambda path: path.suffix.lower() in _PARAMETERS)
+
+
+def folders(text: str) -> list[str]:
+    """Completions of a folder."""
+    return _files(text, lambda _: False)
+
+
+def vehicle_files(text: str) -> list[str]:
+    """Completions of a vehicle file: those that come with seatrial, and YAML files."""
+    shipped = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
+    names = [path.stem for path in sorted(shipped.glob("*.yaml")) if not path.stem.endswith(".truth")]
+    return [*names, *_files(text, lambda path: path.suffix == ".yaml")]
+
+
+def newest_dive(root: Path) -> Path | None:
+    """The dive folder under `root` that was begun last, None where there is none with a recording."""
+    made = [folder.path for folder in list_folders(root) if folder.telemetry()]
+    return made[-1] if made else None
+
+
+def _files(text: str, wanted: Callable[[Path], bool]) -> list[str]:
+    stem = text.rpartition("/")[0]
+    folder = Path(stem or ("/" if text.startswith("/") else "."))
+    # What is whole already must be in the list: MAVProxy completes the word after it only then.
+    found = [text.rstrip("/"), text] if text and Path(text).exists() else []
+    if not folder.is_dir():
+        return found
+    for path in sorted(folder.iterdir()):
+        name = f"{text[: len(text) - len(text.rpartition('/')[2])]}{path.name}"
+        if not name.startswith(text) or name in found:
+            continue
+        if path.is_dir():
+            found.append(name if (path / "telemetry.tlog").exists() else f"{name}/")
+        elif wanted(path):
+            found.append(name)
+    return found

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`seatrial identify` and `diagnose`: the command of that name in a process of its own, told line by line."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import ConfigError
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.job import Job, seatrial_command
+
+LEAVES: Final = {
+    "identify": (("--json", "identified.json"), ("--param", "identified.param")),
+    "diagnose": (("--json", "diagnosis.json"), ("--report", "diagnosis.html")),
+}
+"""Where each puts what it found, beside the dive, where the user does not say."""
+ENDED: Final = {0: "done", 1: "done, and there is something to read before its values are used", 4: "stopped"}
+
+
+class Work:
+    """At most one command at a time."""
+
+    def __init__(self, clock: Clock, say: Callable[[str], None]) -> None:
+        self._clock, self._say = clock, say
+        self._job: Job | None = None
+        self._left, self._written_ns = Path(), 0
+
+    def begin(self, verb: str, dive: Path, options: list[str], vehicle: str) -> None:
+        """Run `verb` on `dive`. Raises ConfigError where one runs already, or no vehicle file is known."""
+        if self._job is not None:
+            raise ConfigError(f"{self._job.title} runs; wait for it, or `seatrial cancel`")
+        if not dive.exists():
+            raise ConfigError(f"{dive}: no such dive; check the name")
+        words = [seatrial_command(), verb, str(dive), *options]
+        if "--vehicle" not in options:
+            words += ["--vehicle", vehicle or _vehicle_of(dive)]
+        for option, name in LEAVES[verb]:
+            if option not in options:
+                words += [
+                    option,
+                    str(dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")),
+                ]
+        self._left = Path([*words, ""][words.index(LEAVES[verb][1][0]) + 1])
+        self._written_ns = _written_ns(self._left)
+        width = {"COLUMNS": str(shutil.get_terminal_size().columns)}
+        self._job = Job(f"{verb} {dive}", words, width, self._clock.boot_s())
+        self._say(f"{verb}: {dive}, in a process of its own; `seatrial cancel` ends it")
+
+    def tick(self) -> None:
+        """Tell the lines that came."""
+        job, now_s = self._job, self._clock.boot_s()
+        if job is None:
+            return
+        for line in job.lines(now_s):
+            self._say(line)
+        if job.code is not None:
+            self._job = None
+            how = (
+                "stopped by the user"
+                if job.cancelled
+                else ENDED.get(job.code, f"failed, exit code {job.code}")
+            )
+            self._say(f"{job.title}: {how}, after {now_s - job.began_s:.0f} s")
+            if job.code in (0, 1) and not job.cancelled and _written_ns(self._left) != self._written_ns:
+                self._say(
+                    f"{'seatrial params upload' if self._left.suffix == '.param' else 'report:'} {self._left}"
+                )
+
+    def cancel(self) -> bool:
+        """Stop it; False where nothing runs."""
+        if self._job is None:
+            return False
+        self._job.cancel(self._clock.boot_s())
+        return True
+
+    def status(self) -> list[str]:
+        """What runs, a line for it."""
+        if self._job is None:
+            return []
+        return [f"{self._job.title}: runs for {self._clock.boot_s() - self._job.began_s:.0f} s"]
+
+    def kill(self) -> None:
+        """End it at once, as when MAVProxy ends."""
+        if self._job is not None:
+            self._job.kill()
+            self._job = None
+
+
+def _vehicle_of(dive: Path) -> str:
+    """The vehicle file that a dive folder names. Raises ConfigError where it names none."""
+    about = DiveFolder(dive).about() if dive.is_dir() else None
+    if about is None or not about.vehicle_file:
+        raise ConfigError(
+            f"{dive}: names no vehicle file; say which with `seatrial file NAME`, or give --vehicle NAME"
+        )
+    return f"{about.vehicle_file}:{about.configuration}" if about.configuration else about.vehicle_file
+
+
+def _written_ns(path: Path) -> int:
+    """When a file was last written, 0 where there is none."""
+    return path.stat().st_mtime_ns if path.is_file() else 0

@@ -1,0 +1,186 @@
+"""One vehicle's parameters read, compared, and brought to what a file asks: without a wait, from frame to frame.
+
+    READING (every parameter) -> AGREE (the plan is there; `agreed` goes on) -> WRITING -> ENDED
+
+Pure: `tick` says what to send, `on_message` takes what came; who drives it has other things to do in
+between. `client.ParameterClient` is the same for who has a link to itself and can wait.
+"""
+
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+from typing import Any, Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.parameters import set_crc
+from gcs_plugin.params.client import GONE_S, NO_INDEX
+from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
+from gcs_plugin.params.plan import Plan, make_plan, taken_back
+from gcs_plugin.params.transfer import ReadValue, SetValue, Source
+from gcs_plugin.params.upload import Ending, Upload
+from gcs_plugin.params.wanted import Wanted
+
+READ_WITHIN_S: Final = 30.0
+AGREE_WITHIN_S: Final = 120.0
+"""What the vehicle held so long ago may have changed since: then it is read anew."""
+
+
+class Step(Enum):
+    """Where an errand is."""
+
+    READING = auto()
+    AGREE = auto()
+    WRITING = auto()
+    ENDED = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """The vehicle at an instant: whether it is armed, since when it is silent, what speaks against ordering it."""
+
+    armed: bool
+    silent_s: float
+    fault: str
+
+
+class Errand:
+    """Reads `source` and, once `agreed`, brings it to what is `wanted`.
+
+    `failure` says why it ended before its plan was carried out, "" where it did not; `ending` how the upload ended.
+    """
+
+    def __init__(self, source: Source, wanted: Wanted, start_s: float, timing: Timing | None = None) -> None:
+        self.source = source
+        self.step = Step.READING
+        self.failure = ""
+        self.plan: Plan | None = None
+        self.back: tuple[str, ...] = ()
+        self._wanted = wanted
+        self._timing = timing or Timing()
+        self._listing = Listing(source, start_s, replace(self._timing, deadline_s=READ_WITHIN_S))
+        self._read_s = start_s
+        self._upload: Upload | None = None
+
+    @property
+    def progress(self) -> tuple[str, int, int]:
+        """The stage in a word, how many are done, of how many."""
+        if self._upload is not None:
+            return (self._upload.stage.value, *self._upload.progress)
+        return "reading", len(self._listing.values), self._listing.count or 0
+
+    @property
+    def ending(self) -> Ending | None:
+        """How the upload ended."""
+        return None if self._upload is None else self._upload.ending
+
+    @property
+    def active_crc(self) -> int | None:
+        """The set that is to fly in the end, None where nothing is committed."""
+        return self._upload.crc if self._upload is not None and self._upload.commits else None
+
+    @property
+    def code(self) -> str:
+        """What names the writes of the plan: how many, and a number that stands for their names and values."""
+        assert self.plan is not None
+        return f"{len(self.plan.changes)}-{set_crc(self.plan.changes):06x}"
+
+    def rehearsed(self, now_s: float) -> Upload:
+        """The upload of the plan as it would begin now: does it change anything, may an armed vehicle take it."""
+        assert self.plan is not None
+        return Upload(self.plan, self.source, now_s, self._timing, set_crc)
+
+    def is_old(self, now_s: float) -> bool:
+        """Whether what was read is too old to be written upon."""
+        return now_s - self._read_s > AGREE_WITHIN_S
+
+    def choose(self, names: tuple[str, ...]) -> None:
+        """Narrow the plan to some lines. Raises ParamUnknown for one that it does not hold."""
+        assert self.plan is not None
+        self.plan = self.plan.chosen(names)
+
+    def agreed(self, now_s: float) -> None:
+        """Carry the plan out. Raises ParamRejected or ParamUnknown for one that can't be sent."""
+        assert self.plan is not None
+        self.plan.check()
+        self._upload = self.rehearsed(now_s)
+        self.step = Step.WRITING if self._upload.ending is None else Step.ENDED
+
+    def stop(self, sentence: str, now_s: float) -> bool:
+        """Stop, taking back what is staged; False where only the vehicle can still refuse."""
+        if self._upload is None:
+            self._fail(sentence)
+            return True
+        self._upload.abort(sentence, now_s)
+        return self._upload.stage.name not in ("COMMIT", "LIVE")
+
+    def tick(self, now_s: float, told: Told) -> list[Any]:
+        """The messages to send now."""
+        sends: list[ReadList | ReadIndex | ReadValue | SetValue] = []
+        if self.step is Step.READING:
+            sends += self._listing.tick(now_s)
+            self._read_on(now_s, told)
+        elif self._upload is not None and self.step is Step.WRITING:
+            if told.armed and self._upload.needs_disarmed:
+                self._upload.abort("the vehicle was armed during the upload", now_s)
+            sends += self._upload.tick(now_s)
+            gone = f"nothing came from the vehicle for {GONE_S:.0f} s" if told.silent_s >= GONE_S else ""
+            trouble = told.fault or gone
+            if trouble and self._upload.ending is None:
+                # Not one more write: it would reach another vehicle too, or nobody.
+                self._upload.give_up(f"{trouble}; {self._upload.left_behind}")
+            if self._upload.ending is not None:
+                self.step = Step.ENDED
+        return [] if self.step is Step.ENDED else [message_of(send, self.source) for send in sends]
+
+    def on_message(self, message: Any, source: Source, now_s: float, rebooted: bool) -> None:
+        """A message arrived."""
+        if rebooted and source == self.source:
+            if self.step is Step.READING:
+                self._listing.on_reboot(now_s)
+            elif self._upload is not None:
+                self._upload.on_reboot(now_s)
+        kind = message.get_type()
+        if kind == "PARAM_VALUE" and self.step is Step.READING:
+            name, value = message.param_id, message.param_value
+            self._listing.on_value(name, value, message.param_index, message.param_count, source, now_s)
+        elif kind == "PARAM_VALUE" and self._upload is not None:
+            self._upload.on_value(message.param_id, message.param_value, source, now_s)
+        elif kind == "PARAM_ERROR" and self._upload is not None:
+            self._upload.on_error(message.param_id, message.error, source, now_s)
+
+    def _read_on(self, now_s: float, told: Told) -> None:
+        system, component = self.source
+        if told.fault:
+            self._fail(told.fault)
+        elif self._listing.complete:
+            present = self._listing.values
+            back = taken_back(self._wanted.values, present) if self._wanted.whole else {}
+            self.back = tuple(back)
+            self.plan = make_plan({**self._wanted.values, **back}, present)
+            self._read_s, self.step = now_s, Step.AGREE
+        elif self._listing.done and self._listing.count is None:
+            self._fail(
+                f"vehicle {system}, component {component} sent no parameter within {READ_WITHIN_S:.0f} s; "
+                "check that the bridge runs"
+            )
+        elif self._listing.done:
+            self._fail(
+                f"{len(self._listing.missing)} of {self._listing.count} parameters of vehicle {system} did not come "
+                f"within {READ_WITHIN_S:.0f} s; better the link and try again"
+            )
+
+    def _fail(self, sentence: str) -> None:
+        self.failure, self.step = sentence, Step.ENDED
+
+
+def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source) -> Any:
+    """The MAVLink message that asks or writes what a machine wants."""
+    if isinstance(send, ReadList):
+        return dialect.MAVLink_param_request_list_message(*target)
+    if isinstance(send, ReadIndex):
+        return dialect.MAVLink_param_request_read_message(*target, b"", send.index)
+    name = send.name.encode()
+    if isinstance(send, ReadValue):
+        return dialect.MAVLink_param_request_read_message(*target, name, NO_INDEX)
+    return dialect.MAVLink_param_set_message(*target, name, send.value, dialect.MAV_PARAM_TYPE_REAL32)
