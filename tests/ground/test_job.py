@@ -1,0 +1,97 @@
+"""A command in a process of its own: its lines without waiting, and an end that is one."""
+
+import os
+import select
+import sys
+import time
+
+import pytest
+
+from bridge.errors import ConfigError
+from gcs_plugin import job as jobs
+from gcs_plugin.job import KILL_AFTER_S, Job, seatrial_command
+
+DEADLINE_S = 60.0
+
+
+def run(code, now_s=0.0):
+    return Job("a test", [sys.executable, "-u", "-c", code], {"SAID": "hello"}, now_s)
+
+
+def lines_until(job, done, now_s=0.0):
+    """Its lines until `done(lines)`, waiting for output and never for time."""
+    lines, end_s = [], time.monotonic() + DEADLINE_S
+    while not done(lines):
+        assert time.monotonic() < end_s, lines
+        if job.code is None:
+            select.select([job._out], [], [], 0.2)
+        lines += job.lines(now_s)
+    return lines
+
+
+def gone(pid):
+    """Whether a process is no more, or is only waited for."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
+            return file.read().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+def test_lines_come_whole_and_the_code_after_the_last():
+    job = run(
+        "import os,sys; print(os.environ['SAID']); print('oh', file=sys.stderr); print('end', end=''); sys.exit(3)"
+    )
+    lines = lines_until(job, lambda _: job.code is not None)
+    assert sorted(lines) == ["end", "hello", "oh"]
+    assert job.code == 3
+    assert job.lines(1.0) == []
+
+
+def test_nothing_is_waited_for_while_it_says_nothing():
+    job = run("import time; time.sleep(60)")
+    began_s = time.monotonic()
+    assert job.lines(0.0) == []
+    assert time.monotonic() - began_s < 1.0
+    assert job.code is None
+    job.kill()
+    assert job.code is not None
+
+
+def test_cancel_asks_as_ctrl_c_does():
+    job = run(
+        "import time\ntry:\n    print('up'); time.sleep(60)\nexcept KeyboardInterrupt:\n    raise SystemExit(4)"
+    )
+    lines_until(job, lambda lines: "up" in lines)
+    job.cancel(0.0)
+    lines_until(job, lambda _: job.code is not None)
+    assert (job.code, job.cancelled) == (4, True)
+
+
+def test_what_does_not_listen_is_ended_with_all_its_workers():
+    job = run(
+        "import os, signal, time\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+        "child = os.fork()\nif child:\n    print(child)\ntime.sleep(60)"
+    )
+    (worker,) = lines_until(job, lambda lines: bool(lines))
+    job.cancel(10.0)
+    job.lines(10.0 + KILL_AFTER_S - 0.1)
+    assert job.code is None
+    lines_until(job, lambda _: job.code is not None and gone(int(worker)), 10.0 + KILL_AFTER_S)
+    assert not os.path.exists(f"/proc/{job._process.pid}")
+
+
+def test_a_worker_that_holds_the_pipe_open_holds_nobody_up():
+    job = run("import os, time\nchild = os.fork()\nif child:\n    print(child)\nelse:\n    time.sleep(60)")
+    (worker,) = lines_until(job, lambda _: job.code is not None)
+    assert job.code == 0
+    os.kill(int(worker), 9)
+
+
+def test_an_installation_without_the_command_is_said(monkeypatch, tmp_path):
+    monkeypatch.setattr(jobs.sys, "executable", str(tmp_path / "python"))
+    monkeypatch.setattr(jobs.shutil, "which", lambda _: None)
+    with pytest.raises(ConfigError, match="install seatrial there"):
+        seatrial_command()
+    (tmp_path / "seatrial").write_text("")
+    assert seatrial_command() == str(tmp_path / "seatrial")
