@@ -1,0 +1,116 @@
+"""What BlueOS talks to: `GET /register_service` is answered here, and all else is the page's.
+
+    service.py --port 80 --page 8000 COMMAND...
+
+Starts COMMAND, which serves the page on the loopback port `--page` of this container, and ends when it ends. A
+connection is passed on whole, after a look at its first line, so that the page's web sockets work as well. Standard
+library alone.
+"""
+
+import argparse
+import asyncio
+import contextlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+LOOPBACK: Final = "127.0.0.1"
+EVERYWHERE: Final = "0.0.0.0"
+"""Of the container: what reaches it from outside is the one port that BlueOS binds."""
+ANSWER: Final = Path(__file__).with_name("register_service.json")
+ASKED: Final = "/register_service"
+LONGEST_LINE: Final = 8192
+FIRST_LINE_S: Final = 10.0
+CHUNK: Final = 65536
+
+
+def response(status: str, kind: str, body: bytes) -> bytes:
+    """A whole HTTP answer, after which the connection is closed."""
+    head = f"HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n"
+    return head.encode("ascii") + body
+
+
+def is_registration(line: bytes) -> bool:
+    """Whether a request's first line asks who this is."""
+    words = line.decode("latin-1").split()
+    return len(words) == 3 and words[0] == "GET" and words[1].split("?")[0] == ASKED
+
+
+class Front:
+    """Serves `port` of every interface, and passes on to `page`."""
+
+    def __init__(self, page: int) -> None:
+        self._page = page
+
+    async def serve(self, port: int, host: str = EVERYWHERE) -> asyncio.Server:
+        """Listen; port 0 is any that is free."""
+        return await asyncio.start_server(self._handle, host, port, limit=LONGEST_LINE)
+
+    async def _handle(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(OSError):
+            try:
+                line = await asyncio.wait_for(reader.readuntil(b"\n"), FIRST_LINE_S)
+            except (asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError):
+                writer.write(response("400 Bad Request", "text/plain", b"no HTTP request\n"))
+            else:
+                if is_registration(line):
+                    writer.write(response("200 OK", "application/json", ANSWER.read_bytes()))
+                else:
+                    await self._pass_on(line, reader, writer)
+            await writer.drain()
+        writer.close()
+
+    async def _pass_on(self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        try:
+            page_reader, page_writer = await asyncio.open_connection(LOOPBACK, self._page)
+        except OSError:
+            words = b"seatrial's page is not up yet; try again in a moment\n"
+            writer.write(response("503 Service Unavailable", "text/plain", words))
+            return
+        page_writer.write(line)
+        there = asyncio.ensure_future(_copy(reader, page_writer))
+        try:
+            await _copy(page_reader, writer)
+        finally:
+            there.cancel()
+            page_writer.close()
+
+
+async def _copy(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> None:
+    with contextlib.suppress(OSError):
+        while data := await source.read(CHUNK):
+            target.write(data)
+            await target.drain()
+        if target.can_write_eof():
+            target.write_eof()
+
+
+async def run(port: int, page: int, command: Sequence[str], host: str = EVERYWHERE) -> int:
+    """Serve until `command` ends; its exit code."""
+    server = await Front(page).serve(port, host)
+    async with server:
+        process = await asyncio.create_subprocess_exec(*command)
+        try:
+            return await process.wait()
+        finally:
+            if process.returncode is None:
+                process.terminate()
+                await process.wait()
+
+
+def main(words: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(description="Answers BlueOS and passes on to seatrial's page.")
+    parser.add_argument("--port", type=int, default=80, help="where BlueOS and browsers come")
+    parser.add_argument(
+        "--page", type=int, default=8000, help="the loopback port on which COMMAND serves the page"
+    )
+    parser.add_argument("command", nargs=argparse.REMAINDER, metavar="COMMAND")
+    arguments = parser.parse_args(words)
+    if not arguments.command:
+        parser.error("give the COMMAND that serves the page")
+    return asyncio.run(run(arguments.port, arguments.page, arguments.command))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,198 @@
+"""The BlueOS extension: its labels, its answer, its front, and a Dockerfile by the rules that need no Docker."""
+
+import asyncio
+import importlib.util
+import json
+import re
+import shlex
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BLUEOS = ROOT / "blueos"
+REPOSITORY = "owner/name"
+# core/services/helper/main.py in bluerobotics/BlueOS: what must be text, and what may be there.
+NEEDED = {"name", "description", "icon", "company", "version", "webpage", "api"}
+MAY = {
+    "route",
+    "new_page",
+    "extra_query",
+    "avoid_iframes",
+    "sanitized_name",
+    "works_in_relative_paths",
+    "extras",
+}
+
+
+def instructions():
+    """(keyword, rest) of the Dockerfile, with continued lines joined and comments left out."""
+    lines = (BLUEOS / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    text = "\n".join(line for line in lines if not line.lstrip().startswith("#"))
+    joined = text.replace("\\\n", "")
+    return [tuple(line.strip().split(" ", 1)) for line in joined.splitlines() if line.strip()]
+
+
+def labels():
+    """As Docker sets them: between single quotes nothing is replaced, between double quotes variables are."""
+    found = {}
+    for keyword, rest in instructions():
+        if keyword == "LABEL":
+            key, _, value = rest.partition("=")
+            (plain,) = shlex.split(value)
+            found[key] = plain if value.startswith("'") else plain.replace("${REPOSITORY}", REPOSITORY)
+    return found
+
+
+def rest_of(keyword):
+    return [rest for word, rest in instructions() if word == keyword]
+
+
+@pytest.fixture(scope="module")
+def service():
+    spec = importlib.util.spec_from_file_location("blueos_service", BLUEOS / "service.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_labels_are_what_the_extension_manager_reads():
+    found = labels()
+    assert {"version", "permissions", "authors", "company", "type", "readme", "links", "requirements"} <= set(
+        found
+    )
+    assert all(set(author) == {"name", "email"} for author in json.loads(found["authors"]))
+    assert set(json.loads(found["company"])) == {"about", "name", "email"}
+    assert found["type"] in ("device-integration", "example", "tool", "other")
+    tags = json.loads(found["tags"])
+    assert 0 < len(tags) <= 10
+    assert all(re.fullmatch(r"[a-z0-9-]+", tag) for tag in tags)
+    assert found["readme"] == f"https://raw.githubusercontent.com/{REPOSITORY}/{{tag}}/blueos/README.md"
+    assert json.loads(found["links"]) == {"source": f"https://github.com/{REPOSITORY}"}
+    assert re.fullmatch(r"core >= \d+\.\d+", found["requirements"])
+
+
+def test_the_permissions_are_those_that_the_container_needs_and_no_more():
+    permissions = json.loads(labels()["permissions"])
+    (exposed,) = rest_of("EXPOSE")
+    assert list(permissions["ExposedPorts"]) == [exposed]
+    host = permissions["HostConfig"]
+    assert host["PortBindings"] == {exposed: [{"HostPort": ""}]}
+    (bind,) = host["Binds"]
+    assert bind.split(":")[1] == rest_of("WORKDIR")[-1]
+    assert "Privileged" not in host
+    assert "NetworkMode" not in host
+
+
+def test_one_version_stands_everywhere():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    answer = json.loads((BLUEOS / "register_service.json").read_text(encoding="utf-8"))
+    readme = (BLUEOS / "README.md").read_text(encoding="utf-8")
+    assert labels()["version"] == answer["version"] == project["version"]
+    assert f"seatrial:{project['version']}" in readme
+    assert re.search(r"python:(\d+\.\d+)-", rest_of("FROM")[0])[1] == project["requires-python"].removeprefix(
+        ">="
+    )
+
+
+def test_the_answer_is_one_that_blueos_takes():
+    answer = json.loads((BLUEOS / "register_service.json").read_text(encoding="utf-8"))
+    assert NEEDED <= set(answer) <= NEEDED | MAY
+    assert all(isinstance(answer[key], str) for key in NEEDED)
+    assert answer["icon"].startswith("mdi-")
+
+
+def test_what_is_copied_is_there_and_what_is_installed_is_whole():
+    copied = [source for rest in rest_of("COPY") for source in rest.split()[:-1]]
+    assert all((ROOT / source).exists() for source in copied)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    packages = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+    assert set(packages) <= set(copied)
+    ignored = (BLUEOS / "Dockerfile.dockerignore").read_text(encoding="utf-8").splitlines()
+    assert all(f"!{source.split('/')[0]}" in ignored for source in copied)
+
+
+def test_the_dockerfile_keeps_the_rules_of_a_linter():
+    (base,) = rest_of("FROM")
+    assert re.fullmatch(r"[a-z]+:[\w.-]+", base)  # hadolint DL3006, DL3007: a tag, and not latest
+    assert not base.endswith(":latest")
+    words = {word for word, _ in instructions()}
+    assert not words & {"ADD", "MAINTAINER", "SHELL"}  # DL3020, DL4000
+    assert all("--no-cache-dir" in run for run in rest_of("RUN") if "pip install" in run)  # DL3042
+    assert not any(
+        re.search(r"\b(sudo|apt-get|cd)\b", run) for run in rest_of("RUN")
+    )  # DL3004, DL3008, DL3003
+    assert all(path.startswith("/") for path in rest_of("WORKDIR"))  # DL3000
+    for keyword in ("ENTRYPOINT", "CMD"):
+        (form,) = rest_of(keyword)  # DL4003, DL4004: one of each
+        assert all(isinstance(word, str) for word in json.loads(form))  # DL3025: as JSON
+    assert json.loads(rest_of("ENTRYPOINT")[0])[1] == "/opt/seatrial/blueos/service.py"
+
+
+async def asked(port, request):
+    """The whole answer to a request."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(request)
+    await writer.drain()
+    answer = await asyncio.wait_for(reader.read(), 20.0)
+    writer.close()
+    return answer
+
+
+def port_of(server):
+    return server.sockets[0].getsockname()[1]
+
+
+def test_the_front_answers_blueos_itself(service):
+    async def scene():
+        async with await service.Front(1).serve(0, "127.0.0.1") as server:
+            return await asked(port_of(server), b"GET /register_service HTTP/1.1\r\nHost: x\r\n\r\n")
+
+    head, _, body = asyncio.run(scene()).partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 200 OK")
+    assert b"application/json" in head
+    assert json.loads(body)["name"] == "seatrial"
+
+
+def test_everything_else_goes_to_the_page_and_back_as_it_is(service):
+    sent = b"GET /ws HTTP/1.1\r\nUpgrade: websocket\r\n\r\n" + bytes(range(256))
+
+    async def page(reader, writer):
+        got = await reader.readexactly(len(sent))
+        writer.write(b"HTTP/1.1 101 Switching\r\n\r\n" + got[::-1])
+        await writer.drain()
+        writer.close()
+
+    async def scene():
+        behind = await asyncio.start_server(page, "127.0.0.1", 0)
+        server = await service.Front(port_of(behind)).serve(0, "127.0.0.1")
+        async with behind, server:
+            return await asked(port_of(server), sent)
+
+    assert asyncio.run(scene()) == b"HTTP/1.1 101 Switching\r\n\r\n" + sent[::-1]
+
+
+def test_a_page_that_is_not_up_is_said(service):
+    async def scene():
+        async with await asyncio.start_server(lambda _r, w: w.close(), "127.0.0.1", 0) as gone:
+            free = port_of(gone)
+        async with await service.Front(free).serve(0, "127.0.0.1") as server:
+            return await asked(port_of(server), b"GET / HTTP/1.1\r\n\r\n")
+
+    assert asyncio.run(scene()).startswith(b"HTTP/1.1 503")
+
+
+@pytest.mark.parametrize("request_", [b"x" * 20000, b"\n", b"GET /register_service\r\n"])
+def test_what_is_no_request_gets_no_registration(service, request_):
+    async def scene():
+        async with await service.Front(1).serve(0, "127.0.0.1") as server:
+            return await asked(port_of(server), request_)
+
+    assert not asyncio.run(scene()).startswith(b"HTTP/1.1 200")
+
+
+def test_it_ends_as_its_command_ends(service):
+    command = [sys.executable, "-c", "raise SystemExit(3)"]
+    assert asyncio.run(service.run(0, 1, command, "127.0.0.1")) == 3
