@@ -2,29 +2,19 @@
 
 import contextlib
 import os
-import shutil
 import signal
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Final
-
-from bridge.errors import ConfigError
 
 KILL_AFTER_S: Final = 5.0
 READ_BYTES: Final = 65536
 
 
-def seatrial_command() -> str:
-    """The `seatrial` command of this installation. Raises ConfigError where there is none."""
-    beside = Path(sys.executable).with_name("seatrial")
-    found = str(beside) if beside.exists() else shutil.which("seatrial")
-    if found is None:
-        raise ConfigError(
-            f"the command `seatrial` is neither beside {sys.executable} nor on PATH; install seatrial there"
-        )
-    return found
+def seatrial_command() -> list[str]:
+    """The words that start the `seatrial` command of this installation with this Python, whatever folder it runs in."""
+    return [sys.executable, "-P", "-m", "tui"]
 
 
 class Job:

@@ -33,7 +33,7 @@ class Work:
             raise ConfigError(f"{self._job.title} runs; wait for it, or `seatrial cancel`")
         if not dive.exists():
             raise ConfigError(f"{dive}: no such dive; check the name")
-        words = [seatrial_command(), verb, str(dive), *options]
+        words = [*seatrial_command(), verb, str(dive), *options]
         if "--vehicle" not in options:
             words += ["--vehicle", vehicle or _vehicle_of(dive)]
         for option, name in LEAVES[verb]:

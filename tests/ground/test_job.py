@@ -4,10 +4,8 @@ import os
 import select
 import sys
 import time
+from pathlib import Path
 
-import pytest
-
-from bridge.errors import ConfigError
 from gcs_plugin import job as jobs
 from gcs_plugin.job import KILL_AFTER_S, Job, seatrial_command
 
@@ -88,10 +86,11 @@ def test_a_worker_that_holds_the_pipe_open_holds_nobody_up():
     os.kill(int(worker), 9)
 
 
-def test_an_installation_without_the_command_is_said(monkeypatch, tmp_path):
-    monkeypatch.setattr(jobs.sys, "executable", str(tmp_path / "python"))
-    monkeypatch.setattr(jobs.shutil, "which", lambda _: None)
-    with pytest.raises(ConfigError, match="install seatrial there"):
-        seatrial_command()
-    (tmp_path / "seatrial").write_text("")
-    assert seatrial_command() == str(tmp_path / "seatrial")
+def test_the_command_is_this_pythons_own_in_any_folder(tmp_path, monkeypatch):
+    (tmp_path / "tui").mkdir()
+    (tmp_path / "tui" / "__main__.py").write_text("print('another')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(Path(jobs.__file__).resolve().parents[1]))
+    job = Job("a test", [*seatrial_command(), "--version"], {}, 0.0)
+    (line,) = lines_until(job, lambda _: job.code is not None)
+    assert line.startswith("seatrial ")

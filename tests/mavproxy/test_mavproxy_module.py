@@ -97,7 +97,7 @@ def mavproxy(folder, second):
     """MAVProxy with vehicle 1 meant, once it hears both for long enough."""
     link = f"tcpin:127.0.0.1:{free_port()}"
     words = [
-        seatrial_command(),
+        *seatrial_command(),
         "simulate",
         "--vehicle",
         "ruvifist:hovering",
