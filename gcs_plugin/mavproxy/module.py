@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The module that MAVProxy loads: its commands, and a little of everything in each idle moment."""
 
+import atexit
 import contextlib
 from pathlib import Path
 from typing import Any, Final
@@ -33,6 +34,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._parameters = Parameters(self._fleet, self._clock, self.say_line)
         self._switching = Switching(self._fleet, self._clock, self.say_line)
         self._work = Work(self._clock, self.say_line)
+        # Ctrl-C ends MAVProxy without unloading its modules, and does not reach a process of another session.
+        atexit.register(self._work.kill)
         self._recording: Recording | None = None
         self._root, self._file = Path("dives"), ""
         self._ff_mode: dict[int, float] = {}
@@ -68,6 +71,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
     def unload(self) -> None:
         """MAVProxy takes the module out, or ends."""
         self._work.kill()
+        atexit.unregister(self._work.kill)
         self._stop_recording()
         self._taps.remove()
         self.remove_command("seatrial")
@@ -113,8 +117,12 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 continue
             self._switching.on_frame(frame)
             news = self._fleet.on_frame(frame, tap, now_s)
-            if news is not None:
+            if news is not None and getattr(news.message, "target_system", 0) in (
+                0,
+                self.settings.source_system,
+            ):
                 self._parameters.on_news(news)
+                self._switching.on_news(news)
             elif frame.message_id == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
                 reading = decode_reading(frame)
                 if reading is not None and reading.signal == "ff_mode":
@@ -173,10 +181,10 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         return True
 
     def _stop_recording(self) -> None:
-        if self._recording is not None:
-            self._recording.step()
-            self.say_line(f"recorded {self._recording.close()}")
-            self._recording = None
+        recording, self._recording = self._recording, None
+        if recording is not None:
+            recording.step()
+            self.say_line(f"recorded {recording.close()}")
 
     def _newest(self) -> Path:
         dive = typed.newest_dive(self._root)

@@ -7,10 +7,12 @@ from typing import Any, Final
 from bridge.clock import Clock
 from bridge.errors import ParamRejected
 from bridge.framing import Frame
+from bridge.parameters import ACTIVE
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_switch import WORDS, Switch
-from gcs_plugin.fleet import Fleet
+from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.mavproxy.parameters import ARMED
+from gcs_plugin.params.transfer import Source
 
 MODES: Final = {word: mode for mode, word in WORDS.items()}
 TELL_EVERY_S: Final = 2.0
@@ -27,6 +29,7 @@ class Switching:
         self._switch: Switch | None = None
         self._began_s = self._told_s = 0.0
         self._asked: tuple[Mode, int, float] | None = None
+        self._active: dict[Source, float] = {}
 
     def command(self, words: list[str]) -> bool:
         """`ff WORDS`; False for what is no such command. Raises SeatrialError."""
@@ -46,6 +49,11 @@ class Switching:
         """A frame arrived."""
         if self._switch is not None:
             self._switch.on_frame(frame, self._clock.boot_s())
+
+    def on_news(self, news: News) -> None:
+        """Whether a vehicle has parameters in force is heard whoever asks for it."""
+        if news.message.get_type() == "PARAM_VALUE" and news.message.param_id == ACTIVE:
+            self._active[news.source] = news.message.param_value
 
     def tick(self) -> list[Any]:
         """The messages to send now."""
@@ -78,7 +86,12 @@ class Switching:
 
     def _ask(self, mode: str) -> None:
         now_s = self._clock.boot_s()
-        system, _ = self._fleet.meant(now_s)
+        source = self._fleet.meant(now_s)
+        system = source[0]
+        if MODES[mode].applies_feedforward and self._active.get(source) == 0.0:
+            raise ParamRejected(
+                f"vehicle {system} has no parameters in force to feed forward; upload some first"
+            )
         self._asked = MODES[mode], system, now_s
         armed = self._fleet.armed(system)
         self._say(

@@ -8,6 +8,7 @@ import re
 import socket
 import subprocess
 import threading
+from pathlib import Path
 
 import pytest
 from console import MAVPROXY, Console
@@ -210,6 +211,8 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
         assert second.server._staged == before
         mavproxy.ask("seatrial vehicle 7", "no vehicle beats as system 7; these do: 1, 2")
         mavproxy.ask("seatrial vehicle 2", "vehicle: 2")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +changed")
+        mavproxy.ask("seatrial ff both", "vehicle 2 has no parameters in force to feed forward")
         upload(mavproxy, f"seatrial params upload {name}")
         assert second.server.value("FF0_M_U") == 111.0
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
@@ -237,3 +240,23 @@ def test_cancel_ends_what_runs(mavproxy, folder, dive):
     mavproxy.ask(f"seatrial diagnose {path} --vehicle ruvifist", "diagnose: .* in a process of its own")
     mavproxy.ask("seatrial cancel", r"diagnose .*: stopped by the user, after \d+ s")
     mavproxy.ask("seatrial cancel", "nothing runs that could be ended")
+
+
+def test_the_docs_tell_every_command(mavproxy):
+    page = (Path(__file__).resolve().parents[2] / "docs" / "ground_stations.md").read_text(encoding="utf-8")
+    named = mavproxy.ask("seatrial help nonsense", r"usage: seatrial (status .*)\n")[1].split(" | ")
+    assert len(named) == 10
+    for command in named:
+        assert re.search(rf"\| `seatrial {command}\b", page), command
+
+
+def test_it_is_taken_out_and_put_in_again_without_a_trace(mavproxy):
+    mavproxy.ask("seatrial record start reloaded", "recording into")
+    mavproxy.until("seatrial status", r"recording into .* [1-9]\d+ frames")
+    mavproxy.ask(
+        "module unload gcs_plugin.mavproxy", r"(?s)recorded \d+ frames.*Unloaded module gcs_plugin.mavproxy"
+    )
+    mavproxy.ask("seatrial status", "Unknown command 'seatrial status'")
+    mavproxy.ask("module load gcs_plugin.mavproxy", "Loaded module gcs_plugin.mavproxy")
+    mavproxy.until("seatrial vehicle 1", r"vehicle: 1 \(systems that beat: 1, 2\)")
+    mavproxy.until("seatrial status", "meant: vehicle 1, component 1")
