@@ -87,6 +87,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             case ["record", *rest]:
                 return self._record(rest)
             case ["identify" | "diagnose" as verb, *rest]:
+                self._work.check_idle()
                 named = bool(rest) and not rest[0].startswith("--")
                 self._work.begin(
                     verb, Path(rest[0]) if named else self._newest(), rest[1:] if named else rest, self._file

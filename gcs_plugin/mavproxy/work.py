@@ -29,8 +29,7 @@ class Work:
 
     def begin(self, verb: str, dive: Path, options: list[str], vehicle: str) -> None:
         """Run `verb` on `dive`. Raises ConfigError where one runs already, or no vehicle file is known."""
-        if self._job is not None:
-            raise ConfigError(f"{self._job.title} runs; wait for it, or `seatrial cancel`")
+        self.check_idle()
         if not dive.exists():
             raise ConfigError(f"{dive}: no such dive; check the name")
         words = [*seatrial_command(), verb, str(dive), *options]
@@ -47,6 +46,11 @@ class Work:
         width = {"COLUMNS": str(shutil.get_terminal_size().columns)}
         self._job = Job(f"{verb} {dive}", words, width, self._clock.boot_s())
         self._say(f"{verb}: {dive}, in a process of its own; `seatrial cancel` ends it")
+
+    def check_idle(self) -> None:
+        """Raise ConfigError where a command runs."""
+        if self._job is not None:
+            raise ConfigError(f"{self._job.title} runs; wait for it, or `seatrial cancel`")
 
     def tick(self) -> None:
         """Tell the lines that came."""

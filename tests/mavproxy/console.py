@@ -11,7 +11,7 @@ from pathlib import Path
 from time import monotonic
 
 MAVPROXY = shutil.which("mavproxy.py", path=str(Path(sys.executable).parent)) or shutil.which("mavproxy.py")
-DEADLINE_S = 60.0
+DEADLINE_S = 120.0
 _ESCAPES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|[\r\x07]")
 
 
@@ -113,3 +113,14 @@ class Console:
             return False
         self.text += _ESCAPES.sub("", data.decode(errors="replace"))
         return bool(data)
+
+
+def write(folder, name, **values):
+    (folder / name).write_text("".join(f"{key},{value}\n" for key, value in values.items()))
+    return name
+
+
+def upload(mavproxy, line):
+    """Type an upload, then its code; what came of it."""
+    code = mavproxy.ask(line, r"to write .* to vehicle \d:\n\s+seatrial params (yes \S+)\n")[1]
+    return mavproxy.ask(f"seatrial params {code}", r"(?s)what became of it.*values before: (\S+)\n")

@@ -1,0 +1,109 @@
+"""One MAVProxy with two vehicles, a link each: the simulated one (system 1), a bridge without devices (system 2)."""
+
+import dataclasses
+import socket
+import subprocess
+import threading
+
+import pytest
+from console import MAVPROXY, Console
+
+from bridge.clock import SystemClock
+from bridge.link.open import open_link
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.service import Bridge
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.job import seatrial_command
+from tui import cli, exit_codes
+
+LEGS = """
+name: there and back
+legs:
+  - {name: rest, phase: rest, duration_s: 3}
+  - {name: surge, duration_s: 3, push_surge_n: 24, alternate: 8}
+"""
+STEP_S = 0.05
+
+
+def free_port():
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        return sock.getsockname()[1]
+
+
+class SecondVehicle:
+    """A bridge of system 2 without any device, in a thread."""
+
+    def __init__(self, link):
+        vehicle = dataclasses.replace(load_vehicle("ruvifist").vehicle, system_id=2)
+        self.server = ParameterServer(None, vehicle_table(vehicle), system=2)
+        self.link = open_link(link)
+        self.bridge = Bridge(vehicle, SystemClock(), [self.link], self.server)
+        self.stop = threading.Event()
+        self.thread = threading.Thread(target=self.run, daemon=True)
+        self.thread.start()
+
+    def run(self):
+        while not self.stop.wait(STEP_S):
+            self.bridge.step()
+
+    def close(self):
+        self.stop.set()
+        self.thread.join()
+        self.link.close()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("mavproxy")
+
+
+@pytest.fixture(scope="module")
+def dive(folder):
+    """A dive of the simulated vehicle that tells something."""
+    legs = folder / "legs.yaml"
+    legs.write_text(LEGS, encoding="utf-8")
+    words = ["simulate", "--vehicle", "ruvifist:hovering", "--mission", str(legs), "--seed", "100001"]
+    assert cli.main([*words, "--out", str(folder / "earlier")]) == exit_codes.DONE
+    return next((folder / "earlier").iterdir())
+
+
+@pytest.fixture(scope="module")
+def second():
+    link = f"tcpin:127.0.0.1:{free_port()}"
+    vehicle = SecondVehicle(link)
+    vehicle.name = link
+    yield vehicle
+    vehicle.close()
+
+
+@pytest.fixture(scope="module")
+def mavproxy(folder, second):
+    """MAVProxy with vehicle 1 meant, once it hears both for long enough."""
+    if MAVPROXY is None:
+        pytest.skip("MAVProxy is not installed: pip install -e '.[dev]'")
+    link = f"tcpin:127.0.0.1:{free_port()}"
+    words = [
+        *seatrial_command(),
+        "simulate",
+        "--vehicle",
+        "ruvifist:hovering",
+        "--mission",
+        "idle",
+        "--link",
+        link,
+    ]
+    with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as simulator:
+        try:
+            assert "afloat" in simulator.stderr.readline()
+            masters = [name.replace("tcpin:", "tcp:") for name in (link, second.name)]
+            with Console(folder, masters) as console:
+                console.wait_for("Loaded module gcs_plugin.mavproxy")
+                console.wait_for("Detected vehicle 1:1")
+                console.wait_for("Detected vehicle 2:1")
+                console.until("seatrial vehicle 1", r"vehicle: 1 \(systems that beat: 1, 2\)")
+                console.until("seatrial status", "meant: vehicle 1, component 1")
+                yield console
+        finally:
+            simulator.terminate()
+            simulator.stderr.close()
