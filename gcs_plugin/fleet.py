@@ -13,14 +13,13 @@ from bridge.errors import LinkError, LinkTimeout
 from bridge.framing import Frame, decode
 from bridge.link.base import Link
 from gcs_plugin.link_health import LinkHealth, SourceHealth
-from gcs_plugin.params.client import COMPANIONS_MAY_FOLLOW_S, REBOOT_STEP_MS, Heard
+from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, REBOOT_STEP_MS, Heard
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.twins import Twins
 
 SILENT_S: Final = 6.0
 """Without a HEARTBEAT for so long a vehicle is not there: at 30 % loss of one a second, once in a thousand."""
 
-_COMPANIONS = range(dialect.MAV_COMP_ID_ONBOARD_COMPUTER, dialect.MAV_COMP_ID_ONBOARD_COMPUTER4 + 1)
 _USED: Final = frozenset(
     (
         dialect.MAVLINK_MSG_ID_HEARTBEAT,
@@ -120,7 +119,7 @@ class Fleet:
         if now_s - self._since_s[systems[0]] < COMPANIONS_MAY_FOLLOW_S:
             raise LinkTimeout(f"vehicle {systems[0]} was heard only just now; try again in two seconds")
         found = [source for source in self._beating(now_s) if source[0] == systems[0]]
-        return min(found, key=lambda source: (source[1] not in _COMPANIONS, source[1]))
+        return min(found, key=lambda source: (source[1] not in COMPANIONS, source[1]))
 
     def fault(self, system: int) -> str:
         """Why nobody may order this system, "" where all is well."""

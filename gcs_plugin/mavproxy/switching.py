@@ -19,6 +19,8 @@ TELL_EVERY_S: Final = 2.0
 GIVE_UP_S: Final = 30.0
 """For another mode than off, which never gives up by itself."""
 AGREE_WITHIN_S: Final = 60.0
+LACKING_S: Final = 5.0
+"""A vehicle that says at first that it has no such parameter may still be starting."""
 
 
 class Switching:
@@ -28,6 +30,7 @@ class Switching:
         self._fleet, self._clock, self._say = fleet, clock, say
         self._switch: Switch | None = None
         self._began_s = self._told_s = 0.0
+        self._lacking_s: float | None = None
         self._asked: tuple[Mode, int, float] | None = None
         self._active: dict[Source, float] = {}
 
@@ -63,7 +66,11 @@ class Switching:
         systems = self._fleet.systems(now_s) if self._fleet.chosen is None else (self._fleet.chosen,)
         switch.twins = next((fault for system in systems if (fault := self._fleet.fault(system))), "")
         messages = switch.tick(now_s)
-        if switch.done:
+        if not switch.lacking:
+            self._lacking_s = None
+        elif self._lacking_s is None:
+            self._lacking_s = now_s
+        if switch.done or (self._lacking_s is not None and now_s - self._lacking_s >= LACKING_S):
             self._end("")
         elif switch.mode is not Mode.OFF and (switch.refusal or now_s - self._began_s >= GIVE_UP_S):
             self._end("given up, ")
@@ -117,6 +124,7 @@ class Switching:
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None
         self._began_s = self._told_s = self._clock.boot_s()
+        self._lacking_s = None
         self._say(f"ff: {WORDS[switch.mode]}, sent until the vehicle says so")
 
     def _end(self, how: str) -> None:

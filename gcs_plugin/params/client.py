@@ -62,6 +62,18 @@ class Heard:
         return self.autopilot != _NO_AUTOPILOT or self.kind == _COMPANION_KIND
 
 
+def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source) -> Any:
+    """The MAVLink message that asks or writes what a machine wants."""
+    if isinstance(send, ReadList):
+        return dialect.MAVLink_param_request_list_message(*target)
+    if isinstance(send, ReadIndex):
+        return dialect.MAVLink_param_request_read_message(*target, b"", send.index)
+    name = send.name.encode()
+    if isinstance(send, ReadValue):
+        return dialect.MAVLink_param_request_read_message(*target, name, NO_INDEX)
+    return dialect.MAVLink_param_set_message(*target, name, send.value, dialect.MAV_PARAM_TYPE_REAL32)
+
+
 def _unseen(stage: str, done: int, total: int) -> None:
     """Progress that nobody watches."""
     del stage, done, total
@@ -321,18 +333,7 @@ class ParameterClient:
         return frames
 
     def _send(self, send: ReadList | ReadIndex | ReadValue | SetValue) -> None:
-        target = self._known_vehicle()
-        if isinstance(send, ReadList):
-            message = dialect.MAVLink_param_request_list_message(*target)
-        elif isinstance(send, ReadIndex):
-            message = dialect.MAVLink_param_request_read_message(*target, b"", send.index)
-        elif isinstance(send, ReadValue):
-            message = dialect.MAVLink_param_request_read_message(*target, send.name.encode(), NO_INDEX)
-        else:
-            message = dialect.MAVLink_param_set_message(
-                *target, send.name.encode(), send.value, dialect.MAV_PARAM_TYPE_REAL32
-            )
-        self._link.write(self._encoder.encode(message))
+        self._link.write(self._encoder.encode(message_of(send, self._known_vehicle())))
 
     def _candidates(self, system: int | None, component: int | None) -> list[Source]:
         return [

@@ -10,10 +10,8 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Any, Final
 
-from pymavlink.dialects.v20 import ardupilotmega as dialect
-
 from bridge.parameters import set_crc
-from gcs_plugin.params.client import GONE_S, NO_INDEX
+from gcs_plugin.params.client import GONE_S, message_of
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, make_plan, taken_back
@@ -172,15 +170,3 @@ class Errand:
 
     def _fail(self, sentence: str) -> None:
         self.failure, self.step = sentence, Step.ENDED
-
-
-def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source) -> Any:
-    """The MAVLink message that asks or writes what a machine wants."""
-    if isinstance(send, ReadList):
-        return dialect.MAVLink_param_request_list_message(*target)
-    if isinstance(send, ReadIndex):
-        return dialect.MAVLink_param_request_read_message(*target, b"", send.index)
-    name = send.name.encode()
-    if isinstance(send, ReadValue):
-        return dialect.MAVLink_param_request_read_message(*target, name, NO_INDEX)
-    return dialect.MAVLink_param_set_message(*target, name, send.value, dialect.MAV_PARAM_TYPE_REAL32)

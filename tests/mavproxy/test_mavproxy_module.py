@@ -39,8 +39,10 @@ def test_a_recording_holds_what_was_heard_and_what_was_sent_and_the_notes(mavpro
     dive = load_folder(folder / made)
     assert [event.text for event in dive.about().events] == ["the current comes from the north"]
     frames = [frame for path in dive.telemetry() for _, frame in read_tlog(path)]
-    systems = {frame.system for frame in frames}
-    assert systems == {1, 2, 255}
+    assert {frame.system for frame in frames} == {1, 2, 255}
+    for vehicle in (1, 2):
+        numbers = [frame.sequence for frame in frames if frame.system == vehicle]
+        assert numbers == [(numbers[0] + i) % 256 for i in range(len(numbers))], "a frame was not recorded"
     asked = [frame for frame in frames if frame.system == 255 and frame.message_id == 21]
     assert asked, "the recording lacks the PARAM_REQUEST_LIST that was sent"
     mavproxy.ask("seatrial record stop", "nothing is being recorded")
