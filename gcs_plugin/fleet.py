@@ -144,12 +144,11 @@ class Fleet:
         return self._link[source]
 
     def sources(self, now_s: float) -> list[tuple[str, SourceHealth]]:
-        """Link and health of everybody who was ever heard."""
-        return [
-            (name, health)
-            for name, line in self._lines.items()
-            for health in line.health.snapshot(now_s).sources
+        """Link and health of everybody who was ever heard, by system and component."""
+        found = [
+            (n, health) for n, line in self._lines.items() for health in line.health.snapshot(now_s).sources
         ]
+        return sorted(found, key=lambda one: (one[1].system, one[1].component, one[0]))
 
     def is_vehicle(self, source: Source) -> bool:
         """Whether it is an autopilot or a companion computer."""

@@ -102,7 +102,7 @@ def mavproxy(folder, second):
                 console.wait_for("Detected vehicle 1:1")
                 console.wait_for("Detected vehicle 2:1")
                 console.until("seatrial vehicle 1", r"vehicle: 1 \(systems that beat: 1, 2\)")
-                console.until("seatrial status", "meant: vehicle 1, component 1")
+                console.until("seatrial status", "meant: vehicle 1, component 1\nNOT RECORDING")
                 yield console
         finally:
             simulator.terminate()
