@@ -1,5 +1,6 @@
 """Columns of a regression most of which are zero on most rows: what pushes one axis shows in that axis alone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
@@ -41,11 +42,18 @@ class Blocks:
 
     def dense(self) -> Array:
         """(rows, width)"""
+        return self.some(range(self.width))
+
+    def some(self, columns: Sequence[int]) -> Array:
+        """(rows, k): some of the columns, each one's rows one after another in memory."""
         places = self.places
-        out = np.zeros((places[-1].stop, self.width))
+        out = np.zeros((len(columns), places[-1].stop))
         for part, place in zip(self.parts, places, strict=True):
-            out[place, part.of] = part.values
-        return out
+            at = {column: i for i, column in enumerate(part.of.tolist())}
+            for own, column in zip(out, columns, strict=True):
+                if column in at:
+                    own[place] = part.values[:, at[column]]
+        return out.T
 
     def after(self, columns: Array) -> "Blocks":
         """The same with other columns (rows, m) before their own."""
@@ -57,6 +65,13 @@ class Blocks:
         out = np.zeros((int(piece.max()) + 1, self.width, self.width))
         for part, place in zip(self.parts, self.places, strict=True):
             out[:, part.of[:, None], part.of] += products_of(part.values, pieces_of(piece[place], len(out)))
+        return out
+
+    def crossed(self, others: Array) -> Array:
+        """(width, k): the products of the columns with others (rows, k) over all rows."""
+        out = np.zeros((self.width, others.shape[1]))
+        for part, place in zip(self.parts, self.places, strict=True):
+            out[part.of] += part.values.T @ others[place]
         return out
 
     def products_with(self, others: Array, piece: NDArray[np.intp]) -> Array:

@@ -1,0 +1,87 @@
+"""What causes add to the rows of a ground, made once for each and kept: a search asks for most of them many times."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.effect import Effect
+from identify.diagnose.blocks import Blocks
+from identify.diagnose.cause import Cause, Setting
+from identify.diagnose.forms import forms
+from identify.diagnose.whitened import Whitened
+
+Array = NDArray[np.float64]
+Key = tuple[Effect, bytes]
+
+KEPT = 32
+"""So many of the last causes: a long dive's columns take a megabyte each."""
+
+
+def key_of(cause: Cause) -> Key:
+    """Causes with the same add the same."""
+    return cause.effect, cause.values.tobytes()
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Of the causes of a library along a course. settings, candidates: all ways to try them, with their columns."""
+
+    rows: Whitened
+    course: Course
+    settings: tuple[Setting, ...]
+    candidates: Blocks
+
+    def of(self, cause: Cause) -> Array:
+        """(1 + k, rows): what a cause adds, and what that changes by with each parameter that it has."""
+        if cause.effect in self._linear:
+            return self._of_linear(cause)
+        key = key_of(cause)
+        if key not in self._made:
+            if len(self._made) == KEPT:
+                del self._made[next(iter(self._made))]
+            self._made[key] = self._of_any(cause)
+        return self._made[key]
+
+    def forms_of(self, cause: Cause) -> Array:
+        """(k, rows): what other forms of a cause add."""
+        key = key_of(cause)
+        if key not in self._other:
+            self._other[key] = self.rows.columns(list(forms(self.course, cause)), self.course).T
+        return self._other[key]
+
+    def _of_any(self, cause: Cause) -> Array:
+        acts = [cause.act(self.course)]
+        acts += [cause.slope(self.course, p) for p in np.flatnonzero(cause.present).tolist()]
+        return self.rows.columns(acts, self.course).T
+
+    def _of_linear(self, cause: Cause) -> Array:
+        """What is proportional to its parameters is made of the columns by which it is tried."""
+        slopes, present = self._slopes(cause.effect), cause.present
+        own = (cause.values - cause.effect.none())[present] @ slopes[present]
+        return np.vstack([own, slopes[present]])
+
+    def _slopes(self, effect: Effect) -> Array:
+        if effect not in self._by_unit:
+            setting = self._linear[effect]
+            units = self.candidates.some(setting.columns).T
+            self._by_unit[effect] = units / np.diag(setting.steps)[:, None]
+        return self._by_unit[effect]
+
+    @cached_property
+    def _linear(self) -> dict[Effect, Setting]:
+        return {one.effect: one for one in self.settings if one.effect.linear}
+
+    @cached_property
+    def _made(self) -> dict[Key, Array]:
+        return {}
+
+    @cached_property
+    def _other(self) -> dict[Key, Array]:
+        return {}
+
+    @cached_property
+    def _by_unit(self) -> dict[Effect, Array]:
+        return {}
