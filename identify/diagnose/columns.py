@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Effect
+from bridge.effects.effect import Act, Effect
 from identify.diagnose.blocks import Blocks
-from identify.diagnose.cause import Cause, Setting
+from identify.diagnose.cause import Cause, Setting, settings_of
 from identify.diagnose.forms import forms
 from identify.diagnose.whitened import Whitened
 
@@ -27,16 +27,29 @@ def key_of(cause: Cause) -> Key:
 
 @dataclass(frozen=True)
 class Columns:
-    """Of the causes of a library along a course. settings, candidates: all ways to try them, with their columns."""
+    """Of the causes of a library along a course."""
 
     rows: Whitened
     course: Course
-    settings: tuple[Setting, ...]
-    candidates: Blocks
+    library: tuple[Effect, ...]
+
+    @cached_property
+    def settings(self) -> tuple[Setting, ...]:
+        """All ways to try the library."""
+        return self._tried[0]
+
+    @cached_property
+    def candidates(self) -> Blocks:
+        """The columns of the settings."""
+        return self.rows.blocks(self._tried[1], self.course)
+
+    @cached_property
+    def _tried(self) -> tuple[tuple[Setting, ...], list[Act]]:
+        return settings_of(self.library, self.course)
 
     def of(self, cause: Cause) -> Array:
         """(1 + k, rows): what a cause adds, and what that changes by with each parameter that it has."""
-        if cause.effect in self._linear:
+        if cause.effect.linear:
             return self._of_linear(cause)
         key = key_of(cause)
         if key not in self._made:
@@ -58,21 +71,22 @@ class Columns:
         return self.rows.columns(acts, self.course).T
 
     def _of_linear(self, cause: Cause) -> Array:
-        """What is proportional to its parameters is made of the columns by which it is tried."""
-        slopes, present = self._slopes(cause.effect), cause.present
+        """What is proportional to its parameters is made of what a unit of each adds."""
+        if cause.effect not in self._by_unit:
+            self._by_unit[cause.effect] = self._units(cause.effect)
+        slopes, present = self._by_unit[cause.effect], cause.present
         own = (cause.values - cause.effect.none())[present] @ slopes[present]
         return np.vstack([own, slopes[present]])
 
-    def _slopes(self, effect: Effect) -> Array:
-        if effect not in self._by_unit:
-            setting = self._linear[effect]
-            units = self.candidates.some(setting.columns).T
-            self._by_unit[effect] = units / np.diag(setting.steps)[:, None]
-        return self._by_unit[effect]
-
-    @cached_property
-    def _linear(self) -> dict[Effect, Setting]:
-        return {one.effect: one for one in self.settings if one.effect.linear}
+    def _units(self, effect: Effect) -> Array:
+        """(p, rows): from the columns by which it is tried, once these are made."""
+        if "candidates" in vars(self) and effect in self.library:
+            setting = next(one for one in self.settings if one.effect == effect)
+            tried = self.candidates.some(setting.columns)
+        else:
+            (setting,), acts = settings_of((effect,), self.course)
+            tried = self.rows.columns(acts, self.course)
+        return tried.T / np.diag(setting.steps)[:, None]
 
     @cached_property
     def _made(self) -> dict[Key, Array]:

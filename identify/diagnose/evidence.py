@@ -139,9 +139,13 @@ def sums(square: Array, right: Array, precision: Array) -> Sums:
     m, count = len(precision), len(square)
     every = np.arange(count)
     base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), np.diag(precision))
-    start = np.concatenate([base, np.zeros(leaning.shape[1])])
-    along = np.vstack([-leaning, np.eye(leaning.shape[1])])
-    held_square, held_right = along.T @ square @ along, (right - square @ start) @ along
+    lean = square[:, :m, :m] @ leaning
+    both = square[:, m:, :m] @ leaning
+    # What the candidates are once each has shed what it leans on the nominal columns by.
+    held_square = square[:, m:, m:] - both - leaning.T @ (square[:, :m, m:] - lean)
+    held_right = (right[:, m:] - square[:, m:, :m] @ base) - (
+        right[:, :m] - square[:, :m, :m] @ base
+    ) @ leaning
     own = np.einsum("pii->i", square)[m:]
     telling = np.einsum("pii->i", held_square) > NOTHING_NEW * np.maximum(own, 1e-300)
     taught = [every % FOLDS != fold for fold in range(min(FOLDS, count))]

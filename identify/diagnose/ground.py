@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bridge.effects.effect import Effect
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.blocks import Blocks
-from identify.diagnose.cause import Cause, Setting, settings_of
+from identify.diagnose.cause import Cause, Setting
 from identify.diagnose.columns import Columns, Key, key_of
 from identify.diagnose.evidence import FOLDS, SCARCE, Pieces, Sums, inverse, pieces_of, products_of, sums
 from identify.diagnose.nominal import Nominal
@@ -66,8 +66,7 @@ class Ground:
     @cached_property
     def _columns(self) -> Columns:
         """What causes add."""
-        settings, acts = settings_of(self.library, self.now.course)
-        return Columns(self.rows, self.now.course, settings, self.rows.blocks(acts, self.now.course))
+        return Columns(self.rows, self.now.course, self.library)
 
     @cached_property
     def _candidates(self) -> Blocks:

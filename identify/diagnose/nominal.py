@@ -120,11 +120,12 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
     return replace(built, axes=kept, missing=built.missing | left)
 
 
-def refitted(nominal: Nominal, acts: Sequence[Act]) -> Nominal:
-    """The same dive less what the acts add to forces and readings, its parameters and noise levels found anew."""
+def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:
+    """The same dive less what the acts add to forces and readings, its parameters and noise levels found anew; from
+    those of `near`, where these are nearer."""
     problems = tuple(_without(problem, acts, nominal.course) for problem in nominal.joint.problems)
     joint = replace(nominal.joint, problems=problems)
-    joint, theta = _climbed(joint, nominal.theta, nominal.motion, nominal.filtered)
+    joint, theta = _climbed(joint, (near or nominal).theta, nominal.motion, nominal.filtered)
     mass, damping = _coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
     at = expected(joint, theta, motion)

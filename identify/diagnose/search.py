@@ -72,18 +72,17 @@ def explain(
         if better.at == fit.at and _labels(better) == _labels(fit):
             break
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
-        ground, fit = _settled(nominal, better, at)
+        ground, fit = _settled(nominal, ground, better, at)
     return Explanation(fit, ground, ground.now)
 
 
 def _settled(
-    nominal: Nominal, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Ground]
+    nominal: Nominal, ground: Ground, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Ground]
 ) -> tuple[Ground, Fitted]:
-    """Causes on a ground of their own, their values and its noise levels in turns until these agree: far quicker than
-    weighing all others each time."""
-    now = nominal
+    """Causes that were found on one ground, on one of their own: their values and its noise levels in turns until these
+    agree, which is far quicker than to weigh all others each time."""
     for _ in range(MOST_REFITS):
-        now = refitted(nominal, [cause.act(now.course) for cause in fit.causes])
+        now = refitted(nominal, [cause.act(ground.now.course) for cause in fit.causes], ground.now)
         ground, before = at(now, fit.causes), fit
         fit = ground.fitted(before.causes)
         if _same(fit, before):
