@@ -1,7 +1,8 @@
 """What causes add to the rows of a ground, made once for each and kept: a search asks for most of them many times."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,12 +52,7 @@ class Columns:
         """(1 + k, rows): what a cause adds, and what that changes by with each parameter that it has."""
         if cause.effect.linear:
             return self._of_linear(cause)
-        key = key_of(cause)
-        if key not in self._made:
-            if len(self._made) == KEPT:
-                del self._made[next(iter(self._made))]
-            self._made[key] = self._of_any(cause)
-        return self._made[key]
+        return self._last(*key_of(cause))
 
     def forms_of(self, cause: Cause) -> Array:
         """(k, rows): what other forms of a cause add."""
@@ -65,10 +61,10 @@ class Columns:
             self._other[key] = self.rows.columns(list(forms(self.course, cause)), self.course).T
         return self._other[key]
 
-    def _of_any(self, cause: Cause) -> Array:
-        acts = [cause.act(self.course)]
-        acts += [cause.slope(self.course, p) for p in np.flatnonzero(cause.present).tolist()]
-        return self.rows.columns(acts, self.course).T
+    @cached_property
+    def _last(self) -> Callable[[Effect, bytes], Array]:
+        """Those of the last causes that were asked for."""
+        return lru_cache(KEPT)(partial(_whitened, self.rows, self.course))
 
     def _of_linear(self, cause: Cause) -> Array:
         """What is proportional to its parameters is made of what a unit of each adds."""
@@ -89,13 +85,16 @@ class Columns:
         return tried.T / np.diag(setting.steps)[:, None]
 
     @cached_property
-    def _made(self) -> dict[Key, Array]:
-        return {}
-
-    @cached_property
     def _other(self) -> dict[Key, Array]:
         return {}
 
     @cached_property
     def _by_unit(self) -> dict[Effect, Array]:
         return {}
+
+
+def _whitened(rows: Whitened, course: Course, effect: Effect, values: bytes) -> Array:
+    cause = Cause(effect, np.frombuffer(values))
+    acts = [cause.act(course)]
+    acts += [cause.slope(course, p) for p in np.flatnonzero(cause.present).tolist()]
+    return rows.columns(acts, course).T
