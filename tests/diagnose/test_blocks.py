@@ -32,6 +32,12 @@ def test_products_within_pieces_are_those_of_all_rows(blocks):
     np.testing.assert_allclose(blocks.products_with(others, PIECE), together, atol=1e-12)
 
 
+def test_some_columns_and_products_over_all_rows_are_those_of_all_rows(blocks):
+    np.testing.assert_array_equal(blocks.some([4, 2]), blocks.dense()[:, [4, 2]])
+    others = np.random.default_rng(100_004).normal(size=(160, 2))
+    np.testing.assert_allclose(blocks.crossed(others), blocks.dense().T @ others, atol=1e-12)
+
+
 def test_columns_put_before_others_come_first_and_leave_these_as_they_are(blocks):
     before = np.zeros((160, 2))
     before[:100, 1] = 3.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.diagnose.memory import LEAST_ROWS, memory_of
+from identify.diagnose.memory import LEAST_ROWS, NARROW, memory_of
 
 
 def remembering(share, count, rng):
@@ -43,3 +43,17 @@ def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():
     white = np.random.default_rng(100_004).standard_normal(20_000)
     assert np.abs(memory_of(np.arange(20_000), white).by_lag).max() < 0.03
     assert memory_of(np.arange(LEAST_ROWS - 1), white).by_lag.size == 0
+
+
+def test_many_columns_are_freed_as_few_are():
+    _, values = remembering(0.6, 5_000, np.random.default_rng(100_005))
+    memory = memory_of(np.arange(0, 5_000, 2), values)
+    many = np.random.default_rng(100_006).standard_normal((5_000, 2 * NARROW + 1))
+    few = np.column_stack([freed(memory, many[:, [k]]) for k in range(many.shape[1])])
+    np.testing.assert_allclose(freed(memory, many), few, atol=1e-12)
+
+
+def freed(memory, values):
+    out = values.copy()
+    memory.freed(out)
+    return out
