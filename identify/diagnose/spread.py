@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import ALONG, Act
 from identify.diagnose.cause import Cause
-from identify.diagnose.evidence import SCARCE, inverse
+from identify.diagnose.evidence import NOTHING_NEW, SCARCE, inverse
 from identify.diagnose.forms import forms
 from identify.diagnose.ground import Fitted, Ground
 from identify.diagnose.search import LEAST_SHARE
@@ -78,8 +78,12 @@ def in_other_forms(ground: Ground, fit: Fitted, nominal: Array) -> Array:
         )
         taken = np.linalg.lstsq(by_own, by_others, rcond=1e-10)[0]
         beyond, whole = by_others - by_own @ taken, _along(course, own, own)
-        columns.append(rows.columns(others, course) - fit.slopes[:, places] @ taken[: len(places)])
-        shares.append((beyond**2).sum(axis=0) / max(float(whole @ whole), 1e-300))
+        share = (beyond**2).sum(axis=0) / max(float(whole @ whole), 1e-300)
+        # A form of what never changes is what it is a form of, all but rounding.
+        new = share > NOTHING_NEW
+        more = rows.columns(others, course) - fit.slopes[:, places] @ taken[: len(places)]
+        columns.append(more[:, new])
+        shares.append(share[new])
     m, k = nominal.shape[1], len(fit.at)
     table, free = np.hstack(columns), np.concatenate([rows.nominal_precision, np.zeros(k)])
     # A form takes part by no more of the cause than what a further cause must exceed.
