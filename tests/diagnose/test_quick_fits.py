@@ -67,8 +67,10 @@ def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
     told = sums_of(value, nominal, np.zeros(3), others, piece)
     left = np.linalg.lstsq(nominal, np.column_stack([others, value]), rcond=None)[0]
     free = np.column_stack([others, value]) - nominal @ left
-    np.testing.assert_allclose(told.square, free[:, :2].T @ free[:, :2], rtol=1e-5, atol=1e-3)
-    np.testing.assert_allclose(told.right, free[:, :2].T @ free[:, 2], rtol=1e-5, atol=1e-3)
+    for k in range(6):
+        own = free[piece == k]
+        np.testing.assert_allclose(told.held_square[k], own[:, :2].T @ own[:, :2], rtol=1e-5, atol=1e-3)
+        np.testing.assert_allclose(told.held_right[k], own[:, :2].T @ own[:, 2], rtol=1e-5, atol=1e-3)
 
 
 def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(nominal, monkeypatch):
