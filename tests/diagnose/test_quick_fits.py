@@ -23,7 +23,7 @@ ZONE = Cause(DEAD_ZONE, np.array([0.3]))
 
 @pytest.fixture(scope="module")
 def nominal():
-    mission = draw_one(100_301, seconds=120.0)
+    mission = draw_one(100_300, seconds=120.0)
     return nominal_of(mission.dive, mission.file, mission.configuration)
 
 
@@ -88,5 +88,6 @@ def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(nom
 
     monkeypatch.setattr(search, "improved", improved)
     found = search.explain(spoilt, LIBRARY, lambda _share, _words: None)
+    assert found.causes
     assert len(seen) == 1 + sum(a != b for a, b in zip([[], *seen], seen, strict=False))
     assert seen[-1] == [cause.effect.label for cause in found.causes]
