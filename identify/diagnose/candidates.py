@@ -14,6 +14,7 @@ from identify.diagnose.ground import Fitted
 from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.probability import probability
+from identify.diagnose.rest import Rest
 from identify.diagnose.search import LEAST_GAIN, LEAST_SIGMA, MOST_CAUSES, Explanation, candidates, least
 from identify.identification import Z95
 
@@ -84,7 +85,7 @@ def _beside(found: Explanation, gain: float, sigma: float, cause: Cause) -> Trie
 def _why(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
     if len(found.causes) >= MOST_CAUSES:
         return f"no dive tells more than {MOST_CAUSES} causes"
-    asked = least(found.ground, found.fit, cause)
+    asked = least(Rest(found.ground, found.fit), cause)
     if gain <= asked:
         return f"too little here: {asked:.0f} are asked for"
     if sigma <= LEAST_SIGMA:

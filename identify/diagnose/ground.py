@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.effect import Effect
-from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.blocks import Blocks
 from identify.diagnose.cause import Cause, Setting
 from identify.diagnose.columns import Columns, Key, key_of
@@ -152,22 +151,6 @@ class Ground:
         """(rows, k): what other values and other forms of a fit's causes would add."""
         others = [self._columns.forms_of(cause) for cause in fit.causes]
         return np.vstack([fit.slopes.T, *others]).T
-
-    def met(self, fit: Fitted, cause: Cause) -> float:
-        """Nats of what a fit's causes add, as far as a further cause shows in the same axes at the same times.
-
-        What the form of a cause leaves is no larger, cell by cell of axis and piece, than some share of what the cause
-        adds there: that share of these nats is the most of it that a further cause can take up (Cauchy and Schwarz).
-        """
-        moving, course = self.rows.dof >= 0, self.now.course
-        acts = [cause.act(course), *(one.act(course) for one in fit.causes)]
-        columns = self.rows.columns(acts, course)
-        nominal = self.rows.nominal
-        columns -= nominal @ (self._inverse_square @ (nominal.T @ columns))
-        cell = (self.rows.piece * len(DOFS) + self.rows.dof)[moving]
-        own, *before = (np.bincount(cell, one**2) for one in columns[moving].T)
-        both = np.sqrt(own * np.sum(before, axis=0)).sum()
-        return 0.5 * float(both**2 / max(own.sum(), 1e-300))
 
     def _weighed_beside(self, fit: Fitted, known: Array) -> Beside:
         key = known.shape[1], tuple(key_of(cause) for cause in fit.causes)

@@ -12,6 +12,7 @@ from identify.diagnose.evidence import Evidence
 from identify.diagnose.ground import Beside, Fitted, Ground, ground_of
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.periods import seas_of
+from identify.diagnose.rest import Rest
 
 Array = NDArray[np.float64]
 
@@ -22,8 +23,12 @@ LEAST_SEA_GAIN = 30.0
 """The same of a sea, whose periods were looked for in all of the dive, the pieces held out among it."""
 
 LEAST_SHARE = 0.01
-"""A further cause must save this share of what those before it save where it shows itself: no form of a library is
-quite true, and what a cause's form leaves grows with its evidence, in the axes and at the times at which it acts."""
+"""A further cause must save this share of what those before it save where it shows itself, or else as much as other
+forms of theirs would: no form of a library is quite true, and what a cause's form leaves grows with its evidence, in
+the axes and at the times at which it acts. Where other forms of it save little, though, it is nearly true."""
+
+NEXT_TO_NONE = 0.5
+"""Nats of a form's rest that are not worth another look: half of what one parameter more saves by chance."""
 
 LEAST_FELT = 3.0
 """Nats that a cause must save, in sample, where the vehicle moves: odds of twenty to one. Shaft speeds tell which cause
@@ -66,13 +71,21 @@ def explain(
     at = _grounds(library)
     ground = at(nominal, ())
     fit = ground.fitted(())
+    been: list[tuple[str, ...]] = []
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
         better = improved(ground, fit)
         if better.at == fit.at and _labels(better) == _labels(fit):
             break
+        again = _labels(better) in been
+        # A cause that comes and goes does so by what a form leaves: of two sets that lead to each other, the smaller.
+        if again and len(better.causes) > len(fit.causes):
+            break
+        been.append(_labels(fit))
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
         ground, fit = _settled(nominal, ground, better, at)
+        if again:
+            break
     return Explanation(fit, ground, ground.now)
 
 
@@ -134,13 +147,12 @@ def pruned(ground: Ground, fit: Fitted) -> Fitted:
     for k in range(len(fit.causes) - 1, -1, -1):
         if len(fit.causes) > 1:
             others = ground.fitted(_without(fit.causes, k))
+            rest = Rest(ground, others)
             tried = candidates(ground.beyond(others), others)
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < least(ground, others, fit.causes[k]) or not _felt(
-                fit, others, fit.causes[k]
-            ):
+            if max(own, default=0.0) < least(rest, fit.causes[k]) or not _felt(fit, others, fit.causes[k]):
                 fit = others
         elif fit.gain < _alone(fit.causes[0]) or not _felt(fit, ground.fitted(()), fit.causes[0]):
             fit = ground.fitted(())
@@ -167,20 +179,22 @@ def swapped(ground: Ground, fit: Fitted) -> Fitted:
 
 def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
     """With the best of the causes that no form of those there are makes up for."""
+    rest = Rest(ground, fit)
     tried = [
         cause
         for gain, sigma, cause in candidates(ground.beyond(fit), fit)
-        if gain > _alone(cause) and sigma > LEAST_SIGMA and gain > least(ground, fit, cause)
+        if gain > _alone(cause) and sigma > LEAST_SIGMA and gain > least(rest, cause)
     ]
     best = _best(ground, fit, tried)
-    return best if best is not None and best.gain > fit.gain + least(ground, fit, best.causes[-1]) else fit
+    return best if best is not None and best.gain > fit.gain + least(rest, best.causes[-1]) else fit
 
 
-def least(ground: Ground, fit: Fitted, cause: Cause) -> float:
-    """Nats that one more cause than those of a fit must save."""
-    if cause.effect.name in WITNESSED or not fit.causes:
+def least(rest: Rest, cause: Cause) -> float:
+    """Nats that one more cause must save: by chance, and by what the forms of those before it leave."""
+    if cause.effect.name in WITNESSED or not rest.fit.causes:
         return _alone(cause)
-    return max(_alone(cause), LEAST_SHARE * min(ground.met(fit, cause), fit.felt))
+    share = LEAST_SHARE * min(rest.met(cause), rest.fit.felt)
+    return _alone(cause) + (min(share, rest.seen(cause)) if share > NEXT_TO_NONE else share)
 
 
 def _alone(cause: Cause) -> float:

@@ -10,11 +10,13 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.diagnose import search
 from identify.diagnose.cause import Cause
 from identify.diagnose.generic import left_over
 from identify.diagnose.ground import ground_of
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.search import LEAST_SHARE, explain, least
+from identify.diagnose.rest import Rest
+from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, explain, least
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
@@ -68,11 +70,52 @@ def test_the_form_of_a_cause_asks_more_of_a_further_one_only_where_both_show(nom
         Cause(QUADRATIC_DRAG, size * np.eye(6)[dof]) for size, dof in ((5000, 0), (500, 5), (2000, 0))
     )
     fit = replace(ground.fitted(()), causes=(drag,), felt=1e9)
-    itself = ground.met(fit, drag)
-    assert ground.met(fit, slowing) == pytest.approx(itself)
-    assert ground.met(fit, turning) < 0.05 * itself
-    assert least(ground, replace(fit, felt=0.5 * itself), drag) == pytest.approx(LEAST_SHARE * 0.5 * itself)
-    assert least(ground, fit, turning) < least(ground, fit, drag)
+    itself = Rest(ground, fit).met(drag)
+    assert Rest(ground, fit).met(slowing) == pytest.approx(itself)
+    assert Rest(ground, fit).met(turning) < 0.05 * itself
+
+
+def with_drag(nominal, bent=None):
+    """The dive with a surge drag of which the model is told the opposite, and the drag as it was put in."""
+    course = nominal.course
+    size = 1.5 * course.damping[0] / np.abs(course.nu[:, 0]).max() * np.eye(6)[0]
+    planted = QUADRATIC_DRAG.act(course, -size)
+    planted = planted if bent is None else planted.each(bent)
+    return replace(refitted(nominal, [planted]), acts=(), course=course), Cause(QUADRATIC_DRAG, size)
+
+
+def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
+    """By what its other forms save, however much it saves itself: they save something of a drag that comes late."""
+    even = replace(
+        QUADRATIC_DRAG, name="even", act=lambda course, by: Act(wrench=by * np.sqrt(np.abs(course.nu)))
+    )
+    further = Cause(even, np.eye(6)[0])
+    seen = []
+    for bent in (None, lambda part: np.roll(part, 10, axis=0)):
+        spoilt, drag = with_drag(nominal, bent)
+        ground = ground_of(spoilt, LIBRARY)
+        fit = replace(ground.fitted([drag]), felt=1e9)
+        rest = Rest(ground, fit)
+        large = Cause(QUADRATIC_DRAG, 100 * fit.causes[0].values)
+        many = Rest(ground, replace(fit, causes=(large,)))
+        assert many.met(further) == pytest.approx(1e4 * rest.met(further))
+        assert many.seen(further) < LEAST_SHARE * many.met(further)
+        assert least(many, further) == pytest.approx(LEAST_GAIN + many.seen(further))
+        seen.append(rest.seen(further))
+    assert seen[1] > 5 * seen[0]
+
+
+def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(nominal, monkeypatch):
+    spoilt, drag = with_drag(nominal)
+    coupled, asked = Cause(COUPLED_DAMPING, np.array([1.0, -1.0])), []
+
+    def restless(ground, fit):
+        asked.append(len(fit.causes))
+        return ground.fitted((drag, coupled) if len(fit.causes) == 1 else (drag,))
+
+    monkeypatch.setattr(search, "improved", restless)
+    assert [cause.effect for cause in explain(spoilt, LIBRARY, quiet).causes] == [QUADRATIC_DRAG]
+    assert asked == [0, 1, 2]
 
 
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):
