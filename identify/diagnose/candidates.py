@@ -15,7 +15,15 @@ from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.probability import probability
 from identify.diagnose.rest import Rest
-from identify.diagnose.search import LEAST_GAIN, LEAST_SIGMA, MOST_CAUSES, Explanation, candidates, least
+from identify.diagnose.search import (
+    LEAST_GAIN,
+    LEAST_SIGMA,
+    MOST_CAUSES,
+    Explanation,
+    candidates,
+    least,
+    left_to,
+)
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -37,16 +45,18 @@ def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[F
     told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
-        gain = found.fit.gain - _without(found, k)
+        others = _without(found, k)
         alike = alike_of(found, k)
+        # What the others' forms may leave speaks for no further cause.
+        margin_nats = alike.margin_nats - left_to(Rest(found.ground, others), cause)
         out.append(
             Found(
                 cause,
                 alike.names,
                 alike.likeness,
-                probability(alike.margin_nats),
+                probability(margin_nats),
                 parameters_of(told, k),
-                gain,
+                found.fit.gain - others.gain,
                 gain_of(cause, missing, found.now, braking),
             )
         )
@@ -142,6 +152,6 @@ def _slope(cause: Cause, p: int) -> dict[str, float]:
     return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
 
 
-def _without(found: Explanation, k: int) -> float:
-    """The gain of all causes but one."""
-    return found.ground.fitted((*found.causes[:k], *found.causes[k + 1 :])).gain
+def _without(found: Explanation, k: int) -> Fitted:
+    """All causes but one."""
+    return found.ground.fitted((*found.causes[:k], *found.causes[k + 1 :]))

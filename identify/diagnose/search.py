@@ -191,10 +191,15 @@ def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
 
 def least(rest: Rest, cause: Cause) -> float:
     """Nats that one more cause must save: by chance, and by what the forms of those before it leave."""
+    return _alone(cause) + left_to(rest, cause)
+
+
+def left_to(rest: Rest, cause: Cause) -> float:
+    """Nats that a further cause may save by what the forms of those before it leave."""
     if cause.effect.name in WITNESSED or not rest.fit.causes:
-        return _alone(cause)
+        return 0.0
     share = LEAST_SHARE * min(rest.met(cause), rest.fit.felt)
-    return _alone(cause) + (min(share, rest.seen(cause)) if share > NEXT_TO_NONE else share)
+    return min(share, rest.seen(cause)) if share > NEXT_TO_NONE else share
 
 
 def _alone(cause: Cause) -> float:
