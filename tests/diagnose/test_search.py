@@ -10,7 +10,7 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.diagnose import search
+from identify.diagnose import candidates, search
 from identify.diagnose.cause import Cause
 from identify.diagnose.generic import left_over
 from identify.diagnose.ground import ground_of
@@ -119,6 +119,15 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
     monkeypatch.setattr(search, "improved", restless)
     assert [cause.effect for cause in explain(spoilt, LIBRARY, quiet).causes] == [QUADRATIC_DRAG]
     assert asked == looks
+
+
+def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
+    monkeypatch.setattr(candidates, "gain_of", lambda *_: None)
+    found = explain(with_drag(nominal)[0], LIBRARY, quiet)
+    (sure,) = candidates.found_of(found, found.fit.covariance, None)
+    monkeypatch.setattr(candidates, "left_to", lambda *_: sure.gain_nats - 6.0)
+    (doubtful,) = candidates.found_of(found, found.fit.covariance, None)
+    assert doubtful.probability < 0.6 < sure.probability
 
 
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):
