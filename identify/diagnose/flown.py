@@ -170,14 +170,22 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
     for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
         axis = problem.axis
         shapes = problem.shapes @ theta[place][FORCES : problem.noise_place]
-        middle_s = axis.time_s - 0.5 * axis.step_s
-        force[:, axis.dof] = np.interp(time_s, middle_s, axis.force.mean(axis=1) + shapes)
+        force[:, axis.dof] = between(time_s, axis.time_s, axis.step_s, axis.force.mean(axis=1) + shapes)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
             angle = quiet(time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof])
             force[:, axis.dof] -= axis.stiffness * angle
             stiffness[axis.dof] = axis.stiffness
     return force, stiffness
+
+
+def between(time_s: Array, end_s: Array, step_s: Array, force: Array) -> Array:
+    """(n,): the mean forces of steps (m,) that end at end_s, each told in its middle.
+
+    Two readings of one instant, as of a gyro and an attitude, have no step between them that a force could act in.
+    """
+    lasts = step_s > 0
+    return np.asarray(np.interp(time_s, (end_s - 0.5 * step_s)[lasts], force[lasts]))
 
 
 def quiet(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:

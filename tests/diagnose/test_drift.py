@@ -7,7 +7,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
-from identify.diagnose.flown import Flown, flown
+from identify.diagnose.flown import Flown, between, flown
 from identify.diagnose.nominal import nominal_of
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
@@ -70,6 +70,13 @@ def test_a_body_that_rights_itself_swings_back():
     error = np.array([0.0, 0, 0, 0.1, 0, 0])
     half_a_swing_s = np.pi / np.sqrt(40.0 / 10.0)
     assert after(model, half_a_swing_s, error)[3] == pytest.approx(-0.1, rel=0.02)
+
+
+def test_a_steady_push_is_steady_where_two_sensors_are_read_at_one_instant():
+    end_s = np.repeat(np.arange(1.0, 20.0), 2)
+    step_s = np.diff(end_s, prepend=0.0)
+    force = np.where(step_s > 0, 3.0, 0.0)
+    np.testing.assert_array_equal(between(np.arange(1.0, 19.0, 0.1), end_s, step_s, force), np.full(180, 3.0))
 
 
 def test_a_window_that_the_recording_does_not_hold_whole_has_no_drift():
