@@ -33,7 +33,15 @@ from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.sure import sure
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
-from identify.diagnose.where import PUSHED, phases_of, power_of_drift, power_of_left, shares_of, slices_of
+from identify.diagnose.where import (
+    PUSHED,
+    phases_of,
+    power_of_drift,
+    power_of_left,
+    power_of_rest,
+    shares_of,
+    slices_of,
+)
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
@@ -46,8 +54,8 @@ TELLING_CHECK_S = 60.0
 SEED = 0
 """Of the noise that floors are drawn with: one dive has one answer."""
 
-FIVE_S = 1
-"""Which of the horizons `gap.before` is told of."""
+ONE_S, FIVE_S = 0, 1
+"""Which of the horizons what nothing explains, and `gap.before`, are told of."""
 
 
 def diagnose(
@@ -153,9 +161,11 @@ def _gap(
 ) -> Gap:
     now, misheard = found.now, HEARD & set(found.now.doubted)
     told_by_causes = missing.power.any()
+    power = missing.power
     if is_unknown(left):
         missing = with_left(missing, left, now, EACH)
-    power = missing.power
+        sound = [dof for dof in range(6) if dof not in now.doubted]
+        power = missing.power + power_of_rest(after[ONE_S], missing.time_s, sound)
     if misheard and not told_by_causes:
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():

@@ -12,6 +12,10 @@ from identify.estimators.likelihood_axis import DISTURBANCE
 
 Array = NDArray[np.float64]
 
+APART_S = 1.0
+"""A disturbance is another one after so long: that many readings of it a dive holds, each of which a force of k
+standard deviations saves k^2 / 2 nats."""
+
 
 @dataclass(frozen=True)
 class Missing:
@@ -69,16 +73,20 @@ def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missi
     make of them; every: of their instants, those of `missing`.
 
     The squares of all count, but of each degree of freedom the strongest alone is told as a force: how they add up is
-    not known.
+    not known. None counts for more than the nats that it saves: forces that are all but made of each other have sizes
+    that may be anything.
     """
     wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
     force, _ = _levels(noise)
     told: set[int] = set()
-    for shape, size in zip(left.shapes, left.forces, strict=True):
+    readings = float(missing.time_s[-1] - missing.time_s[0]) / APART_S
+    for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
         own = size * _beyond(shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))]))
-        power[:, dof] += (own / force[dof]) ** 2
+        square = (own / force[dof]) ** 2
+        most = 2.0 * gain / readings
+        power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
         if dof not in told:
             wrench[:, dof] += own
             told.add(dof)

@@ -24,6 +24,12 @@ motion."""
 LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
 MEANT_S = 0.5
 PUSHED = tuple(dof for dof in range(6) if dof not in LEVELLED)
+NORMAL = 0.6745
+"""Median of the sizes of normal values, in their standard deviation."""
+
+LEAST_QUIET = 0.01
+"""No disturbance is told from rounding where most of a dive drifts by less of its floor."""
+
 OCTANTS = np.deg2rad(np.arange(-180.0, 181.0, 45.0))
 LEAST_SHARE = 0.001
 
@@ -117,11 +123,32 @@ def power_of_left(left: Left, every: int) -> Array:
 def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
     """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's in some axes; at
     least 0 over the whole dive in each, and all that there is where none exceeds it."""
-    middle = drift.starts_s + 0.5 * drift.horizon_s
-    nearest = np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
     square *= np.isin(np.arange(6), list(dofs))
-    over = np.maximum(np.nanmean(square, axis=0) - 1.0, 0.0)
-    if not over.any():
-        return np.asarray(square[nearest])
-    return np.asarray(square[nearest] * over / np.maximum(np.mean(square, axis=0), 1e-300))
+    over = _over(square)
+    return (over if over.any() else square)[_nearest(drift, time_s)]
+
+
+def power_of_rest(after: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
+    """(n, 6): by how much, in some axes, the squared drift with the causes in exceeds what most of the dive drifts by.
+
+    What nobody explains is noise to a fit, and a floor that is drawn from that noise holds it, too. Where it comes and
+    goes, most windows are without it: the median of their sizes gives the spread of what is always there (Rousseeuw
+    and Croux 1993, section 1).
+    """
+    usual = np.median(np.abs(after.off), axis=0) / NORMAL
+    quiet = np.clip(usual, LEAST_QUIET * after.floor, after.floor)
+    square = np.nan_to_num((after.off / quiet) ** 2) * np.isin(np.arange(6), list(dofs))
+    return _over(square)[_nearest(after, time_s)]
+
+
+def _over(square: Array) -> Array:
+    """Squares (w, 6), made less by as much as leaves of their means what exceeds 1."""
+    mean = np.mean(square, axis=0)
+    return np.asarray(square * np.maximum(mean - 1.0, 0.0) / np.maximum(mean, 1e-300))
+
+
+def _nearest(drift: Drift, time_s: Array) -> NDArray[np.intp]:
+    """Which window's middle lies next to each time."""
+    middle = drift.starts_s + 0.5 * drift.horizon_s
+    return np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)

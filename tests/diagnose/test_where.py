@@ -14,9 +14,17 @@ from identify.diagnose.depends import depends_on
 from identify.diagnose.drift import Drift
 from identify.diagnose.flown import EACH, flown, slope_of, wrench_of
 from identify.diagnose.generic import Left, Shape
-from identify.diagnose.missing import beyond_refit, missing_of
+from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.where import PHASES, phases_of, power_of_drift, power_of_left, shares_of, slices_of
+from identify.diagnose.where import (
+    PHASES,
+    phases_of,
+    power_of_drift,
+    power_of_left,
+    power_of_rest,
+    shares_of,
+    slices_of,
+)
 from identify.estimators.likelihood_axis import DAMPING
 
 
@@ -185,3 +193,32 @@ def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
     assert (told.frame, told.parity, told.timing) == ("world", "neither", "steady")
     assert told.dof == ("surge", "sway")
     assert told.depends_on == ("heading", "position", "speed")
+
+
+def drift_of(off):
+    """Of windows a second apart, over floors that all of it, what hides included, came to."""
+    return Drift(1.0, np.arange(len(off), dtype=float), off, np.sqrt(np.mean(off**2, axis=0)))
+
+
+def test_what_comes_and_goes_unexplained_lies_where_most_windows_are_far_quieter_than_their_floor():
+    off = np.random.default_rng(100_311).normal(size=(400, 6)) * [0.01, 0.01, 0.01, 0.001, 0.001, 0.001]
+    off[::8, 5] += 0.01
+    off[:, 4] = np.nan
+    power = power_of_rest(drift_of(off), np.arange(400.0) + 0.5, range(6))
+    assert power.sum(axis=0).argmax() == 5
+    assert power[::8, 5].sum() > 0.9 * power[:, 5].sum()
+    assert power[:, 5].mean() == pytest.approx(np.mean((off[:, 5] / 0.001) ** 2) - 1.0, rel=0.4)
+    assert power[:, :3].mean(axis=0).max() < 0.2
+    assert not power_of_rest(drift_of(off), np.arange(400.0), (0, 1))[:, 2:].any()
+
+
+def test_a_generic_force_counts_for_no_more_than_the_nats_that_it_saves(nominal):
+    course = nominal.course
+    force = np.sin(0.7 * course.time_s)
+    nothing = Missing(course.time_s[::EACH], *np.zeros((3, len(course.time_s[::EACH]), 6)))
+    left = Left((Shape(0, "thrust", "odd", force),), (20.0,), (1000.0,))
+    power = with_left(nothing, left, nominal, EACH).power
+    seconds = float(course.time_s[-1] - course.time_s[0])
+    assert power[:, 0].mean() == pytest.approx(2 * 20.0 / seconds, rel=0.01)
+    small = with_left(nothing, replace(left, forces=(1e-6,)), nominal, EACH).power
+    assert 0 < small[:, 0].mean() < 1e-6
