@@ -95,6 +95,7 @@ ALSO = (
         f"both of two named, each {CLEAR:g} or more over the floor by itself",
         f"two hidden, each {CLEAR:g} or more over the floor by itself: both named",
     ),
+    ("right degree of freedom, where a gap is told", "where a gap is told: right degree of freedom"),
     (
         "false alarms where the disturbance has one pole",
         "false alarms where the disturbance has one pole, as the nominal model takes it",

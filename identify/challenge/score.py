@@ -142,6 +142,9 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
             [case for case in by["two"] if case.smallest() >= CLEAR], Judged.both
         ),
         "right degree of freedom": _rate(known + by["novel"], Judged.where),
+        "where a gap is told: right degree of freedom": _rate(
+            [case for case in known + by["novel"] if case.verdict not in ("", "no_gap")], Judged.where
+        ),
         "false alarms where nothing hides": _rate(by["none"], lambda c: c.verdict != "no_gap"),
         "false alarms where the disturbance has one pole, as the nominal model takes it": _rate(
             [case for case in by["none"] if case.truth["poles"] == 1],

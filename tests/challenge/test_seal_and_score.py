@@ -142,6 +142,7 @@ def test_verdicts_are_counted_where_they_belong() -> None:
     assert hits(result, "known called no gap") == (1, 2)
     assert hits(result, "taken up by a refit") == (2, 3)
     assert hits(result, "right degree of freedom") == (2, 4)
+    assert hits(result, "where a gap is told: right degree") == (2, 3)
     assert hits(result, "one hidden: named first") == (0, 1)
 
 
