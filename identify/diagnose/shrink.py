@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Shrink
-from identify.diagnose.evidence import inverse
+from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.flown import Flown, flown, logarithms, slope_of, spoilt_by, wrench_of
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.search import SEAS, Explanation
@@ -173,11 +173,16 @@ class Taught:
         return np.array([(own := self._whole[fold == k]).T @ own for k in range(FOLDS)])
 
     def without(self, fold: int) -> tuple[Array, Array]:
-        """The fit's theta, and what the slopes' parameters change by, where the pieces of a fold are left out."""
+        """The fit's theta, and what the slopes' parameters change by, where the pieces of a fold are left out.
+
+        Where nearly all that tells of a parameter lies in these, as in the only leg that dives, the others would move
+        it by their noise: as much as is SCARCE speaks for what it is.
+        """
         joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_places, *of_the_mean(joint)})
         taught = self._products.sum(axis=0) - self._products[fold]
-        precision = np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
+        scarce = SCARCE * np.diag(self._products.sum(axis=0))[:-1]
+        precision = scarce + np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
         pull = np.zeros(len(precision))
         pull[: len(kept)] = (joint.prior_precision * (joint.prior_mean - theta))[kept]
         step = inverse(taught[:-1, :-1] + np.diag(precision)) @ (taught[:-1, -1] + pull)

@@ -1,6 +1,7 @@
 """How far a gap shrinks: the arithmetic, on windows made by hand, and a table of velocities that anyone can check."""
 
 import csv
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Prediction
 from identify.diagnose.predict import csv_of, windows_of
-from identify.diagnose.shrink import Windows, overstated, unforeseen, without_seas
+from identify.diagnose.shrink import FOLDS, Taught, Windows, overstated, unforeseen, without_seas
 
 
 def windows(before, after, count=40):
@@ -43,6 +44,24 @@ def test_where_a_cause_changes_nothing_the_floor_is_what_noise_came_to_in_that_d
     shrink = one.shrink(np.random.default_rng(0))
     assert shrink.value == pytest.approx(1.0)
     assert shrink.floor == pytest.approx(np.sqrt((1.0 + 1.15**2) / 2))
+
+
+def test_a_parameter_that_one_piece_alone_tells_stays_near_what_it_is_without_that_piece():
+    rng, piece = np.random.default_rng(100_321), np.repeat(np.arange(FOLDS), 50)
+    slope = np.where(piece == 3, 1.0, 0.01)[:, None]
+    value = rng.normal(size=len(piece))
+    nothing = np.zeros(0)
+    joint = SimpleNamespace(
+        problems=(), places=(), mass_places=(), prior_precision=nothing, prior_mean=nothing
+    )
+    rows = SimpleNamespace(piece=piece, nominal=np.zeros((len(piece), 0)), nominal_precision=nothing)
+    taught = Taught(rows, SimpleNamespace(joint=joint, theta=nothing), slope, value)
+    by_others = float(slope[piece != 3, 0] @ value[piece != 3]) / float((slope[piece != 3] ** 2).sum())
+    assert abs(by_others) > 1.0
+    assert abs(taught.without(3)[1][0]) < 0.1 * abs(by_others)
+    fine = Taught(rows, taught.model, np.ones_like(slope), value)
+    whole = value[piece != 3].mean()
+    assert fine.without(3)[1][0] == pytest.approx(whole, rel=0.03)
 
 
 def test_what_is_left_where_no_cause_acts_and_chance_does_not_reach_is_a_gap_that_is_not_closed():
