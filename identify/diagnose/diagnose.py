@@ -164,7 +164,7 @@ def _gap(
     power = missing.power
     if is_unknown(left):
         missing = with_left(missing, left, now, EACH)
-        sound = [dof for dof in range(6) if dof not in now.doubted]
+        sound = [dof for dof in PUSHED if dof not in now.doubted]
         power = missing.power + power_of_rest(after[ONE_S], missing.time_s, sound)
     if misheard and not told_by_causes:
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))

@@ -8,13 +8,9 @@ from numpy.typing import NDArray
 from identify.diagnose.flown import Flown
 from identify.diagnose.generic import Left
 from identify.diagnose.nominal import Nominal
-from identify.estimators.likelihood_axis import DISTURBANCE
+from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
 Array = NDArray[np.float64]
-
-APART_S = 1.0
-"""A disturbance is another one after so long: that many readings of it a dive holds, each of which a force of k
-standard deviations saves k^2 / 2 nats."""
 
 
 @dataclass(frozen=True)
@@ -74,18 +70,19 @@ def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missi
 
     The squares of all count, but of each degree of freedom the strongest alone is told as a force: how they add up is
     not known. None counts for more than the nats that it saves: forces that are all but made of each other have sizes
-    that may be anything.
+    that may be anything. A force of k standard deviations saves k^2 / 2 nats of each disturbance that a dive holds,
+    and one is another after twice its time constant (Bartlett 1946).
     """
     wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
     force, _ = _levels(noise)
     told: set[int] = set()
-    readings = float(missing.time_s[-1] - missing.time_s[0]) / APART_S
+    seconds, memory_s = float(missing.time_s[-1] - missing.time_s[0]), _memory_s(noise)
     for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
         own = size * _beyond(shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))]))
         square = (own / force[dof]) ** 2
-        most = 2.0 * gain / readings
+        most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
         power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
         if dof not in told:
             wrench[:, dof] += own
@@ -102,6 +99,14 @@ def _levels(noise: Nominal) -> tuple[Array, Array]:
         force[problem.axis.dof] = np.exp(own[DISTURBANCE])
         sensor[problem.axis.dof] = np.exp(own[problem.noise_place])
     return force, sensor
+
+
+def _memory_s(noise: Nominal) -> dict[int, float]:
+    """Time constants of the disturbance by degree of freedom."""
+    return {
+        problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
+        for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True)
+    }
 
 
 def _beyond(value: Array, columns: Array) -> Array:
