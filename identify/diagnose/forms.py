@@ -24,7 +24,8 @@ LATER_S = 0.2
 
 
 def forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of the cause at other sizes, bent in size, late, and growing over the dive."""
+    """Acts of the cause at other sizes, bent in size, late, and growing over the dive; a reading that is wrong by where
+    its sensor sits is so at once and in proportion, by geometry."""
     effect, own = cause.effect, cause.act(course)
     if not effect.linear:
         none = effect.none()
@@ -32,9 +33,10 @@ def forms(course: Course, cause: Cause) -> Iterator[Act]:
         origin = np.where(np.isfinite(none), none, 0.0)
         for size in OTHER_SIZES:
             yield effect.act(course, origin + size * (cause.values - origin))
-    for power in POWERS:
-        yield own.each(partial(_bent, power=power))
-    yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
+    if effect.place != "reading":
+        for power in POWERS:
+            yield own.each(partial(_bent, power=power))
+        yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
     growing = course.since_s[:, None] / course.since_s[-1] - 0.5
     yield own.each(lambda part: growing * part)
 

@@ -5,7 +5,7 @@ they can be foretold on pieces held out, by anything at all, is what tells of so
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course, lagged
 from identify.diagnose.bursts import bursts
 from identify.diagnose.evidence import Sums, inverse, sums_of
-from identify.diagnose.ground import Fitted, Ground
+from identify.diagnose.forms import forms
+from identify.diagnose.ground import Fitted, Ground, ground_of
 from identify.diagnose.kin import kin
 from identify.diagnose.lines import clusters
+from identify.diagnose.nominal import refitted
 from identify.diagnose.own import Own
 from identify.diagnose.search import SEAS
-from identify.diagnose.whitened import LEVELLED
+from identify.diagnose.whitened import LEVELLED, followed
 
 Array = NDArray[np.float64]
 Variable = Literal[
@@ -74,7 +76,8 @@ class Shape:
 @dataclass(frozen=True)
 class Left:
     """What is left unexplained: the shapes that foretell it on held-out pieces, strongest first, with the nats (k,)
-    that each saves in its axis beside those before it, and the standard deviation (k,) of its force, N or N m.
+    that each saves in its axis beside those before it, and the standard deviation (k,) of its force, N or N m, 0 where
+    a reading alone tells of it.
     explained: nats that the causes save where the vehicle moves."""
 
     shapes: tuple[Shape, ...] = ()
@@ -83,24 +86,57 @@ class Left:
     explained: float = 0.0
 
 
+def beyond_chance(shape: Shape, gain: float) -> bool:
+    """Whether a force saves more than chance would let it."""
+    return gain > (LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS)
+
+
 def left_over(ground: Ground, fit: Fitted) -> Left:
     """What generic forces foretell of a dive's innovations beyond some causes and all that comes along with these.
 
     Not where the controller used a reading that was not recorded: there thrust answers the sea unseen, and all that
     goes with thrust foretells something.
     """
+    left = _left_over(ground, fit)
+    if not fit.causes or not any(map(beyond_chance, left.shapes, left.gains)):
+        return left
+    freed = _without_rest(ground, fit)
+    return _left_over(freed, freed.fitted(fit.causes))
+
+
+def _without_rest(ground: Ground, fit: Fitted) -> Ground:
+    """The ground by filters of a dive without what the causes and all that comes along with them make of it.
+
+    What a form leaves swells the noise levels of a fit that knows of no more than the form; such filters follow the
+    disturbance too closely, and thrust, which answers it later, then seems to foretell their innovations.
+    """
+    course, rows = ground.now.course, ground.rows
+    acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
+    acts += [act for cause in fit.causes for some in (forms, kin) for act in some(course, cause)]
+    columns = np.column_stack([rows.nominal, rows.columns(acts, course)])
+    precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
+    size = inverse(columns.T @ columns + np.diag(precision)) @ (columns.T @ fit.value)
+    rest = [act.times(one) for act, one in zip(acts, size[rows.nominal.shape[1] :].tolist(), strict=True)]
+    now = refitted(ground.now, rest)
+    return ground_of(replace(now, acts=(*ground.now.acts, *rest)), ground.library)
+
+
+def _left_over(ground: Ground, fit: Fitted) -> Left:
     course, dofs = ground.now.course, [own.problem.axis.dof for own in ground.rows.own]
     along = [act for cause in fit.causes for act in kin(course, cause)]
     known = np.column_stack([ground.known(fit), ground.rows.columns(along, course)])
     shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
+    shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
+    at_sea = any(cause.effect.name in SEAS for cause in fit.causes)
     axes = [
-        _beside(ground, fit.value, known, own)
+        _beside(ground, fit.value, known, own, at_sea)
         for own in ground.rows.own
         if own.problem.axis.dof not in ground.now.doubted
     ]
     found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
-    found += [one for axis in axes for one in _lines(axis, course, fit)]
+    found += [one for axis in axes for one in _lines(axis, course, at_sea)]
+    found += _of_witnesses(ground, fit.value, known)
     # An autopilot's own filter corrects itself now and then, by the readings that it takes in.
     found += _bursts([axis for axis in axes if axis.dof not in ground.now.filtered], course)
     found.sort(key=lambda one: -one.gain)
@@ -115,11 +151,13 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
 
 @dataclass(frozen=True)
 class _Foretold:
-    """A shape, the nats that it saves, and the standard deviation of its force."""
+    """A shape, the nats that it saves, and the standard deviation of its force. by_curve: the most nats that it could
+    save of a share LEAST_FORCE of the thrust, piece by piece (Cauchy and Schwarz)."""
 
     shape: Shape
     gain: float
     size: float
+    by_curve: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -145,22 +183,41 @@ class _Axis:
     @cached_property
     def left(self) -> Array:
         """(rows,): what the known leaves."""
-        square = self.nominal.T @ self.nominal + np.diag(self.precision)
-        return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
+        return self._beyond(self.value)
+
+    def by_curve(self, course: Course, force: Array) -> float:
+        """Nats that a force (n,) could save of a small share of the thrust."""
+        thrust = course.wrench_of(course.thrust_n)[:, self.dof]
+        own, whole = self.own.by_course(course, np.stack([force, thrust])).T
+        own = self._beyond(own)
+        square = np.bincount(self.piece, own**2)
+        both = np.sqrt(square * np.bincount(self.piece, whole**2)).sum()
+        return 0.5 * LEAST_FORCE**2 * float(both**2 / max(square.sum(), 1e-300))
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return inverse(self.nominal.T @ self.nominal + np.diag(self.precision))
+
+    def _beyond(self, rows: Array) -> Array:
+        return np.asarray(rows - self.nominal @ (self._inverse @ (self.nominal.T @ rows)))
 
 
-def _beside(ground: Ground, value: Array, known: Array, own: Own) -> _Axis:
+def _beside(ground: Ground, value: Array, known: Array, own: Own, at_sea: bool) -> _Axis:
+    """At sea with the thrust that follows: what no form of a sea takes up is answered by the controller, and thrust of
+    a little later seems to foretell it."""
     rows = ground.rows
     mine = rows.dof == own.problem.axis.dof
-    precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
-    nominal = np.column_stack([rows.nominal[mine], known[mine]])
+    following = own.freed(followed(own)) if at_sea else np.zeros((int(mine.sum()), 0))
+    nominal = np.column_stack([rows.nominal[mine], known[mine], following])
+    precision = np.concatenate([rows.nominal_precision, np.zeros(nominal.shape[1] - rows.nominal.shape[1])])
     return _Axis(own, value[mine], nominal, precision, rows.piece[mine])
 
 
 def _large(found: list[_Foretold], thrust: float) -> Iterator[_Foretold]:
-    """Those before one that is little beside the thrust: what comes after may be a rest of that."""
+    """Those before one that is little beside the thrust: what comes after may be a rest of that. One that says more
+    than so little of the thrust could, at the times at which there is thrust, is no rest of it."""
     for one in found:
-        if one.size < LEAST_FORCE * thrust and one.shape.timing is None:
+        if one.size < LEAST_FORCE * thrust and one.gain < one.by_curve and one.shape.timing is None:
             return
         yield one
 
@@ -174,10 +231,20 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
         *((*one, "transient") for one in _of_unit_spread(_of_the_past(course, axis.dof))),
     ]
     sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
+    kept, gains = _one_after_another(sums, len(shapes))
+    sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
+    return [
+        _Foretold(Shape(axis.dof, *shapes[k]), gain, float(size), axis.by_curve(course, shapes[k][2]))
+        for k, gain, size in zip(kept, gains, sizes, strict=True)
+    ]
+
+
+def _one_after_another(sums: Sums, count: int) -> tuple[list[int], list[float]]:
+    """Which of so many columns foretell most, and the nats that each saves beside those before it."""
     kept: list[int] = []
     gains: list[float] = []
     while len(kept) < MOST:
-        able = [k for k in range(len(shapes)) if k not in kept and sums.telling[k]]
+        able = [k for k in range(count) if k not in kept and sums.telling[k]]
         able.sort(key=lambda k: -sums.fitted([*kept, k]))
         tried = [(sums.evidence([*kept, k]).gain, k) for k in able[:WEIGHED]]
         gain, best = max(tried, default=(-np.inf, -1))
@@ -185,17 +252,36 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
             break
         kept.append(best)
         gains.append(gain - sum(gains))
-    sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
-    return [
-        _Foretold(Shape(axis.dof, *shapes[k]), gain, float(size))
-        for k, gain, size in zip(kept, gains, sizes, strict=True)
-    ]
+    return kept, gains
 
 
-def _lines(axis: _Axis, course: Course, fit: Fitted) -> list[_Foretold]:
+def _of_witnesses(ground: Ground, value: Array, known: Array) -> Iterator[_Foretold]:
+    """Heading and accelerometer that are off all along, or ever more: no force, and so of no size. Shafts say how a
+    thruster answers its pulse, which the forces that go with thrust tell."""
+    rows, course = ground.rows, ground.now.course
+    began = int(np.sum(rows.dof >= 0))
+    units: tuple[tuple[Array, Timing], ...] = (
+        (np.ones(len(course.nu)), "steady"),
+        (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
+    )
+    for one in rows.beside:
+        mine = slice(began, began + len(one.std))
+        began += len(one.std)
+        if one.witness.kind == "shaft":
+            continue
+        columns = one.whitened(np.column_stack([one.witness.bins.along(course, unit) for unit, _ in units]))
+        nominal = np.column_stack([rows.nominal[mine], known[mine]])
+        precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
+        sums = sums_of(value[mine], nominal, precision, columns, rows.piece[mine])
+        kept, gains = _one_after_another(sums, len(units))
+        dof = 5 if one.witness.kind == "heading" else one.witness.number
+        for k, gain in zip(kept, gains, strict=True):
+            yield _Foretold(Shape(dof, "time", None, units[k][0], units[k][1]), gain, 0.0)
+
+
+def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Foretold]:
     """What comes and goes evenly: the likeliest alone, for others may be sides of it. Not by the clock beside a sea:
     that has more lines than any form of it."""
-    at_sea = any(cause.effect.name in SEAS for cause in fit.causes)
     if axis.dof in LEVELLED:
         return []
     found = [one for one in clusters(axis.own, axis.left, course) if not (at_sea and one.clock.by == "time")]
@@ -278,12 +364,13 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
     heights: tuple[tuple[Variable, Array], ...] = (("depth", course.depth_m), ("altitude", course.altitude_m))
     for name, values in heights:
         if np.isfinite(values).all():
-            yield name, None, values
-            yield name, None, values**2
+            # What stands still of it is a force of its own.
+            yield name, None, values - values.mean()
+            yield name, None, values**2 - np.mean(values**2)
             for dof in dofs:
                 yield name, None, values * nu[:, dof]
     if np.isfinite(course.voltage_v).all():
-        yield "voltage", None, course.voltage_v
+        yield "voltage", None, course.voltage_v - course.voltage_v.mean()
         for dof in dofs:
             yield "voltage", None, course.voltage_v * wrench[:, dof]
     north, east = course.position_m.T

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 from bridge.effects.effect import Effect
 from identify.diagnose.diagnosis import Found, Next, Verdict
-from identify.diagnose.generic import LEVELLED_NATS, UNKNOWN_NATS, Left, Shape
+from identify.diagnose.generic import Left, Shape, beyond_chance
 from identify.diagnose.search import LEAST_SHARE
-from identify.diagnose.whitened import LEVELLED
 
 SENSORS = (
     "voltage",
@@ -27,7 +26,7 @@ def unexplained(left: Left) -> tuple[Shape, ...]:
     return tuple(
         shape
         for shape, gain in zip(left.shapes, left.gains, strict=True)
-        if gain > max(LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS, least)
+        if beyond_chance(shape, gain) and gain > least
     )
 
 

@@ -181,9 +181,14 @@ def steady_pushes(joint: JointLikelihood) -> list[int]:
 
 def _unseen(own: Own, dof: NDArray[np.intp]) -> Array:
     """The columns (rows, k) of an axis's thrust, each k so much later."""
+    out = np.zeros((len(dof), len(FOLLOWED_S)))
+    out[dof == own.problem.axis.dof] = followed(own)
+    return out
+
+
+def followed(own: Own) -> Array:
+    """What an axis's own thrust adds to its rows, (own rows, k), each k so much later."""
     axis = own.problem.axis
     force = axis.force.mean(axis=1)
     late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in FOLLOWED_S]
-    out = np.zeros((len(dof), len(FOLLOWED_S)))
-    out[dof == axis.dof] = own.by_force(np.column_stack(late))
-    return out
+    return own.by_force(np.column_stack(late))

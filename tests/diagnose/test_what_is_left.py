@@ -10,13 +10,15 @@ from bridge.effects.course import lagged
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT, waves
 from bridge.effects.library import library
+from bridge.effects.sensors import DVL_LEVER_ARM
 from bridge.effects.supply import LOAD_SAG
+from bridge.effects.tether import TETHER
 from identify.diagnose import generic
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Next
 from identify.diagnose.forms import forms
 from identify.diagnose.further import further
-from identify.diagnose.generic import Left, Shape, left_over
+from identify.diagnose.generic import Left, Shape, _Foretold, _large, left_over
 from identify.diagnose.ground import ground_of
 from identify.diagnose.kin import kin
 from identify.diagnose.nominal import nominal_of, refitted
@@ -130,3 +132,60 @@ def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(n
         "the same leg with a fresh and with an empty battery; the same leg on opposite headings; coast-down"
     )
     assert (more.sensor, more.splits) == ("voltage log", ("fouling", "battery_sag"))
+
+
+def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):
+    wrench = np.zeros_like(nominal.course.nu)
+    wrench[:, 1] = 5.0
+    ground = ground_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
+    left = left_over(ground, ground.fitted(()))
+    assert (left.shapes[0].dof, left.shapes[0].timing) == (1, "steady")
+    assert unexplained(left)[:1] == left.shapes[:1]
+
+
+def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
+    off = tuple(replace(one, off=one.off - 0.05) for one in nominal.witnesses if one.kind == "heading")
+
+    def turns_unseen(now):
+        ground = ground_of(now, ())
+        left = left_over(ground, ground.fitted(()))
+        return [size for one, size in zip(left.shapes, left.forces, strict=True) if one.timing == "steady"]
+
+    assert turns_unseen(replace(nominal, witnesses=off)) == [0.0]
+    assert turns_unseen(nominal) == []
+
+
+def test_a_little_force_that_says_more_than_a_thrust_curve_could_is_left(nominal):
+    shape = Shape(0, "depth", None, nominal.course.depth_m)
+    rest, more = (_Foretold(shape, gain, 0.01, by_curve=20.0) for gain in (15.0, 30.0))
+    assert list(_large([rest], 1.0)) == []
+    assert list(_large([more, rest], 1.0)) == [more]
+
+
+def test_a_reading_that_is_wrong_by_geometry_has_no_bent_forms(nominal):
+    course = nominal.course
+    cause = Cause(DVL_LEVER_ARM, np.array([0.1, 0.2, 0.0]))
+    ahead = cause.act(course).velocity[:, 0]
+    others = [act.velocity[:, 0] for some in (forms, kin) for act in some(course, cause)]
+    turning = course.nu[:, 5] * np.abs(course.nu[:, 5])
+    assert left_by(turning, [ahead, *others]) > 0.05
+    assert left_by(course.since_s * ahead, [ahead, *others]) < 1e-9
+
+
+def test_lines_beside_the_strongest_of_a_sea_are_kin_of_it(nominal):
+    course = nominal.course
+    whole_s = course.since_s[-1]
+    cause = Cause(waves(6.0), np.array([1.0, 0.5, -0.3, 0.8, 0.2, 0.1]))
+    beside = Cause(waves(1.0 / (1.0 / 6.0 + 2.0 / whole_s)), np.array([0.3, 0.9, 0.1, 0.0, 0.0, 0.0]))
+    other = beside.act(course).wrench[:, 0]
+    slopes = [cause.slope(course, p) for p in range(6)]
+    assert left_by(other, columns_of([*slopes, *kin(course, cause)], 0)) < 0.05
+    assert left_by(other, columns_of([*slopes, *forms(course, cause)], 0)) > 0.5
+
+
+def test_a_tether_pulls_down_as_well(nominal):
+    course = nominal.course
+    cause = Cause(TETHER, np.array([0.3, 1.0, -0.5]))
+    pull = np.linalg.norm(cause.act(course).wrench[:, :3], axis=1)
+    down = pull**2 * course.world[2][:, 2]
+    assert left_by(down, columns_of(kin(course, cause), 2)) < 1e-9
