@@ -24,8 +24,21 @@ LATER_S = 0.2
 
 
 def forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of the cause at other sizes, bent in size, late, and growing over the dive; a reading that is wrong by where
-    its sensor sits is so at once and in proportion, by geometry."""
+    """Acts of the cause at other sizes, bent in size, late, and growing over the dive."""
+    own = cause.act(course)
+    yield from _able(course, cause)
+    for power in POWERS:
+        yield own.each(partial(_bent, power=power))
+    yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
+
+
+def able_forms(course: Course, cause: Cause) -> Iterator[Act]:
+    """Those of `forms` that a cause may truly have: a reading that is wrong by where its sensor sits is so at once and
+    in proportion, by geometry, and what is bent or late in it is something else."""
+    return _able(course, cause) if cause.effect.place == "reading" else forms(course, cause)
+
+
+def _able(course: Course, cause: Cause) -> Iterator[Act]:
     effect, own = cause.effect, cause.act(course)
     if not effect.linear:
         none = effect.none()
@@ -33,10 +46,6 @@ def forms(course: Course, cause: Cause) -> Iterator[Act]:
         origin = np.where(np.isfinite(none), none, 0.0)
         for size in OTHER_SIZES:
             yield effect.act(course, origin + size * (cause.values - origin))
-    if effect.place != "reading":
-        for power in POWERS:
-            yield own.each(partial(_bent, power=power))
-        yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
     growing = course.since_s[:, None] / course.since_s[-1] - 0.5
     yield own.each(lambda part: growing * part)
 

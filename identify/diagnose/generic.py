@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, lagged
+from bridge.effects.effect import Act
 from identify.diagnose.bursts import bursts
 from identify.diagnose.evidence import Sums, inverse, sums_of
-from identify.diagnose.forms import forms
+from identify.diagnose.forms import able_forms
 from identify.diagnose.ground import Fitted, Ground, ground_of
 from identify.diagnose.kin import kin
 from identify.diagnose.lines import clusters
@@ -112,7 +113,7 @@ def _without_rest(ground: Ground, fit: Fitted) -> Ground:
     """
     course, rows = ground.now.course, ground.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
-    acts += [act for cause in fit.causes for some in (forms, kin) for act in some(course, cause)]
+    acts += _along(ground, fit)
     columns = np.column_stack([rows.nominal, rows.columns(acts, course)])
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
     size = inverse(columns.T @ columns + np.diag(precision)) @ (columns.T @ fit.value)
@@ -121,10 +122,15 @@ def _without_rest(ground: Ground, fit: Fitted) -> Ground:
     return ground_of(replace(now, acts=(*ground.now.acts, *rest)), ground.library)
 
 
+def _along(ground: Ground, fit: Fitted) -> list[Act]:
+    """What may come along with some causes."""
+    course = ground.now.course
+    return [act for cause in fit.causes for some in (able_forms, kin) for act in some(course, cause)]
+
+
 def _left_over(ground: Ground, fit: Fitted) -> Left:
     course, dofs = ground.now.course, [own.problem.axis.dof for own in ground.rows.own]
-    along = [act for cause in fit.causes for act in kin(course, cause)]
-    known = np.column_stack([ground.known(fit), ground.rows.columns(along, course)])
+    known = np.column_stack([fit.slopes, ground.rows.columns(_along(ground, fit), course)])
     shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
     shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
     thrust = course.wrench_of(course.thrust_n).std(axis=0)

@@ -16,7 +16,7 @@ from bridge.effects.tether import TETHER
 from identify.diagnose import generic
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Next
-from identify.diagnose.forms import forms
+from identify.diagnose.forms import able_forms, forms
 from identify.diagnose.further import further
 from identify.diagnose.generic import Left, Shape, _Foretold, _large, left_over
 from identify.diagnose.ground import ground_of
@@ -166,7 +166,7 @@ def test_a_reading_that_is_wrong_by_geometry_has_no_bent_forms(nominal):
     course = nominal.course
     cause = Cause(DVL_LEVER_ARM, np.array([0.1, 0.2, 0.0]))
     ahead = cause.act(course).velocity[:, 0]
-    others = [act.velocity[:, 0] for some in (forms, kin) for act in some(course, cause)]
+    others = [act.velocity[:, 0] for some in (able_forms, kin) for act in some(course, cause)]
     turning = course.nu[:, 5] * np.abs(course.nu[:, 5])
     assert left_by(turning, [ahead, *others]) > 0.05
     assert left_by(course.since_s * ahead, [ahead, *others]) < 1e-9
