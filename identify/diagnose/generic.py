@@ -99,17 +99,21 @@ def left_over(ground: Ground, fit: Fitted) -> Left:
     goes with thrust foretells something.
     """
     left = _left_over(ground, fit)
-    if not fit.causes or not any(map(beyond_chance, left.shapes, left.gains)):
+    if not _at_sea(fit) or not any(map(beyond_chance, left.shapes, left.gains)):
         return left
     freed = _without_rest(ground, fit)
     return _left_over(freed, freed.fitted(fit.causes))
 
 
+def _at_sea(fit: Fitted) -> bool:
+    return any(cause.effect.name in SEAS for cause in fit.causes)
+
+
 def _without_rest(ground: Ground, fit: Fitted) -> Ground:
     """The ground by filters of a dive without what the causes and all that comes along with them make of it.
 
-    What a form leaves swells the noise levels of a fit that knows of no more than the form; such filters follow the
-    disturbance too closely, and thrust, which answers it later, then seems to foretell their innovations.
+    What the form of a sea leaves swells the noise levels of a fit that knows of no more than the form; such filters
+    follow the disturbance too closely, and thrust, which answers it later, then seems to foretell their innovations.
     """
     course, rows = ground.now.course, ground.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
@@ -134,7 +138,7 @@ def _left_over(ground: Ground, fit: Fitted) -> Left:
     shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
     shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
-    at_sea = any(cause.effect.name in SEAS for cause in fit.causes)
+    at_sea = _at_sea(fit)
     axes = [
         _beside(ground, fit.value, known, own, at_sea)
         for own in ground.rows.own
