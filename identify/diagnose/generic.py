@@ -161,13 +161,11 @@ def _left_over(ground: Ground, fit: Fitted) -> Left:
 
 @dataclass(frozen=True)
 class _Foretold:
-    """A shape, the nats that it saves, and the standard deviation of its force. by_curve: the most nats that it could
-    save of a share LEAST_FORCE of the thrust, piece by piece (Cauchy and Schwarz)."""
+    """A shape, the nats that it saves, and the standard deviation of its force."""
 
     shape: Shape
     gain: float
     size: float
-    by_curve: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -193,23 +191,8 @@ class _Axis:
     @cached_property
     def left(self) -> Array:
         """(rows,): what the known leaves."""
-        return self._beyond(self.value)
-
-    def by_curve(self, course: Course, force: Array) -> float:
-        """Nats that a force (n,) could save of a small share of the thrust."""
-        thrust = course.wrench_of(course.thrust_n)[:, self.dof]
-        own, whole = self.own.by_course(course, np.stack([force, thrust])).T
-        own = self._beyond(own)
-        square = np.bincount(self.piece, own**2)
-        both = np.sqrt(square * np.bincount(self.piece, whole**2)).sum()
-        return 0.5 * LEAST_FORCE**2 * float(both**2 / max(square.sum(), 1e-300))
-
-    @cached_property
-    def _inverse(self) -> Array:
-        return inverse(self.nominal.T @ self.nominal + np.diag(self.precision))
-
-    def _beyond(self, rows: Array) -> Array:
-        return np.asarray(rows - self.nominal @ (self._inverse @ (self.nominal.T @ rows)))
+        square = self.nominal.T @ self.nominal + np.diag(self.precision)
+        return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
 
 def _beside(ground: Ground, value: Array, known: Array, own: Own, at_sea: bool) -> _Axis:
@@ -224,10 +207,9 @@ def _beside(ground: Ground, value: Array, known: Array, own: Own, at_sea: bool) 
 
 
 def _large(found: list[_Foretold], thrust: float) -> Iterator[_Foretold]:
-    """Those before one that is little beside the thrust: what comes after may be a rest of that. One that says more
-    than so little of the thrust could, at the times at which there is thrust, is no rest of it."""
+    """Those before one that is little beside the thrust: what comes after may be a rest of that."""
     for one in found:
-        if one.size < LEAST_FORCE * thrust and one.gain < one.by_curve and one.shape.timing is None:
+        if one.size < LEAST_FORCE * thrust and one.shape.timing is None:
             return
         yield one
 
@@ -244,7 +226,7 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
     return [
-        _Foretold(Shape(axis.dof, *shapes[k]), gain, float(size), axis.by_curve(course, shapes[k][2]))
+        _Foretold(Shape(axis.dof, *shapes[k]), gain, float(size))
         for k, gain, size in zip(kept, gains, sizes, strict=True)
     ]
 

@@ -18,7 +18,7 @@ from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Next
 from identify.diagnose.forms import able_forms, forms
 from identify.diagnose.further import further
-from identify.diagnose.generic import Left, Shape, _Foretold, _large, left_over
+from identify.diagnose.generic import Left, Shape, left_over
 from identify.diagnose.ground import ground_of
 from identify.diagnose.kin import kin
 from identify.diagnose.nominal import nominal_of, refitted
@@ -153,13 +153,6 @@ def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
 
     assert turns_unseen(replace(nominal, witnesses=off)) == [0.0]
     assert turns_unseen(nominal) == []
-
-
-def test_a_little_force_that_says_more_than_a_thrust_curve_could_is_left(nominal):
-    shape = Shape(0, "depth", None, nominal.course.depth_m)
-    rest, more = (_Foretold(shape, gain, 0.01, by_curve=20.0) for gain in (15.0, 30.0))
-    assert list(_large([rest], 1.0)) == []
-    assert list(_large([more, rest], 1.0)) == [more]
 
 
 def test_a_reading_that_is_wrong_by_geometry_has_no_bent_forms(nominal):
