@@ -13,12 +13,14 @@ from identify.diagnose.gain import braking_of, gain_of
 from identify.diagnose.ground import Fitted
 from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
+from identify.diagnose.periods import ends_of
 from identify.diagnose.probability import probability
 from identify.diagnose.rest import Rest
 from identify.diagnose.search import (
     LEAST_GAIN,
     LEAST_SIGMA,
     MOST_CAUSES,
+    SEAS,
     Explanation,
     candidates,
     least,
@@ -35,6 +37,8 @@ of what else makes a wrench so, such as a gain that was changed, nothing here te
 HEARD = {0, 1, 5}
 """Surge, sway and yaw: in heave a controller may well filter a depth of its own, and what it used of roll and pitch is
 seldom said."""
+
+PERIOD = "period"
 
 NEAR = 1e-3
 """Share of a parameter's way by which it is moved to see what an answer's own change by."""
@@ -55,7 +59,7 @@ def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[F
                 alike.names,
                 alike.likeness,
                 probability(margin_nats),
-                parameters_of(told, k),
+                _as_read(cause, parameters_of(told, k), found),
                 found.fit.gain - others.gain,
                 gain_of(cause, missing, found.now, braking),
             )
@@ -127,6 +131,15 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
         low, high = np.clip(ends, *able.get(name, (-np.inf, np.inf))).tolist()
         out[name] = Value(value, unit, low, high)
     return out
+
+
+def _as_read(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
+    """The same with the interval of a sea's period, which is no parameter of the fit: it is read off a spectrum."""
+    if cause.effect.name not in SEAS or PERIOD not in told:
+        return told
+    period, course = told[PERIOD], found.ground.now.course
+    low, high = ends_of(period.value, float(course.since_s[-1]))
+    return told | {PERIOD: replace(period, low95=low, high95=high)}
 
 
 def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:

@@ -56,6 +56,10 @@ of its own inertia there, and much of what levels it."""
 PAST_S = (1.5, 3.0, 6.0, 12.0)
 """How long water, or a vehicle, may remember its motion: longer than a disturbance does, shorter than most legs."""
 
+ZERO_M_S2 = 0.03
+"""How far off an accelerometer reads when nothing is wrong: its zero is another each time that it is switched on, and
+over the years (so much of an Xsens MTi by its data sheet)."""
+
 LEAST_FORCE = 0.02
 """Of what the thrusters give in that degree of freedom, both by their spread. A curve from pulses to newtons is not
 known better, whatever a long dive with quiet sensors tells of its rest. No curve makes a force of other times than its
@@ -266,9 +270,13 @@ def _of_witnesses(ground: Ground, value: Array, known: Array) -> Iterator[_Foret
         precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
         sums = sums_of(value[mine], nominal, precision, columns, rows.piece[mine])
         kept, gains = _one_after_another(sums, len(units))
-        dof = 5 if one.witness.kind == "heading" else one.witness.number
-        for k, gain in zip(kept, gains, strict=True):
-            yield _Foretold(Shape(dof, "time", None, units[k][0], units[k][1]), gain, 0.0)
+        felt = one.witness.kind == "specific_force"
+        dof = one.witness.number if felt else 5
+        sizes = sums.evidence(kept).size if kept else np.zeros(0)
+        for k, gain, size in zip(kept, gains, sizes.tolist(), strict=True):
+            # Of an accelerometer no more than what its zero makes unlikely.
+            most = 0.5 * (size / ZERO_M_S2) ** 2 if felt else np.inf
+            yield _Foretold(Shape(dof, "time", None, units[k][0], units[k][1]), min(gain, most), 0.0)
 
 
 def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Foretold]:

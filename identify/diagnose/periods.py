@@ -38,6 +38,13 @@ def seas_of(now: Nominal) -> tuple[Effect, ...]:
     return (*periodic(now, varying_current, CURRENTS_S), *periodic(now, waves, WAVES_S))
 
 
+def ends_of(period_s: float, duration_s: float) -> tuple[float, float]:
+    """Between which periods one lies that was read off a dive of that length: a spectrum has a rate for each whole
+    number of turns in it, and the nearest of these to a line is half a turn off at the most."""
+    half = 0.5 / duration_s
+    return 1.0 / (1.0 / period_s + half), 1.0 / max(1.0 / period_s - half, half)
+
+
 def _spectrum(now: Nominal) -> tuple[Array, Array]:
     """Rates (f,), Hz, and the power of what is missing in north, east and down together."""
     course = now.course

@@ -13,6 +13,7 @@ from bridge.effects.library import library
 from bridge.effects.sensors import DVL_LEVER_ARM
 from bridge.effects.supply import LOAD_SAG
 from bridge.effects.tether import TETHER
+from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import generic
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Next
@@ -182,3 +183,14 @@ def test_a_tether_pulls_down_as_well(nominal):
     pull = np.linalg.norm(cause.act(course).wrench[:, :3], axis=1)
     down = pull**2 * course.world[2][:, 2]
     assert left_by(down, columns_of(kin(course, cause), 2)) < 1e-9
+
+
+@pytest.mark.parametrize(("off_m_s2", "told"), [(0.012, 0), (0.3, 1)])
+def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, told):
+    case = draw_case(300_914, names=(), seconds=240.0)
+    dive = dive_of(case)
+    read = dive.specific_force
+    off = replace(read, value=read.value + np.array([off_m_s2, 0.0, 0.0]))
+    nominal = nominal_of(replace(dive, specific_force=off), case.file, case.configuration)
+    left = unexplained(left_over(ground := ground_of(nominal, ()), ground.fitted(())))
+    assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * told
