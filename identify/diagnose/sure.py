@@ -2,7 +2,8 @@
 
 The search weighs causes by white innovations, each in a form of its own. What parts of the dive disagree on, and what
 other forms, masses and dampings leave open, widens a cause's interval afterwards (`spread`): one that may as well be
-absent then is no cause, for a rest of another's form looks so.
+absent then is no cause, for a rest of another's form looks so. Not so a sea: its lines beat, so that parts of a dive
+disagree on them however high it is; what pieces held out gain by it (`search.LEAST_SEA_GAIN`) tells of it.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from scipy.stats import chi2
 from bridge.effects.effect import Effect
 from identify.diagnose.ground import Fitted
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.search import Explanation, explained_by
+from identify.diagnose.search import SEAS, Explanation, explained_by
 from identify.diagnose.spread import covariance_of
 
 LEAST = 0.95
@@ -28,7 +29,10 @@ def sure(
     covariance (k, k) of the parameters of those that stay."""
     while found.causes:
         covariance = covariance_of(found.ground, found.fit)
-        shares = [_confidence(found.fit, covariance, k) for k in range(len(found.causes))]
+        shares = [
+            1.0 if cause.effect.name in SEAS else _confidence(found.fit, covariance, k)
+            for k, cause in enumerate(found.causes)
+        ]
         k = int(np.argmin(shares))
         if shares[k] > LEAST:
             return found, covariance

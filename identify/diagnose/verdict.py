@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from bridge.effects.effect import Effect
 from identify.diagnose.diagnosis import Found, Next, Verdict
 from identify.diagnose.generic import Left, Shape, beyond_chance
-from identify.diagnose.search import LEAST_SHARE
 
 SENSORS = (
     "voltage",
@@ -20,9 +19,13 @@ SENSORS = (
 """Words by which what tells causes apart is a reading, and no manoeuvre."""
 
 
+FORM_SHARE = 0.02
+"""Of what causes save, what the form of one may leave: one that is right to a seventh of its force leaves so much."""
+
+
 def unexplained(left: Left) -> tuple[Shape, ...]:
     """The generic forces that foretell more of what is left than chance would let them, strongest first."""
-    least = LEAST_SHARE * left.explained
+    least = FORM_SHARE * left.explained
     return tuple(
         shape
         for shape, gain in zip(left.shapes, left.gains, strict=True)

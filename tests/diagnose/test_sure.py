@@ -2,6 +2,7 @@
 
 import pytest
 
+from bridge.effects.environment import waves
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
 from identify.challenge.case import dive_of, draw_case
@@ -41,3 +42,12 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
         left, covariance = sure(found, nominal, LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
+
+
+def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch):
+    case = draw_case(300_911, names=["waves"], size=0.7, seconds=200.0)
+    nominal = nominal_of(dive_of(case), case.file, next(iter(case.file.vehicle.configurations)))
+    found = explain(nominal, (waves(5.0),), lambda _share, _words: None)
+    assert [cause.effect.name for cause in found.causes] == ["waves"]
+    monkeypatch.setattr(module, "covariance_of", lambda *of: 1e9 * covariance_of(*of))
+    assert sure(found, nominal, (waves(5.0),))[0] is found

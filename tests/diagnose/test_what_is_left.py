@@ -93,7 +93,7 @@ def test_a_supply_that_gives_way_by_another_law_is_kin_of_load_sag(nominal):
 
 def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
     shapes = tuple(Shape(dof, "heading", None, np.zeros(3)) for dof in (0, 5, 4))
-    left = Left(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=1500.0)
+    left = Left(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=750.0)
     assert unexplained(left) == shapes[:1]
 
 
