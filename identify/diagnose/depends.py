@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.diagnosis import Dependence
-from identify.diagnose.generic import Parity, Variable, unit_forces
+from identify.diagnose.generic import Parity, Variable, of_other_speeds, unit_forces
 from identify.diagnose.missing import Missing
 
 Array = NDArray[np.float64]
 
 MOST, LEAST_STRENGTH = 3, 0.05
+
+AS_GOOD = 0.97
+"""Of forces that take up almost as much as the best, the plainest is told: the order is that of `generic`."""
 
 
 def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:
@@ -30,7 +33,8 @@ def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence
         if not force.any():
             force = missing.wrong[:, dof]
         plain = np.column_stack([np.ones(len(force)), course.nu[::every, dof], course.nu_dot[::every, dof]])
-        out += _of_axis(dof, force, plain, forces)
+        others = of_other_speeds(course, [k for k in range(6) if k != dof])
+        out += _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
     return tuple(sorted(out, key=lambda one: -one.strength))
 
 
@@ -51,7 +55,7 @@ def _of_axis(
     out: dict[Variable, Dependence] = {}
     for _ in range(MOST):
         along = np.where(told, columns.T @ left, 0.0)
-        best = int(np.argmax(np.abs(along)))
+        best = int(np.argmax(along**2 >= AS_GOOD * np.max(along**2)))
         share = float(along[best] ** 2) / max(whole, 1e-300)
         if share < LEAST_STRENGTH:
             break

@@ -223,7 +223,7 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
         *shapes,
-        *((*one, None) for one in _of_unit_spread(_of_other_speeds(course, dofs))),
+        *((*one, None) for one in _of_unit_spread(of_other_speeds(course, dofs))),
         *((*one, "transient") for one in _of_unit_spread(_of_the_past(course, axis.dof))),
     ]
     sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
@@ -381,7 +381,7 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
         yield "position", None, np.hypot(north, east) * np.sign(nu[:, axis])
 
 
-def _of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
+def of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
     """In proportion: an axis's own is the nominal model's."""
     for dof in dofs:
         yield "yaw_rate" if dof == 5 else "speed", "odd", course.nu[:, dof]

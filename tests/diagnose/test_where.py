@@ -7,7 +7,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.environment import STEADY_CURRENT
-from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose.cause import Cause
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
@@ -176,6 +176,15 @@ def test_what_a_current_pushes_is_the_same_on_all_headings_of_the_world(nominal)
     found = lacking(nominal, Cause(STEADY_CURRENT, np.array([0.1, 0.0])))
     told = depends_on(found, nominal.course, EACH)
     assert "heading" in {one.variable for one in told}
+
+
+def test_a_moment_that_goes_with_the_speed_of_another_axis_goes_with_nothing_less_plain(nominal):
+    course = nominal.course
+    high = replace(course, altitude_m=20.0 + 0.01 * np.sin(course.since_s))
+    cause = Cause(COUPLED_DAMPING, np.array([0.0, 2.0]))
+    found = lacking(replace(nominal, course=high), cause)
+    told = [one for one in depends_on(found, high, EACH) if one.dof == "yaw"]
+    assert [(one.variable, one.parity) for one in told] == [("speed", "odd")]
 
 
 def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
