@@ -12,6 +12,7 @@ from textual.binding import Binding
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
+from tui.app.desk import Desk
 from tui.app.keymap import Keymap
 from tui.app.pace import Pace
 from tui.app.palette import ActionProvider
@@ -26,7 +27,10 @@ WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 
 
 class SeatrialApp(App[None], inherit_bindings=False):
-    """Shows what `views` makes, so often; `keep_theme` keeps the theme that was chosen."""
+    """Shows what `views` makes, so often; `keep_theme` keeps the theme that was chosen.
+
+    `desk` is what the screens work on together.
+    """
 
     TITLE = "seatrial"
     CSS_PATH = "look.tcss"
@@ -43,8 +47,10 @@ class SeatrialApp(App[None], inherit_bindings=False):
         keep_theme: Callable[[str], None] = preferences.keep_theme,
         clock: Callable[[], float] = time.monotonic,
         driver: type[AnsweringDriver] | None = None,
+        desk: Desk | None = None,
     ) -> None:
         super().__init__(driver_class=driver)
+        self.desk = desk or Desk()
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}

@@ -33,6 +33,14 @@ def as_recording(holding: Holding) -> Recording:
     return Recording(began.timestamp(), holding.disk_left_s, holding.lost)
 
 
+def recorded() -> Path | None:
+    """The folder of the dive that is being recorded."""
+    from bridge.clock import SystemClock
+
+    holding = held(SystemClock().unix_s())
+    return None if holding is None else Path(holding.folder)
+
+
 def hub() -> str:
     """The link that the running recording serves. Raises LinkError where none runs."""
     from bridge.clock import SystemClock

@@ -29,6 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
     parser.add_argument(
+        "--receipts",
+        default="receipts",
+        metavar="FOLDER",
+        help="where uploads leave values before and receipt (default: receipts)",
+    )
+    parser.add_argument(
         "--unrecorded", action="store_true", help="look at the link itself, and record nothing"
     )
     parser.add_argument(
@@ -50,8 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.watch.watcher import Watcher
     from tui.app import preferences
     from tui.app.app import SeatrialApp
+    from tui.app.desk import Desk
     from tui.app.keymap import load_keymap
-    from tui.app.recorder import recording
+    from tui.app.recorder import recorded, recording
     from tui.app.screens.table import PLACES
     from tui.app.source import LinkSource
     from tui.app.station import Station
@@ -80,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         keymap,
         min(arguments.fps, MOST_FPS),
         driver=None if in_browser else AnsweringDriver,
+        desk=Desk(arguments.vehicle or "", Path(arguments.out), Path(arguments.receipts), recorded=recorded),
     )
     station.start()
     try:

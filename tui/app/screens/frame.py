@@ -1,17 +1,24 @@
 """What all screens have in common: the lines on top, the live keys at the bottom, and a view to show between."""
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, Protocol, cast
 
 from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Footer
 
 from tui.app.actions import Action
+from tui.app.desk import Desk
 from tui.app.header import Tab
 from tui.app.view import View
 from tui.app.widgets.line_view import LineView
 from tui.app.widgets.top_line import TopLine
+
+
+class AtDesk(Protocol):
+    """The app, as a screen knows it."""
+
+    desk: Desk
 
 
 class StationScreen(Screen[None]):
@@ -27,6 +34,11 @@ class StationScreen(Screen[None]):
         self.title = title
         self._tabs = tabs
         self.view: View | None = None
+
+    @property
+    def desk(self) -> Desk:
+        """What the screens work on together."""
+        return cast(AtDesk, self.app).desk
 
     def compose(self) -> ComposeResult:
         yield TopLine(self._tabs)

@@ -1,0 +1,170 @@
+"""What the screens work on together, and the verbs that they have at work."""
+
+import asyncio
+
+import pytest
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import CONFIGS
+from gcs_plugin.folder import About, DiveFolder
+from tui import exit_codes
+from tui.app.desk import Desk
+from tui.app.jobs import Jobs
+from tui.job import Done
+from tui.told import Told
+
+HALF = Told("identify: hovering", 0.5, "pass 1: M_u 10 ± 2")
+
+
+class FakeWork:
+    """A verb that tells `tells`, then waits for `go` where it is to; `fault` is raised in place of a start."""
+
+    def __init__(self, tells=(HALF,), waits=False, fault=None):
+        self.tells, self.waits, self.fault = tells, waits, fault
+        self.words, self.ended = [], False
+
+    async def __call__(self, words, hear):
+        if self.fault:
+            raise self.fault
+        self.words.append(words)
+        try:
+            for told in self.tells:
+                hear(told)
+            if self.waits:
+                await asyncio.Event().wait()
+        finally:
+            self.ended = True
+        return Done(0, {"outcome": "converged"}, ("said",))
+
+
+def ran(steps):
+    asyncio.run(steps())
+
+
+async def ended(jobs):
+    while jobs.runs("identify"):
+        await asyncio.sleep(0)
+
+
+def test_a_job_is_told_while_it_runs_and_as_it_ended():
+    times = iter([10.0, 14.0])
+    work = FakeWork()
+    jobs = Jobs(work, lambda: next(times))
+
+    async def steps():
+        assert jobs.state("identify") is None
+        jobs.start("identify", ["identify", "dive"])
+        assert jobs.runs("identify")
+        assert jobs.state("identify").words == ("identify", "dive")
+        await ended(jobs)
+
+    ran(steps)
+    state = jobs.state("identify")
+    assert (state.began_s, state.ended_s, state.told, state.cancelled) == (10.0, 14.0, (HALF,), False)
+    assert state.done.result == {"outcome": "converged"}
+    assert not jobs.runs("identify")
+    assert work.words == [("identify", "dive")]
+
+
+def test_one_verb_runs_once_and_another_beside_it():
+    jobs = Jobs(FakeWork(waits=True))
+
+    async def steps():
+        jobs.start("identify", ["identify"])
+        jobs.start("diagnose", ["diagnose"])
+        with pytest.raises(ConfigError, match="identify runs already; wait for it, or cancel it"):
+            jobs.start("identify", ["identify"])
+        assert jobs.runs("identify")
+        assert jobs.runs("diagnose")
+
+    ran(steps)
+
+
+def test_a_job_that_is_cancelled_is_over_only_when_it_has_ended():
+    work = FakeWork(waits=True)
+    jobs = Jobs(work)
+
+    async def steps():
+        jobs.start("identify", ["identify"])
+        await asyncio.sleep(0)
+        assert jobs.cancel("identify")
+        assert jobs.state("identify").cancelled
+        assert jobs.runs("identify")
+        await ended(jobs)
+        assert work.ended
+        assert not jobs.runs("identify")
+        assert jobs.state("identify").done.code == exit_codes.INTERRUPTED
+        assert not jobs.cancel("identify")
+        jobs.start("identify", ["identify", "again"])
+        assert not jobs.state("identify").cancelled
+
+    ran(steps)
+
+
+def test_a_job_that_is_cancelled_before_it_began_is_over():
+    work = FakeWork()
+    jobs = Jobs(work)
+
+    async def steps():
+        jobs.start("identify", ["identify"])
+        assert jobs.cancel("identify")
+        await ended(jobs)
+
+    ran(steps)
+    assert jobs.state("identify").cancelled
+    assert not work.words
+
+
+def test_a_verb_that_can_t_be_started_says_so():
+    jobs = Jobs(FakeWork(fault=OSError(12, "Cannot allocate memory")))
+
+    async def steps():
+        jobs.start("identify", ["identify"])
+        await ended(jobs)
+
+    ran(steps)
+    done = jobs.state("identify").done
+    assert done.said == ("identify could not be started (Cannot allocate memory)",)
+    assert done.code == exit_codes.BAD_INPUT
+
+
+def dive(root, name, about=None):
+    folder = root / name
+    folder.mkdir(parents=True)
+    (folder / "telemetry.tlog").write_bytes(b"")
+    if about:
+        DiveFolder(folder).describe(about)
+    return folder
+
+
+def test_the_newest_finished_dive_is_chosen_where_none_was(tmp_path):
+    assert Desk(out=tmp_path / "none").chosen() is None
+    old, new = (dive(tmp_path, f"2026-11-2{n}T0800Z-hovering") for n in (0, 1))
+    (tmp_path / "2026-11-22T0800Z").mkdir()
+    assert Desk(out=tmp_path).chosen() == new
+    assert Desk(out=tmp_path, recorded=lambda: new).chosen() == old
+    assert Desk(out=tmp_path, dive=old).chosen() == old
+
+
+def test_where_there_is_only_the_dive_that_is_being_recorded_it_is_that(tmp_path):
+    only = dive(tmp_path, "2026-11-20T0800Z")
+    assert Desk(out=tmp_path, recorded=lambda: only).chosen() == only
+
+
+def test_the_vehicle_of_a_dive_is_the_one_that_it_names(tmp_path):
+    own = tmp_path / "mine.yaml"
+    own.write_text("", encoding="utf-8")
+    desk = Desk("ruvifist:survey")
+    assert desk.vehicle_of(dive(tmp_path, "a", About(str(own), "", "hovering"))) == f"{own}:hovering"
+    assert desk.vehicle_of(dive(tmp_path, "b", About(str(own)))) == str(own)
+    gone = About("/elsewhere/ruvifist.yaml", "", "hovering")
+    assert desk.vehicle_of(dive(tmp_path, "c", gone)) == f"{CONFIGS / 'vehicles' / 'ruvifist.yaml'}:hovering"
+
+
+def test_a_dive_that_names_none_is_of_the_vehicle_of_the_app(tmp_path):
+    desk = Desk("ruvifist:survey")
+    assert desk.vehicle_of(dive(tmp_path, "a")) == "ruvifist:survey"
+    damaged = dive(tmp_path, "b")
+    (damaged / "dive.yaml").write_text("notes: [", encoding="utf-8")
+    assert desk.vehicle_of(damaged) == "ruvifist:survey"
+    assert Desk().vehicle_of(tmp_path / "a") == ""

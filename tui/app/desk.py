@@ -1,0 +1,61 @@
+"""What the screens work on together: the vehicle, the folders, the dive that was chosen, the verbs at work."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import CONFIGS
+from gcs_plugin.folder import DiveFolder, list_folders
+from tui.app.jobs import Jobs
+
+DIVES: Final = Path("dives")
+RECEIPTS: Final = Path("receipts")
+
+
+def nothing_recorded() -> Path | None:
+    """The dive that is being recorded, where none is."""
+    return None
+
+
+@dataclass
+class Desk:
+    """`vehicle` is FILE[:CONFIGURATION], or ""; `out` holds the dive folders, `receipts` what uploads leave.
+
+    `dive` is the one that was chosen on the screen Dives, None for the newest; `param` the parameter file that the
+    screen Parameters is to show, None for the one beside that dive. `recorded` tells the dive that is being recorded.
+    """
+
+    vehicle: str = ""
+    out: Path = DIVES
+    receipts: Path = RECEIPTS
+    dive: Path | None = None
+    param: Path | None = None
+    jobs: Jobs = field(default_factory=Jobs)
+    recorded: Callable[[], Path | None] = nothing_recorded
+
+    def chosen(self) -> Path | None:
+        """The dive that was chosen, else the newest that is finished, else the one that is being recorded."""
+        if self.dive is not None:
+            return self.dive
+        dives = [folder.path for folder in list_folders(self.out) if any(folder.path.glob("telemetry*.*"))]
+        recorded = self.recorded()
+        finished = [path for path in dives if recorded is None or path.resolve() != recorded.resolve()]
+        return next(reversed(finished or dives), None)
+
+    def vehicle_of(self, dive: Path) -> str:
+        """The vehicle file that a dive's `dive.yaml` names, with its configuration; else that of the app; "" for none.
+
+        A file that is not where it was is looked for among those that come with the program.
+        """
+        try:
+            about = DiveFolder(dive).about()
+        except ConfigError:
+            return self.vehicle
+        if not about.vehicle_file:
+            return self.vehicle
+        named = Path(about.vehicle_file)
+        bundled = CONFIGS / "vehicles" / named.name
+        file = bundled if bundled.exists() and not named.exists() else named
+        return ":".join(filter(None, (str(file), about.configuration)))
