@@ -183,13 +183,21 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     )
 
 
-def write_accepted(path: Path, found: "Diagnosis", dive: "Dive", file: VehicleFile) -> None:
+def write_accepted(
+    path: Path,
+    found: "Diagnosis",
+    dive: "Dive",
+    file: VehicleFile,
+    doubted: Mapping[str, str],
+    by_recording: Outcome,
+) -> None:
     """Write what accepting a diagnosis comes to as a parameter file, and its sidecar beside it.
 
-    Where something is left that no cause explains, data and model disagree. Raises ParamRejected.
+    `doubted`: what the recording says against values, by coefficient, and `by_recording` what that comes to. Where
+    something is left that no cause explains, data and model disagree. Raises ParamRejected.
     """
     accepted, configuration = found.accepted, found.configuration
-    outcome = Outcome.DISAGREES if found.verdict == "unknown" else Outcome.CONVERGED
+    outcome = Outcome.DISAGREES if found.verdict == "unknown" else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
     ids = {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}
@@ -202,6 +210,7 @@ def write_accepted(path: Path, found: "Diagnosis", dive: "Dive", file: VehicleFi
         f"{file.vehicle.name}, configuration {configuration}, by diagnose from {dive.name}",
         f"accepted: {names}",
         f"outcome: {outcome.value}",
+        *told(doubted, tuple(doubted)),
     )
     write_parameters(path, values, words)
     write_sidecar(
@@ -222,6 +231,7 @@ def write_accepted(path: Path, found: "Diagnosis", dive: "Dive", file: VehicleFi
             outcome.value,
             dive_opening=dive.opening,
             effects=accepted.effects,
+            doubted=dict(doubted),
         ),
     )
 

@@ -11,7 +11,7 @@ from bridge.effects.actuators import DEAD_ZONE_SHIFTED
 from bridge.effects.course import Course
 from bridge.effects.supply import voltage_law
 from bridge.parameters import bounds
-from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, MASSES
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
     ASTERN,
@@ -28,8 +28,9 @@ from identify.diagnose.diagnosis import Accepted, Found, Value
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.whitened import of_the_mean, whitened
-from identify.diagnose.words import effect_words, name_of, words
+from identify.diagnose.words import effect_words, listed, name_of, words
 from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.feedback import READINGS
 from identify.identification import Z95
 
 Array = NDArray[np.float64]
@@ -85,13 +86,19 @@ def _effect(one: Found) -> AcceptedEffect:
 
 
 def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple[dict[str, Value], list[str]]:
-    """The linear model's coefficients, axis by axis, where the dive tells them."""
+    """The linear model's coefficients, axis by axis, where the dive tells them, and where identify would not doubt
+    them: a closed loop through a reading that was not recorded biases a fit of its axis."""
     values, sentences = {}, []
     mass, damping = now.course.mass, now.course.damping
     kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
+    unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
+    if unheard:
+        sentences.append(_unheard(unheard))
     for problem, stds in zip(now.joint.problems, _log_stds(found, now), strict=True):
         dof = problem.axis.dof
         axis = {MASSES[dof]: (mass[dof], stds[0]), DAMPINGS[dof]: (damping[dof], stds[1])}
+        if dof in now.doubted:
+            continue
         outside = [c.name for c, (v, _) in axis.items() if not kept[c.name][0] <= v <= kept[c.name][1]]
         if not stds[0] < LEAST_KNOWN or outside:
             why = (
@@ -107,6 +114,17 @@ def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple
             wide = float(np.exp(Z95 * std))
             values[coefficient.name] = Value(float(value), coefficient.unit, value / wide, value * wide)
     return values, sentences
+
+
+def _unheard(dofs: Sequence[int]) -> str:
+    """That an axis stays as it is whose loop was closed by a reading that was not recorded."""
+    names = listed([group[dof].name for dof in dofs for group in (MASSES, DAMPINGS)])
+    used = listed(list(dict.fromkeys(READINGS[dof] for dof in dofs)))
+    return (
+        f"{names} stay as the vehicle has them: in {listed([DOFS[dof] for dof in dofs])} the controller used a reading "
+        "that was not recorded, and a fit takes for mass what its thrust did about what disturbed the vehicle; record "
+        f"the very {used} that the controller uses."
+    )
 
 
 def _log_stds(found: Sequence[Found], now: Nominal) -> list[tuple[float, float]]:

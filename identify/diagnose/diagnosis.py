@@ -171,6 +171,11 @@ class Accepted:
     effects: tuple[AcceptedEffect, ...]
     sentences: tuple[str, ...]
 
+    @property
+    def tells(self) -> bool:
+        """Whether there is anything in it: a log that lacks what the controller used has no size, and tells no mass."""
+        return bool(self.values) or any(one.parameters for one in self.effects)
+
 
 NOTHING = Accepted({}, (), ())
 

@@ -13,6 +13,7 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.diagnosis import NOTHING, Accepted, Value
 from identify.dive import Dive
+from identify.identification import Doubt, Outcome
 from tui import cli, exit_codes
 from tui.accepted_before import accepted_before
 from tui.accepted_truth import accepted_truth
@@ -157,4 +158,28 @@ def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
     found = SimpleNamespace(accepted=NOTHING, configuration="hovering")
     (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert "was not written: no cause was found" in sentence
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not_sent_without_a_word(
+    tmp_path, monkeypatch
+):
+    doubt = Doubt(("D_u", "I_r"), "The DVL is late: mend it.", Outcome.DISAGREES)
+    monkeypatch.setattr("identify.diagnose.doubts.turning_doubts", lambda _dive: (doubt,))
+    path, told = written(tmp_path)
+    assert "D_u is doubted: the DVL is late" in told
+    assert told[-1].endswith("with --despite-doubts, because the recording contradicts itself")
+    assert read_sidecar(path).doubted == {"D_u": "the DVL is late"}
+    with pytest.raises(UsageError, match="data and model disagree"):
+        targets_of(path, Leave())
+
+
+def test_a_log_that_lacks_what_the_controller_used_leaves_nothing_to_send(tmp_path):
+    accepted = Accepted(
+        {}, (AcceptedEffect("wrong_feedback_log", "wrong_feedback_log", {}),), ("M_u stays.",)
+    )
+    found = SimpleNamespace(accepted=accepted, configuration="hovering", verdict="explained")
+    told = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
+    assert told[0] == "M_u stays."
+    assert "was not written" in told[1]
     assert list(tmp_path.iterdir()) == []

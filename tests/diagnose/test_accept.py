@@ -16,10 +16,13 @@ from bridge.effects import (
     supply,
 )
 from bridge.vehicle.coefficients import BY_NAME
+from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.accept import accepted_of
 from identify.diagnose.cause import Cause
+from identify.diagnose.diagnose import diagnose
 from identify.diagnose.diagnosis import Found, Value
 from identify.diagnose.nominal import nominal_of
+from identify.feedback import unrecorded
 
 
 @pytest.fixture(scope="module")
@@ -157,3 +160,29 @@ def test_a_parameter_that_was_not_told_is_not_written_into_the_model(nominal, sh
     one = replace(one, parameters={name: v for name, v in one.parameters.items() if name != "K_pp"})
     (effect,) = accepted_of((one,), nominal, shape).effects
     assert (effect.parameters["X_uu"], effect.parameters["K_pp"]) == (30.0, 0.0)
+
+
+def test_axes_whose_controller_used_what_was_not_recorded_stay_as_the_vehicle_has_them(nominal, shape):
+    heard = replace(nominal, doubted=(0, 5))
+    accepted = accepted_of((), heard, shape)
+    assert not {"M_u", "D_u", "I_r", "D_r"} & set(accepted.values)
+    assert "M_v" in accepted.values
+    (told,) = accepted.sentences
+    assert told.startswith(
+        "M_u, D_u, I_r and D_r stay as the vehicle has them: in surge and yaw the controller used"
+    )
+
+
+def test_a_dive_whose_feedback_log_is_wrong_gives_no_masses_to_the_vehicle():
+    case = draw_case(3_850_000_002, names=["wrong_feedback_log"], size=0.7, seconds=120.0)
+    found = diagnose(
+        dive_of(case),
+        case.file,
+        case.configuration,
+        effects=(hydrodynamics.QUADRATIC_DRAG,),
+        progress=lambda _share, _words: None,
+    )
+    assert [one.name for one in found.found] == ["wrong_feedback_log"]
+    doubted = {one.dof for one in unrecorded(dive_of(case), case.file.vehicle.water)}
+    assert doubted >= {0, 1}
+    assert not {BY_NAME[name].dof for name in found.accepted.values if name in BY_NAME} & doubted

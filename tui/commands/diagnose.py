@@ -150,15 +150,34 @@ def refuse_the_same(check: "Dive", dive: "Dive") -> None:
 def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") -> tuple[str, ...]:
     """Write what was found as a parameter file; in sentences, what the feed-forward can't make up for, and how to send
     it. Nothing is written where there is nothing to accept."""
+    from bridge.vehicle.coefficients import BY_NAME
+    from identify.batch.doubts import clauses
+    from identify.diagnose.doubts import doubts_of_recording
+    from identify.identification import Outcome, worst
+    from tui.doubted import told
     from tui.parameter_files import write_accepted
 
     if not found.accepted.effects:
         return (f"{path} was not written: no cause was found that could be accepted.",)
-    write_accepted(path, found, dive, file)
+    if not found.accepted.tells:
+        return (
+            *found.accepted.sentences,
+            f"{path} was not written: nothing is left of it that could be sent.",
+        )
+    doubts = [
+        one
+        for one in doubts_of_recording(dive, file.vehicle.water)
+        if {*one.about} & {*found.accepted.values}
+    ]
+    doubted = {name: why for name, why in clauses(doubts, BY_NAME).items() if name in found.accepted.values}
+    outcome = worst(one.outcome for one in doubts)
+    write_accepted(path, found, dive, file, doubted, outcome)
     how = f"accepted: {path}; seatrial params upload {path} sends it to the vehicle"
     if found.verdict == "unknown":
         how += " with --despite-doubts, because something is left that no cause explains"
-    return (*found.accepted.sentences, how)
+    elif outcome is not Outcome.CONVERGED:
+        how += " with --despite-doubts, because the recording contradicts itself"
+    return (*found.accepted.sentences, *told(doubted, tuple(doubted)), how)
 
 
 def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
