@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Targets:
     """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
-    which no effect that was accepted earlier holds."""
+    which no effect that was accepted earlier holds; `sidecar` tells intervals and origin, where it has one."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
     whole: bool = False
+    sidecar: Sidecar | None = None
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) ->
         f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
         f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
     )
-    return _narrowed(path, Targets(values, notes, True), only, sidecar.doubted)
+    return _narrowed(path, Targets(values, notes, True, sidecar), only, sidecar.doubted)
 
 
 def targets_of_identification(
@@ -76,13 +77,38 @@ def targets_of_identification(
     outcome = data["outcome"]
     check_outcome(path, outcome, leave, "sent")
     configuration = file.configuration or file.vehicle.configuration_named(data["configuration"])
+    veh_cfg = file.vehicle.veh_cfg(configuration)
     try:
-        values = parameters_from_identification(data, file.vehicle.veh_cfg(configuration))
+        values = parameters_from_identification(data, veh_cfg)
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
-    return _narrowed(path, Targets(values, notes, True), only, doubted_in(data))
+    doubted = doubted_in(data)
+    sidecar = _sidecar_of(data, {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}, doubted)
+    return _narrowed(path, Targets(values, notes, True, sidecar), only, doubted)
+
+
+def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[str, str]) -> Sidecar:
+    """What the sidecar of an identification's values says, from its JSON; `ids`: parameter ids by coefficient."""
+    dive = data["dive"] if isinstance(data.get("dive"), dict) else {}
+    thrust = data.get("thrust_scale") or {}
+    return Sidecar(
+        str(dive.get("sha256", "")),
+        str(data["vehicle"]["sha256"]),
+        data["configuration"],
+        str(data.get("method", "")),
+        version("seatrial"),
+        intervals_of(data, ids),
+        str(data["vehicle"]["name"]),
+        str(dive.get("name", "")),
+        data["outcome"],
+        thrust_shift=float(thrust.get("shift", 0.0)),
+        dived=str(dive.get("date", "")),
+        prior_dives=tuple(map(str, data.get("prior_dives", ()))),
+        dive_opening=str(dive.get("opening", "")),
+        doubted=doubted,
+    )
 
 
 @dataclass(frozen=True)
@@ -146,7 +172,7 @@ def _narrowed(
     kept = {name: value for name, value in found.values.items() if only is None or name in only}
     taken = {coefficient.name for name in kept if (coefficient := coefficient_of(name)) is not None}
     notes = (*found.notes, *(f"warning: {line}" for line in told(doubted, taken)))
-    return Targets(kept, notes, found.whole and only is None)
+    return Targets(kept, notes, found.whole and only is None, found.sidecar)
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:

@@ -2,7 +2,7 @@
 """`seatrial params`: compare, upload and roll back, from one idle moment of MAVProxy to the next."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,12 +11,14 @@ from typing import Any, Final
 from bridge.clock import Clock
 from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
 from gcs_plugin.params.files import replace_text, write_parameters
-from gcs_plugin.params.plan import Plan, Verdict, printable, value_text
+from gcs_plugin.params.last_accepted import BEFORE, RECEIPT, keep_accepted, last_accepted
+from gcs_plugin.params.plan import Plan, Verdict, value_text
 from gcs_plugin.params.receipt import Line, Receipt, lines_of
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.params.wanted import wanted_by
+from gcs_plugin.params.wanted import Wanted, wanted_by
 
 TELL_EVERY_S: Final = 2.0
 FRESH_BEAT_S: Final = 3.0
@@ -30,6 +32,7 @@ class _Work:
     """An errand with what was typed for it."""
 
     errand: Errand
+    wanted: Wanted
     file: Path
     action: str
     names: tuple[str, ...]
@@ -134,7 +137,7 @@ class Parameters:
             self._say(note)
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
         errand = Errand(source, wanted, now_s)
-        self._work = _Work(errand, file, action, names, armed, self._clock.unix_s(), now_s)
+        self._work = _Work(errand, wanted, file, action, names, armed, self._clock.unix_s(), now_s)
 
     def _planned(self, work: _Work, now_s: float) -> None:
         """The plan is there: show it, and go on as far as may be."""
@@ -149,7 +152,7 @@ class Parameters:
                 self._say(
                     f"note: effects accepted before are no part of this model and are taken back: {back}"
                 )
-            self._show(plan, work.action)
+            self._show(plan, work)
             if work.action == "diff":
                 self._work = None
                 return
@@ -215,7 +218,7 @@ class Parameters:
             )
         work.began_unix_s, work.began_s = self._clock.unix_s(), now_s
         stamp = datetime.fromtimestamp(work.began_unix_s, UTC)
-        work.before = _free(RECEIPTS / f"{stamp:%Y-%m-%dT%H%M%SZ}-before.param")
+        work.before = _free(RECEIPTS / f"{stamp:%Y-%m-%dT%H%M%SZ}{BEFORE}")
         system, component = errand.source
         words = [
             f"what vehicle {system}, component {component} held before an upload, {stamp:%Y-%m-%dT%H:%M:%SZ}"
@@ -239,24 +242,32 @@ class Parameters:
             errand.active_crc,
             stamp,
             took_s,
+            str(work.file) if work.action == "rollback" else "",
         )
-        rows = [("name", "before", "now", "what became of it")]
+        rows: list[Sequence[str]] = [("name", "before", "now", "what became of it")]
         rows += [_became(line) for line in lines if line.name in plan.changes]
         for row in _aligned(rows) if len(rows) > 1 else []:
             self._say(row)
         self._say(f"params: {receipt.outcome.value}: {receipt.sentence}")
-        kept = work.before.with_name(work.before.name.replace("-before.param", "-receipt.json"))
+        kept = work.before.with_name(work.before.name.replace(BEFORE, RECEIPT))
         try:
             replace_text(kept, json.dumps(receipt.to_json(), indent=2) + "\n")
             self._say(f"receipt: {kept}; values before: {work.before}")
+            accepted = keep_accepted(receipt, work.wanted.sidecar, work.wanted.whole and not work.names)
+            if accepted is not None:
+                self._say(f"accepted: {accepted}")
         except ParamRejected as error:
             self._say(str(error))
         self._last_before = work.before
 
-    def _show(self, plan: Plan, action: str) -> None:
-        hidden = (Verdict.READ_ONLY,) if action == "diff" else (Verdict.READ_ONLY, Verdict.SAME)
-        shown = plan.chosen(row.name for row in plan.rows if row.verdict not in hidden)
-        rows = [("name", "on the vehicle", "in the file", "verdict"), *printable(shown)]
+    def _show(self, plan: Plan, work: _Work) -> None:
+        hidden = (Verdict.READ_ONLY,) if work.action == "diff" else (Verdict.READ_ONLY, Verdict.SAME)
+        sidecar, accepted = work.wanted.sidecar, last_accepted(RECEIPTS, work.errand.source[0])
+        lines = compared(plan, sidecar.intervals if sidecar else {}, accepted)
+        rows: list[Sequence[str]] = [
+            COLUMNS,
+            *(one.cells() for one in lines if one.row.verdict not in hidden),
+        ]
         for line in _aligned(rows) if len(rows) > 1 else []:
             self._say(line)
         self._say(plan.summary())
@@ -284,10 +295,13 @@ def _became(line: Line) -> tuple[str, str, str, str]:
     return line.name, before, after, "read back equal" if line.outcome is Outcome.APPLIED else line.sentence
 
 
-def _aligned(rows: list[tuple[str, str, str, str]]) -> list[str]:
-    """A table: names to the left, numbers to the right."""
-    name, first, second = (max(len(row[column]) for row in rows) for column in range(3))
-    return [f"{r[0]:<{name}}  {r[1]:>{first}}  {r[2]:>{second}}  {r[3]}" for r in rows]
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table: names to the left, numbers to the right, words behind them."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join((row[0].ljust(widths[0]), *map(str.rjust, row[1:-1], widths[1:-1]), row[-1]))
+        for row in rows
+    ]
 
 
 def _free(path: Path) -> Path:

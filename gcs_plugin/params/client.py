@@ -148,6 +148,11 @@ class ParameterClient:
         return min(autopilots, default=vehicle)
 
     @property
+    def vehicle(self) -> Source:
+        """System and component of the vehicle found, looked for where none was yet."""
+        return self._known_vehicle()
+
+    @property
     def armed(self) -> bool:
         """Whether any part of the vehicle says that it is armed."""
         system = self._known_vehicle()[0]

@@ -24,7 +24,8 @@ class Line:
 
 @dataclass(frozen=True)
 class Receipt:
-    """What became of an upload. `active_crc` is the staged set that was to fly, None without a commit."""
+    """What became of an upload. `active_crc` is the staged set that was to fly, None without a commit; `restores` the
+    -before.param that was gone back to, "" for an upload of anything else."""
 
     outcome: Outcome
     sentence: str
@@ -35,6 +36,7 @@ class Receipt:
     active_crc: int | None
     started_utc: str
     took_s: float
+    restores: str = ""
 
     @property
     def good(self) -> bool:
@@ -62,6 +64,7 @@ class Receipt:
             "active_crc": self.active_crc,
             "started_utc": self.started_utc,
             "took_s": round(self.took_s, 3),
+            "restores": self.restores,
         }
 
 

@@ -7,18 +7,20 @@ from typing import Final
 from bridge.errors import ParamRejected
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.sidecar import Sidecar, read_sidecar
 
 CONVERGED: Final = "converged"
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """Parameter id to value; `whole`: it is a model, beside which no effect that was accepted earlier holds."""
+    """Parameter id to value; `whole`: it is a model, beside which no effect that was accepted earlier holds; `sidecar`
+    says where it comes from."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
     whole: bool = False
+    sidecar: Sidecar | None = None
 
 
 def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
@@ -47,4 +49,5 @@ def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
             *(f"warning: {named[name]}: {why}" for name, why in sidecar.doubted.items() if name in named),
         ),
         True,
+        sidecar,
     )

@@ -11,7 +11,7 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder, Framer, decode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.sidecar import Sidecar, read_sidecar, write_sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import cli, exit_codes
 from tui.parameter_files import write_identified
@@ -440,3 +440,45 @@ def test_a_model_without_effects_takes_back_those_accepted_before_and_says_so(ve
     assert run("upload", file, "--yes") == exit_codes.DONE
     assert "taken back: FF1_X_UU" in capsys.readouterr().out
     assert "X_uu" not in vehicle.server.active(1)
+
+
+def with_intervals(path):
+    mass = Interval("M_u", "kg", 101.5, 121.5)
+    write_sidecar(
+        Path(path), Sidecar("d", "v", "hovering", "likelihood", "1", {"FF1_M_U": mass}, "ruvifist", "lake")
+    )
+
+
+def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, tmp_path, capsys):
+    with_intervals(file)
+    run("diff", file, "--json", str(tmp_path / "first.json"))
+    first = json.loads((tmp_path / "first.json").read_text("utf-8"))
+    row = next(row for row in first["parameters"] if row["name"] == "FF1_M_U")
+    assert (row["accepted"], row["change"], row["unit"]) == (None, 11.15, "kg")
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
+    kept = read_sidecar(accepted)
+    assert kept is not None
+    assert kept.intervals["FF1_M_U"].high95 == 121.5
+    vehicle.server.write("FF1_M_U", 101.5, armed=False)
+    capsys.readouterr()
+    run("diff", file)
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("FF1_M_U"))
+    assert line.split() == ["FF1_M_U", "101.5", "111.5", "111.5", "+1.0", "changed"]
+
+
+def test_roll_back_without_a_file_goes_back_one_upload_at_a_time(vehicle, file, tmp_path, capsys):
+    assert run("upload", file, "--yes", "--only", "FF1_M_U") == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("upload", file, "--yes", "--only", "FF1_D_U") == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1).get("M_u") == 111.5
+    assert vehicle.server.active(1)["D_u"] == 0.0
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert "M_u" not in vehicle.server.active(1)
+    capsys.readouterr()
+    assert run("rollback", "--yes") == exit_codes.BAD_INPUT
+    assert "no upload to vehicle 1 that stands" in capsys.readouterr().err
+    assert len(list((tmp_path / "receipts").glob("*-accepted.param"))) == 2

@@ -1,7 +1,7 @@
 """`seatrial params`: show, compare, upload and roll back the parameters of a vehicle."""
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,6 +11,7 @@ from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
+    from gcs_plugin.params.compared import Compared
     from gcs_plugin.params.plan import Plan
     from gcs_plugin.params.receipt import Line
     from tui.parameter_files import Targets
@@ -18,17 +19,16 @@ if TYPE_CHECKING:
 
 EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"
 _LINK = "--link udpin:127.0.0.1:14550"
-_BEFORE = "receipts/2026-11-20T101500Z-before.param"
 ACTIONS = {
     "show": ("what the vehicle holds", f"seatrial params show FF0_ {_LINK}"),
     "diff": ("what an upload would change; sends no write", f"seatrial params diff hovering.param {_LINK}"),
     "upload": ("write a file to the vehicle and prove it", EXAMPLE),
-    "rollback": ("bring back the values before an upload", f"seatrial params rollback {_BEFORE} {_LINK}"),
+    "rollback": ("bring back the values before an upload", f"seatrial params rollback {_LINK}"),
 }
 FILES = {
     "diff": "a .param, .parm or .params file, or the JSON of identify",
     "upload": "a .param, .parm or .params file, or the JSON of identify",
-    "rollback": "the -before.param that an upload kept",
+    "rollback": "the -before.param that an upload kept (default: that of the last upload that stands)",
 }
 
 
@@ -48,7 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             )
             action.add_argument("--out", metavar="FILE", help="write them as .param, .parm or .params")
         else:
-            action.add_argument("file", metavar="FILE", help=FILES[name])
+            nargs = "?" if name == "rollback" else None
+            action.add_argument("file", metavar="FILE", help=FILES[name], nargs=nargs)
         if name in ("diff", "upload"):
             action.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where FILE is JSON")
             action.add_argument("--only", nargs="+", metavar="NAME", help="these parameters alone")
@@ -61,8 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             )
         if name in ("upload", "rollback"):
             action.add_argument("--yes", action="store_true", help="do not ask")
+        if name != "show":
             action.add_argument(
-                "--receipts", default="receipts", metavar="FOLDER", help="where values before and receipt go"
+                "--receipts",
+                default="receipts",
+                metavar="FOLDER",
+                help="where values before, receipts and what was accepted lie (default: receipts)",
             )
         action.add_argument(
             "--link",
@@ -83,15 +88,15 @@ def check_outputs(arguments: argparse.Namespace) -> None:
     out = getattr(arguments, "out", None)
     check_files({"--json": arguments.json, "--out": out})
     check_file("--out", out, PARAMETER_SUFFIXES)
-    if hasattr(arguments, "receipts"):
+    if arguments.action in ("upload", "rollback"):
         check_folder("--receipts", arguments.receipts)
 
 
 def targets_for(arguments: argparse.Namespace) -> "Targets":
-    """What the file of an action asks for; nothing for `show`."""
+    """What the file of an action asks for; nothing for `show`. Raises UsageError for one that can't be sent."""
     from tui.parameter_files import Leave, Targets, targets_of, targets_of_identification
 
-    if arguments.action == "show":
+    if arguments.action == "show" or arguments.file is None:
         return Targets({})
     path, only = Path(arguments.file), getattr(arguments, "only", None)
     leave = Leave(getattr(arguments, "any_vehicle", True), getattr(arguments, "despite_doubts", True))
@@ -123,7 +128,9 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.framing import Encoder
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.plan import taken_back
+    from gcs_plugin.params.compared import compared
+    from gcs_plugin.params.last_accepted import last_accepted
+    from gcs_plugin.params.plan import make_plan, taken_back
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
@@ -141,16 +148,21 @@ def run(arguments: argparse.Namespace) -> int:
             present = client.read_all()
         if arguments.action == "show":
             return show_values(arguments, present)
+        if arguments.file is None:
+            arguments.file = str(newest(Path(arguments.receipts), client.vehicle[0]))
+            targets = targets_for(arguments)
         back = taken_back(targets.values, present) if targets.whole else {}
         told = (
             f"note: effects accepted before are no part of this model and are taken back: {', '.join(back)}"
         )
         for note in (*targets.notes, *((told,) if back else ())):
             show.say(show.results(arguments.json), note)
-        values = targets.values | back
+        plan = make_plan(targets.values | back, present)
+        accepted = last_accepted(Path(arguments.receipts), client.vehicle[0])
+        rows = compared(plan, targets.sidecar.intervals if targets.sidecar else {}, accepted)
         if arguments.action == "diff":
-            return show_difference(arguments, values, present)
-        return apply(arguments, client, watch, values, present, clock.unix_s())
+            return show_difference(arguments, rows, plan, client, targets.notes)
+        return apply(arguments, client, watch, targets, rows, plan, clock.unix_s())
     finally:
         link.close()
 
@@ -188,27 +200,42 @@ def _pattern(given: str) -> str:
     return given.upper() if "*" in given else f"{given.upper()}*"
 
 
+def newest(receipts: Path, system: int) -> Path:
+    """The values before the last upload that stands. Raises UsageError where there was none."""
+    from gcs_plugin.params.last_accepted import newest_before
+    from tui.exit_codes import UsageError
+
+    found = newest_before(receipts, system)
+    if found is None:
+        raise UsageError(
+            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
+        )
+    return found
+
+
 def show_difference(
-    arguments: argparse.Namespace, targets: Mapping[str, float], present: Mapping[str, float]
+    arguments: argparse.Namespace,
+    rows: Sequence["Compared"],
+    plan: "Plan",
+    client: "ParameterClient",
+    notes: Sequence[str],
 ) -> int:
     """`params diff`."""
-    from gcs_plugin.params.plan import Verdict, make_plan
+    from bridge.parameters import MODE
+    from gcs_plugin.params.plan import Verdict
     from tui import show
 
-    plan = make_plan(targets, present)
-    tell_plan(plan, arguments.json)
+    tell_plan(rows, arguments.json)
     show.say(show.results(arguments.json), plan.summary())
-    rows = [
-        {
-            "name": r.name,
-            "present": r.present,
-            "target": r.target,
-            "verdict": r.verdict.value,
-            "reason": r.reason,
-        }
-        for r in plan.rows
-    ]
-    show.write_json({"summary": plan.summary(), "parameters": rows}, arguments.json)
+    system, component = client.vehicle
+    data = {
+        "summary": plan.summary(),
+        "vehicle": {"system": system, "component": component, "armed": client.armed},
+        "ff_mode": plan.present.get(MODE),
+        "notes": list(notes),
+        "parameters": [row.to_json() for row in rows],
+    }
+    show.write_json(data, arguments.json)
     alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 
@@ -217,27 +244,32 @@ def apply(
     arguments: argparse.Namespace,
     client: "ParameterClient",
     watch: Watch,
-    targets: Mapping[str, float],
-    present: Mapping[str, float],
+    targets: "Targets",
+    compared: Sequence["Compared"],
+    plan: "Plan",
     unix_s: float,
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
+    from dataclasses import replace
     from datetime import UTC, datetime
 
-    from gcs_plugin.params.plan import Verdict, make_plan
+    from bridge.errors import ParamError
+    from gcs_plugin.params.last_accepted import BEFORE, RECEIPT, keep_accepted
+    from gcs_plugin.params.plan import Verdict
     from tui import show
 
-    plan = make_plan(targets, present)
-    tell_plan(plan.chosen(r.name for r in plan.rows if r.verdict is not Verdict.SAME), arguments.json)
+    tell_plan([one for one in compared if one.row.verdict is not Verdict.SAME], arguments.json)
     show.say(show.results(arguments.json), plan.summary())
     plan.check()
     if plan.changes and not arguments.yes and not agreed(client, f"write {len(plan.changes)} parameters?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
-    stem = Path(arguments.receipts) / f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
-    before = stem.with_name(f"{stem.name}-before.param")
+    time = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
+    before = Path(arguments.receipts) / f"{time}{BEFORE}"
     with watch.bar("uploading"):
         receipt = client.apply(plan, before)
+    if arguments.action == "rollback":
+        receipt = replace(receipt, restores=arguments.file)
     console = show.results(arguments.json)
     rows = [
         (line.name, _text(line.before), _text(line.after), _became(line))
@@ -248,9 +280,15 @@ def apply(
         columns = ("name", "before", "now", "what became of it")
         show.put(console, show.table("", columns, rows, numbers=columns[1:3]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
-    kept = stem.with_name(f"{stem.name}-receipt.json")
+    kept = before.with_name(f"{time}{RECEIPT}")
     show.write_json(receipt.to_json(), str(kept))
     show.say(console, f"receipt: {kept}\nvalues before: {before}")
+    try:
+        accepted = keep_accepted(receipt, targets.sidecar, targets.whole)
+        if accepted is not None:
+            show.say(console, f"accepted: {accepted}")
+    except ParamError as error:
+        show.say(show.words(), str(error))
     show.write_json(receipt.to_json(), arguments.json)
     return exit_codes.DONE if receipt.good else exit_codes.NO
 
@@ -267,15 +305,18 @@ def _text(value: float | None) -> str:
     return "-" if value is None else value_text(value)
 
 
-def tell_plan(plan: "Plan", json_target: str | None) -> None:
+def tell_plan(rows: Sequence["Compared"], json_target: str | None) -> None:
     """The plan as a table, without the lines that an upload never sends."""
-    from gcs_plugin.params.plan import Verdict, printable
+    from gcs_plugin.params.compared import COLUMNS, LEGEND
+    from gcs_plugin.params.plan import Verdict
     from tui import show
 
-    rows = printable(plan.chosen(row.name for row in plan.rows if row.verdict is not Verdict.READ_ONLY))
-    columns = ("name", "on the vehicle", "in the file", "verdict")
-    if rows:
-        show.put(show.results(json_target), show.table("", columns, rows, numbers=columns[1:3]))
+    told = [one for one in rows if one.row.verdict is not Verdict.READ_ONLY]
+    console = show.results(json_target)
+    if told:
+        show.put(console, show.table("", COLUMNS, [one.cells() for one in told], numbers=COLUMNS[1:5]))
+    if any(one.change is not None for one in told):
+        show.say(console, LEGEND)
 
 
 def agreed(client: "ParameterClient", question: str) -> bool:

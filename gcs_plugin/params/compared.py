@@ -1,0 +1,67 @@
+"""A plan beside what was identified and what was last accepted: how far each line changes, in intervals."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bridge.vehicle.coefficients import Coefficient
+from gcs_plugin.params.last_accepted import AcceptedValue
+from gcs_plugin.params.plan import Plan, Row, coefficient_of, value_text
+from gcs_plugin.params.sidecar import Interval
+
+COLUMNS = ("name", "on the vehicle", "in the file", "last accepted", "change", "verdict")
+LEGEND = "change: in halves of the 95 % interval that the file gives; below 1 it is within it"
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A line of a plan with the 95 % interval of its target, and what was last accepted; None where nobody tells."""
+
+    row: Row
+    interval: Interval | None
+    accepted: AcceptedValue | None
+
+    @property
+    def change(self) -> float | None:
+        """Target less present value, in halves of the target's 95 % interval; None without one."""
+        half = 0.0 if self.interval is None else (self.interval.high95 - self.interval.low95) / 2
+        if self.row.present is None or half <= 0.0:
+            return None
+        return (self.row.target - self.row.present) / half
+
+    def cells(self) -> tuple[str, str, str, str, str, str]:
+        """Its texts, in the order of COLUMNS."""
+        row, change = self.row, self.change
+        return (
+            row.name,
+            "-" if row.present is None else value_text(row.present),
+            value_text(row.target),
+            "-" if self.accepted is None else value_text(self.accepted.value),
+            "-" if change is None else f"{change:+.1f}",
+            f"{row.verdict.value}: {row.reason}" if row.reason else row.verdict.value,
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """The form that `params diff --json` writes; SI, null for what nobody tells."""
+        coefficient = coefficient_of(self.row.name)
+        return {
+            "name": self.row.name,
+            "symbol": coefficient.symbol if isinstance(coefficient, Coefficient) else "",
+            "unit": coefficient.unit if coefficient else "",
+            "present": self.row.present,
+            "target": self.row.target,
+            "low95": None if self.interval is None else self.interval.low95,
+            "high95": None if self.interval is None else self.interval.high95,
+            "accepted": None if self.accepted is None else self.accepted.value,
+            "accepted_at": None if self.accepted is None else self.accepted.time,
+            "change": self.change,
+            "verdict": self.row.verdict.value,
+            "reason": self.row.reason,
+        }
+
+
+def compared(
+    plan: Plan, intervals: Mapping[str, Interval], accepted: Mapping[str, AcceptedValue]
+) -> tuple[Compared, ...]:
+    """The lines of a plan, each with its interval and what was last accepted of it."""
+    return tuple(Compared(row, intervals.get(row.name), accepted.get(row.name)) for row in plan.rows)

@@ -1,0 +1,138 @@
+"""What was last accepted, as the files of uploads and roll backs tell it."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+
+from gcs_plugin.params.compared import compared
+from gcs_plugin.params.last_accepted import AcceptedValue, keep_accepted, last_accepted, newest_before
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.receipt import Line, Receipt
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
+from gcs_plugin.params.transfer import Outcome
+
+MASS = Interval("M_u", "kg", 90.0, 110.0)
+SIDECAR = Sidecar(
+    "ab",
+    "cd",
+    "hovering",
+    "likelihood",
+    "0.1",
+    {"FF1_M_U": MASS, "FF1_D_U": Interval("D_u", "N/(m/s)", 40.0, 50.0)},
+    "ruvifist",
+    "lake",
+    "converged",
+    doubted={"M_u": "too short", "D_u": "too slow"},
+)
+
+
+class Receipts:
+    """A folder of receipts, an upload a minute."""
+
+    def __init__(self, path):
+        self.path, self.minute = path, 0
+
+    def keep(self, outcome=Outcome.APPLIED, system=1, restores="", sidecar=SIDECAR, **values):
+        self.minute += 1
+        before = self.path / f"2026-11-21T06{self.minute:02d}00Z-before.param"
+        lines = tuple(Line(name, 1.0, value, value, outcome, "") for name, value in values.items())
+        receipt = Receipt(outcome, "", system, 1, lines, before, None, "2026", 1.0, restores)
+        text = json.dumps(receipt.to_json())
+        self.path.mkdir(exist_ok=True)
+        before.with_name(before.name.replace("-before.param", "-receipt.json")).write_text(text, "utf-8")
+        keep_accepted(receipt, sidecar, True)
+        return before
+
+    def accepted(self, system=None):
+        return {name: one.value for name, one in last_accepted(self.path, system).items()}
+
+
+@pytest.fixture
+def receipts(tmp_path):
+    return Receipts(tmp_path / "receipts")
+
+
+def test_nothing_is_accepted_where_nothing_was_uploaded(receipts):
+    assert last_accepted(receipts.path) == {}
+    assert newest_before(receipts.path) is None
+
+
+def test_each_parameter_is_as_it_was_accepted_last(receipts):
+    receipts.keep(FF1_M_U=100.0, FF1_D_U=45.0)
+    receipts.keep(FF1_M_U=104.0)
+    found = last_accepted(receipts.path)
+    assert found["FF1_M_U"] == AcceptedValue(104.0, MASS, "2026-11-21T060200Z")
+    assert found["FF1_D_U"].value == 45.0
+
+
+def test_what_was_accepted_keeps_what_its_source_said_of_the_lines_that_were_sent(receipts):
+    before = receipts.keep(FF1_M_U=100.0)
+    kept = read_sidecar(before.with_name(before.name.replace("before", "accepted")))
+    assert kept == dataclasses.replace(SIDECAR, intervals={"FF1_M_U": MASS}, doubted={"M_u": "too short"})
+
+
+@pytest.mark.parametrize(
+    "outcome", [Outcome.UNVERIFIED, Outcome.REFUSED, Outcome.ROLLED_BACK, Outcome.NOT_SENT]
+)
+def test_an_upload_that_was_not_verified_is_not_accepted(receipts, outcome):
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(outcome, FF1_M_U=104.0)
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+def test_a_roll_back_takes_back_its_upload_and_later_ones(receipts):
+    receipts.keep(FF1_M_U=100.0)
+    second = receipts.keep(FF1_M_U=104.0)
+    receipts.keep(FF1_D_U=45.0)
+    receipts.keep(restores=str(second), FF1_M_U=100.0)
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+def test_a_roll_back_that_failed_takes_nothing_back(receipts):
+    first = receipts.keep(FF1_M_U=100.0)
+    receipts.keep(Outcome.UNVERIFIED, restores=str(first), FF1_M_U=1.0)
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+def test_a_roll_back_to_a_file_of_another_name_takes_back_all(receipts):
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(restores="of_yesterday.param", FF1_M_U=1.0)
+    assert receipts.accepted() == {}
+
+
+def test_one_step_back_after_another_goes_further_back(receipts):
+    first, second = receipts.keep(FF1_M_U=100.0), receipts.keep(Outcome.UNVERIFIED, FF1_M_U=104.0)
+    receipts.keep(Outcome.REFUSED, FF1_M_U=105.0)
+    assert newest_before(receipts.path) == second
+    receipts.keep(restores=str(second), FF1_M_U=100.0)
+    assert newest_before(receipts.path) == first
+    receipts.keep(restores=str(first), FF1_M_U=1.0)
+    assert newest_before(receipts.path) is None
+    receipts.keep(FF1_M_U=107.0)
+    assert receipts.accepted() == {"FF1_M_U": 107.0}
+
+
+def test_vehicles_are_told_apart(receipts):
+    first = receipts.keep(FF1_M_U=100.0)
+    receipts.keep(system=2, FF1_M_U=50.0)
+    assert (receipts.accepted(1), receipts.accepted(2)) == ({"FF1_M_U": 100.0}, {"FF1_M_U": 50.0})
+    assert newest_before(receipts.path, 1) == first
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"vehicle": 3}', '{"vehicle": {"system": 1}}', "\xff"])
+def test_a_damaged_receipt_or_file_is_left_out(receipts, text):
+    receipts.keep(FF1_M_U=100.0)
+    later = receipts.keep(FF1_M_U=104.0)
+    Path(str(later).replace("before.param", "accepted.param")).write_text("FF1_M_U,nan\n", "utf-8")
+    (receipts.path / "2026-11-21T070000Z-receipt.json").write_text(text, "latin-1")
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+def test_a_change_is_told_in_halves_of_the_interval():
+    plan = make_plan({"FF1_M_U": 100.0, "FF1_D_U": 45.0, "FF1_M_V": 5.0}, {"FF1_M_U": 85.0, "FF1_D_U": 45.0})
+    lines = compared(plan, SIDECAR.intervals, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})
+    assert [line.change for line in lines] == [1.5, 0.0, None]
+    assert lines[0].cells() == ("FF1_M_U", "85", "100", "96.5", "+1.5", "changed")
+    assert lines[2].cells()[1:5] == ("-", "5", "-", "-")
