@@ -37,11 +37,16 @@ class Done:
 
 
 async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
-    """Run the verb and its arguments in `words` to its end. Cancelled, it ends the verb and all that this started."""
+    """Run the verb and its arguments in `words` to its end. Cancelled, it ends the verb and all that this started.
+
+    A `--json FILE` among the words is where its result lies afterwards as well.
+    """
     with tempfile.TemporaryDirectory(prefix="seatrial-") as folder:
-        result = Path(folder) / "result.json"
+        result = _own_target(words) or Path(folder) / "result.json"
+        before_ns = _written_ns(result)
+        target = () if _own_target(words) else ("--json", str(result))
         process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "tui", *words, "--json", str(result)),
+            *(sys.executable, "-m", "tui", *words, *target),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.DEVNULL,
             stderr=asyncio.subprocess.PIPE,
@@ -53,7 +58,18 @@ async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
             code = await process.wait()
         finally:
             await _end(process)
-        return Done(code, _result(result), said)
+        # What lay there before is the result of another run.
+        return Done(code, _result(result) if _written_ns(result) != before_ns else None, said)
+
+
+def _own_target(words: Sequence[str]) -> Path | None:
+    """The file that the words themselves name for the result."""
+    return Path(words[words.index("--json") + 1]) if "--json" in words else None
+
+
+def _written_ns(path: Path) -> int:
+    """When a file was last written, 0 where there is none."""
+    return path.stat().st_mtime_ns if path.exists() else 0
 
 
 async def _listen(process: asyncio.subprocess.Process, hear: Callable[[Told], None]) -> tuple[str, ...]:

@@ -75,6 +75,16 @@ def test_a_verb_that_fails_says_why_and_has_no_result(tmp_path: Path) -> None:
     assert "none.tlog" in done.said[-1]
 
 
+def test_a_result_lies_where_the_words_want_it_and_an_older_one_is_nobodys(tmp_path: Path) -> None:
+    target = tmp_path / "dives.json"
+    target.write_text("{}", encoding="utf-8")
+    done, _ = ran("dives", str(tmp_path / "none"), "--json", str(target))
+    assert (done.code, done.result) == (exit_codes.BAD_INPUT, None)
+    done, _ = ran("dives", str(tmp_path), "--json", str(target))
+    assert (done.code, done.result) == (exit_codes.DONE, [])
+    assert json.loads(target.read_text(encoding="utf-8")) == []
+
+
 def test_cancelling_ends_the_process_and_leaves_no_file(
     dive: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
