@@ -206,6 +206,18 @@ def test_validate_shows_dives_in_the_order_of_their_modes(minute, tmp_path, caps
     assert heading.split() == ["motion", "phase", "PID", "shadow", "FF", "both"]
 
 
+@needs_shared
+def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path, capsys):
+    path = in_mode(minute, tmp_path / "shadow.tlog", 1)
+    cli.main(["validate", str(path), "--vehicle", VEHICLE, "--json", "-"])
+    shown = capsys.readouterr()
+    (run,) = json.loads(shown.out)
+    assert (run["raising"]["from"], run["raising"]["to"]) == ("shadow", "both")
+    told = " ".join(shown.err.split())
+    assert f"shadow: {run['raising']['sentence']}" in told
+    assert all(f"{one['what']}: {one['words']}" in told for one in run["raising"]["criteria"])
+
+
 def in_mode(source, path, mode):
     """A recording as it would be had the feed-forward been in this mode."""
     encoder = Encoder(1, 1)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 from tui import exit_codes
 
 if TYPE_CHECKING:
+    from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive
+    from identify.glance.criteria import Raising
     from identify.validate import Row, TrackingErrors
     from tui.show import Table
 
@@ -53,15 +55,43 @@ def run(arguments: argparse.Namespace) -> int:
         if any(axis.speeds for found in errors.values() for axis in found.axes):
             show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
-    show.write_json([_plain(label, found) for label, found in errors.items()], arguments.json)
+    raised = {
+        label: raising(dive, file) if _has_errors(errors[label]) else None for label, dive in runs.items()
+    }
+    show.write_json([_plain(label, errors[label], raised[label]) for label in runs], arguments.json)
     for label, dive in runs.items():
         # The errors are those of what is left.
         for note in dive.notes if dive.frozen else ():
             show.say(console, f"note: {label}: {note}")
+    for label, judged in raised.items():
+        for line in raising_lines(label, judged) if judged is not None else ():
+            show.say(console, line)
     nothing = [label for label, found in errors.items() if not _has_errors(found)]
     for label in nothing:
         show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
     return exit_codes.NO if nothing else exit_codes.DONE
+
+
+def raising(dive: "Dive", file: "VehicleFile") -> "Raising | None":
+    """Whether the feed-forward may be raised; None where the dive does not tell, or not in which configuration."""
+    from bridge.errors import ConfigError
+    from identify.glance.raising import go_no_go
+
+    try:
+        configuration = file.configuration or file.vehicle.configuration_at(dive.configuration_index())
+    except ConfigError:
+        return None
+    return go_no_go(dive, file, configuration)
+
+
+def raising_lines(label: str, judged: "Raising") -> list[str]:
+    """Go or no-go for a dive, then a line for each criterion."""
+    from identify.glance.criteria import MARKS
+
+    return [
+        f"{label}: {judged.sentence}",
+        *(f"  {MARKS[one.passed]:<7} {one.what}: {one.words}" for one in judged.criteria),
+    ]
 
 
 def error_table(runs: Sequence[str], rows: "Sequence[Row]") -> "Table":
@@ -163,5 +193,10 @@ def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
     )
 
 
-def _plain(label: str, found: "TrackingErrors") -> dict[str, Any]:
-    return {"run": label, "dive": found.dive, "axes": [asdict(axis) for axis in found.axes]}
+def _plain(label: str, found: "TrackingErrors", judged: "Raising | None") -> dict[str, Any]:
+    return {
+        "run": label,
+        "dive": found.dive,
+        "axes": [asdict(axis) for axis in found.axes],
+        "raising": judged.to_json() if judged is not None else None,
+    }

@@ -1,0 +1,160 @@
+"""Whether the feed-forward may be raised, go or no-go, from a dive in which it was worked out.
+
+While the PID flies (FF_MODE 0 and 1), the feed-forward is right where it asks for what the PID had to do. The PID comes
+late on purpose (source paper, section 4.3), so the two are not laid over each other in time: the mass and damping that
+the feed-forward goes by (TAU_FF on the reference of the same instant) stand beside those that the PID's force shows on
+the motion as it was. What is looked at, and why the limits lie there:
+
+- nowhere is TAU_FF missing, or zero while the reference moves: so the vehicle tells that it refuses a coefficient;
+- the fed mass and damping, along the motion as it was, rise and fall with the PID's force (correlation 0.8 at least):
+  below it, over a third of what the PID did was something else, such as a current, which no feed-forward knows;
+- each is 0.71 to 1.41 times what the PID's force shows: half the way, in ratio, to the factor of two with which FF_MODE
+  3 has been flown and settled (docs/onboard.md). It fails where its 95 % interval lies outside; where that interval
+  leaves the factor of two, the dive does not show it: it mattered less there than what else moved the vehicle;
+- neither the PID in this dive nor the feed-forward in its place asks a thruster for over 80 % of its limit, in 99 % of
+  the time: a fifth is left to correct with, and a force that was cut off shows no mass.
+
+An axis that was not driven is not judged: the feed-forward gives nothing there until a reference moves it.
+
+Feed-forward alone (FF_MODE 2) has no PID beside it, and is judged by its errors, as the paper does: up to twice the
+share of the speed that the paper's had (Figs 12, 13: 0.0212 m/s of 0.5 speeding up, 0.0336 m/s holding it). With both
+(3) there is nothing to raise: the PID must have had no more than half of the feed-forward's work left at a held speed.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, Mode
+from bridge.vehicle.thrusters import Allocator, thrust_curve
+from identify.dive import Array, Dive
+from identify.filters import AlignedDive, aligned, low_pass
+from identify.glance.beside_pid import RATE_HZ, beside_pid
+from identify.glance.criteria import ANEW, Criterion, Raising
+from identify.validate import CUTOFF_HZ, SHORTEST_RUN_S, Phases, phases, tracking_errors
+
+MOST_THRUST: Final = 0.8
+OF_THE_TIME: Final = 0.99
+PAPER_STEADY, PAPER_SPEEDING_UP = 0.0336 / 0.5, 0.0212 / 0.5
+MOST_OF_PAPER: Final = 2.0
+MOST_LEFT: Final = 0.5
+NO_REACH: Final = 1e-6
+
+
+def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | None:
+    """Judge the longest part of a dive that was flown in one mode; None where it tells no FF_MODE or no reference."""
+    mode, dive = _in_one_mode(dive)
+    if mode is None or dive.nu_ref is None or not len(dive.nu_ref):
+        return None
+    if dive.tau_ff is None or dive.tau_pid is None or not (len(dive.tau_ff) and len(dive.tau_pid)):
+        lacking = Criterion("TAU_FF", False, "TAU_FF or TAU_PID is not recorded", "record both")
+        return Raising(mode, Mode.BOTH, (lacking,))
+    try:
+        motion = aligned(dive, file, configuration, RATE_HZ, CUTOFF_HZ)
+    except FitError as error:
+        return Raising(mode, Mode.BOTH, (Criterion("motion", False, str(error), "dive longer"),))
+    shape = file.vehicle.configurations[configuration]
+    thrusters = Allocator(shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent))
+    reach = thrusters.reach()
+    driven = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH]
+    criteria = [one for dof in driven for one in _axis(dof, mode, dive, motion, file)]
+    if all(one.passed is None for one in criteria):
+        criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
+    return Raising(mode, Mode.BOTH, (*criteria, _thrust(dive, mode, thrusters)))
+
+
+def _in_one_mode(dive: Dive) -> tuple[Mode | None, Dive]:
+    """The longest part of a dive without a change of FF_MODE, and that mode; None where none is known."""
+    if dive.ff_mode is None or not len(dive.ff_mode):
+        return None, dive
+    time_s, value = dive.ff_mode.time_s, dive.ff_mode.value[:, 0]
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(value)) + 1])
+    begins_s = np.concatenate([[-np.inf], time_s[starts[1:]]])
+    ends_s = np.concatenate([time_s[starts[1:]], [np.inf]])
+    lasts_s = np.minimum(ends_s, time_s[-1]) - np.maximum(begins_s, time_s[0])
+    longest = int(np.argmax(lasts_s))
+    mode = int(value[starts[longest]])
+    if mode not in set(Mode):
+        return None, dive
+    return Mode(mode), dive.between(float(begins_s[longest]), float(ends_s[longest]))
+
+
+def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:
+    assert dive.nu_ref is not None
+    assert dive.tau_ff is not None
+    assert dive.tau_pid is not None
+    reference = dive.nu_ref.at(motion.time_s)
+    of, axis = phases(reference[:, dof], reference[:, 6 + dof]), DOFS[dof]
+    if of.steady.sum() < SHORTEST_RUN_S * RATE_HZ:
+        return [Criterion(axis, None, f"no speed was held for {SHORTEST_RUN_S:g} s: nothing is known of it")]
+    fed = dive.tau_ff.at(motion.time_s)[:, dof]
+    zero = float(np.mean((np.nan_to_num(fed) == 0.0)[of.any]))
+    if zero > 1 - OF_THE_TIME:
+        words = (
+            f"TAU_FF is zero in {100 * zero:.0f} % of the motion: a coefficient is missing or out of bounds"
+        )
+        return [
+            Criterion(f"{axis} fed", False, words, "read what the vehicle said, and upload its set again")
+        ]
+    if mode is Mode.ALONE:
+        return _by_errors(dof, dive, file)
+    pid = low_pass(dive.tau_pid.at(motion.time_s)[:, dof], RATE_HZ, CUTOFF_HZ)
+    if mode is Mode.BOTH:
+        return [_left_to_pid(axis, fed, pid, of)]
+    return beside_pid(dof, reference, fed, pid, motion, of)
+
+
+def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
+    """Feed-forward alone: how far it misses a speed that is held, and one that grows."""
+    axis, dvl = DOFS[dof], file.vehicle.sensors.dvl
+    found = tracking_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)).axis(axis)
+    assert dive.nu_ref is not None
+    if found is None or not found.speeds:
+        return [Criterion(axis, None, "no speed was held: nothing is known of it")]
+    worst = max(abs(at.error) / at.speed for at in found.speeds)
+    top = float(np.abs(dive.nu_ref.value[:, dof]).max())
+    growing = found.acceleration_less_delay / top
+    limits = (MOST_OF_PAPER * PAPER_STEADY, MOST_OF_PAPER * PAPER_SPEEDING_UP)
+    return [
+        Criterion(
+            f"{axis} {what}",
+            share <= limit,
+            f"off by {100 * share:.1f} % of the {of}, at most {100 * limit:.1f} %",
+            ANEW,
+        )
+        for what, share, limit, of in (
+            ("held speed", worst, limits[0], "speed held"),
+            ("speeding up", growing, limits[1], "top speed, its delay taken out"),
+        )
+    ]
+
+
+def _left_to_pid(axis: str, fed: Array, pid: Array, of: Phases) -> Criterion:
+    share = float(np.abs(pid[of.steady]).mean() / np.abs(fed[of.steady]).mean())
+    words = (
+        f"{100 * share:.0f} % of the feed-forward's force at a held speed, at most {100 * MOST_LEFT:.0f} %"
+    )
+    return Criterion(f"{axis} left to the PID", share <= MOST_LEFT, words, ANEW)
+
+
+def _thrust(dive: Dive, mode: Mode, thrusters: Allocator) -> Criterion:
+    """The hardest-driven thruster's share of its limit, by the PID as it flew and by the feed-forward in its place."""
+    assert dive.tau_pid is not None
+    assert dive.tau_ff is not None
+    time_s = dive.tau_pid.time_s
+    pid, fed = dive.tau_pid.value, np.nan_to_num(dive.tau_ff.at(time_s))
+    alone = pid.copy()
+    alone[:, FEEDFORWARD_DOFS] = fed[:, FEEDFORWARD_DOFS]
+    asked = (alone, pid + fed) if mode is Mode.BOTH else (alone, pid)
+    share = max(float(np.quantile([_share(thrusters, tau) for tau in taus], OF_THE_TIME)) for taus in asked)
+    words = f"{100 * share:.0f} % of its limit for the hardest-driven, at most {100 * MOST_THRUST:.0f} %"
+    return Criterion("thrusters", share <= MOST_THRUST, words, "dive slower")
+
+
+def _share(thrusters: Allocator, tau: Array) -> float:
+    thrust, _, scale = thrusters.allocate(tau)
+    share = np.maximum(thrust / thrusters.high_n, thrust / thrusters.low_n).max(initial=0.0)
+    return float(share) / scale

@@ -1,0 +1,235 @@
+"""Go or no-go for the feed-forward, on dives whose vehicle is known exactly: M_u 100, D_u 50 and so on."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.references import DoubleS
+from identify.dive import Array, Dive, Signal
+from identify.glance.criteria import Criterion, Raising
+from identify.glance.raising import go_no_go
+
+RATE_HZ = 20.0
+FILE = load_vehicle("ruvifist")
+TRUTH = {0: (100.0, 50.0, 0.4), 1: (120.0, 60.0, 0.3), 5: (16.0, 26.0, 0.2)}
+"""By degree of freedom: mass, damping, and the speed that is asked for."""
+
+PLACE = {0: 0, 1: 1, 5: 2}
+LAG_S = 1.0
+
+
+def _runs(top: float, first_s: float, count: int) -> tuple[Array, Array]:
+    """Speed and its derivative: up in 5 s, held for 10 s, down in 5 s, and the same backwards."""
+    velocity, slope = np.zeros(count), np.zeros(count)
+    for begins_s, sign in ((first_s, 1.0), (first_s + 25.0, -1.0)):
+        up, down = DoubleS(0.0, sign * top, 5.0), DoubleS(sign * top, 0.0, 5.0)
+        for k in range(count):
+            t = k / RATE_HZ - begins_s
+            if 0 <= t < 20:
+                at = up.at(t) if t < 15 else down.at(t - 15)
+                velocity[k], slope[k] = at[0], at[1]
+    return velocity, slope
+
+
+def flown(mode: Mode, mass: float = 1.0, damping: float = 1.0, axes: tuple[int, ...] = (0, 1, 5)) -> Dive:
+    """A dive whose motion comes `LAG_S` late behind its reference as a first-order lag does; the PID gives just what
+    that motion takes, and the feed-forward goes by `mass` and `damping` times the truth."""
+    count = int(180 * RATE_HZ)
+    time_s = np.arange(count) / RATE_HZ
+    reference = np.zeros((count, 14))
+    nu, pid, ff = (np.zeros((count, 6)) for _ in range(3))
+    for dof in axes:
+        m, d, top = TRUTH[dof]
+        wanted, slope = _runs(top, 10.0 + 55.0 * PLACE[dof], count)
+        reference[:, dof], reference[:, 6 + dof] = wanted, slope
+        motion = np.zeros(count)
+        for k in range(1, count):
+            motion[k] = motion[k - 1] + (wanted[k - 1] - motion[k - 1]) / (LAG_S * RATE_HZ)
+        nu[:, dof] = motion
+        pid[:, dof] = m * np.gradient(motion, 1 / RATE_HZ) + d * motion
+        ff[:, dof] = mass * m * slope + damping * d * wanted
+    flat = np.full((count, 1), float(mode))
+    return Dive(
+        "d", Path("d.tlog"), "0",
+        velocity=Signal(time_s, nu[:, :3]), gyro=Signal(time_s, nu[:, 3:]), nu_ref=Signal(time_s, reference),
+        tau_pid=Signal(time_s, pid), tau_ff=Signal(time_s, ff), tau_cmd=Signal(time_s, pid),
+        ff_mode=Signal(time_s, flat),
+    )  # fmt: skip
+
+
+def judged(dive: Dive) -> Raising:
+    found = go_no_go(dive, FILE, "hovering")
+    assert found is not None
+    return found
+
+
+def failed(found: Raising) -> list[str]:
+    return [one.what for one in found.criteria if one.passed is False]
+
+
+@pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
+def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late_the_pid_is(
+    mode: Mode,
+) -> None:
+    found = judged(flown(mode))
+    assert found.go
+    assert all(one.passed for one in found.criteria)
+    assert "may be raised" in found.sentence
+    assert found.sentence.endswith("to both (seatrial ff both).")
+
+
+def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
+    words = {one.what: one.words for one in judged(flown(Mode.SHADOW)).criteria}
+    # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.
+    assert words["surge mass"].startswith("100 kg fed, the PID's force shows 100 ±")
+    assert words["surge damping"].startswith("50 N s/m fed, the PID's force shows 50 ±")
+    assert words["yaw damping"].startswith("26 N m s fed, the PID's force shows 26 ±")
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_mass_of_half_or_twice_is_named_and_is_no_go(factor: float) -> None:
+    found = judged(flown(Mode.SHADOW, mass=factor))
+    assert failed(found) == ["surge mass", "sway mass", "yaw mass"]
+    assert found.sentence.startswith("NO-GO, don't raise it: surge mass, sway mass, yaw mass. Identify from")
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_damping_of_half_or_twice_is_named_and_is_no_go(factor: float) -> None:
+    assert failed(judged(flown(Mode.SHADOW, damping=factor))) == [
+        "surge damping",
+        "sway damping",
+        "yaw damping",
+    ]
+
+
+@pytest.mark.parametrize(("factor", "go"), [(0.72, True), (0.70, False), (1.40, True), (1.43, False)])
+def test_the_limits_lie_at_the_square_root_of_the_factor_of_two_that_was_flown(
+    factor: float, go: bool
+) -> None:
+    assert judged(flown(Mode.SHADOW, damping=factor)).go is go
+
+
+def test_a_force_that_no_feed_forward_knows_is_unlike() -> None:
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_pid is not None
+    pushed = dive.tau_pid.value.copy()
+    pushed[:, 0] += 20.0 * np.sin(2 * np.pi * dive.tau_pid.time_s / 12.0)
+    found = judged(replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pushed)))
+    assert "surge likeness" in failed(found)
+
+
+def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_read() -> None:
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_ff is not None
+    zeroed = dive.tau_ff.value.copy()
+    zeroed[:, 1] = 0.0
+    found = judged(replace(dive, tau_ff=Signal(dive.tau_ff.time_s, zeroed)))
+    assert failed(found) == ["sway fed"]
+    assert "upload its set again" in found.sentence
+
+
+def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing() -> None:
+    found = judged(flown(Mode.SHADOW, axes=(0, 5)))
+    assert found.go
+    assert found.sentence.endswith("Not known from this dive: sway.")
+
+
+def test_a_dive_at_rest_is_no_go() -> None:
+    assert failed(judged(flown(Mode.SHADOW, axes=()))) == ["motion"]
+
+
+def test_a_force_that_the_thrusters_hardly_have_is_no_go() -> None:
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_ff is not None
+    assert dive.tau_pid is not None
+    much = {"tau_ff": Signal(dive.tau_ff.time_s, 6 * dive.tau_ff.value)}
+    assert "thrusters" in failed(judged(replace(dive, **much)))
+    assert "thrusters" not in failed(judged(dive))
+
+
+def test_a_recording_without_its_feed_forward_is_no_go() -> None:
+    assert failed(judged(replace(flown(Mode.SHADOW), tau_ff=None))) == ["TAU_FF"]
+
+
+def test_nothing_is_said_of_a_recording_without_a_mode_or_a_reference() -> None:
+    dive = flown(Mode.SHADOW)
+    assert go_no_go(replace(dive, ff_mode=None), FILE, "hovering") is None
+    assert go_no_go(replace(dive, nu_ref=None), FILE, "hovering") is None
+
+
+def test_of_a_dive_in_two_modes_the_longer_part_is_judged() -> None:
+    shadow, off = flown(Mode.SHADOW), flown(Mode.BOTH, damping=2.0)
+    assert shadow.ff_mode is not None
+    assert shadow.tau_ff is not None
+    assert off.tau_ff is not None
+    late = shadow.ff_mode.time_s > 120.0
+    mode = np.where(late, 3.0, 1.0)[:, None]
+    fed = np.where(late[:, None], off.tau_ff.value, shadow.tau_ff.value)
+    both = replace(
+        shadow,
+        ff_mode=Signal(shadow.ff_mode.time_s, mode),
+        tau_ff=Signal(shadow.tau_ff.time_s, fed),
+    )
+    found = judged(both)
+    assert found.flown is Mode.SHADOW
+    assert found.go
+    assert "yaw" in found.sentence  # its runs came after
+
+
+def test_feed_forward_alone_is_judged_by_the_papers_errors() -> None:
+    dive = flown(Mode.ALONE)
+    assert dive.velocity is not None
+    exact = {one.what: one.passed for one in judged(_on_course(dive, 1.0)).criteria}
+    assert exact["surge held speed"] is True
+    slow = judged(_on_course(dive, 0.85))
+    assert "surge held speed" in failed(slow)
+    assert slow.sentence.startswith("NO-GO, lower the feed-forward to shadow: ")
+    assert "off by 15.0 % of the speed held, at most 13.4 %" in {one.words for one in slow.criteria}
+
+
+def _on_course(dive: Dive, share: float) -> Dive:
+    """Going at a share of what the reference asks for, without delay."""
+    assert dive.nu_ref is not None
+    time_s, wanted = dive.nu_ref.time_s, share * dive.nu_ref.value[:, :6]
+    return replace(dive, velocity=Signal(time_s, wanted[:, :3]), gyro=Signal(time_s, wanted[:, 3:]))
+
+
+@pytest.mark.parametrize(("share", "go"), [(0.4, True), (0.6, False)])
+def test_with_both_the_pid_must_have_little_left_to_do(share: float, go: bool) -> None:
+    dive = flown(Mode.BOTH)
+    assert dive.tau_ff is not None
+    left = Signal(dive.tau_ff.time_s, share * dive.tau_ff.value)
+    found = judged(replace(dive, tau_pid=left))
+    assert found.go is go
+    assert found.to is Mode.BOTH
+    assert ("may stay at both" in found.sentence) is go
+
+
+def test_what_a_dive_does_not_show_is_neither_go_nor_no_go() -> None:
+    rng = np.random.default_rng(1)
+    dive = flown(Mode.SHADOW)
+    assert dive.tau_pid is not None
+    # Slow noise of the size of the yaw's inertial moment, which hardly matters beside its damping.
+    rough = np.convolve(rng.standard_normal(len(dive.tau_pid)), np.ones(40) / 40**0.5, "same")
+    pid = dive.tau_pid.value.copy()
+    pid[:, 5] += 1.0 * rough
+    found = judged(replace(dive, tau_pid=Signal(dive.tau_pid.time_s, pid)))
+    passed = {one.what: one.passed for one in found.criteria}
+    assert passed["yaw mass"] is None
+    assert passed["surge mass"] is True
+    assert found.go
+
+
+def test_it_is_told_as_plain_data() -> None:
+    one = Raising(Mode.SHADOW, Mode.BOTH, (Criterion("surge mass", False, "twice", "identify anew"),))
+    assert one.to_json() == {
+        "go": False,
+        "from": "shadow",
+        "to": "both",
+        "sentence": "NO-GO, don't raise it: surge mass. Identify anew.",
+        "criteria": [{"what": "surge mass", "passed": False, "words": "twice"}],
+    }
