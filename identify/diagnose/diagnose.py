@@ -13,17 +13,18 @@ from bridge.effects.library import library
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
-from identify.diagnose.accept import accepted_of
+from identify.diagnose import likely
 from identify.diagnose.candidates import HEARD, found_of, tried_of
 from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
-from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Value
+from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Share, Value
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
+from identify.diagnose.evidence import FOLDS
 from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by, wrench_of
 from identify.diagnose.further import further
 from identify.diagnose.generic import Left, left_over
-from identify.diagnose.known import altogether, held, holding, known_of, since
+from identify.diagnose.known import held, holding, known_of, since
 from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
@@ -42,12 +43,16 @@ from identify.diagnose.where import (
     shares_of,
     slices_of,
 )
+from identify.diagnose.whitened import PIECE_S
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 LEAST_S, LEAST_CHECK_S = 60.0, 20.0
+TELLING_S = 2 * FOLDS * PIECE_S
+"""A shorter dive is diagnosed, but each fold then holds out a piece or none."""
+
 TELLING_CHECK_S = 60.0
 """A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
 
@@ -103,14 +108,15 @@ def diagnose(
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
-    causes = found_of(found, covariance, missing)
+    causes = weighed = found_of(found, covariance, missing)
     if is_unknown(left):
         causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
     trials = tried_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)
         new, more = changed(shift, found, missing)
-        causes, trials = _in_order((*causes, *new)), (*trials, *more)
+        causes, weighed = _in_order((*causes, *new)), (*weighed, *new)
+        trials = (*trials, *more)
     heldout = held_out(found, plain, floors[FIVE_S], rng)
     prediction = None
     if check is not None and other is not None:
@@ -138,12 +144,13 @@ def diagnose(
             *not_held,
             *ran_away(before, after),
             *overstated(heldout),
+            *_short_dive(dive),
             *_short(check),
             *_notes(dive, nominal),
         ),
         time.perf_counter() - began_s,
         prediction,
-        accepted_of(altogether(causes, holds), found.now, file.vehicle.configurations[configuration]),
+        likely.accepted(weighed, found, nominal, tried, holds, file.vehicle.configurations[configuration]),
     )
 
 
@@ -161,11 +168,14 @@ def _gap(
 ) -> Gap:
     now, misheard = found.now, HEARD & set(found.now.doubted)
     told_by_causes = missing.power.any()
-    power = missing.power
+    power, phases = missing.power, phases_of(now.course, EACH)
+    unexplained: tuple[Share, ...] = ()
     if is_unknown(left):
+        explained = missing.power
         missing = with_left(missing, left, now, EACH)
         sound = [dof for dof in PUSHED if dof not in now.doubted]
         power = missing.power + power_of_rest(after[ONE_S], missing.time_s, sound)
+        unexplained = shares_of(power - explained, phases)
     if misheard and not told_by_causes:
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():
@@ -179,9 +189,10 @@ def _gap(
         before,
         after,
         {DOFS[dof]: float(missing.force()[dof]) if dof in fitted else np.nan for dof in range(6)},
-        shares_of(power, phases_of(now.course, EACH)),
+        shares_of(power, phases),
         slices_of(power, now.course, EACH),
         depends_on(missing, now.course, EACH),
+        unexplained,
     )
 
 
@@ -224,6 +235,16 @@ def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
             "with"
         )
     return nominal
+
+
+def _short_dive(dive: Dive) -> tuple[str, ...]:
+    """That small causes can't be told from chance in a dive that holds too few pieces to hold out."""
+    if dive.duration_s >= TELLING_S:
+        return ()
+    return (
+        f"The dive lasts {dive.duration_s:.0f} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small cause can "
+        f"hardly be told from chance; dive {TELLING_S:.0f} s or more.",
+    )
 
 
 def _short(check: Dive | None) -> tuple[str, ...]:

@@ -101,7 +101,8 @@ class Dependence:
 @dataclass(frozen=True)
 class Gap:
     """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s, after: the same once the causes
-    are in. force: rms of the missing force by degree of freedom, N and N m."""
+    are in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap;
+    unexplained: of what no candidate explains, where that is told."""
 
     before: float
     drifts: tuple[Drift, ...]
@@ -110,6 +111,7 @@ class Gap:
     where: tuple[Share, ...]
     slices: tuple[Slice, ...]
     depends_on: tuple[Dependence, ...]
+    unexplained: tuple[Share, ...] = ()
 
 
 @dataclass(frozen=True)

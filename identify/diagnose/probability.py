@@ -11,6 +11,9 @@ SURE, HALF_NATS = 0.98, 6.0
 BESIDE_UNKNOWN = 0.5
 """By what a cause is less probable where something is left that nothing explains: it may stand for part of that."""
 
+LIKELY = 0.5
+"""A cause that is less probable is told as possible: it is neither asserted nor accepted."""
+
 
 def probability(margin_nats: float) -> float:
     """That a cause, or one that can't be told from it, is present."""

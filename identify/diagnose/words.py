@@ -3,9 +3,11 @@
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
 from bridge.effects.effect import Effect
 from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
+from identify.diagnose.probability import LIKELY
 from identify.report.text import fixed, significant, unit, with_interval
 
 DRIFT_S = 5.0
@@ -54,18 +56,38 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
             f"No gap: the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give 1, "
             "and no candidate explains any of it."
         )
-    where = where_sentence(gap)
+    likely, possible = sorted_by_likelihood(diagnosis.found)
     if diagnosis.verdict == "unknown":
-        some = "explain" if len(diagnosis.found) > 1 else "explains"
-        part = f" {_capital(_all(diagnosis.found))} {some} part of it." if diagnosis.found else ""
+        part = f" {_capital(_explain(likely, 'part of the gap'))}." if likely else ""
+        part += f" {_capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
+        where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
         return f"Something is there that no candidate explains: {where}{told}.{part}"
-    causes = _all(diagnosis.found)
-    several = len(diagnosis.found) > 1
-    verb = "explain" if several else "explains"
-    doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in diagnosis.found if one.also)
-    shrink = _falls(diagnosis, "them" if several else "it")
-    return f"{_capital(causes)} {verb} the gap{doubt}: {where}{shrink}."
+    doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in likely if one.also)
+    if not likely:
+        causes = _may_explain(possible, "the gap")
+    elif not possible:
+        causes = f"{_explain(likely, 'the gap')}{doubt}"
+    else:
+        causes = f"{_explain(likely, 'the gap')}{doubt}; {_may_explain(possible, 'some of it, too')}"
+    shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it")
+    return f"{_capital(causes)}: {where_sentence(gap)}{shrink}."
+
+
+def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
+    """Causes that are told as such, and those that are told as possible."""
+    likely = tuple(one for one in found if one.probability >= LIKELY)
+    return likely, tuple(one for one in found if one.probability < LIKELY)
+
+
+def _explain(found: Sequence[Found], what: str) -> str:
+    return f"{_all(found)} {'explain' if len(found) > 1 else 'explains'} {what}"
+
+
+def _may_explain(found: Sequence[Found], what: str) -> str:
+    """A cause less probable than not: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
+    named = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in found])
+    return f"{named} may explain {what}"
 
 
 def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
@@ -268,8 +290,16 @@ def _falls(diagnosis: Diagnosis, causes: str) -> str:
         if not at:
             return ""
         before, after, where = diagnosis.gap.before, at[0], ""
+    told = significant(before, 2), significant(after, 2)
+    if all(one.cause.effect.place == "log" for one in diagnosis.found):
+        return (
+            f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
+            f"drift is {_floors(after)}{where}"
+        )
+    if told[0] == told[1]:
+        return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {_floors(after)}{where}"
     goes = "falls" if after < before else "goes"
-    change = f"{goes} from {significant(before, 2)} to {_floors(after)}{where}"
+    change = f"{goes} from {told[0]} to {_floors(after)}{where}"
     return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from bridge.effects.effect import Effect
 from bridge.effects.library import library
+from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from bridge.vehicle.config import load_vehicle
 from identify.diagnose import words
 from identify.diagnose.cause import Cause
@@ -191,11 +192,40 @@ def test_what_no_candidate_explains_is_described():
     assert words.verdict_sentence(said) == (
         "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
         "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
-        "part of it."
+        "part of the gap."
     )
     page = read(said)
     assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
     assert "It goes with heading and yaw rate." in page
+
+
+def test_a_cause_less_probable_than_not_is_told_as_possible():
+    bias = found("thrust_bias", probability=0.42)
+    beside = words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
+    assert beside.startswith(
+        "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
+    )
+    alone = words.verdict_sentence(diagnosis(found=(bias,)))
+    assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
+    unknown = words.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
+    assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
+
+
+def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
+    heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    said = words.verdict_sentence(
+        diagnosis(found=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
+    )
+    assert said.endswith(
+        "it shows in what is recorded, not in the motion: with it or without, the model's 5 s drift is 0.99 floors on "
+        "pieces held out."
+    )
+
+
+def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
+    left = replace(gap(), unexplained=(Share("yaw", "turning", 1.0),))
+    said = words.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
+    assert said.startswith("Something is there that no candidate explains: 100 % of it is in yaw, turning; ")
 
 
 def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
