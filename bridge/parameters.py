@@ -1,7 +1,8 @@
 """The vehicle's parameter server: MAVLink's parameter protocol, REAL32 only.
 
-Coefficients are written into a staged set. Writing its CRC to FF_COMMIT, disarmed, makes the whole set active
-at once: the vehicle never runs on half of a model. FF_ACTIVE tells the CRC of the set in force.
+Coefficients are written into a staged set. Writing its CRC to FF_COMMIT makes the whole set active at once: the vehicle
+never runs on half of a model. FF_ACTIVE tells the CRC of the set in force. It is refused while armed and the
+feed-forward acts: no model changes under a vehicle that flies by it.
 """
 
 import math
@@ -255,8 +256,8 @@ class ParameterServer:
             self._texts.append("FF_COMMIT refused: CRC is not the staged set's")
             return Refusal.OUT_OF_RANGE
         before = self._active
-        if armed:
-            self._texts.append("FF_COMMIT refused: armed")
+        if armed and self._mode in APPLYING_MODES:
+            self._texts.append("FF_COMMIT refused: armed, force FF off first")
             return Refusal.DENIED
         self._active = dict(self._staged)
         if not self._save():

@@ -19,6 +19,7 @@ from gcs_plugin.params.plan import Plan, Verdict, value_text
 from gcs_plugin.params.receipt import Line, Receipt, lines_of
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.wanted import Wanted, wanted_by
+from gcs_plugin.params.while_armed import obstacle
 
 TELL_EVERY_S: Final = 2.0
 FRESH_BEAT_S: Final = 3.0
@@ -64,8 +65,8 @@ class Parameters:
             case ["upload", file, *names]:
                 chosen = tuple(name for name in names if name != DESPITE)
                 self._begin("upload", Path(file), chosen, DESPITE in names, False)
-            case ["yes", code, *armed] if armed in ([], [ARMED]):
-                self._agree(code, bool(armed))
+            case ["yes", code]:
+                self._agree(code)
             case ["rollback", *rest] if len(rest) <= 2:
                 files = [word for word in rest if word != ARMED]
                 if len(files) > 1:
@@ -97,7 +98,9 @@ class Parameters:
         if self._work is None:
             return []
         if self._work.errand.step is Step.AGREE:
-            return [f"params: waits for `seatrial params yes {self._work.errand.code}`"]
+            errand = self._work.errand
+            code = errand.code(self._fleet.armed(errand.source[0]))
+            return [f"params: waits for `seatrial params yes {code}`"]
         return [f"params: {self._progress(self._work)}"]
 
     def on_news(self, news: News) -> None:
@@ -136,7 +139,7 @@ class Parameters:
         for note in wanted.notes:
             self._say(note)
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
-        errand = Errand(source, wanted, now_s)
+        errand = Errand(source, wanted, now_s, going_back=action == "rollback")
         self._work = _Work(errand, wanted, file, action, names, armed, self._clock.unix_s(), now_s)
 
     def _planned(self, work: _Work, now_s: float) -> None:
@@ -162,28 +165,33 @@ class Parameters:
                 self._work = None
                 self._say(f"params: {rehearsed.ending.sentence}")
                 return
-            armed = self._refuse_armed(errand, rehearsed.needs_disarmed)
+            armed = self._refuse_acting(errand, rehearsed.needs_disarmed)
             if work.action == "rollback" and (work.armed_said or not armed):
-                self._write(work)
+                self._write(work, armed)
                 return
-            again = "rollback " + str(work.file) if work.action == "rollback" else f"yes {errand.code}"
+            again = (
+                f"rollback {work.file} {ARMED}" if work.action == "rollback" else f"yes {errand.code(armed)}"
+            )
             self._say(
                 f"to write {self._what(plan)} to vehicle {errand.source[0]}{', which is ARMED' if armed else ''}:"
             )
-            self._say(f"    seatrial params {again}{f' {ARMED}' if armed else ''}")
+            self._say(f"    seatrial params {again}")
             if work.action == "rollback":
                 self._work = None
         except SeatrialError as error:
             self._work = None
             self._say(str(error))
 
-    def _agree(self, code: str, armed_said: bool) -> None:
+    def _agree(self, code: str) -> None:
         work, now_s = self._work, self._clock.boot_s()
         if work is None or work.errand.step is not Step.AGREE:
             raise ParamRejected("there is no plan to agree to; `seatrial params upload FILE` makes one")
         errand = work.errand
-        if code != errand.code:
-            raise ParamRejected(f"{code} is not the code of the plan shown, {errand.code}; nothing was sent")
+        said_armed = code == errand.code(True)
+        if not said_armed and code != errand.code(False):
+            raise ParamRejected(
+                f"{code} is not the code of the plan shown, {errand.code(False)}; nothing was sent"
+            )
         if errand.is_old(now_s):
             self._work = None
             raise ParamRejected(
@@ -194,22 +202,22 @@ class Parameters:
             raise ParamRejected(
                 f"the plan is for vehicle {errand.source[0]}, and another is meant now; upload again"
             )
-        if self._refuse_armed(errand, errand.rehearsed(now_s).needs_disarmed) and not armed_said:
+        if self._refuse_acting(errand, errand.rehearsed(now_s).needs_disarmed) and not said_armed:
             raise ParamRejected(
-                f"the vehicle is ARMED; to write all the same: seatrial params yes {code} {ARMED}"
+                f"the vehicle is ARMED; to write all the same: seatrial params yes {errand.code(True)}"
             )
-        self._write(work)
+        self._write(work, said_armed)
 
-    def _refuse_armed(self, errand: Errand, needs_disarmed: bool) -> bool:
+    def _refuse_acting(self, errand: Errand, needs_disarmed: bool) -> bool:
         """Whether it is armed. Raises ParamRejected where it would then refuse what is to be written."""
+        assert errand.plan is not None
         armed = self._fleet.armed(errand.source[0])
-        if armed and needs_disarmed:
-            raise ParamRejected(
-                f"vehicle {errand.source[0]} is armed; nothing was sent, disarm it and upload again"
-            )
+        against = obstacle(errand.plan.present)
+        if armed and needs_disarmed and against:
+            raise ParamRejected(f"vehicle {errand.source[0]} {against} (`seatrial ff off`); nothing was sent")
         return armed
 
-    def _write(self, work: _Work) -> None:
+    def _write(self, work: _Work, even_armed: bool) -> None:
         errand, plan, now_s = work.errand, work.errand.plan, self._clock.boot_s()
         assert plan is not None
         if self._fleet.beat_age_s(errand.source, now_s) > FRESH_BEAT_S:
@@ -224,7 +232,7 @@ class Parameters:
             f"what vehicle {system}, component {component} held before an upload, {stamp:%Y-%m-%dT%H:%M:%SZ}"
         ]
         write_parameters(work.before, plan.present, words, system, component)
-        errand.agreed(now_s)
+        errand.agreed(now_s, even_armed)
 
     def _receive(self, work: _Work) -> None:
         """Tell and keep what became of an upload."""

@@ -24,7 +24,7 @@ HELP: Final = {
     ),
     "cancel": ("cancel", "end what runs: identify, diagnose, params, or ff"),
     "params": (
-        "params diff FILE | params upload FILE [NAME ...] [despite-doubts] | params yes CODE [armed] | "
+        "params diff FILE | params upload FILE [NAME ...] [despite-doubts] | params yes CODE | "
         "params rollback [FILE] [armed]",
         "compare a .param with the vehicle; upload shows the plan and the CODE that writes it, all lines or some; "
         "rollback brings back at once the values before an upload, the last one where no FILE is given",

@@ -27,6 +27,7 @@ from gcs_plugin.params.plan import Plan
 from gcs_plugin.params.receipt import Receipt, lines_of
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
+from gcs_plugin.params.while_armed import obstacle
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
 
@@ -198,11 +199,12 @@ class ParameterClient:
             )
         return dict(listing.values)
 
-    def apply(self, plan: Plan, preimage: Path) -> Receipt:
+    def apply(self, plan: Plan, preimage: Path, *, even_armed: bool = False) -> Receipt:
         """Carry out a plan. What the vehicle held goes into the new file `preimage` before the first write.
 
-        Raises ParamRejected or ParamUnknown for a plan that can't be sent, ParamRejected while the vehicle
-        is armed, LinkTimeout where its heart no longer beats: in each case nothing was written.
+        Raises ParamRejected or ParamUnknown for a plan that can't be sent, ParamRejected while the vehicle is armed,
+        unless `even_armed` and its feed-forward does not act, LinkTimeout where its heart no longer beats: in each case
+        nothing was written.
         """
         plan.check()
         self._await_heartbeat()
@@ -211,14 +213,17 @@ class ParameterClient:
         system, component = self._known_vehicle()
         upload = Upload(plan, (system, component), self._clock.boot_s(), self._timing, set_crc)
         if self.armed and upload.needs_disarmed:
-            raise ParamRejected(
-                f"{self._vehicle_text()} is armed; nothing was sent, disarm it and upload again"
-            )
+            if against := obstacle(plan.present):
+                raise ParamRejected(f"{self._vehicle_text()} {against}; nothing was sent")
+            if not even_armed:
+                raise ParamRejected(
+                    f"{self._vehicle_text()} is armed; nothing was sent, disarm it, or upload with --armed"
+                )
         started_utc = f"{datetime.fromtimestamp(self._clock.unix_s(), UTC):%Y-%m-%dT%H:%M:%SZ}"
         words = [f"what vehicle {system}, component {component} held before an upload, {started_utc}"]
         write_parameters(preimage, plan.present, words, system, component)
         start_s = self._clock.boot_s()
-        ending = self._drive(upload)
+        ending = self._drive(upload, even_armed)
         return Receipt(
             ending.outcome,
             ending.sentence,
@@ -231,13 +236,13 @@ class ParameterClient:
             self._clock.boot_s() - start_s,
         )
 
-    def _drive(self, upload: Upload) -> Ending:
+    def _drive(self, upload: Upload, even_armed: bool) -> Ending:
         while upload.ending is None:
             try:
                 for send in upload.tick(self._clock.boot_s()):
                     self._send(send)
                 for frame in self._receive():
-                    self._feed_upload(upload, frame)
+                    self._feed_upload(upload, frame, even_armed)
             except LinkLost as error:
                 upload.give_up(str(error))
             now_s = self._clock.boot_s()
@@ -288,7 +293,7 @@ class ParameterClient:
                 message.param_id, message.param_value, message.param_index, message.param_count, source, now_s
             )
 
-    def _feed_upload(self, upload: Upload, frame: Frame) -> None:
+    def _feed_upload(self, upload: Upload, frame: Frame, even_armed: bool) -> None:
         source, now_s = (frame.system, frame.component), self._clock.boot_s()
         booted_ms = self._boot_ms.get(source)
         message = self._note(frame)
@@ -301,7 +306,7 @@ class ParameterClient:
                 upload.on_error(message.param_id, message.error, source, now_s)
         elif self._tells_reboot(message, source, booted_ms):
             upload.on_reboot(now_s)
-        elif frame.message_id == _HEARTBEAT and self.armed and upload.needs_disarmed:
+        elif frame.message_id == _HEARTBEAT and self.armed and upload.needs_disarmed and not even_armed:
             upload.abort("the vehicle was armed during the upload", now_s)
 
     def _tells_reboot(self, message: Any, source: Source, booted_ms: int | None) -> bool:

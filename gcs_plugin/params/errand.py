@@ -18,6 +18,7 @@ from gcs_plugin.params.plan import Plan, make_plan, taken_back
 from gcs_plugin.params.transfer import ReadValue, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
 from gcs_plugin.params.wanted import Wanted
+from gcs_plugin.params.while_armed import not_raised
 
 READ_WITHIN_S: Final = 30.0
 AGREE_WITHIN_S: Final = 120.0
@@ -43,13 +44,23 @@ class Told:
 
 
 class Errand:
-    """Reads `source` and, once `agreed`, brings it to what is `wanted`.
+    """Reads `source` and, once `agreed`, brings it to what is `wanted`; `going_back`: a roll back, which never raises
+    the mode of the feed-forward.
 
     `failure` says why it ended before its plan was carried out, "" where it did not; `ending` how the upload ended.
     """
 
-    def __init__(self, source: Source, wanted: Wanted, start_s: float, timing: Timing | None = None) -> None:
+    def __init__(
+        self,
+        source: Source,
+        wanted: Wanted,
+        start_s: float,
+        timing: Timing | None = None,
+        *,
+        going_back: bool = False,
+    ) -> None:
         self.source = source
+        self._going_back = going_back
         self.step = Step.READING
         self.failure = ""
         self.plan: Plan | None = None
@@ -59,6 +70,7 @@ class Errand:
         self._listing = Listing(source, start_s, replace(self._timing, deadline_s=READ_WITHIN_S))
         self._read_s = start_s
         self._upload: Upload | None = None
+        self._even_armed = False
 
     @property
     def progress(self) -> tuple[str, int, int]:
@@ -77,11 +89,12 @@ class Errand:
         """The set that is to fly in the end, None where nothing is committed."""
         return self._upload.crc if self._upload is not None and self._upload.commits else None
 
-    @property
-    def code(self) -> str:
-        """What names the writes of the plan: how many, and a number that stands for their names and values."""
+    def code(self, armed: bool) -> str:
+        """What names the writes of the plan: how many, and a number that stands for their names and values; with a word
+        before it for a vehicle that is armed.
+        """
         assert self.plan is not None
-        return f"{len(self.plan.changes)}-{set_crc(self.plan.changes):06x}"
+        return f"{'armed-' if armed else ''}{len(self.plan.changes)}-{set_crc(self.plan.changes):06x}"
 
     def rehearsed(self, now_s: float) -> Upload:
         """The upload of the plan as it would begin now: does it change anything, may an armed vehicle take it."""
@@ -97,10 +110,13 @@ class Errand:
         assert self.plan is not None
         self.plan = self.plan.chosen(names)
 
-    def agreed(self, now_s: float) -> None:
-        """Carry the plan out. Raises ParamRejected or ParamUnknown for one that can't be sent."""
+    def agreed(self, now_s: float, even_armed: bool = False) -> None:
+        """Carry the plan out, armed or not where `even_armed`. Raises ParamRejected or ParamUnknown for one that can't
+        be sent.
+        """
         assert self.plan is not None
         self.plan.check()
+        self._even_armed = even_armed
         self._upload = self.rehearsed(now_s)
         self.step = Step.WRITING if self._upload.ending is None else Step.ENDED
 
@@ -119,7 +135,7 @@ class Errand:
             sends += self._listing.tick(now_s)
             self._read_on(now_s, told)
         elif self._upload is not None and self.step is Step.WRITING:
-            if told.armed and self._upload.needs_disarmed:
+            if told.armed and self._upload.needs_disarmed and not self._even_armed:
                 self._upload.abort("the vehicle was armed during the upload", now_s)
             sends += self._upload.tick(now_s)
             gone = f"nothing came from the vehicle for {GONE_S:.0f} s" if told.silent_s >= GONE_S else ""
@@ -155,7 +171,8 @@ class Errand:
             present = self._listing.values
             back = taken_back(self._wanted.values, present) if self._wanted.whole else {}
             self.back = tuple(back)
-            self.plan = make_plan({**self._wanted.values, **back}, present)
+            values = {**self._wanted.values, **back}
+            self.plan = make_plan(not_raised(values, present) if self._going_back else values, present)
             self._read_s, self.step = now_s, Step.AGREE
         elif self._listing.done and self._listing.count is None:
             self._fail(

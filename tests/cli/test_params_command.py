@@ -482,3 +482,27 @@ def test_roll_back_without_a_file_goes_back_one_upload_at_a_time(vehicle, file, 
     assert run("rollback", "--yes") == exit_codes.BAD_INPUT
     assert "no upload to vehicle 1 that stands" in capsys.readouterr().err
     assert len(list((tmp_path / "receipts").glob("*-accepted.param"))) == 2
+
+
+def test_an_armed_vehicle_gets_an_upload_and_its_roll_back_on_purpose(vehicle, file):
+    vehicle.armed = True
+    assert run("upload", file, "--yes", "--armed") == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 111.5
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.NO
+    assert run("rollback", "--yes", "--armed") == exit_codes.DONE
+    assert "M_u" not in vehicle.server.active(1)
+
+
+def test_a_roll_back_lowers_the_mode_of_the_feed_forward_and_never_raises_it(vehicle, file):
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.server.write("FF_MODE", 0.0, armed=False)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.mode == 0
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.server.write("FF_MODE", 3.0, armed=False)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.mode == 0

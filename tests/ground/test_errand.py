@@ -82,8 +82,8 @@ def test_the_code_stands_for_what_is_written():
         {"FF0_M_U": 96.5, "FF1_D_U": 1.0},
     ):
         errand = Sea(Wanted(values)).until(Step.AGREE)
-        assert errand.code == f"{len(values)}-{set_crc(values):06x}"
-        codes.add(errand.code)
+        assert errand.code(False) == f"{len(values)}-{set_crc(values):06x}"
+        codes.add(errand.code(False))
     assert len(codes) == 4
 
 
@@ -130,6 +130,22 @@ def test_arming_in_the_midst_of_staging_rolls_back():
     assert errand.ending.outcome is Outcome.ROLLED_BACK
     assert "armed" in errand.ending.sentence
     assert sea.server.value("FF0_M_U") == 0.0
+
+
+def test_what_was_agreed_for_an_armed_vehicle_goes_on_when_it_is_armed_and_its_code_is_another():
+    sea = Sea()
+    errand = sea.until(Step.AGREE)
+    assert errand.code(True) == f"armed-{errand.code(False)}"
+    errand.agreed(sea.clock.boot_s(), even_armed=True)
+    sea.armed = True
+    sea.until(Step.ENDED)
+    assert errand.ending.outcome is Outcome.APPLIED
+
+
+def test_going_back_never_raises_the_mode_of_the_feed_forward():
+    sea = Sea(Wanted({"FF_MODE": 3.0, "FF0_M_U": 96.5}))
+    sea.errand = Errand(SOURCE, Wanted({"FF_MODE": 3.0, "FF0_M_U": 96.5}), 0.0, going_back=True)
+    assert sea.until(Step.AGREE).plan.changes == {"FF0_M_U": 96.5}
 
 
 @pytest.mark.parametrize("trouble", ["twins", "silence"])

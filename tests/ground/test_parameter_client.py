@@ -191,9 +191,49 @@ def test_a_name_that_the_vehicle_lacks_sends_nothing(client, vehicle, tmp_path):
 
 def test_an_armed_vehicle_is_left_alone(client, vehicle, tmp_path):
     vehicle.armed = True
-    with pytest.raises(ParamRejected, match="is armed; nothing was sent, disarm it"):
+    with pytest.raises(ParamRejected, match="is armed; nothing was sent, disarm it, or upload with --armed"):
         upload(client, tmp_path)
     assert vehicle.sets == []
+
+
+def given_armed(client, tmp_path):
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    return client.apply(plan, tmp_path / "before.param", even_armed=True)
+
+
+@pytest.mark.parametrize("mode", [0.0, 1.0])
+def test_an_armed_vehicle_takes_a_set_on_purpose_while_its_feed_forward_does_not_act(
+    client, vehicle, tmp_path, mode
+):
+    vehicle.server.write("FF_MODE", mode, armed=False)
+    vehicle.armed = True
+    assert given_armed(client, tmp_path).outcome is Outcome.APPLIED
+    assert vehicle.server.active(0)["M_u"] == 96.5
+
+
+@pytest.mark.parametrize("mode", [2.0, 3.0])
+def test_an_armed_vehicle_whose_feed_forward_acts_is_left_alone_whatever_is_said(
+    client, vehicle, tmp_path, mode
+):
+    vehicle.server.write("FF_MODE", mode, armed=False)
+    vehicle.armed = True
+    with pytest.raises(ParamRejected, match="force the feed-forward off first; nothing was sent"):
+        given_armed(client, tmp_path)
+    assert vehicle.sets == []
+
+
+def test_one_whose_feed_forward_is_raised_meanwhile_refuses_the_commit_and_is_as_it_was(
+    client, vehicle, tmp_path
+):
+    before = truth(vehicle) | {"FF_MODE": 3.0}
+    vehicle.armed = True
+    client.find_vehicle()
+    plan = make_plan(TARGETS, client.read_all())
+    vehicle.server.write("FF_MODE", 3.0, armed=False)
+    receipt = client.apply(plan, tmp_path / "before.param", even_armed=True)
+    assert receipt.outcome is Outcome.ROLLED_BACK
+    assert truth(vehicle) == before
 
 
 def test_an_armed_vehicle_may_change_its_mode(client, vehicle, tmp_path):

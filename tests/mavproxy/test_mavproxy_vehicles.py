@@ -25,20 +25,33 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
 
 
-def test_an_armed_vehicle_takes_only_its_mode_and_that_with_one_word_more(mavproxy, folder, second):
+def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_while_its_feed_forward_acts(
+    mavproxy, folder, second
+):
     coefficients = write(folder, "armed.param", FF0_D_V=33)
     mode = write(folder, "mode.param", FF_MODE=1)
     mavproxy.ask("seatrial vehicle 2", "vehicle: 2")
     second.bridge.arm(True)
     try:
         mavproxy.until("seatrial status", "2/1 .* ARMED")
-        mavproxy.ask(f"seatrial params upload {coefficients}", "vehicle 2 is armed; nothing was sent")
         code = mavproxy.ask(
-            f"seatrial params upload {mode}", r"which is ARMED:\n\s+seatrial params (yes \S+) armed"
+            f"seatrial params upload {mode}", r"which is ARMED:\n\s+seatrial params yes armed-(\S+)"
         )[1]
-        mavproxy.ask(f"seatrial params {code}", "the vehicle is ARMED; to write all the same")
+        mavproxy.ask(f"seatrial params yes {code}", "the vehicle is ARMED; to write all the same")
         assert second.server.mode == 0
-        mavproxy.ask(f"seatrial params {code} armed", r"(?s)FF_MODE +0 +1 +read back equal.*values before")
+        mavproxy.ask(
+            f"seatrial params yes armed-{code}", r"(?s)FF_MODE +0 +1 +read back equal.*values before"
+        )
+        code = mavproxy.ask(
+            f"seatrial params upload {coefficients}", r"which is ARMED:\n\s+seatrial params (yes armed-\S+)"
+        )[1]
+        mavproxy.ask(f"seatrial params {code}", r"(?s)FF0_D_V +0 +33 +read back equal.*values before")
+        assert second.server.active(0)["D_v"] == 33.0
+        second.server.write("FF_MODE", 3.0, True)
+        mavproxy.ask(
+            "seatrial params rollback armed", "acts on the thrusters: force the feed-forward off first"
+        )
+        second.server.write("FF_MODE", 1.0, True)
         mavproxy.ask("seatrial ff shadow", "which is ARMED, to shadow:\n\\s+seatrial ff yes shadow armed")
         mavproxy.ask("seatrial ff yes shadow", "the vehicle is ARMED; to set it all the same")
     finally:

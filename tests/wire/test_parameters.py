@@ -252,13 +252,31 @@ def test_the_crc_of_another_set_commits_nothing() -> None:
     assert any("CRC" in text for text in target.take_texts())
 
 
-def test_nothing_is_committed_while_armed() -> None:
+@pytest.mark.parametrize("mode", [2.0, 3.0])
+def test_nothing_is_committed_while_armed_and_the_feed_forward_acts(mode: float) -> None:
     target = server()
     fill(target)
+    flies = target.staged_crc
+    target.write("FF_COMMIT", float(flies), False)
+    target.write("FF_MODE", mode, True)
+    target.write("FF0_M_U", 31.0, True)
+    target.take_texts()
     assert target.write("FF_COMMIT", float(target.staged_crc), True) is Refusal.DENIED
-    assert target.active_crc == 0
-    assert target.take_texts() == ["FF_COMMIT refused: armed"]
+    assert target.active_crc == flies
+    assert target.take_texts() == ["FF_COMMIT refused: armed, force FF off first"]
     assert target.take_texts() == []
+    assert target.write("FF_MODE", 0.0, True) is None
+    assert target.write("FF_COMMIT", float(target.staged_crc), True) is None
+    assert target.active(0)["M_u"] == 31.0
+
+
+@pytest.mark.parametrize("mode", [0.0, 1.0])
+def test_a_set_is_committed_while_armed_where_the_feed_forward_does_not_act(mode: float) -> None:
+    target = server()
+    fill(target)
+    target.write("FF_MODE", mode, True)
+    assert target.write("FF_COMMIT", float(target.staged_crc), True) is None
+    assert target.active_crc == target.staged_crc
 
 
 def test_the_feed_forward_can_be_switched_while_armed_once_a_set_is_active() -> None:

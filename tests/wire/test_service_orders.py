@@ -75,6 +75,9 @@ def test_parameters_are_listed_paced_written_and_guarded_while_armed() -> None:
     while more := rig.step():
         listed += more
     assert [m.param_index for m in listed] == list(range(len(rig.parameters.names)))
+    rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
+    rig.parameters.write("FF_MODE", 3.0, False)
+    rig.step()
     (value,) = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9))
     assert (value.get_type(), value.param_value) == ("PARAM_VALUE", 96.5)
     rig.bridge.armed = True

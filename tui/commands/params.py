@@ -62,6 +62,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             )
         if name in ("upload", "rollback"):
             action.add_argument("--yes", action="store_true", help="do not ask")
+            action.add_argument(
+                "--armed",
+                action="store_true",
+                help="write to an armed vehicle too, while its feed-forward is off",
+            )
         if name != "show":
             action.add_argument(
                 "--receipts",
@@ -131,6 +136,7 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.params.compared import compared
     from gcs_plugin.params.last_accepted import last_accepted
     from gcs_plugin.params.plan import make_plan, taken_back
+    from gcs_plugin.params.while_armed import not_raised
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
@@ -157,7 +163,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
         for note in (*targets.notes, *((told,) if back else ())):
             show.say(show.results(arguments.json), note)
-        plan = make_plan(targets.values | back, present)
+        values = targets.values | back
+        plan = make_plan(not_raised(values, present) if arguments.action == "rollback" else values, present)
         accepted = last_accepted(Path(arguments.receipts), client.vehicle[0])
         rows = compared(plan, targets.sidecar.intervals if targets.sidecar else {}, accepted)
         if arguments.action == "diff":
@@ -267,7 +274,7 @@ def apply(
     time = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
     before = Path(arguments.receipts) / f"{time}{BEFORE}"
     with watch.bar("uploading"):
-        receipt = client.apply(plan, before)
+        receipt = client.apply(plan, before, even_armed=arguments.armed)
     if arguments.action == "rollback":
         receipt = replace(receipt, restores=arguments.file)
     console = show.results(arguments.json)
