@@ -92,9 +92,10 @@ def _diagnosis(run: Run) -> str:
 
 
 def _power(run: Run) -> str:
-    from bench.diagnosis import page
+    from bench.diagnosis import power
 
-    return page.power_section(run.cache / "bench", run.short)
+    results = run.cache / "bench" if run.short else run.results
+    return power.section(run.cache / "bench", results / "power.jsonl.gz", run.short)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
 SIMULATED = (
     "bridge/*.py",
     "bridge/link",
@@ -68,6 +69,34 @@ def files(*sources: str) -> list[Path]:
     """All files of the sources, each once, in order."""
     paths = [path for source in sources for path in ROOT.glob(source)]
     return sorted({file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path])})
+
+
+@cache
+def reached(*modules: str) -> tuple[str, ...]:
+    """All files of the rooms that these files import, and what those import in turn, as sources of a stamp.
+
+    Found by reading, so that an import inside a function counts too; packages' own files and the benchmark's are left
+    out, where the modules themselves are not.
+    """
+    seen: set[Path] = set()
+    ahead = [ROOT / module for module in modules]
+    while ahead:
+        file = ahead.pop()
+        if file not in seen:
+            seen.add(file)
+            ahead += _imported(file)
+    return tuple(sorted(str(file.relative_to(ROOT)) for file in seen))
+
+
+def _imported(file: Path) -> list[Path]:
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    own = [name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in ROOMS]
+    return [ROOT / path for path in own if (ROOT / path).is_file()]
 
 
 def _meaning(source: str) -> str:

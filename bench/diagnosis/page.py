@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.diagnosis import beside, goals, speed, tables
-from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, Planned, planned, power_planned
+from bench.diagnosis.plan import BENCH, FULL, SHORT, Planned, planned
 from bench.diagnosis.rivals import trials as rivals
 from bench.diagnosis.trials import Trial, measured
 from bench.remembered import Remembered
@@ -15,8 +15,6 @@ from identify.challenge.score import score
 POINTS = 8
 EVERY = {"none": 15, "one": 8, "two": 6}
 """Rivals are run on every so many of the dives of a kind."""
-
-POWER_POINTS = 3
 
 
 def section(cache: Path, short: bool) -> str:
@@ -100,30 +98,3 @@ def _introduction(trials: Sequence[Trial]) -> list[str]:
         f"fits. Seeds from {first} on; nothing is tuned on those from {BENCH} on. Median",
         f"{seconds:.1f} s of one core a dive.",
     )
-
-
-def power_section(cache: Path, short: bool) -> str:
-    """The power curve of every effect by itself."""
-    plan = power_planned(SHORT if short else FULL)
-    return power_page(measured(plan, Remembered(cache / "diagnosis.jsonl"), "power of the diagnosis"))
-
-
-def power_page(trials: Sequence[Trial]) -> str:
-    """The section from its trials."""
-    rows = ["| effect | size over the noise floor | named first, or its class |", "|---|---|---|"]
-    for name in sorted({one.truth["effects"][0]["name"] for one in trials}):
-        own = [one for one in trials if one.truth["effects"][0]["name"] == name]
-        for low, high, rate in tables.by_size(own, POWER_POINTS):
-            rows.append(f"| `{name}` | {low:.2f} to {high:.2f} | {goals.told(rate)} |")
-    lines = [
-        "## Power of the diagnosis",
-        "",
-        *paragraph(
-            f"How large each effect has to be to be named: {len(trials)} dives as in the section on the diagnosis,",
-            f"seeds from {BENCH + POWER} on. A point holds {tables.EACH_POINT} dives or more, cut by size.",
-        ),
-        "",
-        *rows,
-        "",
-    ]
-    return "\n".join(lines)

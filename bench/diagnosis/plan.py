@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from identify.challenge.case import UNSEEN_BESIDE, Case, Kind, draw_case, left_out
 from identify.challenge.novel import NOVEL
-from identify.challenge.plants import PLANTS
+from identify.challenge.plants import ABSORBED, PLANTS
 
 BENCH, DEVELOPMENT = 500_000, 390_000
 """The first seed of all; the short form, which anyone may look at, has those of development."""
@@ -73,8 +73,8 @@ def planned(counts: Counts) -> list[Planned]:
 
 
 def power_planned(counts: Counts) -> list[Planned]:
-    """The dives of the power curves: every effect alone."""
-    names = [name for name in PLANTS for _ in range(counts.power)]
+    """The dives of the power curves: every effect alone that a refit leaves to be seen."""
+    names = [name for name in PLANTS if name not in ABSORBED for _ in range(counts.power)]
     return _of_names("power", counts.first + POWER, "one", names)
 
 

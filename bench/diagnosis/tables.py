@@ -25,25 +25,21 @@ def judged(trial: Trial) -> Judged:
     return Judged(trial.truth, trial.answer)
 
 
-def by_size(trials: Sequence[Trial], points: int) -> list[tuple[float, float, Rate]]:
-    """Smallest and largest size over the floor of each point, and the rate at which the cause was named first.
+def by_size(told_of: Sequence[tuple[float, bool]], points: int) -> list[tuple[float, float, Rate]]:
+    """Of sizes over the floor, each with whether the cause was named first: smallest and largest of each point, and
+    the rate.
 
     Points of as many dives each, and none of fewer than EACH_POINT unless there are no more.
     """
-    ordered = sorted(trials, key=lambda one: float(one.truth["size"]))
+    ordered = sorted(told_of)
     points = max(min(points, len(ordered) // EACH_POINT), 1)
-    out = []
-    for part in np.array_split(np.arange(len(ordered)), points):
-        own = [ordered[i] for i in part]
-        if own:
-            sizes = [float(one.truth["size"]) for one in own]
-            out.append((sizes[0], sizes[-1], Rate(sum(judged(one).in_class() for one in own), len(own))))
-    return out
+    parts = [[ordered[i] for i in part] for part in np.array_split(np.arange(len(ordered)), points)]
+    return [(own[0][0], own[-1][0], Rate(sum(hit for _, hit in own), len(own))) for own in parts if own]
 
 
 def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
     """The power curve of all effects that a refit leaves to be seen, together."""
-    seen = [one for one in trials if judged(one).kind == "one"]
+    seen = [(float(one.truth["size"]), judged(one).in_class()) for one in trials if judged(one).kind == "one"]
     rows = ["| size over the noise floor | named first, or its class |", "|---|---|"]
     rows += [f"| {low:.2f} to {high:.2f} | {told(rate)} |" for low, high, rate in by_size(seen, points)]
     return [

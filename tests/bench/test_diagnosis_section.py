@@ -1,17 +1,19 @@
 """The proof of the diagnosis: its dives, its tables and its goals, from answers that are known."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bench.diagnosis import beside, goals, page, speed, tables
+from bench.diagnosis import beside, goals, page, power, speed, tables
 from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, UNKNOWABLE, Planned, planned, power_planned
 from bench.diagnosis.rivals.trials import RivalTrial
 from bench.diagnosis.trials import Trial, effects_for, trial
+from bench.remembered import Remembered
 from identify.challenge.answers import Answer, Named
 from identify.challenge.novel import NOVEL
-from identify.challenge.plants import PLANTS
+from identify.challenge.plants import ABSORBED, PLANTS
 from identify.challenge.score import Rate, score
 
 NAN = math.nan
@@ -44,7 +46,7 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
     assert {one.names for one in groups["one"]} == {(name,) for name in PLANTS}
     assert {one.names for one in groups["novel"]} == {(name,) for name in NOVEL}
     assert {one.left for one in groups["left out"]} == set(UNKNOWABLE)
-    assert len(power_planned(FULL)) >= 3 * tables.EACH_POINT * len(PLANTS)
+    assert len(power_planned(FULL)) >= 3 * tables.EACH_POINT * len(set(PLANTS) - set(ABSORBED))
 
 
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
@@ -76,12 +78,23 @@ def test_a_goal_is_judged_by_its_figure_and_shows_its_bounds() -> None:
 
 
 def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
-    small = [told("one", i, "waves", size=0.1 + 0.001 * i) for i in range(40)]
-    large = [told("one", 100 + i, "waves", said=("waves",), size=2.0 + 0.001 * i) for i in range(40)]
+    small = [(0.1 + 0.001 * i, False) for i in range(40)]
+    large = [(2.0 + 0.001 * i, True) for i in range(40)]
     points = tables.by_size([*large, *small], 8)
     assert [(round(low, 2), round(high, 2)) for low, high, _ in points] == [(0.1, 0.14), (2.0, 2.04)]
     assert [rate for _, _, rate in points] == [Rate(0, 40), Rate(40, 40)]
     assert len(tables.by_size(small[:5], 8)) == 1
+
+
+def test_rows_of_a_power_curve_are_taken_up_again_from_what_was_packed(tmp_path: Path) -> None:
+    rows = {f"power {i}:code": {"effect": "waves", "size": 0.1 * i, "hit": i > 1} for i in range(3)}
+    packed = tmp_path / "power.jsonl.gz"
+    power.pack(rows, packed)
+    again = Remembered(tmp_path / "kept.jsonl")
+    power.unpack(again, packed, list(rows)[1:])
+    assert [key in again for key in rows] == [False, True, True]
+    assert again.get("power 2:code", dict) == rows["power 2:code"]
+    assert "| `waves` | 0.00 to 0.20 | 33.3 % (6.1 to 79.2), 1 of 3 |" in power.page(list(rows.values()))
 
 
 def test_an_effect_shows_what_was_said_instead() -> None:

@@ -43,3 +43,24 @@ def test_a_source_that_is_no_code_counts_as_it_is(tmp_path: Path, monkeypatch: p
         found.append(stamps.stamp("gains.yaml"))
     stamps.stamp.cache_clear()
     assert found[0] != found[1]
+
+
+def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stamps, "ROOT", tmp_path)
+    for folder in ("bench", "bridge", "identify"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "bench/trials.py").write_text(
+        "import json\nfrom bench import words\nfrom identify.dive import Dive\n"
+    )
+    (tmp_path / "bench/words.py").write_text("")
+    (tmp_path / "identify/dive.py").write_text("def read():\n    from bridge import clock\n")
+    (tmp_path / "bridge/clock.py").write_text("")
+    (tmp_path / "bridge/other.py").write_text("")
+    stamps.reached.cache_clear()
+    try:
+        found = stamps.reached("bench/trials.py")
+    finally:
+        stamps.reached.cache_clear()
+    assert found == ("bench/trials.py", "bridge/clock.py", "identify/dive.py")

@@ -1,0 +1,92 @@
+"""The power of the diagnosis: of each effect, how large it has to be to be named; rows kept in the repository.
+
+A few hours of work, so what is done is packed at every end, an interruption's too, and gone on with from there.
+"""
+
+import gzip
+import json
+from collections.abc import Container, Sequence
+from functools import partial
+from pathlib import Path
+
+from bench.diagnosis import goals
+from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, Planned, power_planned
+from bench.diagnosis.sources import ANSWERS
+from bench.diagnosis.tables import EACH_POINT, by_size, judged
+from bench.diagnosis.trials import trial, trial_job
+from bench.remembered import Data, Job, Remembered
+from bench.stamp import stamp
+from bench.words import paragraph
+
+POINTS = 3
+
+
+def section(cache: Path, results: Path, short: bool) -> str:
+    """The section, from what `cache` and the packed file `results` hold and what they lack."""
+    kept = Remembered(cache / "power.jsonl")
+    jobs = jobs_of(power_planned(SHORT if short else FULL))
+    unpack(kept, results, jobs)
+    try:
+        rows = list(kept.fill(jobs, "power of the diagnosis").values())
+    finally:
+        pack({key: kept.get(key, dict) for key in jobs if key in kept}, results)
+    return page(rows)
+
+
+def jobs_of(plan: Sequence[Planned]) -> dict[str, Job]:
+    """A job a dive, by a key that holds the stamp of the code."""
+    return {f"{one.name}:{stamp(*ANSWERS)}": partial(power_job, one) for one in plan}
+
+
+def power_job(one: Planned) -> Data:
+    """What hid, its size over the noise floor, whether it was named first or its class was, and what was said."""
+    answered = trial(trial_job(one))
+    found = judged(answered)
+    return {
+        "effect": answered.truth["effects"][0]["name"],
+        "size": answered.truth["size"],
+        "hit": found.in_class(),
+        "said": found.named[0].name if found.named else found.verdict,
+    }
+
+
+def unpack(kept: Remembered, results: Path, wanted: Container[str]) -> None:
+    """Take the rows of a packed file that are wanted and not known yet."""
+    if not results.exists():
+        return
+    for line in gzip.decompress(results.read_bytes()).decode().splitlines():
+        row = json.loads(line)
+        if row["key"] in wanted and row["key"] not in kept:
+            kept.put(row["key"], row["data"])
+
+
+def pack(rows: dict[str, Data], results: Path) -> None:
+    """Write rows to a gzipped file of JSON lines, the same bytes for the same rows."""
+    text = "".join(json.dumps({"key": key, "data": rows[key]}) + "\n" for key in sorted(rows))
+    results.parent.mkdir(parents=True, exist_ok=True)
+    results.write_bytes(gzip.compress(text.encode(), mtime=0))
+
+
+def page(rows: Sequence[Data]) -> str:
+    """The section from its rows."""
+    names = sorted({str(row["effect"]) for row in rows})
+    lines = ["| effect | size over the noise floor | named first, or its class |", "|---|---|---|"]
+    for name in names:
+        own = [(float(row["size"]), bool(row["hit"])) for row in rows if row["effect"] == name]
+        for low, high, rate in by_size(own, POINTS):
+            lines.append(f"| `{name}` | {low:.2f} to {high:.2f} | {goals.told(rate)} |")
+    return "\n".join(
+        [
+            "## Power of the diagnosis",
+            "",
+            *paragraph(
+                f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
+                f"seeds from {BENCH + POWER} on, {len(names)} effects each alone; those that a refit takes up whole",
+                f"have nothing to be seen by. A point holds {EACH_POINT} dives or more, cut by size. Every row is in",
+                "`bench/results/power.jsonl.gz`.",
+            ),
+            "",
+            *lines,
+            "",
+        ]
+    )
