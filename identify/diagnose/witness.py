@@ -31,6 +31,10 @@ much earlier or later, or would be by a lag so much longer, is nobody's evidence
 JITTER_S = 0.03
 """By how much a reading's date goes astray on its own, beside what is so in the mean."""
 
+ROUNDED_S = (-JITTER_S, JITTER_S)
+"""A course holds a thrust by its own instants, between which pulses fall: of a lag that is another by less than a step
+or two, shafts would tell by that rounding alone."""
+
 MOST_MEMORY = 0.98
 LEAST_ROWS = 20
 LEAST_SHARE = 0.01
@@ -133,6 +137,7 @@ def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness
     slower_s = course.lag_s + SLOWER_S
     late = [delayed(more, step_s, late_s) - more for late_s in LATE_S]
     late.append(SLOWER_S / slower_s * (lagged(more, step_s, slower_s) - more))
+    late += [delayed(more, step_s, late_s) - more for late_s in ROUNDED_S]
     known = witness.known.copy()
     known[:, -len(late) :] += np.column_stack([witness.bins.along(course, one[:, 0]) for one in late])
     return replace(witness, known=known)
@@ -161,6 +166,9 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         nominal = bins.mean(at)
         late = [bins.mean(thrust_n(bins.time_s - late_s)[:, k] - at) for late_s in LATE_S]
         late.append(bins.mean(slower_n(bins.time_s)[:, k] - at))
+        given = course.thrust_n[:, [k]]
+        rounded = [delayed(given, course.step_s, late_s) - given for late_s in ROUNDED_S]
+        late += [bins.along(course, one[:, 0]) for one in rounded]
         before = thrust_n(bins.time_s - JITTER_S)[:, k]
         after = thrust_n(bins.time_s + JITTER_S)[:, k]
         astray = bins.mean(0.5 * np.abs(after - before))

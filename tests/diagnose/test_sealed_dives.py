@@ -1,6 +1,7 @@
 """Dives that were made elsewhere: of two the truth is known, of the others the answers keep to the form."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -16,10 +17,12 @@ SEALED, SCHEMA = SHARED / "sealed", SHARED / "answers.schema.json"
 ANSWERS = ROOT / "tests" / "data" / "sealed_answers"
 
 
-def told(name):
+def told(name, lag_s=0.03):
     if not SEALED.is_dir():
         pytest.skip("no shared data beside the checkout")
     file = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml"))
+    curve = replace(file.vehicle.thrust_curve, lag_s=lag_s)
+    file = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     dives = [read_dive(SEALED / name / f"{which}.tlog.gz") for which in ("dive", "check")]
     return diagnose(dives[0], file, "hovering", check=dives[1], progress=lambda _share, _words: None)
 
@@ -44,6 +47,15 @@ def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is():
         assert abs(one.value - value) < 3.3 * std, name
     assert found.check.after < found.check.before
     assert found.heldout.after < found.heldout.before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lag_s", [0.01, 0.05])
+def test_a_lag_of_the_vehicle_file_that_is_20_ms_off_is_named_with_the_true_one(lag_s):
+    found = told("open_1", lag_s)
+    assert (found.verdict, [one.name for one in found.found]) == ("explained", ["thruster_lag"])
+    true = found.found[0].parameters["time_constant"]
+    assert true.low95 < 0.03 < true.high95
 
 
 @pytest.mark.parametrize("letter", "abcdefg")

@@ -142,3 +142,13 @@ def test_telemetry_may_be_late_with_what_a_slower_thruster_does_too(case_and_nom
     following = weighed(one, [act], stepped.course).witness
     assert beyond(following.known, left) < 0.1 * beyond(one.known, left)
     np.testing.assert_array_equal(weighed(one, [], stepped.course).witness.known, one.known)
+
+
+@pytest.mark.parametrize("off_s", [-0.02, 0.02])
+def test_shafts_say_nothing_of_a_lag_that_is_other_by_no_more_than_a_course_rounds(case_and_nominal, off_s):
+    nominal = case_and_nominal[1]
+    lag_s = nominal.course.lag_s
+    act = thruster_lag(lag_s).act(nominal.course, np.array([lag_s + off_s]))
+    for one in of_kind(nominal, "shaft"):
+        seen = one.of(act, nominal.course)
+        assert beyond(one.known, seen) < 0.03 * np.linalg.norm(seen)
