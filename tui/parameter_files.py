@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
@@ -30,12 +30,14 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Targets:
     """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
-    which no effect that was accepted earlier holds; `sidecar` tells intervals and origin, where it has one."""
+    which no effect that was accepted earlier holds; `left_out` are the lines of the file that were not chosen;
+    `sidecar` tells intervals and origin, where it has one."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
     whole: bool = False
     sidecar: Sidecar | None = None
+    left_out: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -166,13 +168,19 @@ def _narrowed(
     path: Path, found: Targets, only: Collection[str] | None, doubted: Mapping[str, str]
 ) -> Targets:
     """What is left of the values, and a line for each of these that is doubted."""
-    missing = [name for name in only or () if name not in found.values]
+    # What it takes back of effects that the vehicle holds may be chosen as well; which these are, the vehicle says.
+    missing = [
+        name
+        for name in only or ()
+        if name not in found.values
+        and not (found.whole and isinstance(coefficient_of(name), EffectCoefficient))
+    ]
     if missing:
         raise UsageError(f"{path}: has no {', '.join(missing)}; it has {', '.join(sorted(found.values))}")
     kept = {name: value for name, value in found.values.items() if only is None or name in only}
     taken = {coefficient.name for name in kept if (coefficient := coefficient_of(name)) is not None}
     notes = (*found.notes, *(f"warning: {line}" for line in told(doubted, taken)))
-    return Targets(kept, notes, found.whole and only is None, found.sidecar)
+    return replace(found, values=kept, notes=notes, left_out=frozenset(found.values) - frozenset(kept))
 
 
 def write_identified(path: Path, answer: Identification, file: VehicleFile) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 
+_LINE = re.compile(r"(\w+): (.+)")
 _VALUE = re.compile(r"(\w+) (\S+) ± (\S+?)(?:,|$)")
 
 
@@ -22,6 +23,17 @@ class Told:
     def values(self) -> dict[str, tuple[float, float]]:
         """The parameters that the words tell so far, with the half of their 95 % intervals; SI units."""
         return {name: (float(value), float(half)) for name, value, half in _VALUE.findall(self.words)}
+
+    @property
+    def line(self) -> tuple[str, str] | None:
+        """The parameter that was just written, and what became of it; None for words that tell something else."""
+        match = _LINE.fullmatch(self.words)
+        return (match.group(1), match.group(2)) if match else None
+
+
+def line_words(name: str, became: str) -> str:
+    """Words that `Told.line` reads."""
+    return f"{name}: {became}"
 
 
 def asked(environment: Mapping[str, str]) -> bool:

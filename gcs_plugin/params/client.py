@@ -25,7 +25,7 @@ from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan
 from gcs_plugin.params.receipt import Receipt, lines_of
-from gcs_plugin.params.transfer import ReadValue, SetValue, Source
+from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
 from gcs_plugin.params.while_armed import obstacle
 from gcs_plugin.station import GROUND_STATION
@@ -75,6 +75,11 @@ def message_of(send: ReadList | ReadIndex | ReadValue | SetValue, target: Source
     return dialect.MAVLink_param_set_message(*target, name, send.value, dialect.MAV_PARAM_TYPE_REAL32)
 
 
+def _unheard(name: str, result: Result) -> None:
+    """Nobody hears what becomes of single lines."""
+    del name, result
+
+
 def _unseen(stage: str, done: int, total: int) -> None:
     """Progress that nobody watches."""
     del stage, done, total
@@ -84,7 +89,8 @@ class ParameterClient:
     """Reads and writes one vehicle's parameters over `link`.
 
     Every wait is a read of `link` with a timeout: a link whose `read` steps a simulation runs it along.
-    `progress` hears the stage (and for how long nothing was answered), and how many of how many are done.
+    `progress` hears the stage (and for how long nothing was answered), and how many of how many are done; `line` what
+    became of each parameter that changes, as soon as it is known.
     Nothing is asked or written where two vehicles share the address: LinkError.
     """
 
@@ -94,10 +100,11 @@ class ParameterClient:
         clock: Clock,
         timing: Timing | None = None,
         progress: Callable[[str, int, int], None] = _unseen,
+        line: Callable[[str, Result], None] = _unheard,
     ) -> None:
         self._link, self._clock = link, clock
         self._timing = timing or Timing()
-        self._progress = progress
+        self._progress, self._line = progress, line
         self._framer, self._encoder = Framer(), Encoder(*GROUND_STATION)
         self._heard: dict[Source, Heard] = {}
         self._boot_ms: dict[Source, int] = {}
@@ -237,6 +244,7 @@ class ParameterClient:
         )
 
     def _drive(self, upload: Upload, even_armed: bool) -> Ending:
+        told: dict[str, Result] = {}
         while upload.ending is None:
             try:
                 for send in upload.tick(self._clock.boot_s()):
@@ -251,6 +259,10 @@ class ParameterClient:
                 # Not one more write: it would reach the other vehicle too, or nobody.
                 upload.give_up(f"{trouble}; {upload.left_behind}")
             self._tell(upload.stage.value, *upload.progress, upload.unanswered_s(now_s))
+            for name, result in upload.proven.items():
+                if told.get(name) != result:
+                    told[name] = result
+                    self._line(name, result)
         return upload.ending
 
     def _gone(self, now_s: float) -> str:

@@ -77,6 +77,13 @@ class Plan:
                 raise ParamUnknown(f"the plan has no line {name}; it has {', '.join(sorted(known))}")
         return replace(self, rows=tuple(row for row in self.rows if row.name in wanted))
 
+    def explained(self, names: Iterable[str], reason: str) -> "Plan":
+        """The plan with a reason for some of its lines."""
+        held = set(names)
+        return replace(
+            self, rows=tuple(replace(row, reason=reason) if row.name in held else row for row in self.rows)
+        )
+
     def check(self) -> None:
         """Raise where any line can't be sent: then nothing is sent."""
         for row in self.rows:
@@ -152,16 +159,6 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     if float32.same(now, value):
         return Row(name, now, value, Verdict.SAME)
     return Row(name, now, value, Verdict.CHANGED)
-
-
-def printable(plan: Plan) -> list[tuple[str, str, str, str]]:
-    """Name, present value, target and verdict with its reason, as text, in the order of the file."""
-    lines = []
-    for row in plan.rows:
-        present = "-" if row.present is None else value_text(row.present)
-        verdict = f"{row.verdict.value}: {row.reason}" if row.reason else row.verdict.value
-        lines.append((row.name, present, value_text(row.target), verdict))
-    return lines
 
 
 def value_text(value: float) -> str:

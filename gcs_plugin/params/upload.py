@@ -86,6 +86,12 @@ class Upload:
         return self._transfer.progress
 
     @property
+    def proven(self) -> dict[str, Result]:
+        """What is known so far of the lines that change, the newest of each, by name."""
+        known = {**self._results, **self._undone, **self._transfer.results}
+        return {name: result for name, result in known.items() if name in self._plan.changes}
+
+    @property
     def left_behind(self) -> str:
         """What an end at once would leave on the vehicle, and what to do then."""
         if not self._written:

@@ -13,7 +13,7 @@ from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
-from tui import cli, exit_codes
+from tui import cli, exit_codes, told
 from tui.parameter_files import write_identified
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
@@ -506,3 +506,55 @@ def test_a_roll_back_lowers_the_mode_of_the_feed_forward_and_never_raises_it(veh
     vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
     assert run("rollback", "--yes") == exit_codes.DONE
     assert vehicle.server.mode == 0
+
+
+def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
+    vehicle, file, monkeypatch, capsys
+):
+    monkeypatch.setenv(told.VARIABLE, told.FORM)
+    vehicle.stuck = {"FF1_D_U"}
+    assert run("upload", file, "--yes") == exit_codes.NO
+    heard = [told.read(line) for line in capsys.readouterr().err.splitlines()]
+    lines = [one.line for one in heard if one is not None and one.of == "uploading" and one.line]
+    assert lines[0] == ("FF1_M_U", "111.5 read back equal")
+    assert lines[1][0] == "FF1_D_U"
+    assert "equal" not in lines[1][1]
+    assert lines[2] == ("FF1_M_U", "0 read back equal")
+
+
+def test_a_dry_run_tells_what_a_roll_back_would_change_and_of_which_upload(vehicle, file, tmp_path):
+    assert run("upload", file, "--yes", "--only", "FF1_M_U") == exit_codes.DONE
+    kept = tmp_path / "plan.json"
+    assert run("rollback", "--dry-run", "--json", str(kept)) == exit_codes.NO
+    plan = json.loads(kept.read_text("utf-8"))
+    assert Path(plan["file"]).name.endswith("-before.param")
+    changed = [(row["name"], row["target"]) for row in plan["parameters"] if row["verdict"] == "changed"]
+    assert changed == [("FF1_M_U", 0.0)]
+    assert (plan["writes"], plan["needs_disarmed"], plan["vehicle"]["armed"]) == (True, True, False)
+    assert vehicle.server.active(1)["M_u"] == 111.5
+
+
+def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehicle, file, tmp_path):
+    for name, value in (("FF1_M_U", 111.5), ("FF1_D_U", 56.25)):
+        vehicle.server.write(name, value, armed=False)
+    kept = tmp_path / "plan.json"
+    assert run("diff", file, "--json", str(kept)) == exit_codes.DONE
+    assert json.loads(kept.read_text("utf-8"))["writes"]
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1)["D_u"] == 56.25
+    run("diff", file, "--json", str(kept))
+    assert not json.loads(kept.read_text("utf-8"))["writes"]
+
+
+def test_an_effect_that_a_model_takes_back_is_a_line_that_can_be_chosen(vehicle, file, capsys):
+    vehicle.server.write("FF1_X_UU", 12.5, False)
+    vehicle.server.write("FF_COMMIT", float(vehicle.server.staged_crc), False)
+    with_sidecar(file, "converged")
+    assert run("upload", file, "--yes", "--only", "FF1_M_U") == exit_codes.DONE
+    assert vehicle.server.active(1)["X_uu"] == 12.5
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("upload", file, "--yes", "--only", "FF1_X_UU") == exit_codes.DONE
+    assert "X_uu" not in vehicle.server.active(1)
+    capsys.readouterr()
+    assert run("upload", file, "--yes", "--only", "FF1_Y_VV") == exit_codes.BAD_INPUT
+    assert "nothing of FF1_Y_VV is to be changed" in capsys.readouterr().err

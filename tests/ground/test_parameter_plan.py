@@ -4,7 +4,8 @@ import pytest
 
 from bridge.errors import ParamRejected, ParamUnknown
 from gcs_plugin.params import float32
-from gcs_plugin.params.plan import Verdict, is_staged, make_plan, printable, taken_back
+from gcs_plugin.params.compared import compared
+from gcs_plugin.params.plan import Verdict, is_staged, make_plan, taken_back
 from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
 
@@ -63,10 +64,10 @@ def test_lines_can_be_chosen_and_nothing_is_skipped_in_silence():
 
 
 def test_rows_print_with_comparable_values():
-    rows = printable(make_plan({"FF0_M_U": 24.4, "FF3_M_U": 30.0}, PRESENT))
-    assert rows == [
-        ("FF0_M_U", "24.4", "24.4", "same"),
-        ("FF3_M_U", "-", "30", "not on the vehicle: the vehicle has no such parameter"),
+    plan = make_plan({"FF0_M_U": 24.4, "FF3_M_U": 30.0}, PRESENT)
+    assert [line.cells() for line in compared(plan, {}, {})] == [
+        ("FF0_M_U", "24.4", "24.4", "-", "-", "same"),
+        ("FF3_M_U", "-", "30", "-", "-", "not on the vehicle: the vehicle has no such parameter"),
     ]
 
 

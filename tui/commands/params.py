@@ -1,7 +1,7 @@
 """`seatrial params`: show, compare, upload and roll back the parameters of a vehicle."""
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,10 +11,10 @@ from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.compared import Compared
-    from gcs_plugin.params.plan import Plan
     from gcs_plugin.params.receipt import Line
+    from gcs_plugin.params.transfer import Result
     from tui.parameter_files import Targets
+    from tui.parameter_plan import Planned
     from tui.show import Tell
 
 EXAMPLE = "seatrial params upload hovering.json --vehicle ruvifist --link udpin:127.0.0.1:14550"
@@ -62,6 +62,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             )
         if name in ("upload", "rollback"):
             action.add_argument("--yes", action="store_true", help="do not ask")
+            action.add_argument(
+                "--dry-run", action="store_true", help="show what it would change; sends no write"
+            )
             action.add_argument(
                 "--armed",
                 action="store_true",
@@ -115,10 +118,24 @@ class Watch:
 
     def __init__(self) -> None:
         self._tell: Tell | None = None
+        self._share = 0.0
 
     def __call__(self, stage: str, done: int, total: int) -> None:
+        self._share = done / max(total, 1)
         if self._tell is not None:
-            self._tell(done / max(total, 1), stage)
+            self._tell(self._share, stage)
+
+    def line(self, name: str, result: "Result") -> None:
+        """What became of one parameter, to a program that reads along; a bar has no line for it."""
+        import os
+
+        from gcs_plugin.params.transfer import Outcome
+        from tui import told
+
+        if self._tell is not None and told.asked(os.environ):
+            equal = result.outcome is Outcome.APPLIED
+            words = f"{_text(result.seen)} read back equal" if equal else result.sentence
+            self._tell(self._share, told.line_words(name, words))
 
     @contextmanager
     def bar(self, sentence: str) -> Iterator[None]:
@@ -133,13 +150,10 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.framing import Encoder
     from gcs_plugin.params.client import ParameterClient
-    from gcs_plugin.params.compared import compared
-    from gcs_plugin.params.last_accepted import last_accepted
-    from gcs_plugin.params.plan import make_plan, taken_back
-    from gcs_plugin.params.while_armed import not_raised
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
+    from tui.parameter_plan import newest, planned, planned_back
 
     check_outputs(arguments)
     targets = targets_for(arguments)
@@ -148,28 +162,26 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         # A vehicle that listens on UDP learns from this where the ground is.
         link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
-        client = ParameterClient(link, clock, progress=watch)
+        client = ParameterClient(link, clock, progress=watch, line=watch.line)
         with watch.bar("looking for the vehicle"):
             client.find_vehicle(arguments.seconds, arguments.system)
             present = client.read_all()
         if arguments.action == "show":
             return show_values(arguments, present)
+        receipts, system = Path(arguments.receipts), client.vehicle[0]
         if arguments.file is None:
-            arguments.file = str(newest(Path(arguments.receipts), client.vehicle[0]))
+            arguments.file = str(newest(receipts, system))
             targets = targets_for(arguments)
-        back = taken_back(targets.values, present) if targets.whole else {}
-        told = (
-            f"note: effects accepted before are no part of this model and are taken back: {', '.join(back)}"
-        )
-        for note in (*targets.notes, *((told,) if back else ())):
+        file = Path(arguments.file)
+        if arguments.action == "rollback":
+            plan = planned_back(file, targets, present, receipts, system)
+        else:
+            plan = planned(file, targets, present, arguments.only, receipts, system)
+        for note in plan.notes:
             show.say(show.results(arguments.json), note)
-        values = targets.values | back
-        plan = make_plan(not_raised(values, present) if arguments.action == "rollback" else values, present)
-        accepted = last_accepted(Path(arguments.receipts), client.vehicle[0])
-        rows = compared(plan, targets.sidecar.intervals if targets.sidecar else {}, accepted)
-        if arguments.action == "diff":
-            return show_difference(arguments, rows, plan, client, targets.notes)
-        return apply(arguments, client, watch, targets, rows, plan, clock.unix_s())
+        if arguments.action == "diff" or arguments.dry_run:
+            return show_difference(arguments, plan, client)
+        return apply(arguments, client, watch, plan, clock.unix_s())
     finally:
         link.close()
 
@@ -207,54 +219,19 @@ def _pattern(given: str) -> str:
     return given.upper() if "*" in given else f"{given.upper()}*"
 
 
-def newest(receipts: Path, system: int) -> Path:
-    """The values before the last upload that stands. Raises UsageError where there was none."""
-    from gcs_plugin.params.last_accepted import newest_before
-    from tui.exit_codes import UsageError
-
-    found = newest_before(receipts, system)
-    if found is None:
-        raise UsageError(
-            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
-        )
-    return found
-
-
-def show_difference(
-    arguments: argparse.Namespace,
-    rows: Sequence["Compared"],
-    plan: "Plan",
-    client: "ParameterClient",
-    notes: Sequence[str],
-) -> int:
-    """`params diff`."""
-    from bridge.parameters import MODE
+def show_difference(arguments: argparse.Namespace, planned: "Planned", client: "ParameterClient") -> int:
+    """`params diff`, and the others with `--dry-run`."""
     from gcs_plugin.params.plan import Verdict
     from tui import show
 
-    tell_plan(rows, arguments.json)
-    show.say(show.results(arguments.json), plan.summary())
-    system, component = client.vehicle
-    data = {
-        "summary": plan.summary(),
-        "vehicle": {"system": system, "component": component, "armed": client.armed},
-        "ff_mode": plan.present.get(MODE),
-        "notes": list(notes),
-        "parameters": [row.to_json() for row in rows],
-    }
-    show.write_json(data, arguments.json)
-    alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in plan.rows)
+    planned.tell(arguments.json, (Verdict.READ_ONLY,))
+    show.write_json(planned.to_json(client), arguments.json)
+    alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in planned.plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 
 
 def apply(
-    arguments: argparse.Namespace,
-    client: "ParameterClient",
-    watch: Watch,
-    targets: "Targets",
-    compared: Sequence["Compared"],
-    plan: "Plan",
-    unix_s: float,
+    arguments: argparse.Namespace, client: "ParameterClient", watch: Watch, planned: "Planned", unix_s: float
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
     from dataclasses import replace
@@ -265,8 +242,8 @@ def apply(
     from gcs_plugin.params.plan import Verdict
     from tui import show
 
-    tell_plan([one for one in compared if one.row.verdict is not Verdict.SAME], arguments.json)
-    show.say(show.results(arguments.json), plan.summary())
+    plan = planned.plan
+    planned.tell(arguments.json, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
     if plan.changes and not arguments.yes and not agreed(client, f"write {len(plan.changes)} parameters?"):
         show.say(show.words(), "nothing was sent")
@@ -291,7 +268,7 @@ def apply(
     show.write_json(receipt.to_json(), str(kept))
     show.say(console, f"receipt: {kept}\nvalues before: {before}")
     try:
-        accepted = keep_accepted(receipt, targets.sidecar, targets.whole)
+        accepted = keep_accepted(receipt, planned.targets.sidecar, planned.whole)
         if accepted is not None:
             show.say(console, f"accepted: {accepted}")
     except ParamError as error:
@@ -310,20 +287,6 @@ def _text(value: float | None) -> str:
     from gcs_plugin.params.plan import value_text
 
     return "-" if value is None else value_text(value)
-
-
-def tell_plan(rows: Sequence["Compared"], json_target: str | None) -> None:
-    """The plan as a table, without the lines that an upload never sends."""
-    from gcs_plugin.params.compared import COLUMNS, LEGEND
-    from gcs_plugin.params.plan import Verdict
-    from tui import show
-
-    told = [one for one in rows if one.row.verdict is not Verdict.READ_ONLY]
-    console = show.results(json_target)
-    if told:
-        show.put(console, show.table("", COLUMNS, [one.cells() for one in told], numbers=COLUMNS[1:5]))
-    if any(one.change is not None for one in told):
-        show.say(console, LEGEND)
 
 
 def agreed(client: "ParameterClient", question: str) -> bool:

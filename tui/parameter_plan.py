@@ -1,0 +1,130 @@
+"""What `params` would do with a vehicle: the plan beside what was last accepted, as a table and as JSON."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bridge.parameters import MODE, set_crc
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.compared import COLUMNS, LEGEND, Compared, compared
+from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.last_accepted import last_accepted, newest_before
+from gcs_plugin.params.plan import Plan, Verdict, make_plan, taken_back
+from gcs_plugin.params.upload import Upload
+from gcs_plugin.params.while_armed import not_raised, obstacle
+from tui import show
+from tui.exit_codes import UsageError
+from tui.parameter_files import Targets
+
+TAKEN_BACK = "no part of this model, taken back"
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A plan, line by line beside what was last accepted; `back` are the effects that it takes back."""
+
+    file: Path
+    targets: Targets
+    plan: Plan
+    lines: tuple[Compared, ...]
+    back: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of it beside its lines."""
+        if not self.back:
+            return self.targets.notes
+        told = "note: effects accepted before are no part of this model and are taken back"
+        return (*self.targets.notes, f"{told}: {', '.join(self.back)}")
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a model with all of its lines."""
+        return self.targets.whole and not self.targets.left_out
+
+    def table(self, hidden: Collection[Verdict]) -> show.Table | None:
+        """Its lines, without those of some verdicts; None where none are left."""
+        told = [one.cells() for one in self.lines if one.row.verdict not in hidden]
+        return show.table("", COLUMNS, told, numbers=COLUMNS[1:5]) if told else None
+
+    def tell(self, json_target: str | None, hidden: Collection[Verdict]) -> None:
+        """Table and summary where tables go."""
+        console = show.results(json_target)
+        table = self.table(hidden)
+        if table is not None:
+            show.put(console, table)
+        if any(one.change is not None for one in self.lines):
+            show.say(console, LEGEND)
+        show.say(console, self.plan.summary())
+
+    def to_json(self, client: ParameterClient) -> dict[str, Any]:
+        """The form that `params diff --json` writes. `writes`: an upload would write something, if only a commit."""
+        system, component = client.vehicle
+        rehearsed = Upload(self.plan, client.vehicle, 0.0, Timing(), set_crc)
+        return {
+            "summary": self.plan.summary(),
+            "file": str(self.file),
+            "outcome": self.targets.sidecar.outcome if self.targets.sidecar else "",
+            "vehicle": {"system": system, "component": component, "armed": client.armed},
+            "ff_mode": self.plan.present.get(MODE),
+            "writes": rehearsed.ending is None,
+            "needs_disarmed": rehearsed.needs_disarmed,
+            "obstacle_armed": obstacle(self.plan.present),
+            "notes": list(self.notes),
+            "parameters": [line.to_json() for line in self.lines],
+        }
+
+
+def planned(
+    file: Path,
+    targets: Targets,
+    present: Mapping[str, float],
+    only: Collection[str] | None,
+    receipts: Path,
+    system: int,
+) -> Planned:
+    """The plan of bringing a vehicle that holds `present` to what a file asks for, or to those lines of it.
+
+    Raises UsageError for a line that it does not come to.
+    """
+    model = dict.fromkeys((*targets.values, *targets.left_out), 0.0)
+    back = taken_back(model, present) if targets.whole else {}
+    back = {name: value for name, value in back.items() if only is None or name in only}
+    plan = make_plan(targets.values | back, present).explained(back, TAKEN_BACK)
+    return _beside(file, targets, plan, tuple(back), only, receipts, system)
+
+
+def planned_back(
+    file: Path, targets: Targets, present: Mapping[str, float], receipts: Path, system: int
+) -> Planned:
+    """The plan of going back to the values before an upload."""
+    plan = make_plan(not_raised(targets.values, present), present)
+    return _beside(file, targets, plan, (), None, receipts, system)
+
+
+def newest(receipts: Path, system: int) -> Path:
+    """The values before the last upload that stands. Raises UsageError where there was none."""
+    found = newest_before(receipts, system)
+    if found is None:
+        raise UsageError(
+            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
+        )
+    return found
+
+
+def _beside(
+    file: Path,
+    targets: Targets,
+    plan: Plan,
+    back: Sequence[str],
+    only: Collection[str] | None,
+    receipts: Path,
+    system: int,
+) -> Planned:
+    missing = set(only or ()) - {row.name for row in plan.rows}
+    if missing:
+        raise UsageError(f"{file}: nothing of {', '.join(sorted(missing))} is to be changed; leave it out")
+    intervals = targets.sidecar.intervals if targets.sidecar else {}
+    lines = compared(plan, intervals, last_accepted(receipts, system))
+    return Planned(file, targets, plan, lines, tuple(back))
