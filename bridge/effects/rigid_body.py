@@ -126,7 +126,7 @@ NET_BUOYANCY = Effect(
     "net_buoyancy",
     "a buoyancy other than the vehicle file says, as of fresh or salt water",
     "body",
-    (Parameter("force", "N", 1.0),),
+    (Parameter("force", "N", 0.5),),
     _buoyancy,
     "a drift without thrust; at depth again",
 )

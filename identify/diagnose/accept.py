@@ -24,6 +24,7 @@ from bridge.vehicle.effect_coefficients import (
     effect_coefficients,
     gain_name,
 )
+from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Accepted, Found, Value
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
@@ -94,7 +95,7 @@ def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple
     unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
     if unheard:
         sentences.append(_unheard(unheard))
-    for problem, stds in zip(now.joint.problems, _log_stds(found, now), strict=True):
+    for problem, stds in zip(now.joint.problems, log_stds([one.cause for one in found], now), strict=True):
         dof = problem.axis.dof
         axis = {MASSES[dof]: (mass[dof], stds[0]), DAMPINGS[dof]: (damping[dof], stds[1])}
         if dof in now.doubted:
@@ -127,14 +128,14 @@ def _unheard(dofs: Sequence[int]) -> str:
     )
 
 
-def _log_stds(found: Sequence[Found], now: Nominal) -> list[tuple[float, float]]:
+def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]:
     """Standard errors of log mass and log damping of each axis, beside the causes."""
     rows = whitened(now.joint, now.theta, now.doubted)
     slopes = [
-        one.cause.slope(now.course, p)
-        for one in found
-        if not one.cause.effect.refit_absorbs
-        for p in np.flatnonzero(one.cause.present).tolist()
+        one.slope(now.course, p)
+        for one in causes
+        if not one.effect.refit_absorbs
+        for p in np.flatnonzero(one.present).tolist()
     ]
     whole = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])

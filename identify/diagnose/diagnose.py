@@ -14,6 +14,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose import likely
+from identify.diagnose.accept import log_stds
 from identify.diagnose.candidates import HEARD, found_of, tried_of
 from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
@@ -25,6 +26,7 @@ from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoil
 from identify.diagnose.further import further
 from identify.diagnose.generic import Left, left_over
 from identify.diagnose.known import held, holding, known_of, since
+from identify.diagnose.mirrored import mounting_hints
 from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
@@ -32,6 +34,7 @@ from identify.diagnose.probability import BESIDE_UNKNOWN
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
+from identify.diagnose.strangers import mass_hints
 from identify.diagnose.sure import sure
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
 from identify.diagnose.where import (
@@ -55,6 +58,9 @@ TELLING_S = 2 * FOLDS * PIECE_S
 
 TELLING_CHECK_S = 60.0
 """A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
+
+MOST_STILL = 0.5
+"""Share of a dive over which the velocity may stand still at one value: what is left is not most of the dive."""
 
 SEED = 0
 """Of the noise that floors are drawn with: one dive has one answer."""
@@ -88,7 +94,8 @@ def diagnose(
     if check is not None:
         _able(check, LEAST_CHECK_S)
     progress(0.0, "fitting the nominal model")
-    whole = library(file.vehicle.configurations[configuration], file.vehicle.thrust_curve.lag_s)
+    shape = file.vehicle.configurations[configuration]
+    whole = library(shape, file.vehicle.thrust_curve.lag_s)
     holds, not_held = known_of(effects_accepted, whole)
     nominal = holding(_nominal(dive, file, configuration), holds)
     other = None if check is None else holding(_nominal(check, file, configuration), holds)
@@ -140,6 +147,8 @@ def diagnose(
         measured,
         dive_next,
         (
+            *mounting_hints(nominal.mirrored),
+            *mass_hints(found.now, [mass for mass, _ in log_stds(found.causes, found.now)], shape),
             *held(holds),
             *not_held,
             *ran_away(before, after),
@@ -150,7 +159,7 @@ def diagnose(
         ),
         time.perf_counter() - began_s,
         prediction,
-        likely.accepted(weighed, found, nominal, tried, holds, file.vehicle.configurations[configuration]),
+        likely.accepted(weighed, found, nominal, tried, holds, shape),
     )
 
 
@@ -212,6 +221,13 @@ def _able(dive: Dive, least_s: float) -> None:
     if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
         raise FitError(
             f"{dive.source}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
+        )
+    still_s = sum(end_s - start_s for start_s, end_s in dive.frozen.get("velocity", ()))
+    if still_s > MOST_STILL * dive.duration_s:
+        raise FitError(
+            f"{dive.source}: the velocity repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s while the "
+            "vehicle goes on: a diagnosis would tell of the sensor, not of the vehicle; check the DVL, and what passes "
+            "its readings on, and dive again"
         )
     if dive.duration_s < least_s:
         cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""

@@ -15,6 +15,10 @@ Array = NDArray[np.float64]
 AS_GOOD = 3.0
 """Nats on held-out pieces within which two causes are not told apart: odds of twenty to one."""
 
+SAME_FORM = 1e-3
+"""Of what a cause saves, what tells one form from another only: at tens of thousands of nats no form of a library is so
+true that less would speak against a cause that adds all but the same."""
+
 LEAST_LIKENESS = 0.5
 """Causes that add less alike than this are no names for one thing: where each does as well in the other's place, both
 may be there, and neither is evidence against the other."""
@@ -39,13 +43,14 @@ def alike_of(found: Explanation, k: int) -> Alike:
     names: list[str] = []
     likeness: dict[str, float] = {}
     best_apart = others.gain
+    nearly = max(AS_GOOD, SAME_FORM * (fit.gain - others.gain))
     for _, _, cause in candidates(ground.beside(others), others)[:LOOKED_AT]:
         if cause.effect.name == own.effect.name:
             continue
         tried = ground.fitted((*others.causes, cause))
         if len(tried.causes) <= len(others.causes):
             continue
-        if tried.gain > fit.gain - AS_GOOD:
+        if tried.gain > fit.gain - nearly:
             alike = cosine(ground, others, own, tried.causes[-1])
             if cause.effect.name not in names and alike >= LEAST_LIKENESS:
                 names.append(cause.effect.name)

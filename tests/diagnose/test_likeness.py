@@ -1,5 +1,7 @@
 """A cause that another would do as well as is told with that other, and never surer than evidence makes it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,26 @@ def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accep
     twin = next(one for one in tried if one.name in {"net_buoyancy", "thrust_bias"} and not one.accepted)
     assert twin.gain_nats < 2.0
     assert all(one.why == "" for one in tried if one.gain_nats <= LEAST_GAIN)
+
+
+def test_a_small_weight_shows_as_early_as_a_push_that_is_as_large():
+    small = 0.09
+    assert Cause(NET_BUOYANCY, np.array([small])).shows
+    assert Cause(THRUST_BIAS, np.array([0.0, 0.0, small, 0.0])).shows
+
+
+def test_where_all_but_the_form_is_alike_a_few_nats_of_thousands_tell_nothing_apart():
+    case = draw_case(3_860_000_011, names=[], seconds=110.0)
+    shape = case.file.vehicle.configurations[case.configuration]
+    vehicle = replace(
+        case.file.vehicle,
+        configurations={case.configuration: replace(shape, net_buoyancy_n=shape.net_buoyancy_n + 6.0)},
+    )
+    found = explain(
+        nominal_of(dive_of(case), replace(case.file, vehicle=vehicle), case.configuration),
+        LIBRARY,
+        lambda *_: None,
+    )
+    alike = alike_of(found, 0)
+    assert {found.causes[0].effect.name, *alike.names} == {"net_buoyancy", "thrust_bias"}
+    assert alike.margin_nats > 1000

@@ -1,0 +1,73 @@
+"""A file of another vehicle, a sensor that is mounted another way round, a sensor that stands still: each is told."""
+
+from dataclasses import replace
+
+import pytest
+
+from bridge.effects.hydrodynamics import QUADRATIC_DRAG
+from bridge.errors import FitError
+from bridge.vehicle.config import VehicleFile
+from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.mirrored import mounting_hints
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.strangers import mass_hints
+from identify.dive import Signal
+
+
+@pytest.fixture(scope="module")
+def case():
+    return draw_case(3_860_000_011, names=[], seconds=110.0)
+
+
+@pytest.fixture(scope="module")
+def nominal(case):
+    return nominal_of(dive_of(case), case.file, case.configuration)
+
+
+def of_mass(file: VehicleFile, name: str, mass_kg: float):
+    return replace(file.vehicle.configurations[name], dry_mass_kg=mass_kg)
+
+
+@pytest.mark.parametrize(
+    ("mass_kg", "said"), [(200.0, "below the vehicle file's dry mass of 200 kg"), (3.0, "at more than")]
+)
+def test_masses_that_no_such_vehicle_has_hint_at_the_file_of_another(case, nominal, mass_kg, said):
+    (hint,) = mass_hints(nominal, [0.02] * 6, of_mass(case.file, case.configuration, mass_kg))
+    assert said in hint
+    assert "M_v" in hint
+    assert "the file may be of another vehicle" in hint
+    assert mass_hints(nominal, [2.0] * 6, of_mass(case.file, case.configuration, mass_kg)) == ()
+
+
+def test_the_file_of_the_vehicle_itself_gives_no_hint(case, nominal):
+    shape = case.file.vehicle.configurations[case.configuration]
+    assert mass_hints(nominal, [0.02] * 6, shape) == ()
+    assert nominal.mirrored == ()
+
+
+@pytest.mark.parametrize(("column", "dof"), [(0, "surge"), (1, "sway")])
+def test_a_velocity_of_the_wrong_sign_hints_at_how_the_dvl_is_mounted(case, column, dof):
+    dive = dive_of(case)
+    value = dive.velocity.value.copy()
+    value[:, column] *= -1.0
+    turned = nominal_of(
+        replace(dive, velocity=Signal(dive.velocity.time_s, value)), case.file, case.configuration
+    )
+    (hint,) = mounting_hints(turned.mirrored)
+    assert hint.startswith(f"In {dof} the recorded velocity runs against the thrust: the mounting of the DVL")
+
+
+def test_a_velocity_that_stood_still_for_most_of_a_dive_is_refused_and_for_less_is_not(case):
+    dive = dive_of(case)
+    start_s, end_s = dive.span_s
+    half_s = 0.5 * (end_s - start_s)
+    with pytest.raises(FitError, match=r"repeats one value for .* check the DVL"):
+        _told(case, replace(dive, frozen={"velocity": ((start_s, start_s + 1.02 * half_s),)}))
+    assert _told(case, replace(dive, frozen={"velocity": ((start_s, start_s + 0.98 * half_s),)}))
+
+
+def _told(case, dive):
+    return diagnose(
+        dive, case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda _share, _words: None
+    )
