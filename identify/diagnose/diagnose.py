@@ -244,7 +244,8 @@ def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         nominal = nominal_of(dive, file, configuration)
     except FitError as error:
         # Two recordings of one name are told apart by where they lie.
-        raise FitError(f"{dive.source}: {str(error).removeprefix(f'{dive.name}: ')}") from None
+        said = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
+        raise FitError(f"{dive.source}: {said}") from None
     if nominal.built.strange:
         raise FitError(
             f"{dive.source}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived "
@@ -279,4 +280,20 @@ def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
         "of the evidence."
         for dof in nominal.doubted
     ]
-    return tuple(dict.fromkeys((*doubted, *nominal.built.notes, *dive.notes)))
+    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
+
+
+def _wild(nominal: Nominal) -> tuple[str, ...]:
+    """How many readings of each degree of freedom were so far off that they were left out."""
+    told = []
+    for problem in nominal.joint.problems:
+        read = np.isfinite(problem.axis.reading)
+        wild = int(np.count_nonzero(read & ~np.isfinite(problem.reading)))
+        if wild:
+            share = 100.0 * wild / np.count_nonzero(read)
+            told.append(f"{wild} in {DOFS[problem.axis.dof]} ({share:.2g} %)")
+    if not told:
+        return ()
+    return (
+        f"Readings that are far off from those before and after, spikes, were left out: {', '.join(told)}.",
+    )

@@ -72,8 +72,9 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     """
     built = _without_still(build_axes(thinned(dive), file, configuration), dive)
     if not built.axes:
+        why = "; ".join(dict.fromkeys(built.missing.values()))
         raise FitError(
-            f"{dive.name}: there is nothing to compare with a model ({'; '.join(built.missing.values())}); record "
+            f"{dive.name}: there is nothing to compare with a model ({why}); record "
             "velocity and thruster commands"
         )
     shape = file.vehicle.configurations[configuration]

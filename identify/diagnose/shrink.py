@@ -64,19 +64,26 @@ class Windows:
         value = _value(before, after, floor)
         if np.isnan(value) or len(drawn) < SURE * RESAMPLED:
             return Shrink(before, after, np.nan, np.nan, np.nan, floor)
+        if _overstated(after, floor):
+            return Shrink(before, after, value, np.nan, np.nan, floor)
         low, high = np.quantile(drawn, [0.025, 0.975]).tolist()
         return Shrink(before, after, value, low, high, floor)
 
 
 def overstated(told: Shrink) -> tuple[str, ...]:
     """In a sentence, that a drift lies further below its floor than chance lets it; nothing where it does not."""
-    if not told.after < told.floor - CHANCE:
+    if not _overstated(told.after, told.floor):
         return ()
     return (
         f"With the causes in, the model drifts by {told.after:.2f} floors on pieces held out: what this dive's filters "
         "take for noise, as of velocities that were smoothed on board, overstates the floor, and what the gap shrinks "
-        "by counts as 100 % at most.",
+        "by counts as 100 % at most, with no interval.",
     )
+
+
+def _overstated(after: float, floor: float) -> bool:
+    """Whether a floor is told too high: nothing then says how sure a shrink is that it makes 100 %."""
+    return after < floor - CHANCE
 
 
 def floor_of(after: Array, closes: NDArray[np.bool_]) -> Array:

@@ -8,6 +8,8 @@ from dataclasses import replace
 from bridge.effects.effect import Effect
 from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
 from identify.diagnose.probability import LIKELY
+from identify.diagnose.shrink import CHANCE
+from identify.diagnose.where import LEAST_SPEED_M_S
 from identify.report.text import fixed, significant, unit, with_interval
 
 DRIFT_S = 5.0
@@ -18,6 +20,9 @@ MOST_OF_IT = 0.75
 
 STANDS_OUT = 0.4
 """The share of the gap from which one degree of freedom in one phase is named together."""
+
+BY_CHANCE = f"1 ({1 - CHANCE:g} to {1 + CHANCE:g} by chance)"
+"""What noise alone makes of a drift, in floors."""
 
 NO_SHRINK = "there is too little gap to shrink"
 
@@ -53,8 +58,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     if diagnosis.verdict == "no_gap":
         return (
-            f"No gap: the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give 1, "
-            "and no candidate explains any of it."
+            f"No gap: the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give "
+            f"{BY_CHANCE}, and no candidate explains any of it."
         )
     likely, possible = sorted_by_likelihood(diagnosis.found)
     if diagnosis.verdict == "unknown":
@@ -104,9 +109,12 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """How far the gap shrinks on pieces held out, and on the check dive where one was given."""
+    """What the drift is over the whole dive, and how far it shrinks on pieces held out, and on the check dive where one
+    was given."""
+    fitted = _whole(diagnosis)
+    whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
     told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return tuple(f"{where}: {_shrink(one)}." for where, one in told if one is not None)
+    return (*whole, *(f"{where}: {_shrink(one)}." for where, one in told if one is not None))
 
 
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -279,6 +287,14 @@ def _shrink(one: Shrink) -> str:
     return f"{falls}, {percent(one.value)}{sure} of what can be closed"
 
 
+def _whole(diagnosis: Diagnosis) -> str:
+    """The drift that the gap is told by, with what the causes leave of it; empty without causes."""
+    after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    if not after or not diagnosis.found:
+        return ""
+    return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
+
+
 def _falls(diagnosis: Diagnosis, causes: str) -> str:
     """What the drift falls to, by the best evidence there is: the check dive, pieces held out, the dive itself."""
     if diagnosis.check is not None:
@@ -294,13 +310,19 @@ def _falls(diagnosis: Diagnosis, causes: str) -> str:
     if all(one.cause.effect.place == "log" for one in diagnosis.found):
         return (
             f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
-            f"drift is {_floors(after)}{where}"
+            f"drift is {_floors(after)}{where}{_no_more(before)}"
         )
     if told[0] == told[1]:
-        return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {_floors(after)}{where}"
+        drift = f"{_floors(after)}{where}{_no_more(before)}"
+        return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
     goes = "falls" if after < before else "goes"
-    change = f"{goes} from {told[0]} to {_floors(after)}{where}"
+    change = f"{goes} from {told[0]} to {_floors(after)}{where}{_no_more(before)}"
     return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
+
+
+def _no_more(before: float) -> str:
+    """That a drift is no larger than noise alone may make it, where it is not."""
+    return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
 
 
 def _next(one: Next) -> tuple[str, ...]:
@@ -311,7 +333,8 @@ def _next(one: Next) -> tuple[str, ...]:
 
 
 def _above(gap: Gap, dof: str) -> str:
-    """The speed above which most of a degree of freedom's gap lies, where there is such a one."""
+    """The speed above which most of a degree of freedom's gap lies, where there is such a one: not below that at which
+    a vehicle counts as at rest."""
     slices = sorted(
         (one for one in gap.slices if one.dof == dof and one.by == "speed"), key=lambda one: -one.low
     )
@@ -320,7 +343,7 @@ def _above(gap: Gap, dof: str) -> str:
     for one in slices[:-1]:
         held += one.share
         if whole > 0 and held >= MOST_OF_IT * whole:
-            return f", mostly above {significant(one.low, 2)} m/s"
+            return f", mostly above {fixed(one.low, 2)} m/s" if one.low >= LEAST_SPEED_M_S else ""
     return ""
 
 

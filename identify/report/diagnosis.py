@@ -10,14 +10,16 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import words
 from identify.diagnose.diagnosis import Diagnosis, Found, Shrink
 from identify.diagnose.search import LEAST_GAIN
+from identify.diagnose.shrink import CHANCE
 from identify.report import diagnosis_figures as figures
 from identify.report.page import Report, Section, Table, render_report
 from identify.report.text import MISSING, fixed, seconds, significant, unit, with_interval
 
 FLOOR = (
     "Drift is told in floors: 1 floor is what sensor noise and stationary disturbance alone would give on this very "
-    "dive, on average over their chances. About 1 is as good as a model gets; what is below it is chance, most of all "
-    "in a single degree of freedom or over a few windows."
+    f"dive, on average over their chances: a dive without any gap comes to {1 - CHANCE:g} to {1 + CHANCE:g}. About 1 "
+    "is as good as a model gets; what is below it is chance, most of all in a single degree of freedom or over a few "
+    "windows."
 )
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
@@ -66,10 +68,10 @@ def unbroken(sentence: str) -> str:
 
 def _where(d: Diagnosis) -> Section:
     if not d.gap.where:
-        return Section("Where it lies", "No degree of freedom could be compared with the model.")
+        return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     largest = "; ".join(words.where_lines(d))
     text = f"The largest parts of the squared gap: {largest}." if largest else ""
-    return Section("Where it lies", text, (), (figures.where_map(d.gap), *figures.slices(d.gap)))
+    return Section("1. Where it lies", text, (), (figures.where_map(d.gap), *figures.slices(d.gap)))
 
 
 def _depends(d: Diagnosis) -> Section | None:
@@ -83,7 +85,9 @@ def _depends(d: Diagnosis) -> Section | None:
         "What the missing force goes with, whatever its cause, and how much of what can be foretold goes with it. Odd: "
         "it turns its sign with that; even: it keeps it."
     )
-    return Section("What it goes with", "", (Table(("Goes with", "In", "Sign", "Strength"), rows, caption),))
+    return Section(
+        "1.2 What it goes with", "", (Table(("Goes with", "In", "Sign", "Strength"), rows, caption),)
+    )
 
 
 def _by_dof(d: Diagnosis) -> Section:
@@ -107,7 +111,7 @@ def _by_dof(d: Diagnosis) -> Section:
     table = Table(("Degree of freedom", "Share", "Missing", *horizons), rows, caption)
     time = figures.over_time(d)
     drawn = (*((time,) if time else ()), figures.growth(d.gap)) if d.gap.drifts else ()
-    return Section("How large it is", "", (table,), drawn)
+    return Section("1.1 How large it is", "", (table,), drawn)
 
 
 def _force(value: float, of: str) -> str:
@@ -129,7 +133,7 @@ def _what(d: Diagnosis) -> Section:
         lines = ["No candidate of the library explains anything that noise would not."]
     columns = ("Cause", "Parameter", "Value", "95 % interval", "Unit")
     tables = (Table(columns, _parameters(d)),) if d.found else ()
-    return Section("What causes it", "\n\n".join(lines), tables)
+    return Section("2. What causes it", "\n\n".join(lines), tables)
 
 
 def _cause(one: Found) -> tuple[str, ...]:
@@ -151,12 +155,18 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
 
 
 def _candidates(d: Diagnosis) -> Section | None:
-    return Section("All candidates", NATS, (), (figures.candidates(d.tried),)) if d.tried else None
+    return Section("2.1 All candidates", NATS, (), (figures.candidates(d.tried),)) if d.tried else None
 
 
 def _how_far(d: Diagnosis) -> Section:
     told = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
     rows = tuple((where, *_shrunk(one)) for where, one in told if one is not None)
+    after = [one.total for one in d.gap.after if one.horizon_s == words.DRIFT_S]
+    if after and d.found:
+        rows = (
+            ("fitted: the whole dive", significant(d.gap.before), significant(after[0]), MISSING, MISSING),
+            *rows,
+        )
     caption = (
         f"{words.DRIFT_S:g} s drift, root mean square over degrees of freedom, in floors. Shrink: (before − after) / "
         "(before − floor), the part of what can be closed that the causes close. The floor of such a dive is near 1."
@@ -171,7 +181,7 @@ def _how_far(d: Diagnosis) -> Section:
         )
         tables.append(Table(("Cause", "Before", "After", "Made up for by"), gains, caption))
     text = _apart(d.heldout, d.check) if tables else "Nothing was found that could shrink it."
-    return Section("How far it shrinks", text, tuple(tables))
+    return Section("3. How far it shrinks", text, tuple(tables))
 
 
 def _shrunk(one: Shrink) -> tuple[str, ...]:

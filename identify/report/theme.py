@@ -37,6 +37,7 @@ a { color: var(--first); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 caption, figcaption { text-align: left; color: var(--soft); font-size: .92em; max-width: 85ch; }
 caption { padding-bottom: .4em; }
+table:not(.bars):has(> caption) { min-width: min(100%, 60ch); }
 th, td { text-align: left; vertical-align: baseline; padding: .32em 1.1em .32em 0;
   border-bottom: 1px solid var(--tick); }
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; line-height: 1.25; }

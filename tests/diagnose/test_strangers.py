@@ -71,3 +71,24 @@ def _told(case, dive):
     return diagnose(
         dive, case.file, case.configuration, effects=(QUADRATIC_DRAG,), progress=lambda _share, _words: None
     )
+
+
+def test_spikes_that_were_left_out_are_told_with_how_many_they_were(case):
+    dive = dive_of(case)
+    value = dive.velocity.value.copy()
+    value[200:800:100, 0] += 3.0
+    said = _told(case, replace(dive, velocity=Signal(dive.velocity.time_s, value)))
+    (note,) = [one for one in said.notes if "spikes" in one]
+    assert "6 in surge" in note
+
+
+def test_a_refusal_names_the_recording_once_and_a_reason_once(case):
+    dive = dive_of(case)
+    silent = replace(dive, pwm=None, tau_cmd=None)
+    with pytest.raises(FitError) as refused:
+        _told(case, silent)
+    assert str(refused.value).count(str(dive.source)) == 1
+    rare = replace(dive, pwm=Signal(dive.pwm.time_s[::200], dive.pwm.value[::200]), tau_cmd=None)
+    with pytest.raises(FitError) as refused:
+        _told(case, rare)
+    assert str(refused.value).count("too rarely") == 1

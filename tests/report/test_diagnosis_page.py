@@ -177,8 +177,8 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
     quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), heldout=NOTHING, check=None)
     assert words.verdict_sentence(quiet) == (
-        "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1, and no candidate explains any "
-        "of it."
+        "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
+        "candidate explains any of it."
     )
     assert words.cause_lines(quiet) == ()
     assert words.shrink_lines(quiet) == (
@@ -218,8 +218,26 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
     )
     assert said.endswith(
         "it shows in what is recorded, not in the motion: with it or without, the model's 5 s drift is 0.99 floors on "
-        "pieces held out."
+        "pieces held out, where noise alone would give 1 (0.8 to 1.2 by chance)."
     )
+
+
+def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
+    def above(low: float) -> str:
+        slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
+        return words.where_sentence(replace(gap(), slices=slices))
+
+    assert above(0.057).endswith("in surge, steady, mostly above 0.06 m/s")
+    assert above(0.0041).endswith("in surge, steady")
+
+
+def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
+    assert words.shrink_lines(diagnosis(check=None))[0] == (
+        "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
+    )
+    page = read(diagnosis())
+    assert "fitted: the whole dive\n3.40\n0.849" in page
+    assert "a dive without any gap comes to 0.8 to 1.2" in page
 
 
 def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
@@ -290,12 +308,12 @@ def test_the_page_stands_alone_and_runs_nothing():
 def test_the_parts_come_in_the_order_in_which_a_crew_asks():
     html = diagnosis_page(diagnosis(next=Next("a coast-down", "", ("quadratic_drag", "inflow_loss"))))
     assert re.findall(r"<h2>(.*?)</h2>", html) == [
-        "Where it lies",
-        "How large it is",
-        "What it goes with",
-        "What causes it",
-        "All candidates",
-        "How far it shrinks",
+        "1. Where it lies",
+        "1.1 How large it is",
+        "1.2 What it goes with",
+        "2. What causes it",
+        "2.1 All candidates",
+        "3. How far it shrinks",
         "What to dive next",
         "Notes",
     ]
@@ -364,7 +382,7 @@ def test_an_interval_of_nothing_but_one_number_is_left_out():
     assert words.percents(0.84, 0.94) == "84 % to 94 %"
     assert words.percents(-0.001, 0.004) == words.percents(NAN, 0.4) == ""
     none = Shrink(1.5, 1.5, 0.0, 0.0, 0.0)
-    assert words.shrink_lines(diagnosis(check=None, heldout=none)) == (
+    assert words.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
         "On pieces held out: the 5 s drift goes from 1.5 floors to 1.5 floors, 0 % of what can be closed.",
     )
     assert "1.50\n1.50\n0 %\n—" in read(diagnosis(heldout=none))

@@ -98,8 +98,8 @@ def _show(result: "Score", json_target: str | None) -> None:
         (
             one.name,
             f"{one.rate.hits}/{one.rate.of}",
-            show.number(one.smallest_found, 2),
-            show.number(one.largest_missed, 2),
+            _size(one.smallest_found),
+            _size(one.largest_missed),
         )
         for one in result.found
     ]
@@ -109,6 +109,13 @@ def _show(result: "Score", json_target: str | None) -> None:
     show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:
         show.say(console, f"no answer, so counted as wrong: {', '.join(result.unanswered)}")
+
+
+def _size(floors: float) -> str:
+    """A size over the noise floor; what a refit absorbs whole has none to speak of."""
+    from tui import show
+
+    return "<0.01" if floors < 0.01 else show.number(floors, 2)
 
 
 def _percent(rate: "Rate") -> str:
