@@ -65,6 +65,10 @@ class DiveFolder:
         about = self.about()
         self.describe(replace(about, events=(*about.events, Event(utc_text(unix_s), text))))
 
+    def note(self, text: str) -> None:
+        """Put `text` in place of the notes of the whole dive."""
+        self.describe(replace(self.about(), notes=text))
+
     def telemetry(self) -> list[Path]:
         """Its recordings in the order in which they were begun."""
         return sorted(self.path.glob("telemetry*.tlog"), key=_number)

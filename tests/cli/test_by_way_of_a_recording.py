@@ -227,6 +227,17 @@ def test_a_note_is_an_event_of_the_dive_that_is_recorded(at_sea, capsys):
     assert [event["text"] for event in told["events"]] == ["tether[2J caught  on the ladder"]
 
 
+def test_a_note_of_another_dive_takes_the_place_of_its_notes(tmp_path, capsys):
+    folder = tmp_path / "2026-11-20T0912Z"
+    folder.mkdir()
+    assert cli.main(["note", "new", "--dive", str(folder)]) == exit_codes.BAD_INPUT
+    (folder / "telemetry.tlog").write_bytes(b"")
+    assert cli.main(["note", "new propellers", "--dive", str(folder)]) == exit_codes.DONE
+    assert f"noted of {folder}" in capsys.readouterr().out
+    told = yaml.safe_load((folder / "dive.yaml").read_text(encoding="utf-8"))
+    assert (told["notes"], told["events"]) == ("new propellers", [])
+
+
 @pytest.mark.parametrize(("words", "why"), [(["a"], "no recording runs"), (["\x1b", " "], "without a word")])
 def test_a_note_that_can_not_be_kept_is_said(words, why, capsys):
     assert cli.main(["note", *words]) == exit_codes.BAD_INPUT

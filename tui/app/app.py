@@ -76,6 +76,14 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self.switch_mode(screen)
         self.call_after_refresh(self._show)
 
+    async def action_begin(self, screen: str) -> None:
+        """Show a screen and let it begin its work at once."""
+        self.action_close()
+        await self.switch_mode(screen)
+        if isinstance(self.screen, StationScreen):
+            self.screen.begin()
+        self.call_after_refresh(self._show)
+
     def action_force_off(self) -> None:
         """Force the feed-forward off. No question is asked."""
         self._views.force_off()

@@ -45,6 +45,11 @@ def left(seconds: float) -> str:
     return f"{seconds / 3600:.0f} h left" if seconds >= 7200 else f"{max(seconds, 0.0) / 60:.0f} min left"
 
 
+def day(unix_s: float) -> str:
+    """Date and time of day, `2026-11-21 09:12`; dashes where nobody knows it."""
+    return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%d %H:%M}" if math.isfinite(unix_s) else NOTHING
+
+
 def utc(unix_s: float) -> str:
     """The time of day, `09:12:31`; dashes where nobody knows it."""
     return f"{datetime.fromtimestamp(unix_s, UTC):%H:%M:%S}" if math.isfinite(unix_s) else "--:--:--"

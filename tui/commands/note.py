@@ -1,4 +1,4 @@
-"""`seatrial note`: what happens in the dive that is being recorded, in words, with its time."""
+"""`seatrial note`: what happens in the dive that is being recorded, with its time; or what to know of another dive."""
 
 import argparse
 from pathlib import Path
@@ -10,11 +10,14 @@ EXAMPLE = 'seatrial note "tether caught on the ladder"'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("text", nargs="+", metavar="TEXT", help="what happened")
+    parser.add_argument(
+        "--dive", metavar="DIVE", help="the folder of a dive: TEXT takes the place of its notes as a whole"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
-    from gcs_plugin.folder import DiveFolder
+    from gcs_plugin.folder import DiveFolder, load_folder
     from tui import show
     from tui.links import holding_now
     from tui.status_texts import printable
@@ -22,6 +25,10 @@ def run(arguments: argparse.Namespace) -> int:
     text = printable(" ".join(arguments.text)).strip()
     if not text:
         raise exit_codes.UsageError("a note without a word; say what happened")
+    if arguments.dive:
+        load_folder(Path(arguments.dive)).note(text)
+        show.say(show.results(), f"noted of {arguments.dive}")
+        return exit_codes.DONE
     holding = holding_now()
     if holding is None:
         raise exit_codes.UsageError(

@@ -20,6 +20,10 @@ class AtDesk(Protocol):
 
     desk: Desk
 
+    async def action_begin(self, screen: str) -> None:
+        """Open a screen and let it begin its work."""
+        ...
+
 
 class StationScreen(Screen[None]):
     """Subclasses give a body, their actions, and a legend: what their marks mean, by mark."""
@@ -51,6 +55,13 @@ class StationScreen(Screen[None]):
     def offers(self, action: Action) -> bool:
         """Whether one of its actions does something now."""
         return bool(self.check_action(action.call, ()))
+
+    def begin(self) -> None:
+        """Begin what the screen is for, on the dive that was chosen."""
+
+    async def begin_on(self, screen: str) -> None:
+        """Open another screen, and let it begin at once."""
+        await cast(AtDesk, self.app).action_begin(screen)
 
     def close_up(self) -> None:
         """Close what the screen has opened of itself."""

@@ -6,6 +6,8 @@ from typing import Final
 
 from tui.app.actions import EVERYWHERE, Action
 from tui.app.header import Tab
+from tui.app.screens.ask import ASKING
+from tui.app.screens.dives import DivesScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import CLOSING
 from tui.app.screens.watch import WatchScreen
@@ -32,6 +34,14 @@ SCREENS: Final = (
         WatchScreen,
         WatchScreen.ACTIONS,
     ),
+    Row(
+        "dives",
+        "2",
+        "Dives",
+        "the recordings, and what each could identify",
+        DivesScreen,
+        DivesScreen.ACTIONS,
+    ),
 )
 OPENING: Final = tuple(
     Action(f"screen.{row.id}", row.key, f"app.open('{row.id}')", row.title, row.sentence, in_footer=False)
@@ -39,8 +49,8 @@ OPENING: Final = tuple(
 )
 PLACES: Final = (
     *((*EVERYWHERE, *OPENING, *row.actions) for row in SCREENS),
-    # Help closes by keys that open it elsewhere.
-    (*(action for action in EVERYWHERE if action.always), *CLOSING),
+    # Help closes by keys that open it elsewhere; a line that is typed into takes letters for itself.
+    *((*(action for action in EVERYWHERE if action.always), *closing) for closing in (CLOSING, ASKING)),
 )
 """Which actions are live together."""
 

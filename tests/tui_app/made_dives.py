@@ -1,0 +1,93 @@
+"""A made list of dives as `seatrial dives --json` gives it, and a desk whose verbs answer at once."""
+
+import asyncio
+import math
+from pathlib import Path
+
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from tui.app.desk import Desk
+from tui.app.jobs import Jobs
+from tui.job import Done
+
+BEGAN_UNIX_S = 1_795_236_720.0  # 2026-11-21 04:52 UTC
+OUT = Path("dives")
+
+
+def excitation(**std):
+    told = {c.name: std.get(c.name, 0.007) for c in COEFFICIENTS}
+    return [
+        {"name": name, "relative_std": one if math.isfinite(one) else None, "identifiable": one <= 0.3}
+        for name, one in told.items()
+    ]
+
+
+def axes(thrust=46.0, speed=0.8):
+    return [
+        {"axis": axis, "seconds": 805.9, "thrust": thrust / (n + 1), "speed": speed / (n + 1)}
+        for n, axis in enumerate(DOFS)
+    ]
+
+
+def dive(name, hours_earlier=0.0, **what):
+    date = {0: "2026-11-21T0452Z", 1: "2026-11-21T0352Z", 26: "2026-11-20T0252Z"}.get(hours_earlier, "old")
+    return {
+        "folder": str(OUT / f"{date}-{name}"),
+        "name": name,
+        "began_unix_s": BEGAN_UNIX_S - 3600 * hours_earlier,
+        "duration_s": 807.0,
+        "size_bytes": 16_949_608,
+        "loss": 0.012,
+        "excitation": excitation(),
+        "axes": axes(),
+        "why_not": "",
+        "error": "",
+        "notes": "",
+        "events": [],
+        "learnt": [],
+    } | what
+
+
+DECK = dive(
+    "deck",
+    duration_s=41.0,
+    excitation=excitation(**{c.name: math.inf for c in COEFFICIENTS}),
+    axes=axes(0.0, 0.0),
+)
+HOVERING = dive(
+    "hovering",
+    1,
+    notes="new propellers\nat the quay",
+    events=["2026-11-21T03:58:12Z tether caught on the ladder"],
+    excitation=excitation(M_w=0.12, I_p=0.5, I_q=math.inf, D_q=0.31),
+    learnt=["page identified.html", "identified by likelihood: converged", "parameters identified.param"],
+)
+DAMAGED = dive(
+    "survey",
+    26,
+    duration_s=None,
+    loss=None,
+    excitation=None,
+    axes=[],
+    error="dives/2026-11-20T0252Z-survey/telemetry.tlog: holds no MAVLink frame; check that it is the right file",
+)
+DIVES = [DAMAGED, HOVERING, DECK]
+
+
+class FakeVerbs:
+    """Answers each verb with what `results` holds of it; one that is not in it waits until it is cancelled."""
+
+    def __init__(self, results=None, code=0, said=(), tells=()):
+        self.results = {"dives": DIVES} if results is None else results
+        self.code, self.said, self.tells, self.words = code, said, tells, []
+
+    async def __call__(self, words, hear):
+        self.words.append(words)
+        if words[0] not in self.results:
+            for told in self.tells:
+                hear(told)
+            await asyncio.Event().wait()
+        return Done(self.code, self.results[words[0]], self.said)
+
+
+def desk(verbs=None, **what):
+    return Desk("ruvifist:hovering", OUT, jobs=Jobs(verbs or FakeVerbs(), lambda: 0.0), **what)

@@ -1,0 +1,143 @@
+"""The screen Dives: its list, its keys, its looks."""
+
+from pathlib import Path
+
+import pytest
+from made_dives import DIVES, HOVERING, FakeVerbs, desk
+from made_view import FixedViews
+from screen_text import check, made, pressed, run, text
+
+from gcs_plugin.folder import DiveFolder
+from tui.app.screens.ask import AskScreen
+from tui.app.screens.dives import DivesScreen
+from tui.app.themes import ORDER
+
+SIZES = ((80, 24), (160, 50))
+NARROW = SIZES[0]
+
+
+@pytest.fixture(autouse=True)
+def _with_colour(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+
+
+async def opened(app, pilot):
+    """Open the screen, until its list is there."""
+    await pressed(pilot, "2")
+    await shown(app, pilot)
+
+
+async def shown(app, pilot):
+    while app.desk.jobs.runs("dives"):
+        await pilot.pause()
+    app._show()
+    await pilot.pause()
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("theme", ORDER)
+def test_dives_look_as_they_were_kept(theme, size):
+    async def look(app, pilot):
+        await opened(app, pilot)
+        check(f"dives-{size[0]}x{size[1]}-{theme}", app)
+
+    run(made(FixedViews(), theme=theme, desk=desk()), size, look)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_dives_without_colour_look_as_they_were_kept(size, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def look(app, pilot):
+        await opened(app, pilot)
+        check(f"dives-{size[0]}x{size[1]}-no-colour", app)
+
+    run(made(FixedViews(), desk=desk()), size, look)
+
+
+def test_the_mark_stands_at_the_dive_that_is_meant_and_moves_by_keys_and_clicks():
+    async def work(app, pilot):
+        await opened(app, pilot)
+        for keys, name in (((), "hovering"), (("up",), "deck"), (("up",), "deck"), (("end",), "survey")):
+            await pressed(pilot, *keys)
+            assert name in next(line for line in text(app).splitlines() if line.startswith("▶"))
+        await pilot.click("#dive-table", offset=(20, 2))
+        await pilot.pause()
+        assert "deck ───" in text(app)
+
+    run(made(FixedViews(), desk=desk()), NARROW, work)
+
+
+def test_enter_chooses_the_dive_that_the_other_screens_show():
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "end", "enter")
+        assert app.desk.dive == Path(DIVES[0]["folder"])
+        assert "▶◆" in text(app)
+
+    run(made(FixedViews(), desk=desk()), NARROW, work)
+
+
+def test_the_list_is_read_again_whenever_the_screen_is_opened():
+    verbs = FakeVerbs()
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "1", "2")
+        await shown(app, pilot)
+        await pressed(pilot, "ctrl+r")
+        await shown(app, pilot)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert verbs.words == [("dives", "dives")] * 3
+
+
+def test_a_folder_that_can_t_be_listed_says_why():
+    verbs = FakeVerbs(
+        {"dives": None}, 2, ("seatrial: dives: no such folder; give the one that holds the dives",)
+    )
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        assert "dives: no such folder; give the one that holds the dives" in text(app)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+
+
+def test_an_empty_folder_says_so():
+    async def work(app, pilot):
+        await opened(app, pilot)
+        assert "dives: holds no dive yet; a recording makes one" in text(app)
+
+    run(made(FixedViews(), desk=desk(FakeVerbs({"dives": []}))), NARROW, work)
+
+
+def test_a_note_is_written_into_the_dive(tmp_path):
+    folder = tmp_path / "2026-11-21T0352Z-hovering"
+    folder.mkdir()
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "n")
+        assert isinstance(app.screen, AskScreen)
+        await pressed(pilot, "!", "enter")
+        await shown(app, pilot)
+        await pressed(pilot, "n", "x", "escape")
+        assert isinstance(app.screen, DivesScreen)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert DiveFolder(folder).about().notes == "new propellers at the quay!"
+    assert len(verbs.words) == 3  # read again each time, so that the list has the note
+
+
+def test_a_note_that_can_t_be_written_says_why(tmp_path):
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(tmp_path / "gone")}]})
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "n", "enter")
+        await shown(app, pilot)
+        assert "can't be written" in text(app)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)

@@ -1,0 +1,149 @@
+"""The dives as lines: a table of them, and all that is known of one."""
+
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from tui.app.lines import Line, Lines, Role, Span, apart, cut, heading, width
+from tui.app.listed import ListedDive
+from tui.app.shown import NOTHING, SHOWN_IN, day, number, stopwatch
+from tui.dive_list import FAIR, letters
+
+AT, CHOSEN, RECORDED = "▶", "◆", "●"
+HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
+MASSES, DAMPINGS = "mass", "damping"
+ANGULAR: Final = 3  # the degree of freedom from which on they turn
+
+
+def table(
+    dives: Sequence[ListedDive],
+    at: int,
+    chosen: Path | None,
+    recorded: Path | None,
+    cells: int,
+    rows: int,
+) -> Lines:
+    """The rows about the one at `at`; `chosen` and `recorded` are marked."""
+    head: Line = ((cut(HEADS, cells), "quiet"),)
+    first = window(len(dives), at, rows - 1)
+    shown = dives[first : first + max(rows - 1, 0)]
+    return (
+        head,
+        *(
+            _row(dive, first + n == at, dive.folder == chosen, dive.folder == recorded, cells)
+            for n, dive in enumerate(shown)
+        ),
+    )
+
+
+def window(count: int, at: int, rows: int) -> int:
+    """The first of `rows` entries that are shown, so that the one at `at` stands in their middle where it can."""
+    return max(0, min(at - rows // 2, count - rows))
+
+
+def row_under(y: int, count: int, at: int, rows: int) -> int | None:
+    """The entry in line `y` of a table of so many rows, heads and all; None where there is none."""
+    entry = window(count, at, rows - 1) + y - 1
+    return entry if y >= 1 and entry < count else None
+
+
+def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cells: int) -> Line:
+    role: Role = "strong" if is_at else "plain"
+    marks: Line = (
+        (AT if is_at else " ", "accent"),
+        (CHOSEN if is_chosen else " ", "accent"),
+        (RECORDED, "bad") if is_recorded else (" ", "plain"),
+        (" ", "plain"),
+    )
+    loss = f"{number(100 * dive.loss, 1)} %" if math.isfinite(dive.loss) else NOTHING
+    told = dict(dive.relative_std) if dive.relative_std is not None else None
+    line: Line = (
+        *marks,
+        (f"{day(dive.began_unix_s):<18}", role),
+        (f"{length(dive.duration_s):<10}", role),
+        (f"{loss:>6}  ", _of_loss(dive.loss, role)),
+        (f"{letters(told, MASSES):<7}", "accent"),
+        (f"{letters(told, DAMPINGS):<8}", "accent"),
+    )
+    named: Line = (*line, (cut(dive.name, cells - width(line)), role))
+    return apart(named, ((dive.worked_on, "quiet"),), cells)
+
+
+def _of_loss(loss: float, role: Role) -> Role:
+    return "warn" if loss > 0.05 else role
+
+
+def length(seconds: float) -> str:
+    """`00:13:27`; dashes where nobody knows."""
+    return stopwatch(seconds) if math.isfinite(seconds) else NOTHING
+
+
+def details(dive: ListedDive, recorded: bool, cells: int) -> Lines:
+    """All that is known of one: what it could identify and what drove it, what is noted, what was made of it."""
+    lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
+    if recorded:
+        lines += wrapped("is being recorded: this is what it holds so far", "warn", cells)
+    if dive.error:
+        lines += wrapped(f"can't be read: {dive.error}", "bad", cells)
+    else:
+        lines += _axes(dive)
+    if dive.why_not:
+        unknown = (
+            "what it could identify is not known" if dive.relative_std is None else "nothing to identify"
+        )
+        lines += wrapped(f"{unknown}: {dive.why_not}", "warn", cells)
+    if dive.notes:
+        lines += wrapped(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
+    for event in dive.events:
+        lines += wrapped(f"noted at {' '.join(event.split())}", "plain", cells)
+    for one in dive.learnt:
+        lines += wrapped(one, "quiet", cells)
+    return tuple(lines)
+
+
+def _axes(dive: ListedDive) -> Iterator[Line]:
+    """A row for each degree of freedom: how well mass and damping would be known, and what drove it how far."""
+    yield (
+        (
+            f"{'could tell, one std':<20}{'mass':<12}{'damping':<13}{'driven':>8}{'thrust':>13}{'speed':>14}",
+            "quiet",
+        ),
+    )
+    for dof, name in enumerate(DOFS):
+        line: Line = ((f"  {name:<18}", "plain"),)
+        for kind, cells in ((MASSES, 12), (DAMPINGS, 13)):
+            one = next(c for c in COEFFICIENTS if c.kind == kind and c.dof == dof)
+            text, role = known_to((dive.relative_std or {}).get(one.name, math.nan))
+            line = (*line, (f"{one.name} ", "quiet"), (f"{text:<{cells - 4}}", role))
+        span = dive.spans.get(name)
+        if span is None:
+            yield (*line, (f"{NOTHING:>8}", "quiet"))
+            continue
+        unit, factor = ("m/s", 1.0) if dof < ANGULAR else SHOWN_IN["rad/s"]
+        yield (
+            *line,
+            (f"{number(span.seconds, 0):>6}", "plain"),
+            (" s", "quiet"),
+            (f"{number(span.thrust, 1):>9}", "plain"),
+            (f" {'N' if dof < ANGULAR else 'N m':<3}", "quiet"),
+            (f"{number(factor * span.speed, 2 if dof < ANGULAR else 1):>8}", "plain"),
+            (f" {unit:<5}", "quiet"),
+        )
+
+
+def known_to(relative_std: float) -> Span:
+    """How well a value would be known: `0.7 %`; `no` where too badly to be used, dashes where nobody knows."""
+    if math.isnan(relative_std):
+        return NOTHING, "quiet"
+    if relative_std > FAIR:
+        return "no", "warn"
+    return f"{100 * relative_std:.1f} %", "strong"
+
+
+def wrapped(text: str, role: Role, cells: int) -> Lines:
+    """A sentence in as many lines as it needs, the further ones indented."""
+    pieces = textwrap.wrap(text, max(cells - 1, 10), subsequent_indent="  ") or [""]
+    return tuple(((piece, role),) for piece in pieces)

@@ -1,0 +1,97 @@
+"""Dives as `seatrial dives --json` lists them, the newest first."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tui.dive_list import FAIR
+
+
+@dataclass(frozen=True)
+class Span:
+    """One axis: seconds with thrust and readings, and how far thrust and speed went, in SI; NaN for not recorded."""
+
+    seconds: float
+    thrust: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class ListedDive:
+    """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
+
+    `spans` by axis ("surge"). `why_not` and `error` are sentences, "" for none.
+    """
+
+    folder: Path
+    name: str
+    began_unix_s: float
+    duration_s: float
+    size_bytes: float
+    loss: float
+    relative_std: Mapping[str, float] | None
+    spans: Mapping[str, Span]
+    why_not: str
+    error: str
+    notes: str
+    events: tuple[str, ...]
+    learnt: tuple[str, ...]
+
+    @property
+    def identifiable(self) -> bool:
+        """Whether it could identify anything."""
+        return any(std <= FAIR for std in (self.relative_std or {}).values())
+
+    @property
+    def worked_on(self) -> str:
+        """What was made of it, in short: `identified, diagnosed`."""
+        words = (one.split(" ", 1)[0].rstrip(":") for one in self.learnt)
+        return ", ".join(dict.fromkeys(word for word in words if word in ("identified", "diagnosed")))
+
+
+def listed(result: Any) -> tuple[ListedDive, ...]:
+    """The dives of a list; none where it is no list."""
+    rows = [_dive(one) for one in result] if isinstance(result, list) else []
+    return tuple(sorted(rows, key=lambda row: (_or(row.began_unix_s, 0.0), row.folder.name), reverse=True))
+
+
+def usual(dives: Sequence[ListedDive], otherwise: Path | None) -> Path | None:
+    """The dive that is most likely meant: the newest that could identify anything, else `otherwise`.
+
+    A recording that was begun on deck, with nothing in it yet, is not the dive that the crew comes from.
+    """
+    return next((dive.folder for dive in dives if dive.identifiable), otherwise)
+
+
+def _dive(data: Mapping[str, Any]) -> ListedDive:
+    told = data["excitation"]
+    return ListedDive(
+        Path(data["folder"]),
+        str(data["name"]),
+        _number(data["began_unix_s"]),
+        _number(data["duration_s"]),
+        _number(data["size_bytes"]),
+        _number(data["loss"]),
+        None if told is None else {one["name"]: _or(_number(one["relative_std"]), math.inf) for one in told},
+        {one["axis"]: _span(one) for one in data["axes"]},
+        str(data["why_not"]),
+        str(data["error"]),
+        str(data["notes"]),
+        tuple(map(str, data["events"])),
+        tuple(map(str, data["learnt"])),
+    )
+
+
+def _span(data: Mapping[str, Any]) -> Span:
+    return Span(_number(data["seconds"]), _number(data["thrust"]), _number(data["speed"]))
+
+
+def _number(value: Any) -> float:
+    """A number of a JSON file, where null stands for none."""
+    return math.nan if value is None else float(value)
+
+
+def _or(value: float, otherwise: float) -> float:
+    return value if math.isfinite(value) else otherwise

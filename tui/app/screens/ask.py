@@ -1,0 +1,35 @@
+"""A line to type, over a screen whose top line stays bright and live."""
+
+from typing import Final
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Input
+
+from tui.app.actions import Action, bindings
+
+ASKING: Final = (
+    Action(
+        "ask.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", in_footer=False
+    ),
+)
+
+
+class AskScreen(ModalScreen[str | None]):
+    """Answers what was typed once it is sent off with Enter; None where it was closed."""
+
+    BINDINGS = bindings(ASKING)  # type: ignore[assignment]
+
+    def __init__(self, title: str, value: str = "", hint: str = "") -> None:
+        super().__init__()
+        self._asked, self._value, self._hint = title, value, hint
+
+    def compose(self) -> ComposeResult:
+        box = Vertical(Input(self._value, placeholder=self._hint, select_on_focus=False), id="ask-box")
+        box.border_title = self._asked
+        box.border_subtitle = "enter keeps, escape leaves it"
+        yield box
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        self.dismiss(event.value)

@@ -1,0 +1,188 @@
+"""Dives: the recordings, what each could identify before anyone fits anything, and what to do with one."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+from textual import events
+from textual.app import ComposeResult
+from textual.containers import Horizontal, VerticalScroll
+
+from bridge.errors import SeatrialError
+from gcs_plugin.folder import DiveFolder
+from tui.app.actions import Action, bindings
+from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table, wrapped
+from tui.app.header import Tab
+from tui.app.lines import Line, Lines, heading
+from tui.app.listed import ListedDive, listed, usual
+from tui.app.screens.ask import AskScreen
+from tui.app.screens.frame import StationScreen
+from tui.app.view import View
+from tui.app.widgets.drawn import Drawn
+
+VERB: Final = "dives"
+
+
+class DiveTable(Drawn):
+    """The table; a click goes to a dive."""
+
+    def on_click(self, event: events.Click) -> None:
+        screen = self.screen
+        assert isinstance(screen, DivesScreen)
+        screen.go_to_line(event.y - 1, self.size.height - 1)
+
+
+class DivesScreen(StationScreen):
+    """The list above, the dive that the mark stands at below; beside each other where there is room."""
+
+    ACTIONS: ClassVar[tuple[Action, ...]] = (
+        Action("dives.identify", "i", "identify", "Identify", "identify this dive, at once"),
+        Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive"),
+        Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed"),
+        Action("dives.again", "ctrl+r", "again", "Read", "read the folder again", in_footer=False),
+        Action("dives.up", "up,k", "go(-1)", "Up", "a newer dive", in_footer=False),
+        Action("dives.down", "down,j", "go(1)", "Down", "an older dive", in_footer=False),
+        Action("dives.newest", "home", "go(-100000)", "Newest", "the newest dive", in_footer=False),
+        Action("dives.oldest", "end", "go(100000)", "Oldest", "the oldest dive", in_footer=False),
+    )
+    BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
+    LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
+        (CHOSEN, "the dive that the other screens show"),
+        (RECORDED, "it is being recorded"),
+        ("U u ·", "the dive could tell this axis's value to 10 %, to 30 %, not at all"),
+        ("------", "nobody knows what it could tell"),
+    )
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
+        self._dives: tuple[ListedDive, ...] = ()
+        self._at: Path | None = None
+        self._list: object = None
+        self._recorded: Path | None = None
+        self._then_identify = False
+        self._trouble = self._unkept = ""
+
+    def body(self) -> ComposeResult:
+        with Horizontal(id="dives"):
+            yield DiveTable(self._table, id="dive-table")
+            with VerticalScroll(id="dive-scroll", can_focus=False):
+                yield Drawn(self._details, id="dive-details")
+
+    def on_screen_resume(self) -> None:
+        self.action_again()
+
+    def show(self, view: View) -> None:
+        recorded = self.desk.recorded() if view.recording is not None else None
+        self._recorded = next((d.folder for d in self._dives if _same(d.folder, recorded)), None)
+        self._take_list()
+        super().show(view)
+
+    def action_again(self) -> None:
+        if not self.desk.jobs.runs(VERB):
+            self.desk.jobs.start(VERB, (VERB, str(self.desk.out)))
+
+    def action_go(self, rows: int) -> None:
+        if self._dives:
+            self._go(max(0, min(self._index() + rows, len(self._dives) - 1)))
+
+    def go_to_line(self, y: int, rows: int) -> None:
+        """Go to the dive in that line of a table of so many."""
+        entry = row_under(y, len(self._dives), self._index(), rows)
+        if entry is not None:
+            self._go(entry)
+
+    def action_choose(self) -> None:
+        if self._at is not None:
+            self.desk.dive = self._at
+            self._draw()
+
+    async def action_identify(self) -> None:
+        if self._at is None:
+            # Two quick keys: the list is still being read.
+            self._then_identify = self.desk.jobs.runs(VERB)
+            return
+        self.desk.dive = self._at
+        await self.begin_on("identify")
+
+    def action_note(self) -> None:
+        dive = self._dive()
+        if dive is not None:
+            ask = AskScreen(
+                f"Note of {dive.name}", " ".join(dive.notes.split()), "what later explains the dive"
+            )
+            self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
+
+    def _note(self, folder: Path, text: str | None) -> None:
+        """Keep a note; the list is read again as the screen comes back."""
+        if text is None:
+            return
+        self._unkept = ""
+        try:
+            DiveFolder(folder).note(text)
+        except SeatrialError as error:
+            self._unkept = str(error)
+
+    def _take_list(self) -> None:
+        """Take what the verb has listed, once it has."""
+        state = self.desk.jobs.state(VERB)
+        if state is None or state.done is None or state is self._list:
+            return
+        self._list = state
+        self._trouble = "" if state.done.result is not None else " ".join(state.done.said[-1:])
+        self._dives = listed(state.done.result)
+        if all(dive.folder != self._at for dive in self._dives):
+            meant = self.desk.dive or usual(self._dives, self.desk.chosen())
+            self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)
+            if self._at is None and self._dives:
+                self._at = self._dives[0].folder
+        if self._then_identify:
+            self._then_identify = False
+            self.call_later(self.action_identify)
+
+    def _index(self) -> int:
+        return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), 0)
+
+    def _dive(self) -> ListedDive | None:
+        return self._dives[self._index()] if self._dives else None
+
+    def _go(self, entry: int) -> None:
+        self._at = self._dives[entry].folder
+        self._draw()
+        self.query_one("#dive-scroll").scroll_home(animate=False)
+
+    def _draw(self) -> None:
+        for widget in self.query(Drawn):
+            widget.again()
+
+    def _table(self, cells: int, rows: int) -> Lines:
+        head = heading("DIVES", self._reading(), cells)
+        if not self._dives:
+            return (head, *self._none(cells))
+        chosen = next((d.folder for d in self._dives if _same(d.folder, self.desk.dive)), None)
+        return (head, *table(self._dives, self._index(), chosen, self._recorded, cells, rows - 1))
+
+    def _none(self, cells: int) -> tuple[Line, ...]:
+        if self._trouble:
+            return wrapped(self._trouble.removeprefix("seatrial: "), "bad", cells)
+        if self._list is None:
+            return (((f"reading {self.desk.out}", "quiet"),),)
+        return wrapped(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
+
+    def _reading(self) -> str:
+        """How far the list is, for its heading."""
+        state = self.desk.jobs.state(VERB)
+        if state is None or not state.runs:
+            return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
+        return state.told[-1].words if state.told else "reading"
+
+    def _details(self, cells: int, rows: int) -> Lines:
+        del rows
+        dive = self._dive()
+        if dive is None:
+            return ()
+        unkept = wrapped(self._unkept, "bad", cells) if self._unkept else ()
+        return (*unkept, *details(dive, dive.folder == self._recorded, cells))
+
+
+def _same(folder: Path, other: Path | None) -> bool:
+    return other is not None and folder.resolve() == other.resolve()
