@@ -13,7 +13,7 @@ from bridge.effects.library import library
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
-from identify.diagnose import likely
+from identify.diagnose import borne_out, likely
 from identify.diagnose.accept import log_stds
 from identify.diagnose.candidates import HEARD, found_of, tried_of
 from identify.diagnose.changed import changed, shift_of
@@ -155,6 +155,7 @@ def diagnose(
             *overstated(heldout),
             *_short_dive(dive),
             *_short(check),
+            *(borne_out.note(heldout, measured) if causes else ()),
             *_notes(dive, nominal),
         ),
         time.perf_counter() - began_s,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bridge.effects.effect import Effect
+from identify.diagnose import borne_out
 from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.shrink import CHANCE
@@ -65,6 +66,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "unknown":
         part = f" {_capital(_explain(likely, 'part of the gap'))}." if likely else ""
         part += f" {_capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
+        part = f"{part[:-1]}{borne_out.clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
         where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
         return f"Something is there that no candidate explains: {where}{told}.{part}"
@@ -75,6 +77,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         causes = f"{_explain(likely, 'the gap')}{doubt}"
     else:
         causes = f"{_explain(likely, 'the gap')}{doubt}; {_may_explain(possible, 'some of it, too')}"
+    causes += borne_out.clause(diagnosis.heldout, diagnosis.check)
     shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it")
     return f"{_capital(causes)}: {where_sentence(gap)}{shrink}."
 

@@ -154,6 +154,13 @@ def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, objec
     assert words.verdict_sentence(diagnosis(**other)).endswith(ending)
 
 
+def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
+    told = diagnosis(heldout=Shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=Shrink(3.0, 2.8, 0.11, 0.0, 0.2))
+    but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
+    assert but in words.verdict_sentence(told)
+    assert but in words.verdict_sentence(replace(told, verdict="unknown"))
+
+
 def test_two_causes_are_named_as_two():
     said = words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3))))
     assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
