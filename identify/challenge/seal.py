@@ -3,8 +3,9 @@
     FOLDER/case_001/dive.tlog     to diagnose
     FOLDER/case_001/check.tlog    another mission of the same vehicle, with what was there still there
     FOLDER/case_001/vehicle.yaml  what its crew knows
-    FOLDER/answers.sealed         JSON with a nonce: nobody finds the answers by trying hashes of likely ones
-    FOLDER/SHA256                 of answers.sealed, also printed: written before anything is diagnosed
+    FOLDER/answers.sealed         JSON, locked
+    FOLDER.key                    what opens them, for their owner's eyes alone: keep it from who is judged
+    FOLDER.sha256                 of answers.sealed, also printed: to be published before anything is diagnosed
 
 Who knows the seed can make the answers again: keep it from those who are judged.
 """
@@ -17,9 +18,10 @@ from typing import Any
 
 from bridge.errors import LogError
 from identify.challenge.case import Case, check_of, dive_of, draw_case
+from identify.challenge.lock import locked, read_key, write_key
 from identify.challenge.recording import tlog_of
 
-ANSWERS, HASH = "answers.sealed", "SHA256"
+ANSWERS = "answers.sealed"
 SEEDS = 10_000
 """Cases to a seed at most, so that two seeds share none."""
 
@@ -32,30 +34,34 @@ def seal(
     folder: Path,
     cases: int,
     seed: int,
-    nonce: str,
+    key: str,
     progress: Callable[[float, str], None],
     without: Sequence[str] = (),
 ) -> str:
-    """Make `cases` cases of a seed in a new folder; answers the SHA-256 of the locked answers.
+    """Make `cases` cases of a seed in a new folder, the answers under a key; gives the SHA-256 of the locked answers.
 
     What `without` names is hidden as something unknown, and nowhere else: who diagnoses leaves it out of the library.
 
-    Raises LogError where the folder exists or can't be written.
+    Raises LogError where the folder, its key or its hash exists or can't be written.
     """
     if not 1 <= cases < SEEDS:
         raise LogError(f"{cases} cases can't be sealed; ask for 1 to {SEEDS - 1}")
     truths: list[dict[str, Any]] = []
+    for beside in (key_path(folder), hash_path(folder)):
+        if beside.exists():
+            raise LogError(f"{beside}: exists already and is never overwritten; name another folder")
     try:
         folder.mkdir(parents=True)
+        write_key(key_path(folder), key)
         for number in range(1, cases + 1):
             case = draw_case(seed * SEEDS + number, name=case_name(number), without=without)
             _write(folder / case.name, case)
             truths.append(case.truth())
             progress(number / cases, f"sealing {case.name}")
-        sealed = {"version": 1, "nonce": nonce, "seed": seed, "without": list(without), "cases": truths}
-        data = (json.dumps(sealed, indent=1, allow_nan=False) + "\n").encode()
+        sealed = {"version": 2, "seed": seed, "without": list(without), "cases": truths}
+        data = locked((json.dumps(sealed, allow_nan=False) + "\n").encode(), key)
         digest = hashlib.sha256(data).hexdigest()
-        (folder / HASH).write_text(f"{digest}  {ANSWERS}\n", encoding="ascii")
+        hash_path(folder).write_text(f"{digest}  {folder.name}/{ANSWERS}\n", encoding="utf-8")
         (folder / ANSWERS).write_bytes(data)
     except FileExistsError:
         raise LogError(f"{folder}: exists already and is never overwritten; name another folder") from None
@@ -71,22 +77,41 @@ def _write(folder: Path, case: Case) -> None:
     (folder / "check.tlog").write_bytes(tlog_of(check_of(case)))
 
 
-def unsealed(folder: Path) -> list[dict[str, Any]]:
-    """The truths of a sealed folder, once its answers are known to be those whose hash was published.
+def key_path(folder: Path) -> Path:
+    """Where the key to a sealed folder lies: beside it, never in it."""
+    return folder.with_name(f"{folder.name}.key")
+
+
+def hash_path(folder: Path) -> Path:
+    """Where the hash of its locked answers lies."""
+    return folder.with_name(f"{folder.name}.sha256")
+
+
+def unsealed(folder: Path, published: str | None = None, key: Path | None = None) -> list[dict[str, Any]]:
+    """The truths of a sealed folder, once its answers are known to be those whose hash was `published`; without it, by
+    the hash that lies beside the folder. key: the file with what opens them, beside the folder where not given.
 
     Raises LogError where they are not, or can't be read.
     """
     try:
-        data, published = (folder / ANSWERS).read_bytes(), (folder / HASH).read_text(encoding="ascii").split()
-    except (OSError, UnicodeDecodeError):
+        data = (folder / ANSWERS).read_bytes()
+        told = published or hash_path(folder).read_text(encoding="utf-8").split(maxsplit=1)[0]
+    except (OSError, UnicodeDecodeError, IndexError):
         raise LogError(
-            f"{folder}: holds no {ANSWERS} with its {HASH}; give a folder of challenge seal"
+            f"{folder}: holds no {ANSWERS}, or {hash_path(folder).name} is not beside it; give a folder of challenge "
+            "seal, and the hash that was published with --hash"
         ) from None
     digest = hashlib.sha256(data).hexdigest()
-    if published[:1] != [digest]:
+    if told.lower() != digest:
         raise LogError(
-            f"{folder / ANSWERS}: its SHA-256 is {digest}, and {published[0] if published else 'none'} was published: "
-            "the answers were changed after sealing, so nothing is scored; seal anew"
+            f"{folder / ANSWERS}: its SHA-256 is {digest}, and {told} was published: the answers were changed after "
+            "sealing, so nothing is scored; seal anew"
         )
-    truths: list[dict[str, Any]] = json.loads(data)["cases"]
+    file = key or key_path(folder)
+    try:
+        truths: list[dict[str, Any]] = json.loads(locked(data, read_key(file)))["cases"]
+    except (ValueError, KeyError, TypeError):
+        raise LogError(
+            f"{file}: does not open {folder / ANSWERS}; give the key that was written with it"
+        ) from None
     return truths

@@ -1,5 +1,6 @@
 """Locked answers and the judging of those that were given."""
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,10 @@ import pytest
 from bridge.errors import LogError
 from identify.challenge.answers import Answer, answer_of, errors, read_answer
 from identify.challenge.case import draw_case, left_out
+from identify.challenge.lock import locked, read_key, write_key
 from identify.challenge.novel import NOVEL
 from identify.challenge.score import Rate, Score, score
-from identify.challenge.seal import seal, unsealed
+from identify.challenge.seal import hash_path, key_path, seal, unsealed
 from tui.cli import main
 
 
@@ -234,7 +236,7 @@ def test_what_is_no_answer_is_refused_by_name(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def sealed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("hidden") / "cases"
-    return folder, seal(folder, 1, 31, "a nonce", lambda *_: None)
+    return folder, seal(folder, 1, 31, "a key", lambda *_: None)
 
 
 def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed: tuple[Path, str]) -> None:
@@ -244,26 +246,67 @@ def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed: tuple[Pa
         "check.tlog",
         "vehicle.yaml",
     }
-    assert (folder / "SHA256").read_text(encoding="ascii").split()[0] == digest
-    assert unsealed(folder)[0]["name"] == "case_001"
+    assert hash_path(folder).read_text(encoding="utf-8").split()[0] == digest
+    assert unsealed(folder)[0]["name"] == unsealed(folder, digest)[0]["name"] == "case_001"
     assert b"310001" not in (folder / "case_001" / "dive.tlog").read_bytes()
     assert "310001" not in (folder / "case_001" / "vehicle.yaml").read_text(encoding="utf-8")
 
 
 def test_an_existing_folder_is_never_sealed_over(sealed: tuple[Path, str]) -> None:
     with pytest.raises(LogError, match="exists already"):
-        seal(sealed[0], 1, 31, "a nonce", lambda *_: None)
+        seal(sealed[0], 1, 31, "a key", lambda *_: None)
+
+
+def test_nothing_in_the_folder_says_what_hides_and_the_key_is_its_owners(sealed: tuple[Path, str]) -> None:
+    folder, _ = sealed
+    assert {path.name for path in folder.iterdir()} == {"case_001", "answers.sealed"}
+    data = (folder / "answers.sealed").read_bytes()
+    assert b"cases" not in data
+    assert b"case_001" not in data
+    assert key_path(folder).stat().st_mode & 0o777 == 0o600
+
+
+def copied(sealed: tuple[Path, str], into: Path) -> Path:
+    """A sealed folder's answers, key and hash somewhere else."""
+    folder = into / "copy"
+    folder.mkdir()
+    (folder / "answers.sealed").write_bytes((sealed[0] / "answers.sealed").read_bytes())
+    for of in (key_path, hash_path):
+        of(folder).write_bytes(of(sealed[0]).read_bytes())
+    return folder
 
 
 def test_changed_answers_are_not_scored(sealed: tuple[Path, str], tmp_path: Path) -> None:
-    for name in ("SHA256", "answers.sealed"):
-        (tmp_path / name).write_bytes((sealed[0] / name).read_bytes())
-    with (tmp_path / "answers.sealed").open("ab") as file:
+    folder = copied(sealed, tmp_path)
+    assert unsealed(folder) == unsealed(sealed[0])
+    with (folder / "answers.sealed").open("ab") as file:
         file.write(b" ")
     with pytest.raises(LogError, match="the answers were changed after sealing"):
-        unsealed(tmp_path)
+        unsealed(folder)
     with pytest.raises(LogError, match="give a folder of challenge seal"):
         unsealed(tmp_path / "nowhere")
+
+
+def test_answers_that_were_changed_with_their_hash_are_not_those_that_were_published(
+    sealed: tuple[Path, str], tmp_path: Path
+) -> None:
+    folder = copied(sealed, tmp_path)
+    other = locked(b'{"cases": []}', read_key(key_path(folder)))
+    (folder / "answers.sealed").write_bytes(other)
+    hash_path(folder).write_text(hashlib.sha256(other).hexdigest(), encoding="utf-8")
+    assert unsealed(folder) == []
+    with pytest.raises(LogError, match="the answers were changed after sealing"):
+        unsealed(folder, sealed[1])
+
+
+def test_a_key_opens_what_it_locked_and_nothing_else(sealed: tuple[Path, str], tmp_path: Path) -> None:
+    assert locked(locked(b"to be hidden " * 9, "a"), "a") == b"to be hidden " * 9
+    wrong = tmp_path / "wrong.key"
+    write_key(wrong, "another")
+    with pytest.raises(LogError, match=r"wrong\.key: does not open .*answers\.sealed"):
+        unsealed(sealed[0], key=wrong)
+    with pytest.raises(LogError, match="holds no key"):
+        unsealed(sealed[0], key=tmp_path / "none.key")
 
 
 def test_the_command_scores_a_folder_of_answers(
@@ -288,6 +331,11 @@ def test_the_command_scores_a_folder_of_answers(
     }
     (tmp_path / "case_001.json").write_text(json.dumps(given), encoding="utf-8")
     assert main(line) == 0
-    assert "false alarms where nothing hides" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "false alarms where nothing hides" in said
+    assert "No --hash was given" in said
+    assert main([*line, "--hash", sealed[1], "--key", str(key_path(sealed[0]))]) == 0
+    assert "No --hash was given" not in capsys.readouterr().out
+    assert main([*line, "--hash", "0" * 64]) == 2
     result = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     assert sum(rate["of"] for rate in result["rates"].values()) > 0

@@ -30,6 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     score = actions.add_parser("score", help="open the answers and judge those that were given")
     score.add_argument("folder", metavar="FOLDER", help="what seal made")
     score.add_argument("--answers", required=True, metavar="FOLDER", help="with case_001.json and so on")
+    score.add_argument(
+        "--hash", metavar="SHA256", help="what was published of the locked answers before they were given"
+    )
+    score.add_argument("--key", metavar="FILE", help="what opens the answers (FOLDER.key)")
     for action in (seal, score):
         action.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
 
@@ -42,7 +46,7 @@ def _seal(arguments: argparse.Namespace) -> int:
     import secrets
 
     from identify.challenge.case import left_out
-    from identify.challenge.seal import seal
+    from identify.challenge.seal import hash_path, key_path, seal
     from tui import show
     from tui.outputs import check_file, check_new_folder
 
@@ -52,12 +56,24 @@ def _seal(arguments: argparse.Namespace) -> int:
     without = left_out(arguments.without) if arguments.without else ()
     with show.progress("sealing") as tell:
         digest = seal(
-            Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(16), tell, without
+            Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(32), tell, without
         )
+    key, published = (str(path(Path(arguments.out))) for path in (key_path, hash_path))
     show.say(console, f"{arguments.cases} cases in {arguments.out}; SHA-256 of the locked answers: {digest}")
+    show.say(
+        console,
+        f"Publish that hash, which is also in {published}, before anything is diagnosed; keep {key}, which opens the "
+        "answers, from who is judged.",
+    )
     if without:
         show.say(console, f"leave out of the library: {', '.join(without)}")
-    sealed = {"cases": arguments.cases, "out": arguments.out, "sha256": digest, "without": without}
+    sealed = {
+        "cases": arguments.cases,
+        "out": arguments.out,
+        "sha256": digest,
+        "key": key,
+        "without": without,
+    }
     show.write_json(sealed, arguments.json)
     return exit_codes.DONE
 
@@ -74,7 +90,8 @@ def _score(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.answers)
     if not folder.is_dir():
         raise LogError(f"{folder}: is no folder; give the one that holds case_001.json and so on")
-    truths = unsealed(Path(arguments.folder))
+    key = Path(arguments.key) if arguments.key else None
+    truths = unsealed(Path(arguments.folder), arguments.hash, key)
     given = {truth["name"]: read_answer(folder / f"{truth['name']}.json") for truth in truths}
     answers = {name: answer for name, answer in given.items() if answer is not None}
     if not answers:
@@ -83,6 +100,12 @@ def _score(arguments: argparse.Namespace) -> int:
         )
     result = score(truths, answers)
     _show(result, arguments.json)
+    if not arguments.hash:
+        show.say(
+            show.results(arguments.json),
+            "No --hash was given: the answers are held against the hash that lies beside them alone, which whoever "
+            "changes them can change, too.",
+        )
     show.write_json(_plain(result), arguments.json)
     return exit_codes.DONE if not result.unanswered else exit_codes.PARTLY
 
