@@ -107,12 +107,17 @@ ALSO = (
     ("unknown called no gap", "unknown: called no gap"),
     ("known called no gap", "known called no gap"),
     ("taken up whole by a refit: no gap, or named", "taken up by a refit: no gap, or named"),
-    ("magnitudes within their 95 % intervals", "magnitudes within their 95 % intervals"),
+    ("one hidden: magnitudes within their 95 % intervals", "magnitudes within their 95 % intervals"),
+    (
+        "two hidden: magnitudes within their 95 % intervals",
+        "two hidden: magnitudes within their 95 % intervals",
+    ),
 )
 
 NUMBERS = (
     ("causes named that do not hide, a dive", "causes named that do not hide, a case", False),
-    ("magnitude error, median", "magnitude error, median", True),
+    ("one hidden: magnitude error, median", "magnitude error, median", True),
+    ("two hidden: magnitude error, median", "two hidden: magnitude error, median", True),
     ("predicted less measured shrink, median size", "predicted less measured shrink, median size", True),
     (
         f"predicted less measured shrink, mean size, where the check dive drifts {WIDE:g} floors or more before",

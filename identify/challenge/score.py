@@ -104,6 +104,12 @@ class Judged:
         """Size over the floor of the smallest of the hidden effects, each by itself; NaN in a truth sealed without."""
         return min(float(effect.get("size", math.nan)) for effect in self.truth["effects"])
 
+    def told_of(self, effect: Mapping[str, Any]) -> Named | None:
+        """What names a hidden effect by its own name: where one hides, what is named first."""
+        able = self.named if len(self.truth["effects"]) > 1 else self.named[:1]
+        own = (one for one in able if one.name == effect["name"] and self._is(effect, one.name, one))
+        return next(own, None)
+
     def right(self, named: Named) -> bool:
         """Whether a named cause, or one of its class, is hidden."""
         return any(self._holds(effect, named) for effect in self.truth["effects"] if not effect["novel"])
@@ -131,6 +137,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     known = by["one"] + by["two"]
     clear = [case for case in by["one"] if case.truth["size"] >= CLEAR]
     off, inside = _magnitudes(by["one"] + by["absorbed"])
+    off_two, inside_two = _magnitudes(by["two"])
     rates = {
         "one hidden: named first": _rate(by["one"], Judged.first),
         "one hidden: in the class named first": _rate(by["one"], Judged.in_class),
@@ -161,6 +168,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
             by["absorbed"], lambda c: c.verdict == "no_gap" or c.in_class()
         ),
         "magnitudes within their 95 % intervals": inside,
+        "two hidden: magnitudes within their 95 % intervals": inside_two,
     }
     numbers = {
         "mean class size": _mean(1.0 + len(named.also) for case in cases for named in case.named),
@@ -168,6 +176,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
             float(sum(not case.right(named) for named in case.named)) for case in cases if case.answer
         ),
         "magnitude error, median": _median(off),
+        "two hidden: magnitude error, median": _median(off_two),
         **_shrinks(known),
         "calibration error of probabilities": _calibration(cases),
     }
@@ -190,19 +199,19 @@ def _median(values: Iterable[float]) -> float | None:
 
 
 def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
-    """The errors of the magnitudes that were told of the right cause, and how many lie in their intervals."""
+    """The errors of the magnitudes that were told of right causes, and how many lie in their intervals."""
     off: list[float] = []
     inside: list[bool] = []
     for case in cases:
-        effect = case.truth["effects"][0]
-        if not case.first() or case.named[0].name != effect["name"]:
-            continue
-        named = case.named[0]
-        for name, error in errors(effect["parameters"], named).items():
-            _, low, high = named.parameters[name]
-            off.append(error)
-            if math.isfinite(low) and math.isfinite(high):
-                inside.append(low <= effect["parameters"][name] <= high)
+        for effect in case.truth["effects"]:
+            named = case.told_of(effect)
+            if named is None:
+                continue
+            for name, error in errors(effect["parameters"], named).items():
+                _, low, high = named.parameters[name]
+                off.append(error)
+                if math.isfinite(low) and math.isfinite(high):
+                    inside.append(low <= effect["parameters"][name] <= high)
     return off, Rate(sum(inside), len(inside))
 
 

@@ -178,6 +178,19 @@ def test_magnitudes_and_shrinks_are_held_beside_the_truth() -> None:
     assert result.numbers["calibration error of probabilities"] == pytest.approx(0.2)
 
 
+def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes() -> None:
+    told = {"delay": {"value": 0.12, "unit": "s", "low95": 0.11, "high95": 0.13}}
+    both = answer("explained", "waves", "dvl_delay", parameters=told)
+    one = answer("explained", "waves", parameters=told)
+    pair = truth("a", "two", "dvl_delay", "waves")
+    result = judged((pair, both), ({**pair, "name": "b"}, one))
+    assert result.numbers["two hidden: magnitude error, median"] == pytest.approx(0.2)
+    pairs = result.rates["two hidden: magnitudes within their 95 % intervals"]
+    assert (pairs.hits, pairs.of) == (0, 3)
+    assert result.rates["magnitudes within their 95 % intervals"].of == 0
+    assert result.numbers["magnitude error, median"] is None
+
+
 def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_vector() -> None:
     gain = answer("explained", "weak_thruster", parameters={"gain": {"value": 0.85, "unit": "1"}}).named[0]
     assert errors({"gain": 0.8, "thruster": 2.0}, gain) == {"gain": pytest.approx(0.25)}
