@@ -6,7 +6,7 @@ of is that of the simulator's own model, parameters and effects, along the real 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bridge.effects.effect import Effect
@@ -14,10 +14,14 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose import answer
 from identify.diagnose.diagnose import Progress, diagnose
-from identify.diagnose.diagnosis import Diagnosis, Found, Value
+from identify.diagnose.diagnosis import Diagnosis, Found, Value, Verdict
+from identify.diagnose.shrink import CHANCE
 from identify.diagnose.simulator import lasting, priors_of, simulator_of
 from identify.dive import Dive
 from identify.identification import Z95
+
+DRIFT_S = 5.0
+"""The horizon of the drift that is told of."""
 
 SIGNIFICANT = 3.0
 """Standard errors of a difference from which a number must change; some dozen are compared."""
@@ -61,6 +65,32 @@ class Against:
     differences: tuple[Difference, ...]
     stories: tuple[Found, ...]
     untold: tuple[str, ...]
+
+    @property
+    def causes(self) -> tuple[Found, ...]:
+        """Of the simulator's gap, the strongest first; an effect that it has already is none of them."""
+        mine = {id(found) for found in (*self.lacks, *self.stories)}
+        return tuple(found for found in self.vehicle.found if id(found) in mine)
+
+    @property
+    def has(self) -> tuple[Found, ...]:
+        """Effects of the dive that the simulator has already."""
+        lacks = {id(found) for found in self.lacks}
+        return tuple(
+            found
+            for found in self.vehicle.found
+            if id(found) not in lacks and not found.cause.effect.refit_absorbs
+        )
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of the simulator's gap. Where it drifts further than chance would have it and yet no effect is missing and no
+        number is off beyond doubt, this dive can't tell which of them it is."""
+        if self.vehicle.verdict == "unknown":
+            return "unknown"
+        if self.causes or self.differences:
+            return "ambiguous" if any(found.also for found in self.causes) else "explained"
+        return "no_gap" if self.vehicle.gap.before < 1.0 + CHANCE else "ambiguous"
 
 
 def against(
@@ -121,11 +151,16 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
 
 
 def plain(one: Against) -> dict[str, Any]:
-    """The answer on the real dive as plain data, and beside it, under `against`, what the simulator must change."""
-    return answer.plain(one.vehicle) | {
+    """The answer on the simulator's gap as plain data, and beside it, under `against`, what the simulator must change;
+    `has`: effects of the dive that it has already."""
+    gap = one.vehicle.gap
+    after = [drift.total for drift in gap.after if drift.horizon_s == DRIFT_S]
+    return answer.plain(replace(one.vehicle, verdict=one.verdict, found=one.causes)) | {
         "against": {
             "simulator": one.simulator.dive,
             "lacks": [found.name for found in one.lacks],
+            "has": [found.name for found in one.has],
+            "drift": {"before": gap.before, "after": after[0] if after else None, "floor": 1},
             "spare": [found.name for found in one.spare],
             "differences": [
                 {

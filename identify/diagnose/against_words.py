@@ -24,10 +24,16 @@ def verdict_sentence(one: Against) -> str:
         told = f"Your simulator lacks no effect that this dive shows, but {numbers}{_falls(one)}."
     elif one.vehicle.verdict == "unknown":
         return f"Your simulator lacks something that no candidate explains: {words.where_sentence(gap, 'the gap')}."
-    else:
+    elif one.verdict == "no_gap":
         told = (
             f"Your simulator lacks nothing that this dive shows: its {words.DRIFT_S:g} s drift is "
             f"{significant(gap.before, 2)} floors, where noise alone would give 1."
+        )
+    else:
+        told = (
+            "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
+            f"{words.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
+            f"{_falls(one)}: give longer recordings of both, with the same manoeuvres."
         )
     if one.vehicle.verdict == "unknown":
         told += " Something else is there that no candidate explains."

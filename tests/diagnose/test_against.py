@@ -202,6 +202,31 @@ def test_plain_data_hold_what_sets_the_two_apart():
     assert data["effects"][0]["name"] == "dead_zone"
 
 
+def test_the_verdict_and_the_effects_of_plain_data_are_of_what_the_simulator_must_gain():
+    drag, zone = found("quadratic_drag"), found("dead_zone")
+    has_it = plain(compared(diagnosis(drag, before=1.1), diagnosis(drag)))
+    assert (has_it["verdict"], has_it["effects"]) == ("no_gap", [])
+    assert (has_it["against"]["has"], has_it["against"]["lacks"]) == (["quadratic_drag"], [])
+    assert has_it["against"]["drift"] == {"before": 1.1, "after": pytest.approx(1.1), "floor": 1}
+    lacks_one = plain(compared(diagnosis(drag, zone), diagnosis(drag)))
+    assert [each["name"] for each in lacks_one["effects"]] == lacks_one["against"]["lacks"] == ["dead_zone"]
+    assert lacks_one["verdict"] == "explained"
+    numbers = plain(compared(diagnosis(drag), diagnosis(drag, values={"M_u": 88.0})))
+    assert (numbers["verdict"], numbers["effects"]) == ("explained", [])
+    assert numbers["against"]["differences"]
+
+
+def test_a_drift_beyond_chance_of_which_no_number_is_off_beyond_doubt_is_told_as_such():
+    one = compared(diagnosis(before=1.3), diagnosis())
+    assert one.differences == one.lacks == ()
+    assert plain(one)["verdict"] == "ambiguous"
+    assert against_words.verdict_sentence(one) == (
+        "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its 5 s "
+        "drift is 1.3 floors, where noise alone would give 1; with the vehicle's numbers its 5 s drift goes from 1.3 "
+        "to 1.1 floors: give longer recordings of both, with the same manoeuvres."
+    )
+
+
 def test_a_simulator_s_numbers_are_held_as_near_to_the_dive_s_as_its_own_recording_lets_them():
     case = draw_case(150031, names=[], seconds=60.0)
     nominal = nominal_of(dive_of(case), case.file, case.configuration)
