@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from identify.estimators.paper_noise import NoiseTable, noise_table
-from identify.report.axes import close_axis, roomy_axis
 from identify.report.page import Figure, Report, Section, write_report
-from identify.report.plot import Line, Panel, legend, render
+from identify.report.plot import Line, lines_panel, stack
 
 SOURCES = (
     "bench/paper_noise.py",
@@ -47,12 +46,15 @@ def _plot(table: NoiseTable, path: Path) -> None:
     drawn = [i for i, cutoff in enumerate(table.cutoff_hz) if cutoff in DRAWN_HZ]
     words = [f"{table.cutoff_hz[i]:g} Hz" if table.cutoff_hz[i] < 5 else "no filter" for i in drawn]
     lines = [Line(noise, table.error_percent[:, i], words[k], k) for k, i in enumerate(drawn)]
-    x = close_axis("noise of the acceleration, m/s2", 0.0, float(noise[-1]))
-    panel = Panel(
-        x, roomy_axis("error of the mass, %", [line.y for line in lines]), tuple(lines), height_px=320
+    panel = lines_panel(
+        "error of the mass, %",
+        "noise of the acceleration, m/s²",
+        lines,
+        (0.0, float(noise[-1])),
+        height_in=3.5,
     )
     caption = "Error of the mass by noise, one line a cut-off of the zero-phase filter."
-    section = Section("Noise and cut-off", figures=(Figure(caption, legend(lines) + render(panel)),))
+    section = Section("Noise and cut-off", figures=(Figure("mass against noise", caption, stack([panel])),))
     write_report(
         path,
         Report(

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-HEAVY = ("torch", "scipy", "numba", "textual", "pymavlink", "rich")
+HEAVY = ("torch", "scipy", "numba", "textual", "pymavlink", "rich", "matplotlib")
 
 
 def test_imports_point_one_way():

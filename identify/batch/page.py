@@ -1,24 +1,30 @@
 """The page of a batch: for each configuration what its trends mean, each parameter over the dates, and the dives."""
 
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
 from bridge.vehicle.coefficients import BY_NAME, Kind
-from identify.batch.calendar import date_axis
 from identify.batch.drift import Drift, Story
 from identify.batch.rows import Row, Value, by_configuration, names_in
 from identify.batch.trend import Trend
 from identify.dates import utc
 from identify.dive import Array
-from identify.report import plot
-from identify.report.axes import Axis, roomy_axis
 from identify.report.page import Figure, Report, Section, Table
-from identify.report.plot import Line, Mark, Panel
+from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
 from identify.report.tables import meaning
 from identify.report.text import MISSING, decimals_for, fixed, significant, unit
 
-PANEL_PX = 190
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PANEL_IN = 1.9
+AIR, LEAST_AIR_S = 0.05, 1800.0
+"""Beside the first and the last dive: a share of the time between them, and no less than half an hour."""
+
 WIDEST = 6.0
 """In median half widths: how much of an interval that is wider than the others still stretches the plot."""
 
@@ -172,36 +178,34 @@ def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
     if not dated:
         return None
     times = [row.unix_s or 0.0 for row in dated]
-    x = date_axis(min(times), max(times))
-    panels = [_panel(name, dated, drift, x) for name in names_in(dated)]
+    span = min(times), max(times)
+    panels = [_panel(name, dated, drift, span) for name in names_in(dated)]
     if any(row.voltage_v is not None for row in dated):
-        panels.append(_voltage_panel(dated, drift.voltage, x))
-    empty = np.zeros(0)
-    legend = plot.mark_legend(
-        [("disc", "in the trend"), ("diamond", "another outcome, or doubted: in no trend")]
-    )
-    legend += plot.legend([
-        Line(empty, empty, "95 % interval"),
-        Line(empty, empty, "significant trend", REAL),
-        Line(empty, empty, "no significant trend", NOT_REAL),
-    ])  # fmt: skip
-    return Figure("Each parameter over the date of the dive.", legend + plot.side_by_side(panels))
+        panels.append(_voltage_panel(dated, drift.voltage, span))
+    return Figure("parameters over dives", "Each parameter over the date of the dive.", side_by_side(panels))
 
 
-def _panel(name: str, rows: Sequence[Row], drift: Drift, x: Axis) -> Panel:
-    trend, is_real = drift.trends.get(name), name in drift.real
+def _panel(name: str, rows: Sequence[Row], drift: Drift, span: tuple[float, float]) -> Panel:
     found = [
         (row.unix_s or 0.0, row.values[name], drift.takes(row, name)) for row in rows if name in row.values
     ]
-    lines = [Line(np.full(2, t), np.array([v.low95, v.high95])) for t, v, _ in found]
-    marks = tuple(Mark(t, v.value, "disc" if counts else "diamond") for t, v, counts in found)
-    return Panel(
-        x,
-        roomy_axis(f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}", [_reach([v for _, v, _ in found])]),
-        (*lines, *_trend_line(trend, is_real)),
-        marks,
-        PANEL_PX,
-    )
+    values = [v for _, v, _ in found]
+
+    def draw(box: "Axes") -> None:
+        for k, (unix_s, v, counts) in enumerate(found):
+            first = {"label": "95 % interval"} if k == 0 else {}
+            box.plot([utc_time(unix_s)] * 2, [v.low95, v.high95], **STYLES[0], **first)
+            box.plot([utc_time(unix_s)], [v.value], **(DISC if counts else DIAMOND))
+        box.plot([], [], label="in the trend", **DISC)
+        box.plot([], [], label="another outcome, or doubted: in no trend", **DIAMOND)
+        reach = _reach(values)
+        low, high = float(reach.min()), float(reach.max())
+        air = 0.06 * (high - low) or 0.05 * abs(low) or 1.0
+        box.set_ylim(low - air, high + air)
+        _dress(box, drift.trends.get(name), name in drift.real, span)
+        entitle(box, f"{BY_NAME[name].symbol}, {unit(BY_NAME[name].unit)}", "")
+
+    return Panel(draw, PANEL_IN)
 
 
 def _reach(values: Sequence[Value]) -> Array:
@@ -211,18 +215,33 @@ def _reach(values: Sequence[Value]) -> Array:
     return np.concatenate([np.maximum(low, value - most), np.minimum(high, value + most)])
 
 
-def _voltage_panel(rows: Sequence[Row], trend: Trend | None, x: Axis) -> Panel:
-    found = [(row.unix_s or 0.0, row.voltage_v) for row in rows if row.voltage_v is not None]
-    marks = tuple(Mark(t, v, "square") for t, v in found)
-    y = roomy_axis("mean pack voltage, V", [np.array([v for _, v in found])])
-    return Panel(x, y, _trend_line(trend, trend is not None and trend.is_real), marks, PANEL_PX)
+def _voltage_panel(rows: Sequence[Row], trend: Trend | None, span: tuple[float, float]) -> Panel:
+    found = [(utc_time(row.unix_s or 0.0), row.voltage_v) for row in rows if row.voltage_v is not None]
+
+    def draw(box: "Axes") -> None:
+        box.plot([when for when, _ in found], [volts for _, volts in found], **SQUARE)
+        _dress(box, trend, trend is not None and trend.is_real, span)
+        entitle(box, "mean pack voltage, V", "")
+
+    return Panel(draw, PANEL_IN)
 
 
-def _trend_line(trend: Trend | None, is_real: bool) -> tuple[Line, ...]:
-    if trend is None:
-        return ()
-    ends = np.array([trend.first_s, trend.last_s])
-    return (Line(ends, np.array([trend.at(t) for t in ends]), style=REAL if is_real else NOT_REAL),)
+def _dress(box: "Axes", trend: Trend | None, is_real: bool, span: tuple[float, float]) -> None:
+    """The trend, and an axis of dates around all dives."""
+    if trend is not None:
+        ends = (trend.first_s, trend.last_s)
+        word = "significant trend" if is_real else "no significant trend"
+        style = STYLES[REAL if is_real else NOT_REAL]
+        box.plot([utc_time(t) for t in ends], [trend.at(t) for t in ends], label=word, **style)
+    air_s = max(AIR * (span[1] - span[0]), LEAST_AIR_S)
+    box.set_xlim(utc_time(span[0] - air_s), utc_time(span[1] + air_s))
+    locator = AutoDateLocator(maxticks=5)
+    box.xaxis.set_major_locator(locator)
+    box.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+
+
+def utc_time(unix_s: float) -> datetime:
+    return datetime.fromtimestamp(unix_s, UTC)
 
 
 def _failures(rows: Sequence[Row]) -> Section:

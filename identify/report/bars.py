@@ -1,15 +1,28 @@
-"""Bars in a table: a name, a bar, a number; they keep their text's size from a telephone to a wide screen."""
+"""Bars that are read like a table: a name, a bar, a number."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import wrap
+from typing import TYPE_CHECKING
 
-from identify.report.text import safe
+from identify.report.plot import Panel
+from identify.report.theme import LIGHT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ROOM, NAMES_ROOM = 1.3, 1.0
+"""How wide the box is for the longest bar, 1: its number stands behind it, short names before it."""
+
+SHORT_NAME, TWO_LINES, LETTER_IN = 20, 45, 0.075
+"""Letters of a name that stands before its bar, above it where any is longer; from where on it may take two lines; how
+wide a letter is."""
 
 
 @dataclass(frozen=True)
 class Bar:
     """One row. share: of the longest bar, 0 to 1, none below 0; told: its number with the unit. Chosen ones are filled
-    and say so in `mark`, the others are hollow."""
+    and say so in `mark`, the others are light."""
 
     name: str
     share: float
@@ -17,28 +30,28 @@ class Bar:
     mark: str = ""
 
 
-def bars(rows: Sequence[Bar], title: str = "") -> str:
-    """The bars as one `<table>`."""
-    head = f"<caption>{safe(title)}</caption>" if title else ""
-    return f'<table class="bars">{head}<tbody>{"".join(map(_row, rows))}</tbody></table>'
+def bars(rows: Sequence[Bar], title: str = "") -> Panel:
+    """The bars, the first at the top; names of two lines at most."""
+    names = [f"{row.name}: {row.mark}" if row.mark else row.name for row in rows]
+    longest = max(map(len, names), default=0)
+    above = longest > SHORT_NAME
+    left = 0.0 if above else -NAMES_ROOM
+    widths = [min(max(row.share, 0.0), 1.0) for row in rows]
+    fills = [LIGHT["first" if row.mark else "heat1"] for row in rows]
 
+    def draw(box: "Axes") -> None:
+        letters = int(box.figure.get_figwidth() / LETTER_IN)
+        outline = {"edgecolor": LIGHT["first"], "linewidth": 1.2}
+        box.barh(range(len(rows)), widths, height=0.3 if above else 0.6, color=fills, **outline)
+        for place, (row, name, width) in enumerate(zip(rows, names, widths, strict=True)):
+            weight = "bold" if row.mark else "normal"
+            told = "\n".join(wrap(name, letters, max_lines=2, placeholder=" …"))
+            box.text(left, place - 0.2 * above, told, va="bottom" if above else "center", weight=weight)
+            box.text(width + 0.015, place, row.told, va="center", weight=weight)
+        box.set_xlim(left, ROOM)
+        box.set_ylim(len(rows) - 0.5, -0.85 if above else -0.5)
+        box.set_title(title)
+        box.set_axis_off()
 
-def folded(summary: str, inner: str) -> str:
-    """Markup that stands folded away under a line that says what it is."""
-    return f"<details><summary>{safe(summary)}</summary>{inner}</details>"
-
-
-def side_by_side(parts: Sequence[str]) -> str:
-    """Markups in as many columns as the page has room for."""
-    return f'<div class="grid bargrid">{"".join(f"<div>{part}</div>" for part in parts)}</div>'
-
-
-def _row(bar: Bar) -> str:
-    kind = "filled" if bar.mark else "hollow"
-    wide = 100 * min(max(bar.share, 0.0), 1.0)
-    drawn = f'<span class="{kind}bar" style="width:{wide:.1f}%"></span>' if wide > 0 else ""
-    mark = f" <b>{safe(bar.mark)}</b>" if bar.mark else ""
-    return (
-        f'<tr><th scope="row">{safe(bar.name)}{mark}</th><td class="barroom">{drawn}</td>'
-        f'<td class="number">{safe(bar.told)}</td></tr>'
-    )
+    row_in = 0.62 if longest > TWO_LINES else 0.46 if above else 0.25
+    return Panel(draw, row_in * len(rows) + (0.4 if title else 0.2))

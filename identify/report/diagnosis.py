@@ -155,7 +155,10 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
 
 
 def _candidates(d: Diagnosis) -> Section | None:
-    return Section("2.1 All candidates", NATS, (), (figures.candidates(d.tried),)) if d.tried else None
+    if not d.tried:
+        return None
+    drawn, weaker = figures.candidates(d.tried)
+    return Section("2.1 All candidates", NATS, weaker, (drawn,))
 
 
 def _how_far(d: Diagnosis) -> Section:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +12,17 @@ from identify.diagnose import words
 from identify.diagnose.diagnosis import Diagnosis, Gap, Slice, Tried
 from identify.diagnose.drift import Drift
 from identify.dive import Array
-from identify.report import plot
-from identify.report.axes import Axis, close_axis, roomy_axis
-from identify.report.bars import Bar, bars, folded, side_by_side
+from identify.report.bars import Bar, bars
 from identify.report.heatmap import heatmap
-from identify.report.page import Figure
-from identify.report.plot import Line, Panel
+from identify.report.page import Figure, Table
+from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import decimals_for, fixed
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 SHOWN = 12
-"""Candidates that stand open on the page, strongest first; the others are folded away beneath."""
+"""Candidates that are drawn, strongest first; the others stand in a table beneath."""
 
 LEAST_TOLD = 2.0
 """Nats: candidates that save no more are told together, in one line."""
@@ -49,9 +51,10 @@ def where_map(gap: Gap) -> Figure:
     for one in gap.where:
         shares[phases.index(one.phase), dofs.index(one.dof)] += one.share
     return Figure(
-        "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the darker, "
-        "the larger. The last row and column are sums.",
-        heatmap([words.PHASES[phase] for phase in phases], dofs, shares),
+        "where the gap lies",
+        "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the "
+        "stronger the colour, the larger. The last row and column are sums.",
+        stack([heatmap([words.PHASES[phase] for phase in phases], dofs, shares)]),
     )
 
 
@@ -80,7 +83,9 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
     if not parts:
         return None
     return Figure(
-        f"The gap in {dof}, sliced: each set of bars is the whole of it, 100 %.", side_by_side(parts)
+        f"gap in {dof} sliced",
+        f"The gap in {dof}, sliced: each set of bars is the whole of it, 100 %.",
+        side_by_side(parts),
     )
 
 
@@ -107,8 +112,8 @@ def _bearing(one: Slice) -> float:
     return round(math.degrees(one.low), 6) % 360.0
 
 
-def candidates(tried: Sequence[Tried]) -> Figure:
-    """The evidence for each candidate of the library, in its best form, strongest first."""
+def candidates(tried: Sequence[Tried]) -> tuple[Figure, tuple[Table, ...]]:
+    """The evidence for each candidate of the library, in its best form: the strongest drawn, the others in a table."""
     best: dict[tuple[str, str], Tried] = {}
     for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
         best.setdefault((one.name, _thruster(one)), one)
@@ -126,19 +131,21 @@ def candidates(tried: Sequence[Tried]) -> Figure:
         for one in told
     ]
     first = max(SHOWN, sum(one.accepted for one in told))
-    rest = folded(f"{len(rows) - first} more candidates", bars(rows[first:])) if len(rows) > first else ""
     others = (
-        f"<p>{few} other{'s' if few > 1 else ''}: {'none' if few > 1 else 'it'} gains "
-        f"{'' if few > 1 else 'no '}more than {LEAST_TOLD:g} nats.</p>"
+        f" {few} other{'s' if few > 1 else ''}: {'none' if few > 1 else 'it'} gains "
+        f"{'' if few > 1 else 'no '}more than {LEAST_TOLD:g} nats."
         if few
         else ""
     )
-    return Figure(
+    drawn = Figure(
+        "candidates",
         "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled) beside "
-        "the other accepted ones, any other (hollow) on top of them all. Of several forms of one the best is shown. "
-        "Bars grow with the logarithm of the nats.",
-        bars(rows[:first]) + rest + others,
+        "the other accepted ones, any other (light) on top of them all. Of several forms of one the best is shown. "
+        f"Bars grow with the logarithm of the nats.{others}",
+        stack([bars(rows[:first])]),
     )
+    weaker = tuple((bar.name, bar.told) for bar in rows[first:])
+    return drawn, (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
 
 
 def _thruster(one: Tried) -> str:
@@ -152,28 +159,32 @@ def _nats(value: float) -> str:
 def growth(gap: Gap) -> Figure:
     """Root mean square drift of each degree of freedom by horizon, before, after and floor."""
     present = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in gap.drifts)]
-    panels = [_growth_panel(gap, dof) for dof in present]
-    legend = plot.legend(panels[0].lines) if panels else ""
     return Figure(
+        "drift by horizon",
         "How far the simulated velocity is off after 1, 5 and 20 s on the model alone (root mean square): with the "
         "plain model (before), with the causes in it (after), and what noise alone would give (floor).",
-        legend + plot.side_by_side(panels),
+        side_by_side([_growth_panel(gap, dof) for dof in present]),
     )
 
 
 def _growth_panel(gap: Gap, dof: int) -> Panel:
     unit, scale = ("mm/s", 1e3) if dof < 3 else ("°/s", math.degrees(1.0))
-    at = np.log10([one.horizon_s for one in gap.drifts])
-    ticks = tuple((float(x), f"{one.horizon_s:g}") for x, one in zip(at, gap.drifts, strict=True))
+    at = np.array([one.horizon_s for one in gap.drifts])
     curves = (_rms(gap.drifts, dof), _rms(gap.after, dof), np.array([one.floor[dof] for one in gap.drifts]))
-    lines = tuple(
+    lines = [
         Line(at[: len(y)], scale * y, label, style)
         for style, (label, y) in enumerate(zip(LINES, curves, strict=True))
         if len(y)
-    )
-    y = roomy_axis(f"{DOFS[dof]}, {unit}", [np.zeros(1), *(line.y for line in lines)], 2)
-    x = Axis("horizon, s", float(at[0]) - 0.1, float(at[-1]) + 0.1, ticks)
-    return Panel(x, y, lines, height_px=130)
+    ]
+
+    def draw(box: "Axes") -> None:
+        box.set_xscale("log")
+        lines_panel(f"{DOFS[dof]}, {unit}", "horizon, s", lines, holds=(0.0,)).draw(box)
+        box.set_xlim(at[0] / 1.2, at[-1] * 1.2)
+        box.set_xticks(at, [f"{x:g}" for x in at])
+        box.set_xticks([], minor=True)
+
+    return Panel(draw)
 
 
 def _rms(drifts: Sequence[Drift], dof: int) -> Array:
@@ -190,15 +201,14 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
     after = _at_horizon(diagnosis.gap.after)
     if after is not None:
         lines.append(_binned(after, LINES[1], 1, start_s))
-    x = close_axis("time, s", 0.0, float(before.starts_s[-1]) - start_s, at_least=5)
-    lines.append(Line(np.array([x.low, x.high]), np.ones(2), LINES[2], 2))
-    panel = Panel(
-        x, roomy_axis("5 s drift, floors", [np.zeros(1), *(line.y for line in lines)]), tuple(lines)
-    )
+    end_s = float(before.starts_s[-1]) - start_s
+    lines.append(Line(np.array([0.0, end_s]), np.ones(2), LINES[2], 2))
+    panel = lines_panel("5 s drift, floors", "time, s", lines, (0.0, end_s), (0.0,))
     return Figure(
+        "drift over the dive",
         "The 5 s drift along the dive, all degrees of freedom together, in floors; a floor is what noise alone would "
         "give.",
-        plot.legend(lines) + plot.render(panel),
+        stack([panel]),
     )
 
 

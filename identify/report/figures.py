@@ -1,28 +1,25 @@
-"""The figures of a report, from arrays to a `Figure` each. Times are seconds from `start_s`, a boot time."""
+"""The figures of a report, from arrays to a `Figure` each. Times are seconds from the dive's first."""
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bridge.vehicle.config import Water
 from identify.dive import Array, Dive, Signal
 from identify.identification import Estimate
-from identify.report import plot
-from identify.report.axes import Axis, close_axis, extent, named_axis, nice_step, roomy_axis
-from identify.report.decimate import broken_at_gaps
 from identify.report.page import Figure
-from identify.report.plot import Line, Mark, Panel
+from identify.report.plot import DIAMOND, DISC, STYLES, Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import fixed, significant, unit
+from identify.report.theme import LIGHT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 TIME_TITLE = "time, s"
 GAP_PERIODS = 5.0
 REST_US = 1500.0
 OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
-
-
-def time_axis(dive: Dive) -> Axis:
-    """The dive's own span, from zero."""
-    return close_axis(TIME_TITLE, 0.0, dive.duration_s, at_least=5)
 
 
 def signal_line(signal: Signal, column: int, start_s: float, label: str = "", style: int = 0) -> Line:
@@ -32,17 +29,19 @@ def signal_line(signal: Signal, column: int, start_s: float, label: str = "", st
     return Line(time_s - start_s, value, label, style)
 
 
-def time_panel(title: str, x: Axis, lines: Sequence[Line], height_px: int = 150) -> Panel:
-    """Lines over time with a y axis that holds them all."""
-    return Panel(
-        x,
-        roomy_axis(title, [line.y for line in lines], 2 if height_px < 120 else 3),
-        tuple(lines),
-        height_px=height_px,
-    )
+def broken_at_gaps(signal: Signal, column: int, longer_than_s: float) -> tuple[Array, Array]:
+    """Times and one column, with a NaN put into each silence of more than `longer_than_s`."""
+    time_s, value = signal.time_s, signal.value[:, column]
+    after = np.flatnonzero(np.diff(time_s) > longer_than_s) + 1
+    return np.insert(time_s, after, time_s[after - 1]), np.insert(value, after, np.nan)
 
 
-def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
+def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float = 1.7) -> Panel:
+    """Lines over the dive's own span, from zero."""
+    return lines_panel(title, TIME_TITLE, lines, (0.0, dive.duration_s), height_in=height_in)
+
+
+def intervals(dive: str, estimates: Sequence[Estimate], truth: Mapping[str, float] | None) -> Figure | None:
     """A dot and its 95 % interval a parameter, in per cent from the truth, or from the value without one.
 
     Only an interval that would dwarf the others ends in an arrow at the edge, with the number where it does end. None
@@ -57,29 +56,45 @@ def intervals(estimates: Sequence[Estimate], truth: Mapping[str, float] | None) 
     if not names:
         return None
     edge = _edge(np.abs(np.array(spans)).max(axis=1))
-    lines: list[Line] = []
-    marks: list[Mark] = []
-    for row, (low, value, high) in enumerate(spans):
-        inside = truth is None or low <= 0 <= high
-        lines.append(
-            Line(np.clip([low, high], -edge, edge), np.full(2, float(row)), style=0 if inside else 1)
-        )
-        if low < -edge:
-            marks.append(Mark(-edge, row, "left", f"{fixed(low, 0)} %"))
-        if high > edge:
-            marks.append(Mark(edge, row, "right", f"+{fixed(high, 0)} %"))
-        if abs(value) < edge:
-            marks.append(Mark(value, row, "disc" if inside else "diamond"))
-    title = "% from its own value" if truth is None else "% from the truth"
-    x = close_axis(title, -edge, edge)
-    panel = Panel(x, named_axis(names), tuple(lines), tuple(marks), height_px=34 * len(names) + 10)
-    arrows = any(mark.shape in ("left", "right") for mark in marks)
-    goes_on = " An arrow marks an interval that goes on, to where its number says." if arrows else ""
-    if truth is None:
-        return Figure(f"95 % intervals, each relative to its own value.{goes_on}", plot.render(panel))
-    words = plot.mark_legend([("disc", "interval holds the truth"), ("diamond", "it does not")])
-    caption = f"Estimates and their 95 % intervals, relative to the truth.{goes_on}"
-    return Figure(caption, words + plot.render(panel))
+
+    def draw(box: "Axes") -> None:
+        for row, (low, value, high) in enumerate(spans):
+            inside = truth is None or low <= 0 <= high
+            box.plot(np.clip([low, high], -edge, edge), [row, row], **STYLES[0 if inside else 1])
+            for end, side in ((low, -1), (high, 1)):
+                if abs(end) > edge and end * side > 0:
+                    _arrow(box, side * edge, row, end)
+            if abs(value) < edge:
+                box.plot([value], [row], **(DISC if inside else DIAMOND))
+        if truth is not None:
+            box.plot([], [], label="interval holds the truth", **DISC)
+            box.plot([], [], label="it does not", **DIAMOND)
+        box.set_xlim(-edge, edge)
+        box.set_ylim(len(names) - 0.4, -0.6)
+        box.set_yticks(range(len(names)), names)
+        box.axvline(0.0, color=LIGHT["rule"], linewidth=0.8, zorder=1)
+        box.set_xlabel("% from its own value" if truth is None else "% from the truth")
+
+    goes_on = (
+        " An arrow marks an interval that goes on, to where its number says."
+        if np.abs(spans).max() > edge
+        else ""
+    )
+    about = "each relative to its own value" if truth is None else "relative to the truth"
+    return Figure(
+        f"intervals {dive}",
+        f"Estimates and their 95 % intervals, {about}.{goes_on}",
+        stack([Panel(draw, 0.27 * len(names) + 0.5)]),
+    )
+
+
+def _arrow(box: "Axes", x: float, row: int, end: float) -> None:
+    """At the edge of the box: an interval goes on as far as `end`."""
+    right = x > 0
+    box.plot([x], [row], marker=">" if right else "<", color=LIGHT["ink"], clip_on=False, zorder=3)
+    told = f"{'+' if right else ''}{fixed(end, 0)} %"
+    beside = {"xytext": (-6 if right else 6, 3), "textcoords": "offset points", "size": "small"}
+    box.annotate(told, (x, row), ha="right" if right else "left", **beside)
 
 
 def _edge(reach: Array) -> float:
@@ -90,7 +105,7 @@ def _edge(reach: Array) -> float:
     return max(1.08 * (max(furthest, much) if outliers.any() else furthest), 1e-6)
 
 
-def speeds(dive: Dive, x: Axis) -> Figure | None:
+def speeds(dive: Dive) -> Figure | None:
     """Velocity and yaw rate over time, with what measured them; None where nothing did."""
     start_s = dive.span_s[0]
     panels: list[Panel] = []
@@ -98,17 +113,17 @@ def speeds(dive: Dive, x: Axis) -> Figure | None:
     if dive.velocity is not None and len(dive.velocity):
         lines = [signal_line(dive.velocity, column, start_s) for column in range(3)]
         titles = ("surge u, m/s", "sway v, m/s", "heave w, m/s")
-        panels += [time_panel(title, x, [line], 110) for title, line in zip(titles, lines, strict=True)]
+        panels += [time_panel(title, dive, [line], 1.2) for title, line in zip(titles, lines, strict=True)]
         place = "from an autopilot's own filter" if dive.velocity_is_filtered else "at the DVL's transducer"
         sources.append(f"velocity {place}")
     gyros = (("the fibre-optic gyro", dive.fog), ("the IMU", dive.gyro))
     for name, signal in [(name, gyro) for name, gyro in gyros if gyro is not None and len(gyro)][:1]:
         line = signal_line(signal, signal.value.shape[1] - 1, start_s)
-        panels.append(time_panel("yaw rate r, rad/s", x, [line], 110))
+        panels.append(time_panel("yaw rate r, rad/s", dive, [line], 1.2))
         sources.append(f"yaw rate of {name}")
     if not panels:
         return None
-    return Figure(f"Speeds in body axes: {', '.join(sources)}.", plot.stack(panels))
+    return Figure(f"speeds {dive.name}", f"Speeds in body axes: {', '.join(sources)}.", stack(panels))
 
 
 def depth(dive: Dive, water: Water) -> tuple[Signal, str] | None:
@@ -125,35 +140,47 @@ def depth(dive: Dive, water: Water) -> tuple[Signal, str] | None:
     return Signal(dive.pressure.time_s, above_pa / (water.density_kg_m3 * water.gravity_m_s2)), told
 
 
-def depth_panel(signal: Signal, x: Axis, start_s: float) -> Panel:
+def depth_panel(signal: Signal, dive: Dive) -> Panel:
     """Depth over time, growing downwards."""
-    line = signal_line(signal, 0, start_s)
-    return Panel(x, roomy_axis("depth, m", [line.y]).reversed(), (line,), height_px=120)
+    line = signal_line(signal, 0, dive.span_s[0])
+
+    def draw(box: "Axes") -> None:
+        time_panel("depth, m", dive, [line]).draw(box)
+        box.invert_yaxis()
+
+    return Panel(draw, 1.4)
 
 
-def thrusters(pwm: Signal, x: Axis, start_s: float) -> Figure:
+def thrusters(pwm: Signal, dive: Dive) -> Figure:
     """The command of each thruster, in the order of the vehicle's file, all on one scale."""
-    lines = [signal_line(pwm, i, start_s) for i in range(pwm.value.shape[1])]
-    low, high = extent([line.y for line in lines])
-    reach = max(1.1 * (high - REST_US), 1.1 * (REST_US - low), 50.0)
-    step = nice_step(0.0, reach, 2)
-    ticks = tuple((REST_US + k * step, fixed(REST_US + k * step, 0)) for k in (-1, 0, 1))
-    panels = [
-        Panel(x, Axis(f"thruster {i}, µs", REST_US - reach, REST_US + reach, ticks), (line,), height_px=72)
-        for i, line in enumerate(lines, start=1)
-    ]
-    return Figure("Thruster commands, pulse width in microseconds; 1500 is at rest.", plot.stack(panels))
+    lines = [signal_line(pwm, i, dive.span_s[0]) for i in range(pwm.value.shape[1])]
+    off = np.abs(pwm.value[np.isfinite(pwm.value)] - REST_US)
+    reach = max(1.1 * float(off.max(initial=0.0)), 50.0)
+
+    def panel(number: int, line: Line) -> Panel:
+        def draw(box: "Axes") -> None:
+            time_panel(f"thruster {number}, µs", dive, [line]).draw(box)
+            box.set_ylim(REST_US - reach, REST_US + reach)
+            box.axhline(REST_US, color=LIGHT["rule"], linewidth=0.8, zorder=1)
+
+        return Panel(draw, 0.85)
+
+    return Figure(
+        f"thrusters {dive.name}",
+        "Thruster commands, pulse width in microseconds; 1500 is at rest.",
+        stack([panel(number, line) for number, line in enumerate(lines, start=1)]),
+    )
 
 
-def training(curves: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
+def training(dive: str, curves: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
     """A parameter's value against the epoch, one plot each, as in Figs 7 and 9 of the source paper."""
     panels = []
     for name, values in curves.items():
         title = f"{name}, {unit(units[name])}; last {significant(float(values[-1]), 4)}"
         epochs = np.arange(1, len(values) + 1, dtype=np.float64)
-        x = close_axis("epoch", 1.0, float(len(values)))
-        panels.append(Panel(x, roomy_axis(title, [values]), (Line(epochs, values),), height_px=170))
+        panels.append(lines_panel(title, "epoch", [Line(epochs, values)]))
     return Figure(
+        f"training {dive}".strip(),
         "Each parameter while it was trained; its last value stands above its curve.",
-        plot.side_by_side(panels),
+        side_by_side(panels),
     )

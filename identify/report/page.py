@@ -5,10 +5,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bridge.errors import LogError
 from identify.report.text import safe
 from identify.report.theme import STYLE
+
+if TYPE_CHECKING:
+    from identify.report.plot import Draw
 
 WIDE_TABLE_COLUMNS = 5
 SHORT_CELL = 16
@@ -27,15 +31,16 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """`svg` is markup of our own making, one `<svg>` or several with their legend: it is not escaped."""
+    """`name`: what it shows, as a file would be called; `draw`: what draws it so many inches wide."""
 
+    name: str
     caption: str
-    svg: str
+    draw: "Draw"
 
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, a warning that stands out, paragraphs, then tables, then figures.
+    """A heading, a warning that stands out, paragraphs, then figures, then tables.
 
     `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline.
     """
@@ -123,13 +128,18 @@ def _paragraphs(text: str) -> list[str]:
 
 def _section(section: Section, heading: str, anchor: str) -> str:
     paragraphs = "".join(f"<p>{p}</p>\n" for p in _paragraphs(section.text))
+    figures = "".join(_figure(figure, f"{anchor}-{i}") for i, figure in enumerate(section.figures, start=1))
     tables = "".join(map(_table, section.tables))
-    figures = "".join(
-        f"<figure>{figure.svg}<figcaption>{safe(figure.caption)}</figcaption></figure>\n"
-        for figure in section.figures
-    )
-    body = _warning(section.warning) + paragraphs + tables + figures or "<p>Nothing to show.</p>\n"
+    body = _warning(section.warning) + paragraphs + figures + tables or "<p>Nothing to show.</p>\n"
     return f'<section id="{anchor}">\n<h2>{safe(heading)}</h2>\n{body}</section>'
+
+
+def _figure(figure: Figure, key: str) -> str:
+    # Here, because matplotlib takes half a second to import and most who import a page draw nothing.
+    from identify.report.picture import inline
+
+    drawn = inline(figure.draw, figure.name, key)
+    return f"<figure>{drawn}<figcaption>{safe(figure.caption)}</figcaption></figure>\n"
 
 
 def _table(table: Table) -> str:

@@ -9,9 +9,10 @@ from bridge.vehicle.config import Configuration, Water
 from identify.dive import Array, Dive, Signal
 from identify.fixes import check_fixes
 from identify.identification import Identification, Outcome, added_mass, estimate
-from identify.report import figures, plot, tables, track, tracking, whiteness
+from identify.report import figures, tables, track, tracking, whiteness
 from identify.report.nuisance import nuisance_tables
 from identify.report.page import Figure, Section
+from identify.report.plot import stack
 from identify.report.text import count, fixed, seconds, significant
 from identify.report.tracking import Reference
 from identify.validate import TrackingErrors
@@ -50,7 +51,7 @@ def identification_section(
         inside = sum(e.low95 <= truth[e.name] <= e.high95 for e in known)
         words.append(f"{inside} of {len(known)} known truths lie inside their 95 % intervals.")
     told = _with_added_masses(truth, configuration) if truth and configuration else truth
-    drawn = figures.intervals(i.parameters, told)
+    drawn = figures.intervals(f"{i.dive} {i.method}", i.parameters, told)
     good = i.outcome is Outcome.CONVERGED
     doubts = tuple(dict.fromkeys(doubt.sentence for doubt in i.doubts))
     plain = [sentence for sentence in i.sentences if sentence not in doubts]
@@ -89,15 +90,14 @@ def _with_added_masses(truth: Mapping[str, float], configuration: Configuration)
 def dive_section(dive: Dive, water: Water | None = None) -> Section:
     """What was recorded: path, speeds, depth, thruster commands, rates and gaps, notes."""
     start_s = dive.span_s[0]
-    x = figures.time_axis(dive)
     drawn = [path] if (path := track.track(dive)) else []
-    if speeds := figures.speeds(dive, x):
+    if speeds := figures.speeds(dive):
         drawn.append(speeds)
     if found := figures.depth(dive, water or Water()):
         signal, told = found
-        drawn.append(Figure(told, plot.stack([figures.depth_panel(signal, x, start_s)])))
+        drawn.append(Figure(f"depth {dive.name}", told, stack([figures.depth_panel(signal, dive)])))
     if dive.pwm is not None and len(dive.pwm):
-        drawn.append(figures.thrusters(dive.pwm, x, start_s))
+        drawn.append(figures.thrusters(dive.pwm, dive))
     words = [
         f"Read from {dive.source.name} (SHA-256 {dive.sha256[:16]}): {seconds(dive.duration_s)}. "
         f"Plots start at boot time {fixed(start_s, 1)} s.",
@@ -147,7 +147,7 @@ def training_section(
         name: (units or {}).get(name) or (BY_NAME[name].unit if name in BY_NAME else "1") for name in drawn
     }
     heading = f"Training: {dive}" if dive else "Training"
-    return Section(heading, figures=(figures.training(drawn, known),) if drawn else ())
+    return Section(heading, figures=(figures.training(dive, drawn, known),) if drawn else ())
 
 
 def innovations_section(normalised: Mapping[str, Signal], dive: str = "") -> Section:
@@ -165,7 +165,7 @@ def innovations_section(normalised: Mapping[str, Signal], dive: str = "") -> Sec
             f"{name}: root mean square {significant(float(np.sqrt((value**2).mean())))} (1 is expected), "
             f"{significant(beyond, 2)} % beyond the 95 % limits (5 % is expected)."
         )
-        parts.append(whiteness.innovations(name, signal))
+        parts.append(whiteness.innovations(dive, name, signal))
     return Section(
         f"Innovations: {dive}" if dive else "Innovations", "\n\n".join(sentences), figures=tuple(parts)
     )

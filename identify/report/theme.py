@@ -1,19 +1,37 @@
-"""The style sheet: dark ink on white and large for the sun, a dark scheme for the night, black on paper.
+"""The page's colours and style sheet: dark ink on white and large for the sun, a dark scheme for the night.
 
-Every colour has a line style or a shape beside it, so that none has to be told apart by colour. The four line
-colours keep a contrast of at least 5 to 1 to their ground in both schemes.
+The four colours of lines can be told apart by readers who see no red, no green or no blue, and keep a contrast of about
+5 to 1 to their ground in both schemes; each has a line style or a shape beside it all the same.
 """
 
-STYLE = """
-:root { --ink: #111; --soft: #444; --ground: #fff; --raised: #f1f4f7; --tick: #c9d0d6; --rule: #5a646d;
-  --first: #0a4a94; --second: #b03000; --third: #00663c; --fourth: #7a1fa0;
-  --alarm: #a30b0b; --alarm-ground: #fdecea; --heat1: #e3edf7; --heat2: #bcd3ea; --heat3: #8fb4dc;
-  --heat4: #2a66ad; --heat5: #0a4a94; color-scheme: light dark; }
-@media screen and (prefers-color-scheme: dark) {
-  :root { --ink: #f2f2f2; --soft: #c4c9ce; --ground: #101418; --raised: #1c2329; --tick: #353e46;
-    --rule: #8b959e; --first: #7cc0ff; --second: #ffb070; --third: #7fe0a0; --fourth: #e2a6ff;
-    --alarm: #ffa198; --alarm-ground: #3a1513; --heat1: #172a3c; --heat2: #1d3f5e; --heat3: #255780;
-    --heat4: #5ea6e8; --heat5: #9dd0ff; } }
+LIGHT = {
+    "ink": "#111111", "soft": "#444444", "ground": "#ffffff", "raised": "#f1f4f7", "tick": "#c9d0d6", "rule": "#5a646d",
+    "first": "#0a4fa3", "second": "#c04600", "third": "#1a1a1a", "fourth": "#007d67",
+    "alarm": "#a30b0b", "alarm-ground": "#fdecea",
+    "heat0": "#fbfcfd", "heat1": "#e3edf7", "heat2": "#bcd3ea", "heat3": "#8fb4dc",
+    "heat4": "#2a66ad", "heat5": "#0a4a94",
+}  # fmt: skip
+"""By name, each another: `picture` finds the name of a colour in what was drawn with it."""
+
+DARK = {
+    "ink": "#f2f2f2", "soft": "#c4c9ce", "ground": "#101418", "raised": "#1c2329", "tick": "#353e46", "rule": "#8b959e",
+    "first": "#6db8ff", "second": "#ff9a4d", "third": "#f4f4f4", "fourth": "#2fc7a4",
+    "alarm": "#ffa198", "alarm-ground": "#3a1513",
+    "heat0": "#12171b", "heat1": "#172a3c", "heat2": "#1d3f5e", "heat3": "#255780",
+    "heat4": "#5ea6e8", "heat5": "#9dd0ff",
+}  # fmt: skip
+
+
+def _variables(colours: dict[str, str]) -> str:
+    return " ".join(f"--{name}: {colour};" for name, colour in colours.items())
+
+
+STYLE = (
+    f"""
+:root {{ {_variables(LIGHT)} color-scheme: light dark; }}
+@media screen and (prefers-color-scheme: dark) {{ :root {{ {_variables(DARK)} }} }}
+"""
+    + """
 * { box-sizing: border-box; }
 html { -webkit-text-size-adjust: 100%; }
 body { margin: 0 auto; max-width: 1240px; padding: 20px 16px 60px; background: var(--ground);
@@ -48,54 +66,13 @@ table:not(.wide) thead th { white-space: normal; }
 tbody th { font-weight: 600; }
 figure { display: flow-root; margin: 1.4em 0 2em; }
 figcaption { margin-top: .3em; }
-.panel { display: block; overflow: visible; margin: 34px 22px 52px 66px; width: calc(100% - 88px);
-  font-size: 15px; fill: var(--ink); }
-.upper { margin-bottom: 0; }
-.title { font-weight: 600; }
-.box { fill: none; stroke: var(--rule); }
-.tick { stroke: var(--tick); }
-.rule { stroke: var(--rule); stroke-width: 1.5; }
-.line { fill: none; stroke-width: 2; stroke-linejoin: round; vector-effect: non-scaling-stroke; }
-.solid { stroke: var(--first); stroke-linecap: round; }
-.dashed { stroke: var(--second); stroke-width: 2.5; stroke-dasharray: 9 5; }
-.dotted { stroke: var(--third); stroke-width: 3; stroke-dasharray: 2 5; }
-.dashdot { stroke: var(--fourth); stroke-width: 2.5; stroke-dasharray: 12 4 2 4; }
-.mark { overflow: visible; fill: var(--ink); stroke: var(--ink); }
-.mark text { stroke: var(--ground); stroke-width: 4; paint-order: stroke; font-weight: 600; }
-.hollow { fill: var(--ground); stroke: var(--second); stroke-width: 3; }
-.legend { display: flex; flex-wrap: wrap; gap: .2em 1.6em; list-style: none; margin: 0 0 0 66px; padding: 0; }
-.legend li { display: flex; align-items: center; gap: .5em; }
-.grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 340px), 1fr)); }
-.bars { width: 100%; }
-.bars caption { color: var(--ink); font-weight: 600; }
-.bars th { font-weight: 400; width: 44%; padding-right: .6em; }
-.bars td.number { width: 1%; padding-right: 0; padding-left: .6em; }
-.bars td, .bars th { padding-top: .15em; padding-bottom: .15em; vertical-align: middle; }
-.filledbar, .hollowbar { display: block; height: .95em; border: 2px solid var(--first); }
-.filledbar { background: var(--first); }
-.bargrid th { white-space: nowrap; }
-.bargrid > div { max-width: 560px; }
-.bargrid { gap: .6em 2.4em; margin: 1em 0; }
-summary { cursor: pointer; padding: .5em 0; color: var(--first); }
-.heat { table-layout: fixed; width: 100%; max-width: 820px; }
-.heat tr { height: 2.7em; }
-.heat th { font-weight: 600; border: 0; padding: .3em .2em; text-align: center; overflow-wrap: normal; }
-.heat th[scope=row] { text-align: left; }
-.heat tr > :first-child { width: 7.6em; }
-.heat td { text-align: center; padding: .55em .1em; border: 2px solid var(--ground); }
-.heat td[class^=heat] { outline: 1px solid var(--tick); outline-offset: -1px; font-weight: 600; }
-.heat1 { background: var(--heat1); } .heat2 { background: var(--heat2); } .heat3 { background: var(--heat3); }
-.heat4 { background: var(--heat4); color: var(--ground); } .heat5 { background: var(--heat5); color: var(--ground); }
-.sum { color: var(--soft); }
+.wide-picture, .column-picture { display: block; width: 100%; height: auto; stroke-linejoin: round; }
+.column-picture { display: none; max-width: 480px; }
 @media screen and (max-width: 700px) {
   body { font-size: 17px; padding: 14px 12px 40px; }
-  .panel { margin-left: 54px; margin-right: 14px; width: calc(100% - 68px); font-size: 14px; }
-  .legend { margin-left: 0; }
-  .odd { display: none; }
   table { font-size: 15px; }
-  .heat { font-size: 13.5px; }
-  .heat tr > :first-child { width: 7em; font-weight: 400; font-size: 12.5px; padding-right: .8em; }
-  .heat thead th { font-size: 11.5px; padding: .3em 0; }
+  .wide-picture { display: none; }
+  .column-picture { display: block; }
   th, td { padding-right: .5em; }
   .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }
   .wide caption { display: block; }
@@ -108,7 +85,7 @@ summary { cursor: pointer; padding: .5em 0; color: var(--first); }
 @media print {
   body { max-width: none; padding: 0; font-size: 11pt; }
   nav { display: none; }
-  .panel { font-size: 9pt; }
   figure, tr, .verdict, .warning { break-inside: avoid; }
   h2 { break-after: avoid; } }
 """
+)

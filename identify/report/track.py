@@ -1,19 +1,20 @@
 """The path of a dive over the ground, by dead reckoning."""
 
-import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from identify.dive import Array, Dive, Signal
-from identify.report import plot
-from identify.report.axes import Axis, extent, nice_step, ticks_between
 from identify.report.page import Figure
-from identify.report.plot import Line, Mark, Panel
+from identify.report.plot import DISC, SQUARE, STYLES, Panel, entitle, stack
 from identify.report.text import count, significant
 
-TRACK_POINTS = 2000
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+HEIGHT_IN = 4.0
 LABEL_SHARE = 0.15
-"""Start and end nearer than this share of the picture have one label, for two would overprint."""
+"""Start and end nearer than this share of the path's reach are one in the legend."""
 
 
 def track(dive: Dive) -> Figure | None:
@@ -23,23 +24,26 @@ def track(dive: Dive) -> Figure | None:
     east, north = dead_reckon(dive.velocity, dive.attitude)
     if not np.isfinite(east).all():
         return None
-    x, y = true_scale_axes(east, north)
-    aspect = (x.high - x.low) / (y.high - y.low)
-    apart = max(abs(east[-1] - east[0]) / (x.high - x.low), abs(north[-1] - north[0]) / (y.high - y.low))
-    words = ("start", "end") if apart > LABEL_SHARE else ("start and end", "")
-    marks = (Mark(east[0], north[0], "disc", words[0]), Mark(east[-1], north[-1], "square", words[1]))
+    reach = max(float(np.ptp(east)), float(np.ptp(north)), 1.0)
+    apart = max(abs(east[-1] - east[0]), abs(north[-1] - north[0])) > LABEL_SHARE * reach
     length = float(np.hypot(np.diff(east), np.diff(north)).sum())
     unlocked = int((~np.isfinite(dive.velocity.value[:, 0])).sum())
-    every = math.ceil(len(east) / TRACK_POINTS)
-    keep = np.append(np.arange(0, len(east) - 1, every), len(east) - 1)
-    panel = Panel(x, y, (Line(east[keep], north[keep]),), marks, aspect=aspect)
+
+    def draw(box: "Axes") -> None:
+        box.plot(east, north, **STYLES[0])
+        box.plot([east[0]], [north[0]], label="start" if apart else "start and end", **DISC)
+        box.plot([east[-1]], [north[-1]], label="end" if apart else None, **SQUARE)
+        box.margins(0.08)
+        box.set_aspect("equal", adjustable="datalim")
+        entitle(box, "north, m", "east, m")
+
     what = "the vehicle" if dive.velocity_is_filtered else "the DVL's transducer"
     caption = (
         f"Path of {what}, {significant(length)} m, dead-reckoned from velocity and attitude: "
         f"north is up, scales are equal. {count(unlocked)} of {count(len(dive.velocity))} velocities lacked "
         "bottom lock and were bridged."
     )
-    return Figure(caption, plot.render(panel))
+    return Figure(f"path {dive.name}", caption, stack([Panel(draw, HEIGHT_IN)]))
 
 
 def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
@@ -53,17 +57,3 @@ def dead_reckon(velocity: Signal, attitude: Signal) -> tuple[Array, Array]:
     east = np.concatenate(([0.0], np.cumsum((rate_e[1:] + rate_e[:-1]) / 2 * step_s)))
     north = np.concatenate(([0.0], np.cumsum((rate_n[1:] + rate_n[:-1]) / 2 * step_s)))
     return east, north
-
-
-def true_scale_axes(east: Array, north: Array) -> tuple[Axis, Axis]:
-    """Axes with the same ticks, padded so that width over height lies between 0.8 and 2.5."""
-    (e0, e1), (n0, n1) = extent([east]), extent([north])
-    air = 0.08 * max(e1 - e0, n1 - n0, 1.0)
-    width, height = e1 - e0 + 2 * air, n1 - n0 + 2 * air
-    spare_e, spare_n = max(0.8 * height - width, 0.0) / 2, max(width / 2.5 - height, 0.0) / 2
-    e0, e1, n0, n1 = e0 - air - spare_e, e1 + air + spare_e, n0 - air - spare_n, n1 + air + spare_n
-    step = nice_step(0.0, max(e1 - e0, n1 - n0), 4)
-    return (
-        Axis("east, m", e0, e1, ticks_between(e0, e1, step)),
-        Axis("north, m", n0, n1, ticks_between(n0, n1, step)),
-    )

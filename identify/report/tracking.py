@@ -9,11 +9,9 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from identify.dive import Dive, Signal
-from identify.report import plot
-from identify.report.axes import Axis
-from identify.report.figures import signal_line, time_axis, time_panel
+from identify.report.figures import signal_line, time_panel
 from identify.report.page import Figure, Table
-from identify.report.plot import Panel
+from identify.report.plot import Panel, stack
 from identify.report.text import MISSING, fixed
 from identify.validate import AXES, LEAST_SPEED, METHOD, PHASES, AxisErrors, SteadyError, TrackingErrors
 
@@ -106,28 +104,28 @@ def curves(mode: str, dive: Dive) -> tuple[Figure, ...]:
     """For each axis that the reference moves along: its speed and the measured one, PID and feed-forward."""
     if dive.nu_ref is None:
         return ()
-    start_s, x = dive.span_s[0], time_axis(dive)
     figures = []
     for dof in AXES:
         if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any():
-            panels = _panels(dof, dive, dive.nu_ref, x, start_s)
             caption = (
                 f"{mode}, {DOFS[dof]}: speed as asked for and as measured; wrench of PID and of feed-forward."
             )
-            figures.append(Figure(caption, plot.stack(panels)))
+            drawn = stack(_panels(dof, dive, dive.nu_ref))
+            figures.append(Figure(f"tracking {DOFS[dof]} {mode}", caption, drawn))
     return tuple(figures)
 
 
-def _panels(dof: int, dive: Dive, reference: Signal, x: Axis, start_s: float) -> list[Panel]:
+def _panels(dof: int, dive: Dive, reference: Signal) -> list[Panel]:
     speed, wrench = TITLES[dof]
+    start_s = dive.span_s[0]
     speeds = [signal_line(signal, column, start_s, "measured") for signal, column in _measured(dof, dive)]
     speeds.append(signal_line(reference, dof, start_s, "reference", 1))
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
     wrenches = [
         signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None and len(s)
     ]
-    panels = [time_panel(speed, x, speeds, 130)]
-    return [*panels, time_panel(wrench, x, wrenches, 130)] if wrenches else panels
+    panels = [time_panel(speed, dive, speeds)]
+    return [*panels, time_panel(wrench, dive, wrenches)] if wrenches else panels
 
 
 def _measured(dof: int, dive: Dive) -> list[tuple[Signal, int]]:

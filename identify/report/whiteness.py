@@ -3,47 +3,51 @@
 import numpy as np
 
 from identify.dive import Array, Signal
-from identify.report import plot
-from identify.report.axes import close_axis, roomy_axis
-from identify.report.figures import TIME_TITLE, time_panel
+from identify.report.figures import TIME_TITLE
 from identify.report.page import Figure
-from identify.report.plot import Line, Panel
+from identify.report.plot import Line, lines_panel, side_by_side
 
 LAGS = 40
+LEAST_REACH = 0.2
+"""Of the autocorrelation's axis: never magnified until nothing looks like something."""
 
 
-def innovations(name: str, normalised: Signal) -> Figure:
+def innovations(dive: str, name: str, normalised: Signal) -> Figure:
     """Normalised innovations of one degree of freedom over time, and their autocorrelation."""
-    time_s, value = normalised.time_s, normalised.value[:, 0]
-    start_s = float(time_s[0])
-    bound = np.array([1.96, 1.96])
-    x = close_axis(TIME_TITLE, 0.0, float(time_s[-1]) - start_s)
-    ends = np.array([x.low, x.high])
-    over_time = time_panel(
-        f"{name}: normalised innovation",
-        x,
-        [
-            Line(time_s - start_s, value),
-            Line(ends, bound, "95 % limits of white noise", 1),
-            Line(ends, -bound, style=1),
-        ],
-    )
+    time_s, value = normalised.time_s - normalised.time_s[0], normalised.value[:, 0]
     rho = autocorrelation(value, LAGS)
-    limit = 1.96 / np.sqrt(max(int(np.isfinite(value).sum()), 1))
     lags = np.arange(1.0, len(rho) + 1)
-    lag_x = close_axis("lag, samples", 0.0, max(float(len(rho)), 1.0))
-    lag_ends = np.array([lag_x.low, lag_x.high])
-    level = np.array([limit, limit])
-    lag_lines = (Line(lags, rho), Line(lag_ends, level, style=1), Line(lag_ends, -level, style=1))
-    # Never magnified until nothing looks like something.
-    lag_y = roomy_axis(f"{name}: autocorrelation", [np.array([-0.2, 0.2]), level, rho])
-    lag_panel = Panel(lag_x, lag_y, lag_lines)
-    words = plot.legend(over_time.lines)
-    caption = (
-        f"{name}: what the filter did not foresee, over what it expected. White noise crosses the dashed "
-        "lines in one sample of twenty."
+    limit = 1.96 / float(np.sqrt(max(int(np.isfinite(value).sum()), 1)))
+    panels = (
+        lines_panel(
+            f"{name}: normalised innovation",
+            TIME_TITLE,
+            [Line(time_s, value), *_band(1.96, float(time_s[-1]))],
+            (0.0, float(time_s[-1])),
+        ),
+        lines_panel(
+            f"{name}: autocorrelation",
+            "lag, samples",
+            [Line(lags, rho), *_band(limit, float(max(len(rho), 1)))],
+            (0.0, float(max(len(rho), 1))),
+            (-LEAST_REACH, LEAST_REACH),
+        ),
     )
-    return Figure(caption, words + plot.side_by_side([over_time, lag_panel]))
+    return Figure(
+        f"innovations {name} {dive}".strip(),
+        f"{name}: what the filter did not foresee, over what it expected. White noise crosses the dashed "
+        "lines in one sample of twenty.",
+        side_by_side(panels),
+    )
+
+
+def _band(bound: float, end: float) -> tuple[Line, Line]:
+    """From 0 to `end`: the limits that white noise keeps 95 % of the time."""
+    ends = np.array([0.0, end])
+    return (
+        Line(ends, np.full(2, bound), "95 % limits of white noise", 1),
+        Line(ends, np.full(2, -bound), style=1),
+    )
 
 
 def autocorrelation(value: Array, lags: int) -> Array:

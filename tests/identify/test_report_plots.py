@@ -1,69 +1,64 @@
-"""Plots: what is thinned keeps its extremes and gaps; ticks are round; numbers have no idle digits."""
+"""Plots: what is thinned keeps its extremes and gaps; both forms say the same; numbers have no idle digits."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from PIL import Image
 
 from identify.dive import Array, Signal
-from identify.report import plot
-from identify.report.axes import Axis, close_axis, named_axis, roomy_axis
-from identify.report.decimate import broken_at_gaps, envelope
-from identify.report.plot import Line, Mark, Panel
+from identify.report.figures import broken_at_gaps
+from identify.report.picture import COLUMN_DPI, COLUMN_IN, WIDE_IN, inline, write_files
+from identify.report.plot import STYLES, Draw, Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import count, fixed, seconds, significant, unit, with_interval
+from identify.report.theme import DARK, LIGHT
 
-UNIT = Axis("x", 0.0, 1.0, ((0.0, "0"), (1.0, "1")))
-
-
-def points(svg: str) -> list[list[tuple[int, int]]]:
-    """The strokes of the first path of a plot, in its own whole-number coordinates."""
-    found = re.search(r'class="line [a-z]+" d="([^"]*)"', svg)
-    assert found
-    strokes = []
-    for stroke in filter(None, found[1].split("M")):
-        numbers = [int(n) for n in re.findall(r"-?\d+", stroke)]
-        steps = np.array(numbers).reshape(-1, 2)
-        strokes.append([(int(a), int(b)) for a, b in np.cumsum(steps, axis=0)])
-    return strokes
+RISING = Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "measured")
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 3000), st.integers(2, 60))
-def test_thinning_keeps_ends_order_and_the_extremes_of_every_stretch(seed: int, n: int, bins: int):
-    rng = np.random.default_rng(seed)
-    x, y = np.cumsum(rng.uniform(0.01, 1.0, n)), rng.normal(size=n)
-    thin_x, thin_y = envelope(x, y, bins)
-    assert len(thin_x) <= max(4 * bins, n if n <= 4 * bins else 0)
-    assert (np.diff(thin_x) > 0).all()
-    assert (thin_x[0], thin_y[0], thin_x[-1], thin_y[-1]) == (x[0], y[0], x[-1], y[-1])
-    edges = np.linspace(x[0], x[-1], bins + 1)[1:-1]
-    for whole, thin in zip(
-        np.split(y, np.searchsorted(x, edges)), np.split(thin_y, np.searchsorted(thin_x, edges)), strict=True
-    ):
-        if len(whole):
-            assert (thin.min(), thin.max()) == (whole.min(), whole.max())
+def of(*lines: Line, title: str = "y, m") -> Draw:
+    return stack([lines_panel(title, "x, s", lines)])
 
 
-def test_thinning_keeps_one_lone_spike_of_a_million_samples():
+def wide(draw: Draw) -> str:
+    """The form of the page on a wide screen."""
+    return inline(draw, "label", "k").partition('<svg class="column-picture"')[0]
+
+
+def curves(svg: str, style: int = 0) -> list[Array]:
+    """The strokes of the lines in a style, as points of the page, y downwards."""
+    name = next(name for name, colour in LIGHT.items() if colour == STYLES[style]["color"])
+    found = []
+    for path, how in re.findall(r'<path d="([^"]*)"[^>]*style="([^"]*)"', svg):
+        if f"stroke: var(--{name})" in how and "fill: none" in how:
+            for stroke in filter(None, path.split("M")):
+                found.append(np.array(re.findall(r"-?[\d.]+", stroke), dtype=float).reshape(-1, 2))
+    return found
+
+
+def test_a_lone_spike_of_a_million_samples_is_drawn():
     y = np.zeros(1_000_000)
     y[654_321] = 1.0
-    x, thin = envelope(np.arange(1e6), y)
-    assert len(x) < 2500
-    assert x[thin == 1.0].tolist() == [654_321.0]
+    (stroke,) = curves(wide(of(Line(np.arange(1e6), y))))
+    assert len(stroke) < 10
+    left, right = stroke[:, 0].min(), stroke[:, 0].max()
+    top = stroke[stroke[:, 1].argmin()]
+    assert np.ptp(stroke[:, 1]) > 50
+    assert (top[0] - left) / (right - left) == pytest.approx(0.654, abs=0.002)
 
 
-def test_thinning_keeps_a_gap_wide_enough_to_be_seen_and_no_other():
+def test_a_gap_stays_a_gap():
     y = np.sin(np.arange(100_000) / 999)
     y[40_000:45_000] = np.nan
-    y[70_000] = np.nan
-    x, thin = envelope(np.arange(1e5), y)
-    assert x[np.isnan(thin)].tolist() == [40_000.0]
+    first, second = curves(wide(of(Line(np.arange(1e5), y))))
+    whole = second[-1, 0] - first[0, 0]
+    assert (second[0, 0] - first[-1, 0]) / whole == pytest.approx(0.05, abs=0.002)
 
 
-def test_thinning_what_is_unknown_throughout_leaves_nothing():
-    assert len(envelope(np.arange(1e4), np.full(10_000, np.nan))[0]) == 0
+def test_a_long_noisy_line_stays_small():
+    noise = np.random.default_rng(0).normal(size=200_000)
+    assert len(inline(of(Line(np.arange(2e5), noise)), "noise", "k")) < 60_000
 
 
 def test_a_silence_breaks_the_line():
@@ -73,71 +68,104 @@ def test_a_silence_breaks_the_line():
     assert np.array_equal(value, [0, 1, 2, np.nan, 3, 4], equal_nan=True)
 
 
-def test_a_line_runs_through_its_points_and_stops_at_nan():
-    line = Line(np.array([0.0, 0.5, 0.6, 0.7, 1.0]), np.array([0.0, 1.0, np.nan, 0.5, 0.25]))
-    strokes = points(plot.render(Panel(UNIT, UNIT, (line,))))
-    assert strokes == [[(0, 1000), (0, 1000), (1000, 0)], [(1400, 500), (1400, 500), (2000, 750)]]
-
-
 def test_lines_are_told_apart_without_colour():
-    lines = [Line(np.zeros(2), np.zeros(2), word, style) for style, word in enumerate(("a", "b", "c", "d"))]
-    words = plot.legend(lines)
-    assert re.findall(r'class="line (\w+)"', words) == ["solid", "dashed", "dotted", "dashdot"]
-    assert re.findall(r"</svg>(\w)</li>", words) == ["a", "b", "c", "d"]
+    lines = [Line(RISING.x, RISING.y + style, word, style) for style, word in enumerate("abcd")]
+    svg = wide(of(*lines))
+    dashes = re.findall(r"stroke-dasharray: ([\d., ]+)", svg)
+    assert len(set(dashes)) == 3
+    assert [word for word in re.findall(r">(\w)</text>", svg) if word in "abcd"] == list("abcd")
 
 
-def test_words_in_a_plot_are_escaped():
-    axis = Axis("<b>", 0.0, 1.0, ((0.0, "<i>"),))
-    svg = plot.render(Panel(axis, axis, (), (Mark(0.5, 0.5, "disc", "<u>"),))) + plot.legend(
-        [Line(np.zeros(1), np.zeros(1), "<s>")]
-    )
-    assert not re.search(r"<[bius]>", svg)
-    assert "&lt;u&gt;" in svg
+def test_the_page_colours_a_figure_by_the_reader_s_scheme():
+    svg = inline(of(RISING), "label", "k")
+    assert "var(--first)" in svg
+    assert not re.findall(r"#[0-9a-f]{6}", svg)
+    assert len(set(LIGHT.values())) == len(LIGHT)
+    assert LIGHT.keys() == DARK.keys()
+
+
+@pytest.mark.parametrize("colours", [LIGHT, DARK])
+def test_lines_stand_out_from_their_ground_in_both_schemes(colours: dict[str, str]):
+    def luminance(colour: str) -> float:
+        share = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+        linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722])
+
+    for name in ("first", "second", "third", "fourth", "ink", "soft"):
+        darker, lighter = sorted((luminance(colours[name]), luminance(colours["ground"])))
+        assert (lighter + 0.05) / (darker + 0.05) > 4.9
+
+
+def test_both_forms_of_a_figure_say_the_same_and_share_no_id():
+    svg = inline(stack([lines_panel("speed, m/s", "time, s", [RISING])]), "speeds", "part-1-2")
+    both = svg.partition('<svg class="column-picture"')
+    for form in (both[0], both[2]):
+        assert {"speed, m/s", "time, s", "measured"} <= set(re.findall(r">([^<>]+)</text>", form))
+        assert set(re.findall(r'(?:url\(|href=")#([^)"]+)', form)) == set(re.findall(r' id="([^"]+)"', form))
+    ids = re.findall(r' id="([^"]+)"', svg)
+    assert len(ids) == len(set(ids))
+    assert all(name.startswith("part-1-2") for name in ids)
+    assert svg.count('role="img" aria-label="speeds"') == 2
+
+
+def test_words_in_a_plot_are_text_and_never_markup_or_mathematics():
+    svg = inline(of(Line(RISING.x, RISING.y, "<s>$x^2$"), title="<b>\x1b\u202e潜水"), "l", "k")
+    assert not re.search(r"<[bs]>", svg)
+    assert "&lt;s&gt;$x^2$</text>" in svg
+    assert "&lt;b&gt;\ufffd\ufffd潜水</text>" in svg
+
+
+def test_the_same_figure_is_the_same_bytes(tmp_path: Path):
+    for name in ("a", "b"):
+        write_files(of(RISING), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert inline(of(RISING), "l", "k") == inline(of(RISING), "l", "k")
+
+
+def test_files_for_a_paper_are_a_column_wide_on_white_with_their_words_as_text(tmp_path: Path):
+    svg, png = write_files(of(RISING), tmp_path / "of.dots")
+    assert (svg.name, png.name) == ("of.dots.svg", "of.dots.png")
+    with Image.open(png) as image:
+        assert image.size[0] == round(COLUMN_IN * COLUMN_DPI)
+        assert image.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+    assert ">y, m</text>" in svg.read_text(encoding="utf-8")
 
 
 def test_a_stack_labels_its_shared_axis_once():
-    svg = plot.stack([Panel(UNIT, UNIT), Panel(UNIT, UNIT)])
-    assert svg.count('text-anchor="middle"') == 2
+    svg = wide(stack([lines_panel("a", "time, s", [RISING]), lines_panel("b", "time, s", [RISING])]))
+    assert svg.count(">time, s</text>") == 1
+    assert svg.count(">measured</text>") == 1
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "labels"),
-    [
-        (0.0, 417.6, ["0", "200", "400"]),
-        (-0.043, 0.041, ["−0.04", "−0.02", "0.00", "0.02", "0.04"]),
-        (1.0, 3000.0, ["1000", "2000", "3000"]),
-        (7.0, 7.0, ["6.8", "7.0", "7.2"]),
-        (0.0, 0.0, ["−1", "0", "1"]),
-    ],
-)
-def test_ticks_are_round_numbers(low: float, high: float, labels: list[str]):
-    assert [label for _, label in close_axis("", low, high).ticks] == labels
+def test_panels_stand_side_by_side_where_there_is_room_and_under_one_another_where_not():
+    draw = side_by_side([lines_panel(name, "x", [RISING]) for name in "abcd"])
+    places = {width: [box.get_subplotspec() for box in draw(width).axes] for width in (WIDE_IN, COLUMN_IN)}
+    assert [(p.rowspan.start, p.colspan.start) for p in places[WIDE_IN]] == [(0, 0), (0, 1), (0, 2), (1, 0)]
+    assert [(p.rowspan.start, p.colspan.start) for p in places[COLUMN_IN]] == [(0, 0), (1, 0), (2, 0), (3, 0)]
 
 
-@settings(max_examples=100, deadline=None)
-@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.integers(2, 5))
-def test_an_axis_has_enough_ticks_within_its_range_and_room_for_them(low: float, span: float, at_least: int):
-    axis = close_axis("", low, low + span, at_least)
-    values = [value for value, _ in axis.ticks]
-    assert at_least <= len(values) <= 3 * at_least
-    assert all(axis.low - 1e-5 * span <= value <= axis.high + 1e-5 * span for value in values)
-    assert len({label for _, label in axis.ticks}) == len(values)
+def test_a_panel_lower_than_its_row_keeps_to_the_top_of_it():
+    def draw(box):
+        box.set_ylim(3.0, 0.0)
+
+    low, high = side_by_side([Panel(draw, 1.0), Panel(draw, 2.0)])(WIDE_IN).axes
+    assert (low.get_ylim(), high.get_ylim()) == ((6.0, 0.0), (3.0, 0.0))
 
 
-def test_an_axis_around_nothing_known_still_stands():
-    axis = roomy_axis("y", [np.full(3, np.nan)])
-    assert axis.low < 0 < 1 < axis.high
+def test_an_axis_reaches_what_it_is_told_to_hold():
+    (box,) = stack([lines_panel("y", "x", [Line(RISING.x, RISING.y + 5.0)], (0.0, 9.0), (0.0,))])(
+        WIDE_IN
+    ).axes
+    assert box.get_xlim() == (0.0, 9.0)
+    assert box.get_ylim()[0] <= 0.0 < 6.0 <= box.get_ylim()[1]
 
 
-def test_depth_grows_downwards():
-    axis = close_axis("depth, m", 0.0, 4.0).reversed()
-    assert (axis.percent(0.0), axis.percent(4.0)) == (100.0, 0.0)
-
-
-def test_names_stand_from_top_to_bottom():
-    axis = named_axis(["a", "b"])
-    assert axis.percent(0.0) > axis.percent(1.0)
-    assert [label for _, label in axis.ticks] == ["a", "b"]
+def test_numbers_at_an_axis_are_written_out_and_never_powers_or_offsets():
+    svg = wide(of(Line(np.array([1_000_000.0, 1_000_002.0]), np.array([-2.0, 3e4]))))
+    words = re.findall(r">([^<>]+)</text>", svg)
+    assert "1000000.00" in words
+    assert not [w for w in words if ("e" in w and w[0].isdigit()) or "10^" in w or w.startswith("+")]
 
 
 @pytest.mark.parametrize(
@@ -180,10 +208,3 @@ def test_numbers_read_well():
         "kg/m³",
         "N m/(rad/s)",
     ]
-
-
-def test_a_long_noisy_line_stays_small():
-    noise: Array = np.random.default_rng(0).normal(size=200_000)
-    x = np.arange(200_000.0)
-    svg = plot.render(Panel(close_axis("x", 0.0, 2e5), roomy_axis("y", [noise]), (Line(x, noise),)))
-    assert len(svg) < 30_000

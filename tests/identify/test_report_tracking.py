@@ -1,13 +1,16 @@
 """How a report shows the tracking of several runs: Table 5's rows, the runs side by side, a figure an axis."""
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
+from matplotlib.axes import Axes
 
 from identify.dive import Dive, Signal
+from identify.report.page import Figure
+from identify.report.picture import WIDE_IN
 from identify.report.sections import tracking_section
 from identify.report.tracking import Reference
 from identify.validate import METHOD, AxisErrors, SteadyError, TrackingErrors, tracking_errors
@@ -118,33 +121,34 @@ def test_each_run_has_a_figure_for_each_axis_that_moved():
         "PID alone, yaw",
         "Both, sway",
     ]
-    assert [re.findall(r'aria-label="([^"]*)"', f.svg) for f in section.figures] == [
+    assert [[box.get_title(loc="left") or box.get_title() for box in boxes(f)] for f in section.figures] == [
         ["surge speed u, m/s", "surge force X, N"],
         ["yaw rate r, rad/s", "yaw moment N, N m"],
         ["sway speed v, m/s", "sway force Y, N"],
     ]
-    words = re.findall(r"</svg>([^<]+)</li>", section.figures[0].svg)
+    words = [text.get_text() for text in section.figures[0].draw(WIDE_IN).legends[0].get_texts()]
     assert words == ["measured", "reference", "PID", "feed-forward"]
+
+
+def boxes(figure: Figure) -> list[Axes]:
+    return figure.draw(WIDE_IN).axes
 
 
 def test_measured_and_reference_speed_are_drawn_in_the_same_panel():
     (figure,) = tracking_section({}, {"PID alone": moving_dive(5)}).figures
-    speed = figure.svg.split("</ul>")[1].split("yaw moment")[0]
-    paths = re.findall(r'class="line (\w+)" d="([^"]*)"', speed)
-    assert [style for style, _ in paths] == ["solid", "dashed"]
-    measured, reference = (
-        np.cumsum(np.reshape(re.findall(r"-?\d+", d), (-1, 2)).astype(int), axis=0) for _, d in paths
-    )
-    assert np.ptp(measured[:, 1]) == np.ptp(reference[:, 1])
-    first_moved = [line[np.flatnonzero(line[:, 1] < line[0, 1])[0], 0] for line in (measured, reference)]
-    assert 20 <= first_moved[0] - first_moved[1] <= 30
+    lines = {line.get_label(): line for line in boxes(figure)[0].get_lines()}
+    first_moved = {
+        word: lines[word].get_xdata()[np.flatnonzero(lines[word].get_ydata() > 0.0)[0]]
+        for word in ("measured", "reference")
+    }
+    assert first_moved["measured"] - first_moved["reference"] == pytest.approx(0.5, abs=0.06)
 
 
 def test_a_recording_without_wrench_or_measurement_shows_what_it_has():
     whole = moving_dive(0)
     bare = Dive("run", Path("run.tlog"), "", nu_ref=whole.nu_ref)
     (figure,) = tracking_section({}, {"Off": bare}).figures
-    assert re.findall(r"</svg>([^<]+)</li>", figure.svg) == ["reference"]
+    assert [text.get_text() for text in figure.draw(WIDE_IN).legends[0].get_texts()] == ["reference"]
 
 
 def test_runs_without_a_reference_make_an_empty_section():

@@ -8,11 +8,9 @@ import numpy as np
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive, Signal
-from identify.report import plot
-from identify.report.axes import Axis, close_axis, roomy_axis
 from identify.report.figures import TIME_TITLE, signal_line, time_panel
 from identify.report.page import Figure
-from identify.report.plot import Line, Panel
+from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import significant, unit
 from tui.reproduce.campaigns import Campaign
 from tui.reproduce.measures import heading, span
@@ -20,79 +18,68 @@ from tui.reproduce.trials import REST_S
 
 SPEEDS = {0: "surge speed u, m/s", 1: "sway speed v, m/s"}
 WRENCHES = {0: "surge force X, N", 1: "sway force Y, N", 5: "yaw moment N, N m"}
-CONTROL_PX, SPEED_PX = 140, 160
 
 
-def training(campaign: Campaign, caption: str) -> Figure:
+def training(campaign: Campaign, name: str, caption: str) -> Figure:
     """Each parameter while it was trained, the best of the loss, and what the simulated vehicle is."""
     curves = campaign.curves
     epochs = np.arange(len(curves.values), dtype=np.float64)
     ends = epochs[[0, -1]]
-    x = close_axis("epoch", 0.0, max(float(epochs[-1]), 1.0))
     panels = []
-    for name, values in zip(curves.names, curves.values.T, strict=True):
+    for parameter, values in zip(curves.names, curves.values.T, strict=True):
         lines = (
             Line(epochs, values, "trained"),
-            Line(ends, np.full(2, campaign.closed[name]), "least of the loss", 1),
-            Line(ends, np.full(2, campaign.truth[name]), "simulated vehicle", 2),
+            Line(ends, np.full(2, campaign.closed[parameter]), "least of the loss", 1),
+            Line(ends, np.full(2, campaign.truth[parameter]), "simulated vehicle", 2),
         )
-        title = f"{name}, {unit(BY_NAME[name].unit)}; last {significant(float(values[-1]), 4)}"
-        panels.append(Panel(x, roomy_axis(title, [line.y for line in lines]), lines, height_px=170))
-    return Figure(caption, plot.legend(panels[0].lines) + plot.side_by_side(panels))
+        title = f"{parameter}, {unit(BY_NAME[parameter].unit)}; last {significant(float(values[-1]), 4)}"
+        panels.append(lines_panel(title, "epoch", lines))
+    return Figure(name, caption, side_by_side(panels))
 
 
-def surge_or_sway(dive: Dive, dof: int, caption: str) -> Figure:
+def surge_or_sway(dive: Dive, dof: int, name: str, caption: str) -> Figure:
     """Control action above, speed below, around the motion of an axis."""
     part = dive.between(*around(dive, dof))
-    x, start_s = _time_axis(part)
-    return Figure(caption, plot.stack([*_control(part, dof, x, start_s), _speed(part, dof, x, start_s)]))
+    return Figure(name, caption, stack([*_control(part, dof), _speed(part, dof)]))
 
 
-def phases_apart(dive: Dive, transient_s: float, caption: str) -> Figure:
+def phases_apart(dive: Dive, transient_s: float, name: str, caption: str) -> Figure:
     """The speed in surge while speeding up and once steady, side by side."""
     begun_s, ended_s = span(dive, 0)
     middle_s = begun_s + transient_s
     panels = []
     for start_s, end_s in ((begun_s - 1.0, middle_s), (middle_s, ended_s - transient_s)):
-        part = dive.between(start_s, end_s)
-        x = close_axis(TIME_TITLE, start_s - begun_s, end_s - begun_s)
-        panels.append(_speed(part, 0, x, begun_s))
-    return Figure(caption, plot.legend(panels[0].lines) + plot.side_by_side(panels))
+        lines = _speed_lines(dive.between(start_s, end_s), 0, begun_s)
+        panels.append(lines_panel(SPEEDS[0], TIME_TITLE, lines, (start_s - begun_s, end_s - begun_s)))
+    return Figure(name, caption, side_by_side(panels))
 
 
-def turning(dive: Dive, caption: str) -> Figure:
+def turning(dive: Dive, name: str, caption: str) -> Figure:
     """Yaw moments above, headings below."""
-    x, start_s = _time_axis(dive)
+    start_s = dive.span_s[0]
     measured, wanted = (_degrees(signal) for signal in heading(dive))
     lines = [
         signal_line(measured, 0, start_s, "measured"),
         signal_line(wanted, 0, start_s, "reference", 1),
     ]
-    headings = time_panel("heading, °", x, lines, SPEED_PX)
-    return Figure(caption, plot.stack([*_control(dive, 5, x, start_s), headings]))
+    return Figure(name, caption, stack([*_control(dive, 5), time_panel("heading, °", dive, lines)]))
 
 
-def heading_errors(dives: Mapping[str, Dive], caption: str) -> Figure:
+def heading_errors(dives: Mapping[str, Dive], name: str, caption: str) -> Figure:
     """Reference less measured heading of several turns, a line each."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         measured, wanted = heading(dive)
         behind = _degrees(Signal(wanted.time_s, wanted.value - measured.at(wanted.time_s)))
         lines.append(signal_line(behind, 0, dive.span_s[0], label, style))
-    x = close_axis(TIME_TITLE, 0.0, max(float(line.x[-1]) for line in lines), at_least=5)
-    panel = time_panel("heading behind its reference, °", x, lines, 220)
-    return Figure(caption, plot.legend(lines) + plot.render(panel))
+    panel = lines_panel("heading behind its reference, °", TIME_TITLE, lines, height_in=2.4)
+    return Figure(name, caption, stack([panel]))
 
 
 def around(dive: Dive, dof: int) -> tuple[float, float]:
     """From the rest before an axis's motion to the rest after it."""
     begun_s, ended_s = span(dive, dof)
     return begun_s - 0.5 * REST_S, ended_s + 0.75 * REST_S
-
-
-def _time_axis(dive: Dive) -> tuple[Axis, float]:
-    start_s, end_s = dive.span_s
-    return close_axis(TIME_TITLE, 0.0, end_s - start_s, at_least=5), start_s
 
 
 def steered_by_pid(dive: Dive) -> bool:
@@ -102,30 +89,33 @@ def steered_by_pid(dive: Dive) -> bool:
     return not Mode(int(np.median(dive.ff_mode.value[:, 0]))).applies_feedforward
 
 
-def _control(dive: Dive, dof: int, x: Axis, start_s: float) -> list[Panel]:
+def _control(dive: Dive, dof: int) -> list[Panel]:
     """PID and feed-forward; where the PID steers, what is between them too."""
+    start_s = dive.span_s[0]
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
     lines = [signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None]
-    actions = [time_panel(WRENCHES[dof], x, lines, CONTROL_PX)]
-    return [*actions, _difference(dive, dof, x, start_s)] if steered_by_pid(dive) else actions
+    actions = [time_panel(WRENCHES[dof], dive, lines)]
+    return [*actions, _difference(dive, dof)] if steered_by_pid(dive) else actions
 
 
-def _difference(dive: Dive, dof: int, x: Axis, start_s: float) -> Panel:
+def _difference(dive: Dive, dof: int) -> Panel:
     assert dive.tau_pid is not None
     assert dive.tau_ff is not None
     apart = dive.tau_pid.value - dive.tau_ff.held_at(dive.tau_pid.time_s)
-    line = signal_line(Signal(dive.tau_pid.time_s, apart), dof, start_s)
-    title = f"PID less feed-forward in {DOFS[dof]}, {'N' if dof < 3 else 'N m'}"
-    return time_panel(title, x, [line], CONTROL_PX)
+    line = signal_line(Signal(dive.tau_pid.time_s, apart), dof, dive.span_s[0])
+    return time_panel(f"PID less feed-forward in {DOFS[dof]}, {'N' if dof < 3 else 'N m'}", dive, [line])
 
 
-def _speed(dive: Dive, dof: int, x: Axis, start_s: float) -> Panel:
+def _speed(dive: Dive, dof: int) -> Panel:
+    return time_panel(SPEEDS[dof], dive, _speed_lines(dive, dof, dive.span_s[0]))
+
+
+def _speed_lines(dive: Dive, dof: int, start_s: float) -> list[Line]:
     sources: Sequence[tuple[str, int, Signal | None]] = (
         ("measured", 0, dive.velocity),
         ("reference", 1, dive.nu_ref),
     )
-    lines = [signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None]
-    return time_panel(SPEEDS[dof], x, lines, SPEED_PX)
+    return [signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None]
 
 
 def _degrees(signal: Signal) -> Signal:

@@ -67,6 +67,7 @@ def yaw_section(done: Reproduction) -> Section:
         (
             figures.heading_errors(
                 {label: done.dives[trial] for label, trial in TURNS.items()},
+                "heading behind its reference",
                 "How far the heading trails its reference.",
             ),
         ),

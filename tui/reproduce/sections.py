@@ -38,13 +38,14 @@ def campaign_section(one: Campaign, shape: Configuration) -> Section:
     drawn = [
         figures.training(
             one,
+            f"{curves} training",
             f"As {curves}: each parameter over {epochs} epochs. Masses are totals, {shape.dry_mass_kg:g} kg "
             "of them dry; they start there, as the paper's do. The training ends where the loss is least in "
             "closed form.",
         )
     ]
     if walked := track(one.dive):
-        drawn.insert(0, Figure(f"As {path}. {walked.caption}", walked.svg))
+        drawn.insert(0, Figure(f"{path} path", f"As {path}. {walked.caption}", walked.draw))
     words = (
         f"{count(one.paper.samples)} windows of samples from {seconds(one.dive.duration_s)}. Our values are "
         f"those of the method {one.ours.method}: {one.ours.outcome.value}."
@@ -109,8 +110,17 @@ def shadow_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Secti
         "linear heading reference of the paper and, as in its eq. 16, without inertia.",
         (_numbers(numbers, ("Fig. 10", "Fig. 11")),),
         (
-            figures.surge_or_sway(done.dives["surge shadow"], 0, "As Fig. 10: survey, surge at 0.5 m/s."),
-            figures.turning(done.dives["heading shadow"], "As Fig. 11: survey, a linear heading reference."),
+            figures.surge_or_sway(
+                done.dives["surge shadow"],
+                0,
+                "fig 10 surge in shadow",
+                "As Fig. 10: survey, surge at 0.5 m/s.",
+            ),
+            figures.turning(
+                done.dives["heading shadow"],
+                "fig 11 turn in shadow",
+                "As Fig. 11: survey, a linear heading reference.",
+            ),
         ),
     )
 
@@ -125,12 +135,26 @@ def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Sectio
         f"{_late_words(numbers)} {OVERSHOOT}",
         (_numbers(numbers, tuple(f"Fig. {n}" for n in range(12, 17))),),
         (
-            figures.surge_or_sway(surge, 0, "As Fig. 12: survey, surge at 0.5 m/s."),
-            figures.phases_apart(surge, TRANSIENT.value, "As Fig. 13: the same, speeding up and steady."),
-            figures.turning(done.dives["heading alone"], "As Fig. 14: survey, a linear heading reference."),
-            figures.surge_or_sway(hovering, 0, "As Fig. 15: hovering, surge at 0.4 m/s."),
+            figures.surge_or_sway(surge, 0, "fig 12 surge alone", "As Fig. 12: survey, surge at 0.5 m/s."),
+            figures.phases_apart(
+                surge,
+                TRANSIENT.value,
+                "fig 13 phases of surge",
+                "As Fig. 13: the same, speeding up and steady.",
+            ),
+            figures.turning(
+                done.dives["heading alone"],
+                "fig 14 turn alone",
+                "As Fig. 14: survey, a linear heading reference.",
+            ),
             figures.surge_or_sway(
-                hovering, 1, "As Fig. 16: hovering, sway at 0.3 m/s (the paper gives no speed)."
+                hovering, 0, "fig 15 surge alone", "As Fig. 15: hovering, surge at 0.4 m/s."
+            ),
+            figures.surge_or_sway(
+                hovering,
+                1,
+                "fig 16 sway alone",
+                "As Fig. 16: hovering, sway at 0.3 m/s (the paper gives no speed).",
             ),
         ),
     )
@@ -176,8 +200,12 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
         "",
         (_numbers(numbers, ("Fig. 17",)), Table(("Motion and phase", "Paper, both", *runs), cells, caption)),
         (
-            figures.surge_or_sway(both, 0, "As Fig. 17 (a): hovering, surge at 0.4 m/s."),
-            figures.surge_or_sway(both, 1, "As Fig. 17 (b): hovering, sway at 0.3 m/s."),
+            figures.surge_or_sway(
+                both, 0, "fig 17a surge with both", "As Fig. 17 (a): hovering, surge at 0.4 m/s."
+            ),
+            figures.surge_or_sway(
+                both, 1, "fig 17b sway with both", "As Fig. 17 (b): hovering, sway at 0.3 m/s."
+            ),
         ),
     )
 

@@ -1,0 +1,140 @@
+"""A figure as it is drawn: inline SVG for the page, in the reader's own colours; SVG and PNG files for a paper."""
+
+import io
+import re
+import unicodedata
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure as Picture
+from matplotlib.text import Text
+
+from identify.report.plot import Draw
+from identify.report.text import safe
+from identify.report.theme import LIGHT
+
+WIDE_IN, COLUMN_IN = 10.0, 3.46
+"""The page on a wide screen; a paper's column (88 mm), which is a telephone's width as well."""
+
+COLUMN_DPI = 300
+LOOK: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.edgecolor": LIGHT["rule"],
+    "axes.facecolor": "none",
+    "axes.formatter.limits": (-9, 12),
+    "axes.formatter.useoffset": False,
+    "axes.grid": True,
+    "axes.labelcolor": LIGHT["ink"],
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlecolor": LIGHT["ink"],
+    "axes.titlelocation": "left",
+    "axes.titlesize": "medium",
+    "axes.titleweight": "bold",
+    "axes.xmargin": 0.0,
+    "axes.ymargin": 0.06,
+    "figure.constrained_layout.use": True,
+    "figure.facecolor": "none",
+    "grid.color": LIGHT["tick"],
+    "legend.borderpad": 0.0,
+    "legend.frameon": False,
+    "legend.fontsize": "medium",
+    "lines.markersize": 5.0,
+    "lines.solid_capstyle": "butt",
+    "path.simplify_threshold": 0.7,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "seatrial",
+    "text.color": LIGHT["ink"],
+    "text.parse_math": False,
+    "xtick.color": LIGHT["rule"],
+    "xtick.labelcolor": LIGHT["ink"],
+    "ytick.color": LIGHT["rule"],
+    "ytick.labelcolor": LIGHT["ink"],
+}
+"""matplotlib's settings while a figure is drawn. Lines are thinned to what can be seen, text stays text, and the same
+figure is the same bytes."""
+
+FONT_PT = {WIDE_IN: 10.0, COLUMN_IN: 8.5}
+NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+_NAMES = {colour: name for name, colour in LIGHT.items()}
+_PLACES = re.compile(r' (?:d|x|y|width|height|transform|points)="[^"]*"')
+_COORDINATE = re.compile(r"-?\d+\.\d+")
+
+
+def inline(draw: Draw, label: str, key: str) -> str:
+    """The figure twice, of which the page shows the one that fits. `key` tells its parts from those of others."""
+    parts = []
+    for width_in, kind in ((WIDE_IN, "wide"), (COLUMN_IN, "column")):
+        with _drawn(draw, width_in) as picture:
+            parts.append(_for_page(_svg(picture), label, f"{key}{kind[0]}", kind))
+    return "".join(parts)
+
+
+def write_files(draw: Draw, stem: Path) -> tuple[Path, Path]:
+    """`stem`.svg and `stem`.png, a column wide, on white."""
+    places = stem.with_name(f"{stem.name}.svg"), stem.with_name(f"{stem.name}.png")
+    with _drawn(draw, COLUMN_IN) as picture:
+        places[0].write_text(_svg(picture, facecolor=LIGHT["ground"]), encoding="utf-8")
+        white = {"facecolor": LIGHT["ground"], "metadata": {"Software": None}}
+        picture.savefig(places[1], format="png", dpi=COLUMN_DPI, **white)
+    return places
+
+
+@contextmanager
+def _drawn(draw: Draw, width_in: float) -> Iterator[Picture]:
+    """The figure, and the settings that saving it needs as well."""
+    with rc_context({**LOOK, "font.size": FONT_PT[width_in]}), warnings.catch_warnings():
+        # A letter that its font lacks is the page's font's to find.
+        warnings.filterwarnings("ignore", message="Glyph")
+        picture = draw(width_in)
+        for words in picture.findobj(Text):
+            words.set_text(_visible(words.get_text()))
+        yield picture
+
+
+def _visible(words: str) -> str:
+    """Control, direction and surrogate characters as a visible mark."""
+    return "".join(
+        c if c == "\n" or unicodedata.category(c)[0] != "C" else "\N{REPLACEMENT CHARACTER}" for c in words
+    )
+
+
+def _svg(picture: Picture, **how: Any) -> str:
+    written = io.StringIO()
+    picture.savefig(written, format="svg", metadata=NO_METADATA, **how)
+    return written.getvalue()
+
+
+def _for_page(svg: str, label: str, key: str, kind: str) -> str:
+    """What matplotlib wrote, as a part of a page: colours by name, the page's font, parts that only it refers to."""
+    box = re.search(r'viewBox="[^"]*"', svg)
+    assert box
+    inner = svg[svg.index(">", box.end()) + 1 :]
+    # Its own style sheet would hold for the whole page.
+    inner = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", inner, count=1, flags=re.DOTALL)
+    inner = re.sub(r" font-family: [^;\"]*;?", "", inner)
+    inner = re.sub(r"#[0-9a-f]{6}\b", lambda c: f"var(--{_NAMES[c[0]]})" if c[0] in _NAMES else c[0], inner)
+    inner = _with_own_ids(inner.replace("xlink:href", "href"), key)
+    inner = re.sub(r' transform="rotate\(-0 [^"]*\)"', "", inner)
+    # In a path, the point behind a point is where a line goes to.
+    inner = _PLACES.sub(lambda place: _COORDINATE.sub(_short, place[0]).replace("\nL ", "\n"), inner)
+    inner = re.sub(r"\s*\n\s*", " ", inner)
+    return f'<svg class="{kind}-picture" {box[0]} role="img" aria-label="{safe(label)}">{inner}'
+
+
+def _short(number: re.Match[str]) -> str:
+    """A coordinate to a tenth of a point: finer than any eye."""
+    return f"{float(number[0]):.1f}".removesuffix(".0")
+
+
+def _with_own_ids(svg: str, key: str) -> str:
+    """Ids that something refers to begin with `key`, all others go."""
+    used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
+    short = {name: f"{key}-{number}" for number, name in enumerate(sorted(used))}
+    svg = re.sub(r' id="([^"]*)"', lambda of: f' id="{short[of[1]]}"' if of[1] in short else "", svg)
+    return re.sub(r'(href="|url\()#([^")]+)', lambda of: f"{of[1]}#{short[of[2]]}", svg)
