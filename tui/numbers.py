@@ -30,6 +30,14 @@ def size(text: str) -> int:
     return _whole(text, 1)
 
 
+def port(text: str) -> int:
+    """A port of TCP or UDP; 0 is any that is free."""
+    value = _whole(text, 0)
+    if value > 65535:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number up to 65535")
+    return value
+
+
 def _number(text: str) -> float:
     try:
         value = float(text)

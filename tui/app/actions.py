@@ -12,7 +12,8 @@ class Action:
     """Something that a key does. `keys` are Textual's names with commas between; `call` is its action string.
 
     `words` stand in the footer, `sentence` in help and palette. `always`: even while something is being typed, and
-    over whatever lies on the screen.
+    over whatever lies on the screen. `looks`: it changes nothing but what this screen shows, so that a
+    view-only app may do it; see `gate`.
     """
 
     id: str
@@ -22,6 +23,7 @@ class Action:
     sentence: str
     in_footer: bool = True
     always: bool = False
+    looks: bool = False
 
     @property
     def binding(self) -> Binding:
@@ -47,13 +49,34 @@ EVERYWHERE: Final = (
         "feed-forward off, sent until it is acknowledged",
         always=True,
     ),
-    Action("app.help", "question_mark,f1", "app.help", "Help", "the keys that work here, and the marks"),
     Action(
-        "app.palette", "ctrl+p", "app.command_palette", "Palette", "find an action by its name", always=True
+        "app.help",
+        "question_mark,f1",
+        "app.help",
+        "Help",
+        "the keys that work here, and the marks",
+        looks=True,
     ),
-    Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight"),
-    Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", always=True),
-    Action("app.close", "escape", "app.close", "Close", "close what lies over the screen", in_footer=False),
+    Action(
+        "app.palette",
+        "ctrl+p",
+        "app.command_palette",
+        "Palette",
+        "find an action by its name",
+        always=True,
+        looks=True,
+    ),
+    Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight", looks=True),
+    Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", always=True, looks=True),
+    Action(
+        "app.close",
+        "escape",
+        "app.close",
+        "Close",
+        "close what lies over the screen",
+        in_footer=False,
+        looks=True,
+    ),
 )
 
 

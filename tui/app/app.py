@@ -1,35 +1,41 @@
 """The terminal app: composes screens, keys, themes and the views that a station makes."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
+from textual.actions import ActionParseResult
 from textual.app import App
 from textual.binding import Binding
+from textual.dom import DOMNode
 
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
 from tui.app.desk import Desk
+from tui.app.gate import Gate
 from tui.app.keymap import Keymap
 from tui.app.pace import Pace
 from tui.app.palette import ActionProvider
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import HelpScreen, help_lines
-from tui.app.screens.table import OPENING, SCREENS, Row, tabs
+from tui.app.screens.table import OPENING, PLACES, SCREENS, Row, tabs
 from tui.app.terminal import AnsweringDriver
 from tui.app.view import Views
 from tui.app.widgets.top_line import TopLine
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 
+GATE = Gate(action for place in PLACES for action in place)
+VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
+
 
 class SeatrialApp(App[None], inherit_bindings=False):
     """Shows what `views` makes, so often; `keep_theme` keeps the theme that was chosen.
 
-    `desk` is what the screens work on together.
+    `desk` is what the screens work on together. `view_only`: nobody does more than look.
     """
 
     TITLE = "seatrial"
@@ -48,9 +54,11 @@ class SeatrialApp(App[None], inherit_bindings=False):
         clock: Callable[[], float] = time.monotonic,
         driver: type[AnsweringDriver] | None = None,
         desk: Desk | None = None,
+        view_only: bool = False,
     ) -> None:
         super().__init__(driver_class=driver)
         self.desk = desk or Desk()
+        self._view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}
@@ -69,6 +77,20 @@ class SeatrialApp(App[None], inherit_bindings=False):
             self._driver.answered = partial(self.call_later, self._answered)
         self.switch_mode(SCREENS[0].id)
         self.call_after_refresh(self._refresh_view)
+
+    async def run_action(
+        self,
+        action: "str | ActionParseResult",
+        default_namespace: DOMNode | None = None,
+        namespaces: Mapping[str, DOMNode] | None = None,
+    ) -> bool:
+        """All actions pass here, by key, mouse or palette: where the app is view-only, through the gate."""
+        if self._view_only:
+            target, name, _ = self._parse_action(action, default_namespace or self, namespaces)
+            if GATE.refuses(target, name):
+                self.notify(VIEW_ONLY_WORDS, severity="warning")
+                return True
+        return await super().run_action(action, default_namespace, namespaces)
 
     def action_open(self, screen: str) -> None:
         """Show a screen; whatever the one before had opened is closed."""
@@ -99,7 +121,8 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     def action_use_theme(self, name: str) -> None:
         self.theme = name
-        self._keep_theme(name)
+        if not self._view_only:
+            self._keep_theme(name)
 
     def action_close(self) -> None:
         """Close what lies over the screen, or what it has opened of itself."""
@@ -135,7 +158,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     def _show(self) -> None:
         view = self._views.view()
-        view = replace(view, picture=aged(view.picture, view.behind_s))
+        view = replace(view, picture=aged(view.picture, view.behind_s), view_only=self._view_only)
         for screen in self.screen_stack:
             if isinstance(screen, StationScreen):
                 screen.show(view)

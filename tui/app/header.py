@@ -33,6 +33,9 @@ class Piece:
     forms: tuple[str, ...]
 
 
+VIEW_ONLY: Final = Piece(10, "lost", (" VIEW ONLY ",))
+
+
 @dataclass(frozen=True)
 class Tab:
     """A screen's key and title."""
@@ -57,7 +60,8 @@ def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
 def pieces(view: View) -> tuple[Piece, ...]:
     """All that the first line tells."""
     picture = view.picture
-    return (_armed(picture), _link(picture.links), _recording(view), _feedforward(view))
+    seen = (_armed(picture), _link(picture.links), _recording(view), _feedforward(view))
+    return (VIEW_ONLY, *seen) if view.view_only else seen
 
 
 def fit(parts: Sequence[Piece], cells: int) -> Line:

@@ -61,3 +61,23 @@ class LinkSource:
 
     def close(self) -> None:
         self._link.close()
+
+
+class Listening:
+    """Another source, of which nothing is ever sent."""
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+
+    @property
+    def trouble(self) -> str:
+        return self._source.trouble
+
+    def frames(self) -> list[tuple[float, str, Frame]]:
+        return self._source.frames()
+
+    def send(self, data: bytes) -> None:
+        del data
+
+    def close(self) -> None:
+        self._source.close()

@@ -26,7 +26,10 @@ class Forcing:
 
 @dataclass(frozen=True)
 class View:
-    """`behind_s` is how long ago the picture was made; `trouble` what the station can't do, "" where all is well."""
+    """`behind_s` is how long ago the picture was made; `trouble` what the station can't do, "" where all is well.
+
+    `view_only`: whoever looks may only look.
+    """
 
     picture: Picture
     unix_s: float
@@ -34,6 +37,7 @@ class View:
     forcing: Forcing | None = None
     behind_s: float = 0.0
     trouble: str = ""
+    view_only: bool = False
 
 
 class Views(Protocol):

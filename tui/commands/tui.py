@@ -1,6 +1,7 @@
 """`seatrial tui`: the terminal app."""
 
 import argparse
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
 
 EXAMPLE = "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist"
 MOST_FPS = 30.0
+PASSED_ON = ("vehicle", "out", "receipts", "fps", "theme", "keymap")
+"""Options that the app of each browser gets too; its link is the recording's."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,9 +47,76 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keymap", type=Path, metavar="FILE", help="keys by action (default: ~/.config/seatrial/keymap.yaml)"
     )
+    parser.add_argument(
+        "--view-only", action="store_true", help="look, and neither send, start nor write anything"
+    )
+    web = parser.add_argument_group("in a browser")
+    web.add_argument("--web", action="store_true", help="serve the app as a page, to look at alone")
+    web.add_argument(
+        "--host", metavar="ADDRESS", help="the page's address (default: 127.0.0.1, this computer alone)"
+    )
+    web.add_argument("--port", type=numbers.port, metavar="PORT", help="the page's port (default: 8000)")
+    web.add_argument(
+        "--control", action="store_true", help="whoever opens the page may do all that the app can"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if arguments.web:
+        return _serve(arguments)
+    if arguments.host or arguments.port is not None or arguments.control:
+        raise exit_codes.UsageError("--host, --port and --control say how the page is served; give --web too")
+    return _show(arguments)
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    """The app as a page: this process begins the recording and serves, and each browser gets a process of its own."""
+    import asyncio
+    import sys
+
+    from tui import show
+    from tui.app.keymap import load_keymap
+    from tui.app.screens.table import PLACES
+    from tui.links import holding_now
+    from tui.web.server import PageServer
+    from tui.web.visitors import in_url, warning
+
+    if arguments.unrecorded or arguments.view_only:
+        raise exit_codes.UsageError(
+            "--web shows the recording, to look at unless --control is given; leave --unrecorded and --view-only out"
+        )
+    load_keymap(arguments.keymap, PLACES)
+    host = arguments.host or "127.0.0.1"
+    port = 8000 if arguments.port is None else arguments.port
+    _open(arguments)
+    command = [sys.executable, "-m", "tui", "tui"]
+    for name in PASSED_ON:
+        value = getattr(arguments, name)
+        command += [] if value is None else [f"--{name}", str(value)]
+    command += [] if arguments.control else ["--view-only"]
+
+    def tell(sockets: list[tuple[str, int]]) -> None:
+        words, what = show.words(), "with every control" if arguments.control else "view-only"
+        for address, number in sockets:
+            show.say(
+                words, f"open: {address} port {number}: the page, {what}: http://{in_url(address)}:{number}/"
+            )
+        if (holding := holding_now()) is not None:
+            show.say(
+                words,
+                f"open: {holding.hub}: what is recorded, by process {holding.pid}, which goes on by itself",
+            )
+            for link in holding.links:
+                show.say(words, f"open: {link}: a link of the recording")
+        if danger := warning(host, arguments.control):
+            show.say(words, f"warning: {danger}")
+
+    with contextlib.suppress(KeyboardInterrupt):
+        asyncio.run(PageServer(command, host, port).run(tell))
+    return exit_codes.DONE
+
+
+def _show(arguments: argparse.Namespace) -> int:
     import os
 
     from bridge.clock import SystemClock
@@ -57,10 +127,12 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.app import preferences
     from tui.app.app import SeatrialApp
     from tui.app.desk import Desk
+    from tui.app.gate import looking_work
+    from tui.app.jobs import Jobs
     from tui.app.keymap import load_keymap
     from tui.app.recorder import recorded, recording
     from tui.app.screens.table import PLACES
-    from tui.app.source import LinkSource
+    from tui.app.source import LinkSource, Listening
     from tui.app.station import Station
     from tui.app.terminal import AnsweringDriver
 
@@ -73,8 +145,9 @@ def run(arguments: argparse.Namespace) -> int:
         )
     name, factory = _open(arguments)
     clock = SystemClock()
+    source = LinkSource(factory, name, clock)
     station = Station(
-        LinkSource(factory, name, clock),
+        Listening(source) if arguments.view_only else source,
         Watcher(vehicle),
         clock,
         recording,
@@ -87,7 +160,14 @@ def run(arguments: argparse.Namespace) -> int:
         keymap,
         min(arguments.fps, MOST_FPS),
         driver=None if in_browser else AnsweringDriver,
-        desk=Desk(arguments.vehicle or "", Path(arguments.out), Path(arguments.receipts), recorded=recorded),
+        desk=Desk(
+            arguments.vehicle or "",
+            Path(arguments.out),
+            Path(arguments.receipts),
+            jobs=Jobs(looking_work) if arguments.view_only else Jobs(),
+            recorded=recorded,
+        ),
+        view_only=arguments.view_only,
     )
     station.start()
     try:
@@ -123,6 +203,10 @@ def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
     clock = SystemClock()
     holding = held(clock.unix_s())
     if holding is None:
+        if arguments.view_only:
+            raise exit_codes.UsageError(
+                "no recording runs that could be looked at, and --view-only begins none; start `seatrial record`"
+            )
         if not arguments.link:
             raise exit_codes.UsageError(
                 "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"

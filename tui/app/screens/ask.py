@@ -11,7 +11,13 @@ from tui.app.actions import Action, bindings
 
 ASKING: Final = (
     Action(
-        "ask.cancel", "escape", "dismiss(None)", "Cancel", "back, and nothing is changed", in_footer=False
+        "ask.cancel",
+        "escape",
+        "dismiss(None)",
+        "Cancel",
+        "back, and nothing is changed",
+        in_footer=False,
+        looks=True,
     ),
 )
 

@@ -37,13 +37,17 @@ class DivesScreen(StationScreen):
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("dives.identify", "i", "identify", "Identify", "identify this dive, at once"),
-        Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive"),
+        Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive", looks=True),
         Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed"),
-        Action("dives.again", "ctrl+r", "again", "Read", "read the folder again", in_footer=False),
-        Action("dives.up", "up,k", "go(-1)", "Up", "a newer dive", in_footer=False),
-        Action("dives.down", "down,j", "go(1)", "Down", "an older dive", in_footer=False),
-        Action("dives.newest", "home", "go(-100000)", "Newest", "the newest dive", in_footer=False),
-        Action("dives.oldest", "end", "go(100000)", "Oldest", "the oldest dive", in_footer=False),
+        Action(
+            "dives.again", "ctrl+r", "again", "Read", "read the folder again", in_footer=False, looks=True
+        ),
+        Action("dives.up", "up,k", "go(-1)", "Up", "a newer dive", in_footer=False, looks=True),
+        Action("dives.down", "down,j", "go(1)", "Down", "an older dive", in_footer=False, looks=True),
+        Action(
+            "dives.newest", "home", "go(-100000)", "Newest", "the newest dive", in_footer=False, looks=True
+        ),
+        Action("dives.oldest", "end", "go(100000)", "Oldest", "the oldest dive", in_footer=False, looks=True),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (

@@ -17,7 +17,13 @@ from tui.app.widgets.line_view import LineView
 
 CLOSING: Final = (
     Action(
-        "help.close", "escape,question_mark,f1,q", "dismiss", "Close", "back to the screen", in_footer=False
+        "help.close",
+        "escape,question_mark,f1,q",
+        "dismiss",
+        "Close",
+        "back to the screen",
+        in_footer=False,
+        looks=True,
     ),
 )
 EVERYWHERE, MOVING = "Everywhere", "Moving about"

@@ -44,7 +44,15 @@ SCREENS: Final = (
     ),
 )
 OPENING: Final = tuple(
-    Action(f"screen.{row.id}", row.key, f"app.open('{row.id}')", row.title, row.sentence, in_footer=False)
+    Action(
+        f"screen.{row.id}",
+        row.key,
+        f"app.open('{row.id}')",
+        row.title,
+        row.sentence,
+        in_footer=False,
+        looks=True,
+    )
     for row in SCREENS
 )
 PLACES: Final = (

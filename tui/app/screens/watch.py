@@ -25,8 +25,8 @@ class WatchScreen(StationScreen):
     """Charts at the left, sensors and thrusters at the right, words below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit"),
-        Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back"),
+        Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", looks=True),
+        Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", looks=True),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (

@@ -1,0 +1,139 @@
+"""The page's server: who may connect, how many, and what is said before a socket is opened."""
+
+import asyncio
+import socket
+
+import pytest
+from aiohttp import ClientSession, WSServerHandshakeError
+
+from bridge.errors import LinkError
+from tui import cli
+from tui.commands import tui
+from tui.web.server import PageServer
+from tui.web.visitors import in_url, is_loopback, refusal, warning
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["127.0.0.1:8000", "localhost:8000", "[::1]:8000", "192.168.2.2", "boat", "blueos.local:44001", "pi.lan"],
+)
+def test_addresses_and_local_names_are_answered(host):
+    assert refusal(host, None, "127.0.0.1") == ""
+    assert refusal(host, f"http://{host}", "127.0.0.1") == ""
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "", "[::1", "localhost.evil.example"])
+def test_a_name_that_could_be_bought_is_not(host):
+    assert "does not answer to the name" in refusal(host, f"http://{host}", "127.0.0.1")
+
+
+def test_the_name_that_the_page_was_told_is_its_own():
+    assert refusal("boat.example.org:8000", None, "boat.example.org") == ""
+
+
+@pytest.mark.parametrize("origin", ["https://evil.example", "http://localhost:9", "null", ""])
+def test_the_page_of_another_site_may_not_connect(origin):
+    assert "may not connect here; open http://localhost:8000/" in refusal(
+        "localhost:8000", origin, "127.0.0.1"
+    )
+
+
+def test_only_loopback_needs_no_warning():
+    assert [is_loopback(host) for host in ("localhost", "127.0.0.1", "::1", "0.0.0.0", "boat")] == [
+        True,
+        True,
+        True,
+        False,
+        False,
+    ]
+    assert warning("127.0.0.1", control=True) == ""
+    assert warning("0.0.0.0", control=False).startswith("anyone who reaches 0.0.0.0 sees all of this")
+    assert "all that the crew can" in warning("0.0.0.0", control=True)
+
+
+def test_an_address_in_a_url_can_be_opened_here():
+    addresses = ("127.0.0.1", "0.0.0.0", "::", "fe80::1")
+    assert [in_url(one) for one in addresses] == ["127.0.0.1", "127.0.0.1", "[::1]", "[fe80::1]"]
+
+
+def served(work, most=1):
+    """Serve a page whose app never says a word, and do `work` with its address."""
+
+    async def scene():
+        told = asyncio.get_running_loop().create_future()
+        server = PageServer(["sleep", "60"], "127.0.0.1", 0, most)
+        running = asyncio.ensure_future(server.run(told.set_result))
+        ((host, port),) = await told
+        async with ClientSession() as session:
+            try:
+                await work(session, f"http://{host}:{port}")
+            finally:
+                running.cancel()
+                await asyncio.gather(running, return_exceptions=True)
+
+    asyncio.run(scene())
+
+
+def test_the_page_names_no_address_but_its_own_and_lets_nothing_else_in():
+    async def work(session, address):
+        async with session.get(address) as answer:
+            text = await answer.text()
+            assert answer.headers["Content-Security-Policy"].startswith("default-src 'self'")
+        assert "http://" not in text
+        assert "https://" not in text
+        assert 'src="static/js/textual.js"' in text
+
+    served(work)
+
+
+@pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "https://evil.example"}])
+def test_strangers_get_neither_page_nor_web_socket(headers):
+    async def work(session, address):
+        async with session.get(address, headers=headers) as answer:
+            assert answer.status == 403
+        with pytest.raises(WSServerHandshakeError) as refused:
+            await session.ws_connect(f"{address}/ws", headers=headers)
+        assert refused.value.status == 403
+
+    served(work)
+
+
+def test_a_browser_too_many_is_refused():
+    async def work(session, address):
+        with pytest.raises(WSServerHandshakeError) as refused:
+            await session.ws_connect(f"{address}/ws")
+        assert refused.value.status == 503
+
+    served(work, most=0)
+
+
+def test_a_port_that_is_taken_is_said():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        server = PageServer(["true"], "127.0.0.1", port)
+        with pytest.raises(LinkError, match=f"can't be served on 127.0.0.1 port {port}: .*; give another"):
+            asyncio.run(server.run(lambda _: None))
+
+
+@pytest.mark.parametrize("word", ["--control", "--host=0.0.0.0", "--port=0"])
+def test_options_of_the_page_want_a_page(word, capsys):
+    assert cli.main(["tui", word]) == 2
+    assert "give --web too" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("word", ["--unrecorded", "--view-only"])
+def test_the_page_shows_the_recording_and_is_view_only_by_itself(word, capsys):
+    assert cli.main(["tui", "--web", word]) == 2
+    assert "leave --unrecorded and --view-only out" in capsys.readouterr().err
+
+
+def test_a_port_is_a_number_that_a_port_can_have(capsys):
+    assert cli.main(["tui", "--web", "--port", "70000"]) == 2
+    assert "'70000' is no port" in capsys.readouterr().err
+
+
+def test_a_view_only_app_begins_no_recording(monkeypatch):
+    monkeypatch.setattr("gcs_plugin.holder.held", lambda _: None)
+    arguments = cli.verb_parser("tui").parse_args(["--view-only", "--link", "udpin:127.0.0.1:0"])
+    with pytest.raises(tui.exit_codes.UsageError, match="--view-only begins none"):
+        tui._open(arguments)

@@ -1,0 +1,83 @@
+"""The page's server: textual-serve's, with our page, its sockets told, and strangers' pages kept out."""
+
+import asyncio
+import contextlib
+import shlex
+import signal
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from aiohttp import web
+from textual_serve.server import Server
+
+from bridge.errors import LinkError
+from tui.web.visitors import refusal
+
+PAGE: Final = Path(__file__).with_name("page")
+MOST_VISITORS: Final = 4
+"""Each is a process of its own, of 100 MB and a few per cent of a core."""
+ENDING_S: Final = 2.0
+POLICY: Final = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
+    "connect-src 'self' ws: wss:; frame-ancestors 'self'"
+)
+"""Nothing comes from the net, and no other site draws the page under its own."""
+
+
+class PageServer(Server):
+    """Runs `command` for each browser, while there is room."""
+
+    def __init__(self, command: Sequence[str], host: str, port: int, most: int = MOST_VISITORS) -> None:
+        super().__init__(shlex.join(command), host, port, "seatrial", templates_path=PAGE)
+        self._most, self._visitors = most, 0
+
+    async def run(self, tell: Callable[[list[tuple[str, int]]], None]) -> None:
+        """Serve until SIGINT or SIGTERM; `tell` gets the sockets once they are open. Raises LinkError."""
+        runner = web.AppRunner(await self._make_app(), shutdown_timeout=ENDING_S)
+        ended = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with contextlib.suppress(NotImplementedError):  # Windows, where SIGINT raises KeyboardInterrupt
+                loop.add_signal_handler(number, ended.set)
+        await runner.setup()
+        try:
+            try:
+                await web.TCPSite(runner, self.host, self.port).start()
+            except OSError as error:
+                raise LinkError(
+                    f"the page can't be served on {self.host} port {self.port}: {error.strerror}; "
+                    "give another --host or --port"
+                ) from error
+            tell([(address[0], address[1]) for address in runner.addresses])
+            await ended.wait()
+        finally:
+            await runner.cleanup()
+
+    async def on_startup(self, app: web.Application) -> None:
+        app.on_response_prepare.append(_guard)
+
+    async def handle_index(self, request: web.Request) -> web.StreamResponse:
+        self._check(request)
+        return await super().handle_index(request)
+
+    async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
+        self._check(request)
+        if self._visitors >= self._most:
+            raise web.HTTPServiceUnavailable(
+                text=f"{self._most} browsers look already; close the page in one\n"
+            )
+        self._visitors += 1
+        try:
+            return await super().handle_websocket(request)
+        finally:
+            self._visitors -= 1
+
+    def _check(self, request: web.Request) -> None:
+        why = refusal(request.headers.get("Host", ""), request.headers.get("Origin"), self.host)
+        if why:
+            raise web.HTTPForbidden(text=f"{why}\n")
+
+
+async def _guard(_: web.Request, response: web.StreamResponse) -> None:
+    response.headers["Content-Security-Policy"] = POLICY
