@@ -62,7 +62,7 @@ def dive(
     body: Body, hull: Hull, prop: Propellers, control: Control, clock: Clock, faults: Faults, scene: Scene,
     reference: Array, start: Array, readings: Readings, ticks: Ticks,
 ) -> None:  # fmt: skip
-    """Dive a reference (n, 14), filling `readings` and `ticks`; fourth-order Runge-Kutta at STEP_S."""
+    """Dive a reference (n, 14), filling `readings` and `ticks`: `world.rates` by fourth-order Runge-Kutta at STEP_S."""
     h = STEP_S
     count, k = len(reference) * clock.tick, scene.matrix.shape[1]
     state, trial = start.copy(), np.empty(STATES)

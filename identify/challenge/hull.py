@@ -59,14 +59,21 @@ def bare_hull(floor_m: float) -> Hull:
 
 
 @njit(cache=True, error_model="numpy")
-def growth(depth: float, hull: Hull) -> float:
-    """By what share added masses are larger near the surface (falling exponentially) and the bottom (as its cube)."""
-    more = 0.0
+def growth(depth: float, hull: Hull) -> tuple[float, float]:
+    """By what share added masses are larger near the surface (falling exponentially) and the bottom (as its cube), and
+    what that changes by with each metre deeper."""
+    more, by_metre = 0.0, 0.0
     if hull.surface != 0.0:
-        more += hull.surface * np.exp(-max(depth, 0.0) / hull.surface_m)
+        near = hull.surface * np.exp(-max(depth, 0.0) / hull.surface_m)
+        more += near
+        if depth > 0.0:
+            by_metre -= near / hull.surface_m
     if hull.bottom != 0.0:
-        more += hull.bottom / (1.0 + (max(hull.floor_m - depth, 0.0) / hull.bottom_m) ** 3)
-    return more
+        far = max(hull.floor_m - depth, 0.0) / hull.bottom_m
+        fall = 1.0 + far**3
+        more += hull.bottom / fall
+        by_metre += hull.bottom * 3.0 * far * far / (hull.bottom_m * fall * fall)
+    return more, by_metre
 
 
 @njit(cache=True, error_model="numpy")

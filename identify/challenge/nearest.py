@@ -155,7 +155,11 @@ def _fit(
 
     of = [p for effect in effects for p in effect.parameters]
     low, high = np.array([p.low for p in of]), np.array([p.high for p in of])
-    drawn = [mine[p.name] for effect, mine in zip(effects, own, strict=True) for p in effect.parameters]
+    drawn = [
+        mine.get(p.name, p.start)
+        for effect, mine in zip(effects, own, strict=True)
+        for p in effect.parameters
+    ]
     starts = np.array([drawn, [p.start for p in of]])
     scale = np.maximum(np.abs(starts[1]), 1e-3)
     tried = [least_squares(left, np.clip(s, low, high), bounds=(low, high), x_scale=scale) for s in starts]

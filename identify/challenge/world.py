@@ -1,7 +1,9 @@
 """The planting simulator's body: six degrees of freedom with full matrices, in water that may move, compiled.
 
 (M_RB + M_A) nu_dot + C(M_RB, nu) nu + C(M_A, nu_r) nu_r + D nu_r + g = tau, with C from the 6 x 6 matrix by Fossen
-(2011), theorem 3.2 (eq. 3.46); the added masses are carried along by water that speeds up (section 8.3).
+(2011), theorem 3.2 (eq. 3.46); the added masses are carried along by water that speeds up (section 8.3). Those that
+change with depth by a share kappa push by d(kappa M_A)/dz nu_r^2 / 2 down, less d(kappa M_A)/dt nu_r (Lagrange's
+equations; Lamb 1932, article 137): without a wrench the energy of body and water stays what it is.
 """
 
 from typing import NamedTuple
@@ -144,7 +146,7 @@ def rates(
     force[0] += r00 * pull_n + r10 * pull_e + r20 * pull_d
     force[1] += r01 * pull_n + r11 * pull_e + r21 * pull_d
     force[2] += r02 * pull_n + r12 * pull_e + r22 * pull_d
-    near = growth(state[2], hull)
+    near, by_metre = growth(state[2], hull)
     if near == 0.0:
         for i in range(6):
             total = 0.0
@@ -152,11 +154,19 @@ def rates(
                 total += body.inverse[i, j] * force[j]
             out[7 + i] = total
     else:
-        square = np.empty((6, 6))
+        square, sinking, twice = np.zeros((6, 6)), r20 * nu[0] + r21 * nu[1] + r22 * nu[2], 0.0
         for i in range(6):
-            for j in range(6):
-                square[i, j] = body.rigid[i, j] + body.added[i, j]
-            square[i, i] += near * hull.near_share[i] * body.added[i, i]
+            own = hull.near_share[i] * body.added[i, i]
+            square[i, i] = near * own
+            force[i] -= by_metre * sinking * own * through[i]
+            if i < 3:
+                force[i] += near * own * added[i]
+            twice += by_metre * own * through[i] * through[i]
+        force[0] += 0.5 * twice * r20
+        force[1] += 0.5 * twice * r21
+        force[2] += 0.5 * twice * r22
+        add_coriolis(square, through, force)
+        square += body.rigid + body.added
         solve6(square, force)
         for i in range(6):
             out[7 + i] = force[i]

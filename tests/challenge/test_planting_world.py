@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identify.challenge.hull import Hull, bare_hull
+from identify.challenge.hull import Hull, bare_hull, growth
 from identify.challenge.propellers import Propellers, shafts_want, turn
 from identify.challenge.world import STATES, WORK, Body, add_coriolis, body, rates, solve6
 
@@ -157,6 +157,31 @@ def test_a_heavier_added_mass_near_the_surface_slows_the_same_push() -> None:
         np.empty(WORK),
     )
     assert slope[8] == pytest.approx(10.0 / (100.0 + 0.5 * 30.0))
+
+
+@pytest.mark.parametrize("which", ["surface", "bottom"])
+def test_a_boundary_neither_gives_nor_takes_energy(which: str) -> None:
+    """A body that tumbles beside it keeps its energy and its water's, though its added mass changes by half."""
+    rigid, added = np.diag([70.0, 70.0, 70.0, 8.0, 11.0, 15.0]), np.diag([30.0, 60.0, 80.0, 3.0, 4.0, 5.0])
+    hull = bare_hull(2.0)._replace(**{which: 0.9})
+    start = level(u=0.3, v=0.25, w=0.2 if which == "bottom" else -0.2, p=0.1, q=-0.2, r=0.4)
+    start[2] = 1.2 if which == "bottom" else 1.6
+    states = moved(floating(rigid, added, np.zeros((6, 6))), start, np.zeros(6), 6.0, 0.005, hull=hull)
+    shares = np.array([growth(depth, hull)[0] for depth in states[:, 2]])
+    mass = np.diag(rigid + added) + shares[:, None] * hull.near_share * np.diag(added)
+    energy = 0.5 * (mass * states[:, 7:13] ** 2).sum(axis=1)
+    assert np.ptp(shares) > 0.25
+    assert energy == pytest.approx(energy[0], rel=1e-8)
+
+
+def test_water_that_speeds_up_carries_the_mass_that_a_boundary_adds_along() -> None:
+    rigid, added = np.diag([70.0] * 6), np.diag([30.0, 50.0, 60.0, 1.0, 1.0, 1.0])
+    thing = body(rigid, added, np.zeros((6, 6)), np.zeros(3), 0.0, 0.0, 70.0)
+    water, slope = np.zeros(12), np.empty(STATES)
+    water[3:6] = 0.3, -0.2, 0.1
+    hull = bare_hull(0.4)._replace(bottom=0.5)
+    rates(level(), np.zeros(6), water, 0.0, thing, hull, 0.0, 0.0, slope, np.empty(WORK))
+    assert slope[7:10] == pytest.approx([0.3, -0.2, 0.1])
 
 
 def test_the_hand_written_solver_solves() -> None:
