@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration
@@ -11,9 +12,6 @@ from bridge.vehicle.dynamics import coriolis
 from bridge.vehicle.thrusters import allocation_matrix
 
 Array = NDArray[np.float64]
-
-BLOCK = 16
-"""So many steps of a lag are one product of matrices."""
 
 
 @dataclass(frozen=True)
@@ -94,28 +92,22 @@ def lagged(asked: Array, step_s: float, lag_s: float) -> Array:
     """First-order lag of what is asked, (n, k), held over each step; the first value has been held for ever."""
     if lag_s <= 0:
         return asked
-    keep = float(np.exp(-step_s / lag_s))
-    return np.concatenate([asked[:1], _decaying_sum((1.0 - keep) * asked[:-1], keep, asked[0])])
+    # One layout, column by column, is compiled once.
+    columns = np.ascontiguousarray(asked.T, dtype=np.float64)
+    return np.asarray(_followed(columns, 1.0 - float(np.exp(-step_s / lag_s)))).T
 
 
-def _decaying_sum(inputs: Array, keep: float, before: Array) -> Array:
-    """y[i] = keep y[i - 1] + inputs[i] with y[-1] = before, (m, k): by blocks, whose ends follow the same law."""
-    steps = np.arange(BLOCK)
-    reach = steps[:, None] - steps
-    within = np.where(reach >= 0, keep ** np.maximum(reach, 0), 0.0)
-    fading = keep ** (steps + 1.0)
-    count, width = inputs.shape
-    if count <= BLOCK:
-        return np.asarray(within[:count, :count] @ inputs + np.outer(fading[:count], before))
-    full = -(-count // BLOCK)
-    padded = np.zeros((full * BLOCK, width))
-    padded[:count] = inputs
-    by_step = padded.reshape(full, BLOCK, width).transpose(1, 0, 2)
-    own = (within @ by_step.reshape(BLOCK, -1)).reshape(BLOCK, full, width)
-    ends = _decaying_sum(own[-1], keep**BLOCK, before)
-    begins = np.concatenate([before[None], ends[:-1]])
-    every = own + fading[:, None, None] * begins
-    return np.asarray(every.transpose(1, 0, 2).reshape(-1, width)[:count])
+@njit(cache=True, nogil=True)
+def _followed(columns: Array, share: float) -> Array:
+    """(k, n): each comes nearer to its column by a share of what lies between them at each step."""
+    out = np.empty_like(columns)
+    for c in range(columns.shape[0]):
+        now = columns[c, 0]
+        out[c, 0] = now
+        for i in range(1, columns.shape[1]):
+            now += share * (columns[c, i - 1] - now)
+            out[c, i] = now
+    return out
 
 
 def delayed(values: Array, step_s: float, delay_s: float) -> Array:

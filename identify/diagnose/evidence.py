@@ -56,20 +56,18 @@ class Sums:
     def fitted(self, columns: Sequence[int]) -> float:
         """Nats that some columns save on all pieces, in sample."""
         k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
-        return 0.5 * float(self.right[k] @ _solved(self.square[np.ix_(k, k)], self.right[k]))
+        return 0.5 * float(self.right[k] @ _solved(self.square[k[:, None], k], self.right[k]))
 
     def evidence(self, columns: Sequence[int]) -> Evidence:
         """Of some of the columns together; those that tell nothing get no size."""
         k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
-        gains = np.zeros(len(self.held_square))
-        pieces = np.arange(len(gains))
+        some_of = k[:, None], k
         scarce = SCARCE * np.diag(np.diag(self.square)[k])
-        for fold in range(len(self.taught_square)):
-            size = _solved(self.taught_square[fold][np.ix_(k, k)] + scarce, self.taught_right[fold][k])
-            held = pieces[pieces % FOLDS == fold]
-            by_square = np.einsum("i,pij,j->p", size, self.held_square[np.ix_(held, k, k)], size)
-            gains[held] = self.held_right[np.ix_(held, k)] @ size - 0.5 * by_square
-        square, right = self.square[np.ix_(k, k)], self.right[k]
+        sizes = _solved(self.taught_square[:, *some_of] + scarce, self.taught_right[:, k])
+        size_of = sizes[np.arange(len(self.held_square)) % FOLDS]
+        by_square = np.einsum("pi,pij,pj->p", size_of, self.held_square[:, *some_of], size_of)
+        gains = np.einsum("pi,pi->p", self.held_right[:, k], size_of) - 0.5 * by_square
+        square, right = self.square[some_of], self.right[k]
         some = _solved(square, right)
         place = [list(columns).index(one) for one in k.tolist()]
         size, covariance = np.zeros(len(columns)), np.full((len(columns), len(columns)), np.inf)
@@ -85,16 +83,18 @@ class Sums:
 
 
 def inverse(square: Array) -> Array:
-    """The inverse of normal equations (k, k), in columns of one length; what nothing tells apart is shared out."""
-    scale = np.sqrt(np.maximum(np.diag(square), 1e-300))
-    own = square / np.outer(scale, scale)
-    own[np.diag_indices(len(own))] += RIDGE
-    return np.asarray(np.linalg.inv(own) / np.outer(scale, scale))
+    """Of normal equations (..., k, k), in columns of one length; what nothing tells apart is shared out."""
+    each = np.arange(square.shape[-1])
+    scale = np.sqrt(np.maximum(square[..., each, each], 1e-300))
+    scales = scale[..., :, None] * scale[..., None, :]
+    own = square / scales
+    own[..., each, each] += RIDGE
+    return np.asarray(np.linalg.inv(own) / scales)
 
 
 def _solved(square: Array, right: Array) -> Array:
-    """Sizes by the normal equations."""
-    return np.asarray(inverse(square) @ right)
+    """Sizes (..., k) by the normal equations."""
+    return np.asarray((inverse(square) @ right[..., None])[..., 0])
 
 
 def sums_of(
