@@ -74,18 +74,24 @@ DIVES = [DAMAGED, HOVERING, DECK]
 
 
 class FakeVerbs:
-    """Answers each verb with what `results` holds of it; one that is not in it waits until it is cancelled."""
+    """Answers each verb with what `results` holds of it; one that is not in it tells `tells` and waits for its end.
 
-    def __init__(self, results=None, code=0, said=(), tells=()):
+    `leave(words)` is called as a verb ends, as one that writes files does.
+    """
+
+    def __init__(self, results=None, code=0, said=(), tells=(), leave=lambda _: None):
         self.results = {"dives": DIVES} if results is None else results
-        self.code, self.said, self.tells, self.words = code, said, tells, []
+        self.code, self.said, self.tells, self.leave = code, said, tells, leave
+        self.words = []
 
     async def __call__(self, words, hear):
         self.words.append(words)
-        if words[0] not in self.results:
+        if words[0] != "dives":
             for told in self.tells:
                 hear(told)
+        if words[0] not in self.results:
             await asyncio.Event().wait()
+        self.leave(words)
         return Done(self.code, self.results[words[0]], self.said)
 
 

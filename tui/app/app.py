@@ -92,11 +92,15 @@ class SeatrialApp(App[None], inherit_bindings=False):
                 return True
         return await super().run_action(action, default_namespace, namespaces)
 
-    def action_open(self, screen: str) -> None:
-        """Show a screen; whatever the one before had opened is closed."""
+    async def action_open(self, screen: str) -> None:
+        """Show a screen; whatever the one before had opened is closed. The next key is for this screen already."""
         self.action_close()
-        self.switch_mode(screen)
+        await self.switch_mode(screen)
         self.call_after_refresh(self._show)
+
+    def can_open(self, screen: str) -> bool:
+        """Whether there is a screen of that id."""
+        return any(row.id == screen for row in SCREENS)
 
     async def action_begin(self, screen: str) -> None:
         """Show a screen and let it begin its work at once."""
@@ -131,9 +135,9 @@ class SeatrialApp(App[None], inherit_bindings=False):
         elif isinstance(self.screen, StationScreen):
             self.screen.close_up()
 
-    def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
+    async def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
         row = next(row for row in SCREENS if row.title == message.tab.title)
-        self.action_open(row.id)
+        await self.action_open(row.id)
 
     def _screen(self, row: Row) -> StationScreen:
         return row.make(row.title, tabs(row.id, self._key_of))

@@ -142,11 +142,11 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
         grid = GRID if rows >= WITH_GRID and label and 0 < row < rows - 1 else " "
         axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
         gaps = silent if row == rows - 1 else np.zeros_like(silent)
-        lines.append((axis, *_row(measured[row], asked[row], gaps, grid, _role(trace))))
+        lines.append((axis, *curve_row(measured[row], asked[row], gaps, grid, _role(trace))))
     return tuple(lines)
 
 
-def _row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
+def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str, role: Role) -> Line:
     """One row of the curve, as runs of one role."""
     spans: list[Span] = []
     for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):

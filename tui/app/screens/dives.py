@@ -183,7 +183,7 @@ class DivesScreen(StationScreen):
         del rows
         dive = self._dive()
         if dive is None:
-            return ()
+            return ((),)  # a widget of no height would not be asked again
         unkept = wrapped(self._unkept, "bad", cells) if self._unkept else ()
         return (*unkept, *details(dive, dive.folder == self._recorded, cells))
 

@@ -10,6 +10,7 @@ from tui.app.screens.ask import ASKING
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import CLOSING
+from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.watch import WatchScreen
 
 
@@ -41,6 +42,14 @@ SCREENS: Final = (
         "the recordings, and what each could identify",
         DivesScreen,
         DivesScreen.ACTIONS,
+    ),
+    Row(
+        "identify",
+        "3",
+        "Identify",
+        "masses and dampings from the chosen dive, with their intervals",
+        IdentifyScreen,
+        IdentifyScreen.ACTIONS,
     ),
 )
 OPENING: Final = tuple(

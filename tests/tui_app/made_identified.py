@@ -1,0 +1,68 @@
+"""A made identification as `seatrial identify --json` writes it, and what was told on the way."""
+
+import json
+from pathlib import Path
+
+from bridge.vehicle.coefficients import COEFFICIENTS
+from gcs_plugin.params.files import write_parameters
+from tui.told import Told
+
+VALUES = dict(
+    zip(
+        [c.name for c in COEFFICIENTS],
+        (111.7, 112.1, 135.4, 4.767, 16.61, 16.06, 56.42, 52.82, 98.61, 16.02, 29.71, 26.0),
+        strict=True,
+    )
+)
+REASON = "M_qdot is I_q less the rigid body's own 9.5 kg m2: the 7.11 that is left has a standard error of 3"
+DOUBT = "Surge's thrust follows the waves unseen: record RPM, or take D_u from a dive in calm water."
+
+
+def parameters(missing=("I_q",)):
+    made = []
+    for c in COEFFICIENTS:
+        value = VALUES[c.name]
+        one = {"name": c.name, "unit": c.unit, "value": value, "low95": 0.97 * value, "high95": 1.03 * value}
+        one["identifiable"] = c.name not in missing
+        made.append(one | ({"reason": REASON} if c.name in missing else {}))
+    return made
+
+
+def identified(**what):
+    return {
+        "method": "likelihood",
+        "outcome": "converged",
+        "parameters": parameters(),
+        "configuration": "hovering",
+        "dive": {"name": "2026-11-21T0352Z-hovering"},
+        "null_directions": [],
+        "thrust_scale": {"sentence": "The intervals hold given the vehicle file's thrust."},
+        "doubts": [],
+        "notes": ["The DVL had no bottom lock in 1 % of its samples."],
+        "comparison": {
+            "method": "pinn",
+            "outcome": "converged",
+            "sentences": ["Likelihood and pinn agree in all 11 parameters that both identify."],
+        },
+    } | what
+
+
+def passes(count=3):
+    """What both methods tell, `count` passes of the second."""
+    told = [Told("likelihood: d", 0.3875, "likelihood: fitting all axes together")]
+    for n in range(1, count + 1):
+        values = ", ".join(
+            f"{name} {value * (1 + 0.2 / 4**n):.4g} ± {0.1 * value / n:.2g}" for name, value in VALUES.items()
+        )
+        told.append(Told("pinn: d", n / (n + 8), f"pinn: pass {n}: {values}"))
+    return tuple(told)
+
+
+def leave(words, result=None):
+    """Write what the verb writes, where its words want it."""
+    words = list(words)
+    if words[0] == "identify":
+        at = {option: Path(words[words.index(option) + 1]) for option in ("--json", "--param")}
+        at["--json"].write_text(json.dumps(result or identified()), encoding="utf-8")
+        ids = {c.parameter_id(0): VALUES[c.name] for c in COEFFICIENTS}
+        write_parameters(at["--param"], ids, ("made",))

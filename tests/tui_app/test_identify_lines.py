@@ -1,0 +1,187 @@
+"""An identification as lines: bars, curves that converge, and the result beside what was accepted."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+from made_identified import DOUBT, REASON, identified, leave, passes
+
+from bridge.vehicle.coefficients import BY_NAME
+from gcs_plugin.params.last_accepted import AcceptedValue
+from tui import exit_codes
+from tui.app import found as found_module
+from tui.app.converging import Passes, converging, passes_of
+from tui.app.found import found, places
+from tui.app.identify_lines import curves, ended, progress, result, words_for
+from tui.app.jobs import JobState
+from tui.app.lines import width
+from tui.job import Done
+
+WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
+RUNNING = JobState(WORDS, 10.0, passes())
+
+
+def said(lines):
+    return ["".join(text for text, _ in line) for line in lines]
+
+
+def roles(lines):
+    return {role for line in lines for text, role in line if text.strip()}
+
+
+@pytest.fixture
+def dive(tmp_path):
+    """A dive's folder with its identification beside it."""
+
+    def made(**what):
+        leave(words_for(str(tmp_path), "ruvifist", places(tmp_path)), identified(**what))
+        return tmp_path
+
+    return made
+
+
+def test_a_bar_for_each_method_tells_how_far_it_is_and_what_it_does():
+    lines = said(progress(RUNNING, 24.0, 80))
+    assert lines[0].startswith("IDENTIFYING 2026-11-21T0352Z-hovering ─")
+    assert lines[0].endswith("00:00:14")
+    assert lines[1] == "likelihood  █████████░░░░░░░░░░░░░░░  39 %  fitting all axes together"
+    assert lines[2] == "pinn        ███████░░░░░░░░░░░░░░░░░  27 %  pass 3"
+
+
+def test_a_job_that_has_told_nothing_reads_the_dive_and_one_that_is_stopped_says_so():
+    assert said(progress(JobState(WORDS, 0.0), 1.0, 80))[1] == "reading the dive"
+    assert said(progress(JobState(WORDS, 0.0, cancelled=True), 1.0, 80))[0].startswith("STOPPING")
+
+
+def test_values_are_gathered_pass_by_pass():
+    first, *others = passes_of(passes())
+    assert (first.name, len(others)) == ("M_u", 11)
+    assert first.value.tolist() == [117.3, 113.1, 112.0]
+    assert first.half.tolist() == [11.0, 5.6, 3.7]
+    assert passes_of(passes(0)) == ()
+
+
+def test_a_curve_has_the_value_now_and_the_ends_of_its_widest_interval():
+    lines = said(converging(passes_of(passes())[0], "kg", 40, 5))
+    assert lines[0] == "M_u      112.0 ± 3.7 kg           pass 3"
+    assert lines[1].startswith(" 128.3┤")
+    assert lines[4].startswith(" 106.3┤")
+    assert len(lines) == 5
+
+
+def test_a_value_that_stands_still_is_a_level_line_in_the_middle_and_what_is_to_come_is_blank():
+    still = Passes("D_u", np.full(2, 50.0), np.zeros(2))
+    lines = said(converging(still, "", 7 + 8, 4))
+    # Two of at least four passes fill half of the eight cells.
+    assert lines[2][7:].rstrip() in ("⠒⠒⠒⠒", "⠤⠤⠤⠤")
+    assert not lines[1][7:].strip()
+    assert not lines[3][7:].strip()
+
+
+def test_where_there_is_one_row_there_is_the_value_alone():
+    assert said(converging(passes_of(passes())[0], "kg", 20, 1)) == ["M_u      112.0 ± 3.7"]
+
+
+@pytest.mark.parametrize(("cells", "rows"), [(80, 18), (156, 40), (80, 6), (30, 12)])
+def test_all_curves_fit_into_their_room(cells, rows):
+    lines = curves(passes(), cells, rows)
+    assert len(lines) <= rows
+    assert all(width(line) <= cells for line in lines)
+    assert all(name in "\n".join(said(lines)) for name in BY_NAME)
+
+
+def test_what_lies_beside_a_dive_is_read(dive):
+    folder = dive()
+    read = found(folder, folder)
+    assert (read.outcome, read.told, read.param) == ("converged", 11, folder / "identified.param")
+    assert read.beside[0] == "pinn: converged"
+    assert found(folder / "other", folder) is None
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"dive": 1}'])
+def test_a_file_that_is_no_identification_is_none(text, tmp_path):
+    (tmp_path / "identified.json").write_text(text, encoding="utf-8")
+    assert found(tmp_path, tmp_path) is None
+
+
+def test_parameters_of_an_earlier_identification_are_not_offered(dive):
+    folder = dive()
+    os.utime(folder / "identified.param", (1.0, 1.0))
+    assert found(folder, folder).param is None
+
+
+def test_the_result_of_a_recording_that_is_no_folder_lies_under_its_name(tmp_path):
+    assert places(tmp_path / "a.tlog")["--json"] == tmp_path / "a-identified.json"
+
+
+def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(dive):
+    folder = dive()
+    lines = said(result(found(folder, folder), 80))
+    assert lines[1] == "likelihood: converged, pinn: converged beside it. 11 of 12 coefficients"
+    assert "Likelihood and pinn agree in all 11 parameters that both identify." in lines
+    row = next(line for line in lines if line.startswith("M_u"))
+    assert row.split() == ["M_u", "111.7", "108.3", "…", "115.1", "kg"]
+    assert next(line for line in lines if line.startswith("I_q")).split() == ["I_q", "--", "no,", "see", "1"]
+    assert f"1: {REASON}"[:60] in "\n".join(lines)
+    assert "The DVL had no bottom lock in 1 % of its samples." in lines
+
+
+def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(dive, monkeypatch):
+    accepted = {
+        BY_NAME[name].parameter_id(0): AcceptedValue(value, None, "")
+        for name, value in {"M_u": 110.0, "D_u": 80.0}.items()
+    }
+    monkeypatch.setattr(found_module, "last_accepted", lambda _: accepted)
+    folder = dive()
+    lines = result(found(folder, folder), 80)
+    rows = {line[0][0].strip(): line for line in lines if line}
+    assert rows["M_u"][-2:] == (("     110.0", "plain"), ("    +1.5 %", "plain"))
+    assert rows["D_u"][-2:] == (("     80.00", "plain"), ("   -29.5 %", "warn"))
+
+
+def test_doubts_are_told_in_full_before_the_values(dive):
+    doubted = {"sentence": DOUBT, "about": ["D_u"], "outcome": "converged", "culprit": "recording"}
+    folder = dive(doubts=[doubted])
+    lines = said(result(found(folder, folder), 80))
+    at = next(n for n, line in enumerate(lines) if line.startswith("▲"))
+    assert " ".join(line.strip() for line in lines[at : at + 2]) == f"▲ {DOUBT}"
+    assert at < next(n for n, line in enumerate(lines) if line.startswith("M_u"))
+    assert "warn" in roles(result(found(folder, folder), 80)[1:2])
+
+
+def test_one_that_told_nothing_has_no_table(dive):
+    from made_identified import parameters
+
+    nothing = parameters(tuple(BY_NAME))
+    folder = dive(parameters=nothing, outcome="not identifiable", comparison=None)
+    lines = said(result(found(folder, folder), 80))
+    assert lines[1] == "likelihood: not identifiable. 0 of 12 coefficients identified."
+    assert not any(line.startswith("M_u") for line in lines)
+    assert any(line.startswith("1: M_qdot") for line in lines)
+
+
+def test_a_run_that_failed_says_why_and_one_that_was_stopped_that_it_was():
+    failed = JobState(WORDS, 0.0, done=Done(exit_codes.BAD_INPUT, None, ("seatrial: x.tlog: no such dive",)))
+    assert said(ended(failed, 80)) == ["x.tlog: no such dive"]
+    silent = JobState(WORDS, 0.0, done=Done(-9, None, ()))
+    assert said(ended(silent, 80)) == ["identify ended with exit code -9 and said nothing"]
+    stopped = JobState(WORDS, 0.0, done=Done(exit_codes.INTERRUPTED, None, ()), ended_s=4.0, cancelled=True)
+    assert said(ended(stopped, 80))[0].startswith("2026-11-21T0352Z-hovering: stopped by you after 00:00:04")
+    assert ended(JobState(WORDS, 0.0, done=Done(exit_codes.NO, {}, ())), 80) == ()
+    assert ended(RUNNING, 80) == ()
+
+
+def test_the_command_line_leaves_its_results_beside_the_dive(tmp_path):
+    words = words_for(str(tmp_path), "ruvifist:hovering", places(tmp_path))
+    assert words[:4] == ("identify", str(tmp_path), "--vehicle", "ruvifist:hovering")
+    assert words[4:] == (
+        *("--json", str(tmp_path / "identified.json")),
+        *("--param", str(tmp_path / "identified.param")),
+        *("--report", str(tmp_path / "identified.html")),
+    )
+
+
+def test_what_was_written_is_what_is_read(tmp_path):
+    (tmp_path / "identified.json").write_text(json.dumps(identified()), encoding="utf-8")
+    assert found(tmp_path, tmp_path).param is None

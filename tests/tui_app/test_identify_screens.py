@@ -1,0 +1,188 @@
+"""The screen Identify: from a dive to its result by one key, cancelled by another."""
+
+import os
+from functools import partial
+from pathlib import Path
+
+import pytest
+from made_dives import HOVERING, FakeVerbs, desk
+from made_identified import leave, passes
+from made_view import UNIX_S, FixedViews
+from screen_text import check, made, pressed, run, text
+
+from gcs_plugin.folder import About, DiveFolder
+from tui import exit_codes
+from tui.app.found import places
+from tui.app.identify_lines import words_for
+from tui.app.screens.dives import DivesScreen
+from tui.app.screens.identify import IdentifyScreen
+from tui.app.themes import ORDER
+
+SIZES = ((80, 24), (160, 50))
+NARROW = SIZES[0]
+WAITING = partial(FakeVerbs, tells=passes())
+
+
+@pytest.fixture(autouse=True)
+def _with_colour(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+
+
+@pytest.fixture
+def dive(tmp_path, monkeypatch):
+    """A dive's folder, under a name that is the same each time."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "dives" / "2026-11-21T0352Z-hovering"
+    folder.mkdir(parents=True)
+    (folder / "telemetry.tlog").write_bytes(b"")
+    return folder
+
+
+@pytest.fixture
+def identified(dive):
+    """One with a result of yesterday beside it."""
+    at = places(dive)
+    leave(words_for(str(dive), "", at))
+    for path in at.values():
+        if path.exists():
+            os.utime(path, (UNIX_S, UNIX_S))
+    return dive
+
+
+async def shown(app, pilot, count=2):
+    for _ in range(count):
+        app._show()
+        await pilot.pause()
+
+
+async def ended(app, pilot):
+    while any(app.desk.jobs.runs(verb) for verb in ("dives", "identify")):
+        await pilot.pause()
+    await shown(app, pilot)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("theme", ORDER)
+def test_a_run_and_its_result_look_as_they_were_kept(theme, size, identified):
+    async def look(app, pilot):
+        await pressed(pilot, "3")
+        await shown(app, pilot)
+        check(f"identify-{size[0]}x{size[1]}-{theme}", app)
+        await pressed(pilot, "i")
+        await shown(app, pilot)
+        check(f"identify-runs-{size[0]}x{size[1]}-{theme}", app)
+
+    run(made(FixedViews(), theme=theme, desk=desk(WAITING(), dive=identified)), size, look)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_it_looks_without_colour_as_it_was_kept(size, identified, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def look(app, pilot):
+        await pressed(pilot, "3")
+        await shown(app, pilot)
+        check(f"identify-{size[0]}x{size[1]}-no-colour", app)
+
+    run(made(FixedViews(), desk=desk(WAITING(), dive=identified)), size, look)
+
+
+def test_two_keys_identify_the_dive_that_one_comes_from(dive):
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(dive)}], "identify": {}}, leave=leave)
+
+    async def work(app, pilot):
+        await pilot.press("2", "i")
+        await ended(app, pilot)
+        assert isinstance(app.screen, IdentifyScreen)
+        assert "11 of 12 coefficients" in text(app)
+        assert app.desk.dive == dive
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert verbs.words[-1] == words_for(str(dive), "ruvifist:hovering", places(dive))
+
+
+def test_a_dive_is_identified_by_the_vehicle_file_that_it_names(dive):
+    DiveFolder(dive).describe(About("ruvifist.yaml", "", "survey"))
+    verbs = WAITING()
+
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i")
+        assert app.desk.jobs.runs("identify")
+
+    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
+    assert verbs.words[0][3].endswith("configs/vehicles/ruvifist.yaml:survey")
+
+
+def test_it_goes_on_while_another_screen_is_looked_at_and_is_cancelled_by_a_key(dive):
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i", "1", "3")
+        await shown(app, pilot)
+        assert "IDENTIFYING" in text(app)
+        assert "pass 3" in text(app)
+        assert "i Identify" not in text(app).splitlines()[-1]
+        await pressed(pilot, "x")
+        await ended(app, pilot)
+        assert not app.desk.jobs.runs("identify")
+        assert "stopped by you" in text(app)
+        assert "i Identify" in text(app).splitlines()[-1]
+
+    run(made(FixedViews(), desk=desk(WAITING(), dive=dive)), NARROW, work)
+
+
+def test_the_curves_can_be_looked_at_afterwards_and_escape_goes_back(dive):
+    verbs = FakeVerbs({"identify": {}}, tells=passes(), leave=leave)
+
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i")
+        await ended(app, pilot)
+        assert "┤" not in text(app)
+        await pressed(pilot, "c")
+        await shown(app, pilot)
+        assert "┤" in text(app)
+        await pressed(pilot, "escape")
+        await shown(app, pilot)
+        assert "┤" not in text(app)
+
+    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
+
+
+def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):
+    said = ("seatrial: the recording is too short; dive longer",)
+    verbs = FakeVerbs({"identify": None}, exit_codes.NO + 1, said)
+
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i")
+        await ended(app, pilot)
+        assert "the recording is too short; dive longer" in text(app)
+        assert "11 of 12 coefficients" in text(app)
+
+    run(made(FixedViews(), desk=desk(verbs, dive=identified)), NARROW, work)
+
+
+def test_without_a_dive_or_a_vehicle_file_it_says_what_to_do(dive):
+    async def none(app, pilot):
+        await pressed(pilot, "3", "i")
+        await shown(app, pilot)
+        assert "holds no dive yet; a recording makes one" in text(app)
+
+    async def unnamed(app, pilot):
+        app.desk.vehicle = ""
+        await pressed(pilot, "3", "i")
+        await shown(app, pilot)
+        assert "names no vehicle file" in text(app)
+
+    elsewhere = desk(WAITING())
+    elsewhere.out = dive / "none"
+    run(made(FixedViews(), desk=elsewhere), NARROW, none)
+    run(made(FixedViews(), desk=desk(WAITING(), dive=dive.relative_to(Path.cwd()))), NARROW, unnamed)
+
+
+def test_a_dive_that_was_not_identified_says_which_key_does(dive):
+    async def work(app, pilot):
+        await pressed(pilot, "2", "3")
+        await shown(app, pilot)
+        assert "not identified yet; i identifies it" in text(app)
+        await pressed(pilot, "2")
+        assert isinstance(app.screen, DivesScreen)
+
+    run(made(FixedViews(), desk=desk(WAITING(), dive=dive)), NARROW, work)

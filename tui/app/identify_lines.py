@@ -1,0 +1,151 @@
+"""An identification as lines: how far it is, what its parameters do, what came of it."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from bridge.vehicle.coefficients import BY_NAME
+from tui import exit_codes
+from tui.app.converging import converging, passes_of
+from tui.app.dives_lines import wrapped
+from tui.app.found import COEFFICIENTS, Found, Value
+from tui.app.jobs import JobState
+from tui.app.lines import Line, Lines, Role, cut, heading, width
+from tui.app.shown import day, number, stopwatch
+from tui.show import number as significant
+from tui.told import Told
+
+BAR_CELLS: Final = 24
+NAME_CELLS: Final = 12
+WIDE: Final = 120  # cells from which four charts stand beside each other
+AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
+COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
+
+
+def progress(state: JobState, now_s: float, cells: int) -> Lines:
+    """A bar for each method, and how long it has taken."""
+    newest = {told.of.split(":")[0]: told for told in state.told}
+    clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
+    title = "STOPPING" if state.cancelled and state.runs else "IDENTIFYING"
+    lines: list[Line] = [heading(f"{title} {_dive(state)}", clock, cells)]
+    if not newest and state.runs:
+        lines.append((("reading the dive", "quiet"),))
+    return (*lines, *(_bar(method, told, cells) for method, told in newest.items()))
+
+
+def _dive(state: JobState) -> str:
+    return state.words[1].rstrip("/").rpartition("/")[2] if len(state.words) > 1 else ""
+
+
+def _bar(method: str, told: Told, cells: int) -> Line:
+    full = round(min(max(told.share, 0.0), 1.0) * BAR_CELLS)
+    line: Line = (
+        (f"{cut(method, NAME_CELLS):<{NAME_CELLS}}", "plain"),
+        ("█" * full, "accent"),
+        ("░" * (BAR_CELLS - full), "rule"),
+        (f" {100 * told.share:>3.0f} %  ", "strong"),
+    )
+    words = told.words.removeprefix(f"{method}: ")
+    if told.values:
+        words = words.split(":")[0]
+    return (*line, (cut(words, max(cells - width(line), 0)), "quiet"))
+
+
+def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
+    """A chart for each parameter that was told, beside and under each other, as large as there is room for."""
+    passes = passes_of(told)
+    if not passes:
+        return ()
+    columns = 4 if cells >= WIDE else 2
+    below = -(-len(passes) // columns)
+    each, high = cells // columns, max(rows // below, 1)
+    lines: list[Line] = []
+    for row in range(below):
+        charts = [
+            converging(one, _unit(one.name), each - 1, high)
+            for one in passes[row * columns : (row + 1) * columns]
+        ]
+        for y in range(max(map(len, charts))):
+            lines.append(_beside([chart[y] if y < len(chart) else () for chart in charts], each))
+    return tuple(lines)
+
+
+def _unit(name: str) -> str:
+    return BY_NAME[name].unit if name in BY_NAME else ""
+
+
+def _beside(parts: Sequence[Line], each: int) -> Line:
+    return tuple(span for part in parts for span in (*part, (" " * (each - width(part)), "plain")))
+
+
+def ended(state: JobState, cells: int) -> Lines:
+    """How a run that left no result ended; nothing for one that did."""
+    done = state.done
+    if done is None or (done.code in AFTER_A_RUN and not state.cancelled):
+        return ()
+    if state.cancelled:
+        took = stopwatch((state.ended_s or state.began_s) - state.began_s)
+        return wrapped(
+            f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
+        )
+    said = " ".join(line.removeprefix("seatrial: ") for line in done.said[-2:])
+    return wrapped(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
+
+
+def result(found: Found, cells: int) -> Lines:
+    """The outcome in a sentence, doubts in full, the parameters beside what was last accepted, reasons and notes."""
+    good = found.outcome == "converged" and not found.doubts
+    lines: list[Line] = [
+        heading(f"{found.dive} {found.configuration}", f"{day(found.written_unix_s)} UTC", cells)
+    ]
+    lines += wrapped(_outcome(found), "strong" if good else "warn", cells)
+    for sentence in found.beside[1:]:
+        lines += wrapped(sentence, "plain", cells)
+    for doubt in found.doubts:
+        lines += wrapped(f"▲ {doubt}", "warn", cells)
+    reasons = list(dict.fromkeys(one.reason for one in found.values if one.reason))
+    if found.told:
+        lines.append(((cut(COLUMNS, cells), "quiet"),))
+        lines += [_row(one, reasons) for one in found.values]
+    for n, reason in enumerate(reasons, start=1):
+        lines += wrapped(f"{n}: {reason}", "warn", cells)
+    for note in found.notes:
+        lines += wrapped(note, "quiet", cells)
+    return tuple(lines)
+
+
+def _outcome(found: Found) -> str:
+    second = f", {found.beside[0]} beside it" if found.beside else ""
+    return f"{found.method}: {found.outcome}{second}. {found.told} of {COEFFICIENTS} coefficients identified."
+
+
+def _row(one: Value, reasons: Sequence[str]) -> Line:
+    if not math.isfinite(one.value):
+        why = f"no, see {1 + reasons.index(one.reason)}" if one.reason else "no"
+        return ((f"{one.name:<8}", "plain"), (f"{'--':>9}  ", "quiet"), (why, "warn"))
+    interval = f"{significant(one.low95)} … {significant(one.high95)}"
+    line: Line = (
+        (f"{one.name:<8}", "plain"),
+        (f"{significant(one.value):>9}", "strong"),
+        (f"  {interval:<19}  ", "reference"),
+        (f"{one.unit:<12}", "quiet"),
+    )
+    if not math.isfinite(one.accepted):
+        return line
+    role: Role = "warn" if one.is_news else "plain"
+    return (
+        *line,
+        (f"{significant(one.accepted):>10}", "plain"),
+        (f"{_signed(100 * one.change):>8} %", role),
+    )
+
+
+def _signed(value: float) -> str:
+    text = number(value, 1)
+    return text if text.startswith(("-", "0.0")) else f"+{text}"
+
+
+def words_for(dive: str, vehicle: str, at: Mapping[str, object]) -> tuple[str, ...]:
+    """The command line of the verb: both methods, and results where `at` says."""
+    targets = [word for option, path in at.items() for word in (option, str(path))]
+    return ("identify", dive, "--vehicle", vehicle, *targets)

@@ -1,0 +1,172 @@
+"""Identify: one key runs both methods on the chosen dive; their progress, and what came of it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+from textual.app import ComposeResult
+from textual.containers import VerticalScroll
+
+from tui.app.actions import Action, bindings
+from tui.app.converging import passes_of
+from tui.app.dives_lines import wrapped
+from tui.app.found import Found, found, places
+from tui.app.header import Tab
+from tui.app.identify_lines import curves, ended, progress, result, words_for
+from tui.app.jobs import JobState
+from tui.app.lines import Lines, heading
+from tui.app.screens.frame import StationScreen
+from tui.app.view import View
+from tui.app.widgets.drawn import Drawn
+from tui.told import Told
+
+VERB: Final = "identify"
+
+
+class IdentifyScreen(StationScreen):
+    """While it runs, bars and curves; afterwards what was found, and the curves by a key."""
+
+    ACTIONS: ClassVar[tuple[Action, ...]] = (
+        Action("identify.begin", "i", "begin", "Identify", "identify the chosen dive, now"),
+        Action("identify.parameters", "p", "parameters", "Parameters", "compare and upload what was found"),
+        Action("identify.curves", "c", "curves", "Curves", "how the values converged, and back", looks=True),
+        Action("identify.cancel", "x", "cancel", "Cancel", "end the identification that runs"),
+    )
+    BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
+    LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
+        ("⠤⠤ ⠁⠁", "the value after each pass, and dotted the ends of its 95 % interval"),
+        (
+            "accepted",
+            "what the vehicle last accepted; the change is warned of where it is outside the interval",
+        ),
+        ("▲", "a doubt: read it before the values are used"),
+    )
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
+        self._dive: Path | None = None
+        self._found: Found | None = None
+        self._seen: JobState | None = None
+        self._refused = ""
+        self._curves = False
+        self._offered: object = None
+
+    def body(self) -> ComposeResult:
+        yield Drawn(self._progress, id="identify-progress")
+        yield Drawn(self._charts, id="identify-curves")
+        with VerticalScroll(id="identify-scroll"):
+            yield Drawn(self._result, id="identify-result")
+
+    def on_screen_resume(self) -> None:
+        self._look()
+
+    def show(self, view: View) -> None:
+        state = self.desk.jobs.state(VERB)
+        if state is not self._seen:
+            was, self._seen = self._seen, state
+            if state is not None and not state.runs and (was is None or was.runs):
+                self._curves = False
+                self._look()
+        self._arrange()
+        super().show(view)
+
+    def begin(self) -> None:
+        """Identify the chosen dive."""
+        self.action_begin()
+
+    def action_begin(self) -> None:
+        self._look()
+        self._curves, self._refused = False, ""
+        if self._dive is None:
+            self._refused = f"{self.desk.out}: holds no dive yet; a recording makes one"
+        elif not (vehicle := self.desk.vehicle_of(self._dive)):
+            self._refused = (
+                f"{self._dive}: names no vehicle file; leave the app and start it with --vehicle NAME"
+            )
+        else:
+            self.desk.jobs.start(VERB, words_for(str(self._dive), vehicle, places(self._dive)))
+        self._draw()
+
+    def action_cancel(self) -> None:
+        self.desk.jobs.cancel(VERB)
+        self._draw()
+
+    def action_curves(self) -> None:
+        self._curves = not self._curves
+        self._draw()
+
+    async def action_parameters(self) -> None:
+        if self._found is not None and self._found.param is not None:
+            self.desk.param = self._found.param
+            await self.begin_on("parameters")
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        runs = self.desk.jobs.runs(VERB)
+        if action == "begin":
+            return not runs
+        if action == "cancel":
+            return runs
+        if action == "curves":
+            return not runs and bool(passes_of(self._told()))
+        if action == "parameters":
+            has_values = self._found is not None and self._found.param is not None
+            return not runs and has_values and self.can_open("parameters")
+        return super().check_action(action, parameters)
+
+    def close_up(self) -> None:
+        if self._curves:
+            self.action_curves()
+
+    def _look(self) -> None:
+        """Find the chosen dive, and what was identified from it."""
+        self._dive = self.desk.chosen()
+        self._found = None if self._dive is None else found(self._dive, self.desk.receipts)
+
+    def _state(self) -> JobState | None:
+        """The run that goes on, or the last one where it was of the chosen dive."""
+        state = self.desk.jobs.state(VERB)
+        if state is None or state.runs or state.words[1] == str(self._dive):
+            return state
+        return None
+
+    def _told(self) -> tuple[Told, ...]:
+        state = self._state()
+        return () if state is None else state.told
+
+    def _draw(self) -> None:
+        self._arrange()
+        for widget in self.query(Drawn):
+            widget.again()
+
+    def _arrange(self) -> None:
+        """Curves while it runs or where they are asked for, else the result."""
+        runs = self.desk.jobs.runs(VERB)
+        self.set_class(runs or self._curves, "-curves")
+        offered = (runs, self._curves, self._found)
+        if offered != self._offered:
+            self._offered = offered
+            self.refresh_bindings()
+
+    def _progress(self, cells: int, rows: int) -> Lines:
+        del rows
+        state = self._state()
+        return () if state is None else progress(state, self.desk.jobs.now_s(), cells)
+
+    def _charts(self, cells: int, rows: int) -> Lines:
+        return curves(self._told(), cells, rows)
+
+    def _result(self, cells: int, rows: int) -> Lines:
+        del rows
+        state = self._state()
+        lines = wrapped(self._refused, "bad", cells) if self._refused else ()
+        if state is not None:
+            lines = (*lines, *ended(state, cells))
+        if self._found is not None:
+            return (*lines, *result(self._found, cells))
+        if self._dive is None:
+            return lines or wrapped(
+                f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells
+            )
+        head = heading(self._dive.name, "", cells)
+        words = f"not identified yet; {self.key_of('identify.begin')} identifies it"
+        return (head, *lines, *wrapped(words, "plain", cells))
