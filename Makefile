@@ -2,6 +2,7 @@
 # make demo      one dive end to end with the simulated vehicle
 # make test      every test
 # make check     format, lint, types, import rules, then every test
+# make docs      docs/reference, from the code; make pictures: docs/images, from dives of the simulated vehicle
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
 # make soak      how large each hidden effect has to be to be named: a few hours, into docs/benchmarks.md
 
@@ -14,7 +15,7 @@ STAMP := .venv/.installed
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
 
-.PHONY: install demo test lint check format bench soak clean
+.PHONY: install demo test lint check format docs pictures bench soak clean
 
 install: $(STAMP)
 
@@ -48,6 +49,12 @@ check: lint test
 format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+docs: $(STAMP)
+	$(BIN)/python -m docs.make
+
+pictures: $(STAMP)
+	$(BIN)/python -m docs.make.pictures
 
 bench: $(STAMP)
 	@$(PIP) --editable '.[dev,bench]'

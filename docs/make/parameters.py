@@ -1,0 +1,73 @@
+"""docs/reference/parameters.md: the parameters that a vehicle holds, with units and bounds."""
+
+from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION, bounds
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.feedforward import Mode
+from docs.make.markdown import MADE, code, number, table
+
+EXAMPLE = "ruvifist:hovering"
+HEAD = ("parameter", "symbol", "unit", "what it is", "least", "most")
+
+
+def page() -> str:
+    """The whole page."""
+    file = load_vehicle(EXAMPLE)
+    assert file.configuration is not None
+    shape = file.vehicle.configurations[file.configuration]
+    nominal = (
+        (
+            code(f"FFn_{one.name.upper()}"),
+            one.symbol,
+            one.unit,
+            one.sentence,
+            *map(number, bounds(one, shape)),
+        )
+        for one in COEFFICIENTS
+    )
+    effects = (
+        (
+            code(f"FFn_{one.name.upper()}"),
+            one.name,
+            one.unit,
+            one.sentence,
+            number(one.low),
+            number(one.high),
+        )
+        for one in effect_coefficients(shape)
+    )
+    modes = ", ".join(f"{mode.value} {mode.name.lower()}" for mode in Mode)
+    own = (
+        (code(MODE), f"what the feed-forward does: {modes}"),
+        (code(COMMIT), "write the CRC of the staged set: the whole set comes into force at once"),
+        (code(ACTIVE), "the CRC of the set in force, 0 for none; read only"),
+        (code(VERSION), "the version of the telemetry contract; read only"),
+    )
+    added = (
+        (code(name), f"total less rigid body in {dof}")
+        for name, dof in zip(ADDED_MASS_NAMES, DOFS, strict=True)
+    )
+    return f"""# Parameters of the vehicle
+
+{MADE} All are MAVLink parameters of type REAL32. `n` in `FFn_` is the configuration (VEH_CFG, 0 to 9). The bounds
+are those of `{EXAMPLE}`: they follow from a vehicle's dry mass, inertia and thrust. A write outside of them is refused.
+
+## The model
+
+0 is "not set" for a mass.
+
+{table(HEAD, nominal)}
+## Accepted effects
+
+0 is absent. They act where the feed-forward is applied.
+
+{table(HEAD, effects)}
+## The feed-forward itself
+
+{table(("parameter", "what it is"), own)}
+## What follows
+
+`identify` tells these beside the totals; no vehicle takes them as parameters.
+
+{table(("name", "what it is"), added)}"""
