@@ -4,10 +4,13 @@
 # make check     format, lint, types, import rules, then every test
 # make docs      docs/reference, from the code; make pictures: docs/images, from dives of the simulated vehicle
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
+# make bundle    one archive in dist/ that installs without a net; docs/offline.md
 # make soak      how large each hidden effect has to be to be named: a few hours, into docs/benchmarks.md
 
 PYTHON ?= python3
 PIP_FLAGS ?=
+MACHINES ?= x86_64 aarch64
+PYTHONS ?= 3.11 3.12 3.13
 PYTEST_FLAGS ?= -n 2 --dist loadfile
 
 BIN := .venv/bin
@@ -15,7 +18,7 @@ STAMP := .venv/.installed
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
 
-.PHONY: install demo test lint check format docs pictures bench soak clean
+.PHONY: install demo test lint check format docs pictures bench soak bundle clean
 
 install: $(STAMP)
 
@@ -63,6 +66,9 @@ bench: $(STAMP)
 soak: $(STAMP)
 	@$(PIP) --editable '.[dev,bench]'
 	$(BIN)/python -m bench power
+
+bundle: $(STAMP)
+	@$(BIN)/python -m bundle --out dist --machines "$(MACHINES)" --pythons "$(PYTHONS)" --pip-flags "$(PIP_FLAGS)"
 
 clean:
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist *.egg-info

@@ -42,6 +42,7 @@ VERBS = {
 }
 
 
+ROOMS = ("bridge", "configs", "gcs_plugin", "identify", "tui")
 STOPPED = "stopped before it was done"
 
 
@@ -81,6 +82,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(sys.argv[1:] if argv is None else list(argv))
     except SeatrialError as error:
         return _complain(str(error), exit_codes.of(error))
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] in ROOMS:
+            raise
+        return _complain(f"{error.name} is not installed: this is the bridge alone; install the ground station "
+                         "too, as seatrial[ground], or by install.sh", exit_codes.BAD_INPUT)  # fmt: skip
     except BrokenPipeError:  # the reader of a pipe, such as `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return exit_codes.DONE

@@ -1,0 +1,129 @@
+"""The archive: wheels in two folders, what the bridge needs and what the ground station needs besides."""
+
+import hashlib
+import shutil
+import tarfile
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from bundle.complete import lacking
+from bundle.targets import Target
+
+Pip = Callable[[Sequence[str]], str]
+"""Runs pip with these words; what it complained of in the end, "" where it did what it was told."""
+OFFLINE: Final = Path(__file__).with_name("offline")
+ROUNDS: Final = 4
+PARTS: Final = ("bridge", "ground")
+
+
+class BundleError(Exception):
+    """The archive can't be made, with a sentence for whoever made it."""
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """The archive, and which parts it installs where; `left_out` are sentences."""
+
+    file: Path
+    holds: tuple[tuple[str, Target], ...]
+    left_out: tuple[str, ...]
+
+
+def build(
+    project: Path, out: Path, targets: Sequence[Target], pip: Pip, say: Callable[[str], None]
+) -> Bundle:
+    """Make `out`/seatrial-VERSION-offline.tar of the checkout `project`. Raises BundleError."""
+    about = tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    base, ground = about["dependencies"], about["optional-dependencies"]["ground"]
+    folder = out / f"seatrial-{about['version']}-offline"
+    shutil.rmtree(folder, ignore_errors=True)
+    folders = {part: folder / "wheels" / part for part in PARTS}
+    for path in folders.values():
+        path.mkdir(parents=True)
+    trouble = pip(["wheel", "--no-deps", "--wheel-dir", str(folders["bridge"]), str(project)])
+    if trouble:
+        raise BundleError(f"seatrial's own wheel could not be made: {trouble}")
+    holds, left_out = [], []
+    for target in targets:
+        for part, wanted in (("bridge", base), ("ground", [*base, *_without_cuda(ground, target)])):
+            say(f"{part}: {target.words} ...")
+            trouble = _fetch(folders[part], wanted, target, pip)
+            if trouble and part == "bridge":
+                raise BundleError(f"the bridge for {target.words}: {trouble}")
+            if trouble:
+                left_out.append(f"ground: {target.words}: {trouble}")
+            else:
+                holds.append((part, target))
+    for wheel in folders["bridge"].iterdir():
+        (folders["ground"] / wheel.name).unlink(missing_ok=True)
+    _furnish(folder, about["version"], holds, left_out)
+    return Bundle(_packed(folder), tuple(holds), tuple(left_out))
+
+
+def _without_cuda(requirements: Sequence[str], target: Target) -> list[str]:
+    """With PyTorch's CPU build where there are two: the other one brings 3 GB of CUDA."""
+    cpu = "+cpu" if target.builds_for_cpu else ""
+    return [f"{text}{cpu}" if text.startswith("torch==") else text for text in requirements]
+
+
+def _fetch(folder: Path, requirements: Sequence[str], target: Target, pip: Pip) -> str:
+    """Download all that `requirements` come to on `target`; why that can't be had, "" where it is there.
+
+    A folder of its own first: half of what a target needs is of no use to anyone.
+    """
+    own = folder.with_name("fetched")
+    shutil.rmtree(own, ignore_errors=True)
+    words = ["download", "--only-binary=:all:", "--dest", str(own), *target.pip]
+    wanted = list(requirements)
+    for _ in range(ROUNDS):
+        trouble = pip([*words, *wanted])
+        if trouble:
+            break
+        missing = lacking([own], wanted, target)
+        if not missing:
+            break
+        wanted += missing
+    else:
+        trouble = f"no wheel for {', '.join(missing)}"
+    if not trouble:
+        for wheel in own.glob("*.whl"):
+            wheel.replace(folder / wheel.name)
+    shutil.rmtree(own, ignore_errors=True)
+    return trouble
+
+
+def _furnish(
+    folder: Path, version: str, holds: Sequence[tuple[str, Target]], left_out: Sequence[str]
+) -> None:
+    """Beside the wheels: what installs them, what they are, for whom, and their sums."""
+    shutil.copy(OFFLINE / "install.sh", folder / "install.sh")
+    (folder / "install.sh").chmod(0o755)
+    lines = [f"{part} {target.machine} {target.python}" for part, target in holds]
+    (folder / "holds.txt").write_text("".join(f"{line}\n" for line in lines), encoding="ascii")
+    table = "\n".join(f"| {part} | {target.words} |" for part, target in holds)
+    missing = "".join(f"\nLeft out: {sentence}.\n" for sentence in left_out)
+    readme = (OFFLINE / "README.md").read_text(encoding="utf-8")
+    readme = readme.replace("VERSION", version).replace(
+        "HOLDS", f"| part | for |\n|---|---|\n{table}\n{missing}"
+    )
+    (folder / "README.md").write_text(readme, encoding="utf-8")
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    sums = [f"{_sha256(path)}  {path.relative_to(folder).as_posix()}\n" for path in files]
+    (folder / "SHA256SUMS").write_text("".join(sums), encoding="utf-8")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _packed(folder: Path) -> Path:
+    """Not compressed: wheels are so already."""
+    file = folder.with_name(f"{folder.name}.tar")
+    with tarfile.open(file, "w") as archive:
+        archive.add(folder, folder.name)
+    shutil.rmtree(folder)
+    return file

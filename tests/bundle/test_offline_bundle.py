@@ -1,0 +1,247 @@
+"""The archive that installs without a net: made by a pip that downloads nothing, and unpacked again."""
+
+import hashlib
+import os
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from bundle.build import BundleError, build
+from bundle.complete import lacking
+from bundle.targets import Target
+from tui import cli
+
+ROOT = Path(__file__).resolve().parents[2]
+PC, PI, MAC = Target("x86_64", "3.11"), Target("aarch64", "3.13"), Target("arm64", "3.12")
+PROJECT = """
+[project]
+version = "1.2"
+dependencies = ["numpy"]
+optional-dependencies.ground = ["torch==2.0", "scipy"]
+"""
+
+
+def wheel(folder, name, version="1.0", tag="py3-none-any", requires=()):
+    """A wheel with metadata and nothing else."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = ["Metadata-Version: 2.1", f"Name: {name}", f"Version: {version}"]
+    lines += [f"Requires-Dist: {text}" for text in requires]
+    with zipfile.ZipFile(folder / f"{name}-{version}-{tag}.whl", "w") as archive:
+        archive.writestr(f"{name}-{version}.dist-info/METADATA", "\n".join(lines))
+        archive.writestr(f"{name}/_vendor/other-1.0.dist-info/METADATA", "Requires-Dist: nothing-of-it")
+
+
+class FakePip:
+    """Has a wheel for all that is asked for, but for `absent`; what they require is in `requires`. `asked` is kept."""
+
+    def __init__(self, absent=(), requires=None):
+        self.absent, self.requires, self.asked = absent, requires or {}, []
+
+    def __call__(self, words):
+        if words[0] == "wheel":
+            wheel(Path(words[words.index("--wheel-dir") + 1]), "seatrial", "1.2")
+            return "no hatchling" if "seatrial" in self.absent else ""
+        folder = Path(words[words.index("--dest") + 1])
+        last = max(n for n, word in enumerate(words) if word.startswith("--"))
+        asked = [Requirement(word) for word in words[last + 2 :]]
+        self.asked.append([str(one) for one in asked])
+        for one in asked:
+            if one.name in self.absent or str(one) in self.absent:
+                return f"No matching distribution found for {one}"
+            version = next((spec.version for spec in one.specifier), "1.0")
+            tag = "py3-none-any" if one.name == "scipy" else f"py3-none-{words[last + 1]}"
+            wheel(folder, one.name, version, tag, self.requires.get(one.name, ()))
+        return ""
+
+
+@pytest.fixture
+def made(tmp_path):
+    """Make a bundle, and unpack it: what was made, and the folder."""
+    (tmp_path / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
+
+    def make(pip, *targets):
+        bundle = build(tmp_path, tmp_path / "dist", targets, pip, lambda _: None)
+        with tarfile.open(bundle.file) as archive:
+            archive.extractall(tmp_path / "unpacked", filter="data")
+        (folder,) = (tmp_path / "unpacked").iterdir()
+        return bundle, folder
+
+    return make
+
+
+def names(folder):
+    return {path.name.split("-")[0] for path in folder.glob("*.whl")}
+
+
+def test_the_vehicle_and_the_ground_have_a_folder_of_wheels_each(made):
+    bundle, folder = made(FakePip(), PC, PI)
+    assert bundle.file.name == "seatrial-1.2-offline.tar"
+    assert names(folder / "wheels" / "bridge") == {"seatrial", "numpy"}
+    assert names(folder / "wheels" / "ground") == {"torch", "scipy"}
+    assert (folder / "holds.txt").read_text(encoding="ascii").splitlines() == [
+        "bridge x86_64 3.11",
+        "ground x86_64 3.11",
+        "bridge aarch64 3.13",
+        "ground aarch64 3.13",
+    ]
+
+
+def test_every_file_has_its_sum(made):
+    _, folder = made(FakePip(), PC)
+    lines = (folder / "SHA256SUMS").read_text(encoding="utf-8").splitlines()
+    sums = dict(reversed(line.split("  ")) for line in lines)
+    files = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert set(sums) == files - {"SHA256SUMS"}
+    assert all(hashlib.sha256((folder / name).read_bytes()).hexdigest() == sums[name] for name in sums)
+
+
+def test_linux_gets_pytorchs_cpu_build_and_macos_the_only_one_that_there_is(made):
+    pip = FakePip()
+    made(pip, PC, MAC)
+    assert [line for line in pip.asked if "scipy" in line] == [
+        ["numpy", "torch==2.0+cpu", "scipy"],
+        ["numpy", "torch==2.0", "scipy"],
+    ]
+
+
+def test_where_the_cpu_build_is_missing_the_ground_station_is_left_out_and_said(made):
+    bundle, folder = made(FakePip(absent=["torch==2.0+cpu"]), PI, MAC)
+    assert [(part, target.machine) for part, target in bundle.holds] == [
+        ("bridge", "aarch64"),
+        ("bridge", "arm64"),
+        ("ground", "arm64"),
+    ]
+    (sentence,) = bundle.left_out
+    assert sentence.startswith("ground: Linux aarch64, Python 3.13: No matching distribution found for torch")
+    assert sentence in (folder / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("absent", "words"), [("numpy", "the bridge for Linux x86_64"), ("seatrial", "own wheel")]
+)
+def test_without_the_bridge_there_is_no_archive(made, absent, words):
+    with pytest.raises(BundleError, match=words):
+        made(FakePip(absent=[absent]), PC)
+
+
+def test_what_only_another_python_needs_is_fetched_too(made):
+    pip = FakePip(
+        requires={"torch": ['setuptools; python_version >= "3.12"', 'cuda; platform_machine == "x86_64"']}
+    )
+    _, folder = made(pip, PI)
+    assert names(folder / "wheels" / "ground") == {"torch", "scipy", "setuptools"}
+
+
+def test_what_can_not_be_had_in_the_end_is_named(made):
+    pip = FakePip(requires={"torch": ["mkl"]}, absent=["mkl"])
+    bundle, _ = made(pip, PC)
+    assert "No matching distribution found for mkl" in bundle.left_out[0]
+
+
+def test_a_wheel_of_another_machine_or_version_meets_nothing(tmp_path):
+    wheel(tmp_path, "one", "1.0", "cp311-cp311-manylinux_2_28_x86_64", ["two>=2; extra == 'more'"])
+    wheel(tmp_path, "two", "1.5")
+    assert lacking([tmp_path], ["one"], PC) == []
+    assert lacking([tmp_path], ["one[more]"], PC) == ["two>=2"]
+    assert lacking([tmp_path], ["one"], PI) == ["one"]
+    assert lacking([tmp_path], ["one<1"], PC) == ["one<1"]
+    assert lacking([tmp_path], ["one; sys_platform == 'win32'"], PI) == []
+
+
+def installed(folder, *words, **environment):
+    return subprocess.run(
+        ["sh", str(folder / "install.sh"), *words],
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def fake_python(path, version):
+    """A Python of another version that makes an environment whose Python writes down what pip is told."""
+    path.write_text(
+        "#!/bin/sh\n"
+        f'if [ "$1" = -c ]; then echo {version}; exit; fi\n'
+        'mkdir -p "$3/bin"; printf \'#!/bin/sh\\necho "$@" > "%s/told"\\n\' "$3" > "$3/bin/python"\n'
+        'chmod +x "$3/bin/python"\n',
+        encoding="ascii",
+    )
+    path.chmod(0o755)
+    return str(path)
+
+
+@pytest.fixture
+def here(made, tmp_path):
+    """A bundle for this very machine, and a Python for it."""
+    machine = os.uname().machine
+    _, folder = made(FakePip(), Target(machine, "3.11"))
+    return folder, fake_python(tmp_path / "python", "3.11")
+
+
+def test_the_script_installs_from_the_folder_alone(here, tmp_path):
+    folder, python = here
+    for words, what in (([], "seatrial[ground]"), (["--bridge"], "seatrial")):
+        done = installed(folder, *words, str(tmp_path / "environment"), PYTHON=python)
+        assert done.returncode == 0, done.stderr
+        told = (tmp_path / "environment" / "told").read_text(encoding="utf-8").split()
+        assert told[-1] == what
+        assert "--no-index" in told
+        assert (str(folder / "wheels" / "ground") in told) == (what != "seatrial")
+
+
+def test_the_bridge_installs_from_an_archive_that_was_unpacked_without_the_rest(here, tmp_path):
+    folder, python = here
+    for file in (folder / "wheels" / "ground").iterdir():
+        file.unlink()
+    assert installed(folder, "--bridge", str(tmp_path / "there"), PYTHON=python).returncode == 0
+
+
+def test_a_damaged_wheel_is_not_installed(here, tmp_path):
+    folder, python = here
+    next((folder / "wheels" / "bridge").iterdir()).write_bytes(b"damaged")
+    done = installed(folder, str(tmp_path / "there"), PYTHON=python)
+    assert done.returncode == 1
+    assert "a file is not as it was packed" in done.stderr
+
+
+def test_a_python_that_the_bundle_does_not_serve_is_told_which_it_does(here, tmp_path):
+    folder, _ = here
+    other = fake_python(tmp_path / "other", "3.14")
+    done = installed(folder, str(tmp_path / "there"), PYTHON=other)
+    assert done.returncode == 1
+    assert f"no 'ground' for {os.uname().machine} and Python 3.14; it has:" in done.stderr
+    assert installed(folder, PYTHON=str(tmp_path / "none")).returncode == 1
+
+
+def test_what_the_bridge_imports_is_what_it_requires():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    required = {Requirement(text).name for text in project["dependencies"]}
+    modules = {"serial": "pyserial", "yaml": "pyyaml"}
+    code = (
+        "import sys; had = set(sys.modules); "
+        "import bridge.ports, bridge.service, bridge.link.serial, bridge.drivers, tui.commands.bridge, tui.show, "
+        "tui.outputs, tui.running; "
+        "print(*{m.partition('.')[0] for m in set(sys.modules) - had})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    found = {modules.get(name, name) for name in done.stdout.split()} - sys.stdlib_module_names
+    ground = {Requirement(text).name for text in project["optional-dependencies"]["ground"]}
+    assert found & {"numpy", "pymavlink", "rich"} == {"numpy", "pymavlink", "rich"}
+    assert found.isdisjoint(ground)
+    assert not required & ground
+
+
+def test_without_the_ground_station_its_verbs_say_what_to_install(monkeypatch, capsys):
+    def run(_):
+        raise ModuleNotFoundError("No module named 'torch'", name="torch")
+
+    monkeypatch.setattr("tui.cli._run", run)
+    assert cli.main(["identify"]) == 2
+    assert "torch is not installed: this is the bridge alone; install the ground" in capsys.readouterr().err
