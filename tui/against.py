@@ -17,8 +17,7 @@ def run(arguments: Namespace) -> int:
     from identify.diagnose.against import against, plain
     from identify.ingest.open import read_dive
     from identify.report.against import against_report
-    from identify.report.page import write_report
-    from tui import show
+    from tui import pages, show
     from tui.columns import column_map_for
     from tui.outputs import check_files
 
@@ -28,6 +27,7 @@ def run(arguments: Namespace) -> int:
                 f"--{option} tells of the vehicle, --against of a simulator; run them one after the other"
             )
     check_files({"--json": arguments.json, "--report": arguments.report})
+    pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, (arguments.dive, arguments.against))
     real, sim = (read_dive(Path(path), columns, file) for path in (arguments.dive, arguments.against))
@@ -36,13 +36,12 @@ def run(arguments: Namespace) -> int:
         found = against(real, sim, file, configuration, progress=tell)
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
-    if arguments.report:
-        write_report(Path(arguments.report), against_report(found))
+    written = (
+        pages.publish(arguments, against_report(found), (real, sim), file) if pages.wanted(arguments) else []
+    )
     console = show.results(arguments.json)
-    for line in told(found):
+    for line in (*told(found), *written):
         show.say(console, line)
-    if arguments.report:
-        show.say(console, f"report: {arguments.report}")
     return exit_codes.DONE
 
 

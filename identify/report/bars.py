@@ -50,7 +50,7 @@ def bars(rows: Sequence[Bar], title: str = "") -> Panel:
             box.text(width + 0.015, place, row.told, va="center", weight=weight)
         box.set_xlim(left, ROOM)
         box.set_ylim(len(rows) - 0.5, -0.85 if above else -0.5)
-        box.set_title(title)
+        box.set_title(title, loc="left")
         box.set_axis_off()
 
     row_in = 0.62 if longest > TWO_LINES else 0.46 if above else 0.25

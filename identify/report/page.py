@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from identify.report.plot import Draw
 
 WIDE_TABLE_COLUMNS = 5
-SHORT_CELL = 16
+SHORT_CELL, NUMBER_CELL = 16, 28
+"""Letters of what is never broken; more of them are a sentence, even if it begins with a digit."""
 
 _NUMBER = re.compile(r"[−±]?\d|—|$")
 
@@ -40,7 +41,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, a warning that stands out, paragraphs, then figures, then tables.
+    """A heading, a warning that stands out, a paragraph, figures, the other paragraphs, tables.
 
     `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline.
     """
@@ -127,10 +128,12 @@ def _paragraphs(text: str) -> list[str]:
 
 
 def _section(section: Section, heading: str, anchor: str) -> str:
-    paragraphs = "".join(f"<p>{p}</p>\n" for p in _paragraphs(section.text))
+    first, *others = [f"<p>{p}</p>\n" for p in _paragraphs(section.text)] or [""]
     figures = "".join(_figure(figure, f"{anchor}-{i}") for i, figure in enumerate(section.figures, start=1))
     tables = "".join(map(_table, section.tables))
-    body = _warning(section.warning) + paragraphs + figures + tables or "<p>Nothing to show.</p>\n"
+    body = (
+        _warning(section.warning) + first + figures + "".join(others) + tables or "<p>Nothing to show.</p>\n"
+    )
     return f'<section id="{anchor}">\n<h2>{safe(heading)}</h2>\n{body}</section>'
 
 
@@ -145,7 +148,8 @@ def _figure(figure: Figure, key: str) -> str:
 def _table(table: Table) -> str:
     width = len(table.columns)
     short = [all(len(row[i]) <= SHORT_CELL for row in table.rows) for i in range(width)]
-    numeric = [i > 0 and all(_NUMBER.match(row[i]) for row in table.rows) for i in range(width)]
+    brief = [all(len(row[i]) <= NUMBER_CELL for row in table.rows) for i in range(width)]
+    numeric = [i > 0 and brief[i] and all(_NUMBER.match(row[i]) for row in table.rows) for i in range(width)]
     classes = [
         ' class="number"' if n else ' class="short"' if s else "" for n, s in zip(numeric, short, strict=True)
     ]

@@ -32,7 +32,6 @@ LOOK: dict[str, Any] = {
     "axes.spines.right": False,
     "axes.spines.top": False,
     "axes.titlecolor": LIGHT["ink"],
-    "axes.titlelocation": "left",
     "axes.titlesize": "medium",
     "axes.titleweight": "bold",
     "axes.xmargin": 0.0,
@@ -62,8 +61,10 @@ FONT_PT = {WIDE_IN: 10.0, COLUMN_IN: 8.5}
 NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 _NAMES = {colour: name for name, colour in LIGHT.items()}
-_PLACES = re.compile(r' (?:d|x|y|width|height|transform|points)="[^"]*"')
-_COORDINATE = re.compile(r"-?\d+\.\d+")
+_PLACES = re.compile(r' (?:d|x|y|width|height|transform)="[^"]*"')
+_NUMBER = re.compile(r"-?\d+\.\d+")
+_PATH = re.compile(r' d="((?:[ML] \S+ \S+\s*)+)"')
+_POINT = re.compile(r"([ML]) (\S+) (\S+)")
 
 
 def inline(draw: Draw, label: str, key: str) -> str:
@@ -121,15 +122,30 @@ def _for_page(svg: str, label: str, key: str, kind: str) -> str:
     inner = re.sub(r"#[0-9a-f]{6}\b", lambda c: f"var(--{_NAMES[c[0]]})" if c[0] in _NAMES else c[0], inner)
     inner = _with_own_ids(inner.replace("xlink:href", "href"), key)
     inner = re.sub(r' transform="rotate\(-0 [^"]*\)"', "", inner)
-    # In a path, the point behind a point is where a line goes to.
-    inner = _PLACES.sub(lambda place: _COORDINATE.sub(_short, place[0]).replace("\nL ", "\n"), inner)
+    inner = _PATH.sub(lambda path: f' d="{_steps(path[1])}"', inner)
+    inner = _PLACES.sub(
+        lambda place: _NUMBER.sub(lambda number: _tenths(10 * float(number[0])), place[0]), inner
+    )
     inner = re.sub(r"\s*\n\s*", " ", inner)
     return f'<svg class="{kind}-picture" {box[0]} role="img" aria-label="{safe(label)}">{inner}'
 
 
-def _short(number: re.Match[str]) -> str:
-    """A coordinate to a tenth of a point: finer than any eye."""
-    return f"{float(number[0]):.1f}".removesuffix(".0")
+def _steps(path: str) -> str:
+    """The path of a line by its steps, in tenths of a point: finer than any eye, and half as long."""
+    out, pen = [], (0, 0)
+    for letter, across, down in _POINT.findall(path):
+        at = round(10 * float(across)), round(10 * float(down))
+        if letter == "M":
+            out.append(f"M{_tenths(at[0])} {_tenths(at[1])}l0 0")
+        elif at != pen:
+            out.append(f"{_tenths(at[0] - pen[0])} {_tenths(at[1] - pen[1])}")
+        pen = at
+    return re.sub(r" (?=[-M])", "", " ".join(out))
+
+
+def _tenths(number: float) -> str:
+    """So many tenths, as short as can be: `-.5`, `12`, `3.4`."""
+    return f"{round(number) / 10:g}".replace("0.", ".", 1) if abs(number) < 10 else f"{round(number) / 10:g}"
 
 
 def _with_own_ids(svg: str, key: str) -> str:

@@ -82,7 +82,7 @@ def lines_panel(
 
 def entitle(box: "Axes", title: str, x_title: str) -> None:
     """Name what the axes show, and draw the line at zero where the box holds it."""
-    box.set_title(title)
+    box.set_title(title, loc="left")
     box.set_xlabel(x_title)
     low, high = sorted(box.get_ylim())
     if low < 0 < high:

@@ -129,7 +129,7 @@ def tracking_section(
 
     `paper`: what others reached, as one more column.
     """
-    drawn = tuple(figure for mode, dive in dives.items() for figure in tracking.curves(mode, dive))
+    drawn = tuple(figure for mode, dive in dives.items() for figure in tracking.curves(mode, dive).values())
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."

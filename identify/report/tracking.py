@@ -8,18 +8,32 @@ from functools import partial
 import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import Vector3
 from identify.dive import Dive, Signal
+from identify.filters import low_pass
 from identify.report.figures import signal_line, time_panel
 from identify.report.page import Figure, Table
-from identify.report.plot import Panel, stack
+from identify.report.plot import Line, Panel, stack
 from identify.report.text import MISSING, fixed
-from identify.validate import AXES, LEAST_SPEED, METHOD, PHASES, AxisErrors, SteadyError, TrackingErrors
+from identify.validate import (
+    AXES,
+    CUTOFF_HZ,
+    LEAST_SPEED,
+    METHOD,
+    PHASES,
+    AxisErrors,
+    SteadyError,
+    TrackingErrors,
+)
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),
     1: ("sway speed v, m/s", "sway force Y, N"),
     5: ("yaw rate r, rad/s", "yaw moment N, N m"),
 }
+
+LEAST_SAMPLES = 20
+"""Fewer make no curve of an error."""
 
 
 @dataclass(frozen=True)
@@ -100,35 +114,66 @@ def _with_error(at: SteadyError | None) -> str:
     return f"{at.error:+.4f}{spread}".replace("-", "−")
 
 
-def curves(mode: str, dive: Dive) -> tuple[Figure, ...]:
-    """For each axis that the reference moves along: its speed and the measured one, PID and feed-forward."""
+def curves(mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> dict[int, Figure]:
+    """By each axis that the reference moves along: its speed and the measured one, their difference, PID and
+    feed-forward. `lever_m`: the DVL's transducer in body axes."""
     if dive.nu_ref is None:
-        return ()
-    figures = []
-    for dof in AXES:
-        if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any():
-            caption = (
-                f"{mode}, {DOFS[dof]}: speed as asked for and as measured; wrench of PID and of feed-forward."
-            )
-            drawn = stack(_panels(dof, dive, dive.nu_ref))
-            figures.append(Figure(f"tracking {DOFS[dof]} {mode}", caption, drawn))
-    return tuple(figures)
+        return {}
+    return {
+        dof: Figure(
+            f"tracking {DOFS[dof]} {mode}",
+            f"{mode}, {DOFS[dof]}: speed as asked for and as measured; the error, below {CUTOFF_HZ:g} Hz; wrench of "
+            "PID and of feed-forward.",
+            stack(_panels(dof, dive, dive.nu_ref, lever_m)),
+        )
+        for dof in AXES
+        if (np.abs(dive.nu_ref.value[:, dof]) > LEAST_SPEED).any()
+    }
 
 
-def _panels(dof: int, dive: Dive, reference: Signal) -> list[Panel]:
+def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[Panel]:
     speed, wrench = TITLES[dof]
-    start_s = dive.span_s[0]
-    speeds = [signal_line(signal, column, start_s, "measured") for signal, column in _measured(dof, dive)]
-    speeds.append(signal_line(reference, dof, start_s, "reference", 1))
+    start_s, measured = dive.span_s[0], _measured(dof, dive, lever_m)
+    speeds = [signal_line(reference, dof, start_s, "reference", 1)]
+    if measured is not None:
+        speeds.insert(0, signal_line(measured, 0, start_s, "measured"))
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
     wrenches = [
         signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None and len(s)
     ]
     panels = [time_panel(speed, dive, speeds)]
+    if error := error_line(dof, dive, lever_m):
+        panels.append(
+            time_panel(f"error in {DOFS[dof]}, {'m/s' if dof < 3 else 'rad/s'}", dive, [error], 1.3)
+        )
     return [*panels, time_panel(wrench, dive, wrenches)] if wrenches else panels
 
 
-def _measured(dof: int, dive: Dive) -> list[tuple[Signal, int]]:
-    """The signal and column that measure an axis: the DVL; in yaw the fibre-optic gyro, or else the IMU's."""
-    sources = [(dive.velocity, dof)] if dof < 3 else [(dive.fog, 0), (dive.gyro, dof - 3)]
-    return [(signal, column) for signal, column in sources if signal is not None and len(signal)][:1]
+def error_line(dof: int, dive: Dive, lever_m: Vector3, label: str = "", style: int = 0) -> Line | None:
+    """Measured less wanted speed below CUTOFF_HZ, over the time from the dive's first; None where one is missing."""
+    measured, reference = _measured(dof, dive, lever_m), dive.nu_ref
+    if measured is None or reference is None:
+        return None
+    begun_s = max(measured.time_s[0], reference.time_s[0])
+    ended_s = min(measured.time_s[-1], reference.time_s[-1])
+    rate_hz = measured.rate_hz
+    time_s = np.arange(begun_s, ended_s, 1.0 / rate_hz) if rate_hz else np.zeros(0)
+    if len(time_s) < LEAST_SAMPLES or rate_hz <= 2 * CUTOFF_HZ:
+        return None
+    error = measured.at(time_s)[:, 0] - reference.at(time_s)[:, dof]
+    return Line(time_s - dive.span_s[0], low_pass(error, rate_hz, CUTOFF_HZ), label, style)
+
+
+def _measured(dof: int, dive: Dive, lever_m: Vector3) -> Signal | None:
+    """What measures an axis, (n, 1): the DVL, moved to the origin; in yaw the fibre-optic gyro, or else the IMU's."""
+    if dof >= 3:
+        for source, column in ((dive.fog, 0), (dive.gyro, dof - 3)):
+            if source is not None and len(source):
+                return Signal(source.time_s, source.value[:, column : column + 1])
+        return None
+    if dive.velocity is None or not len(dive.velocity):
+        return None
+    time_s, value = dive.velocity.time_s, dive.velocity.value
+    if dive.gyro is not None and len(dive.gyro) and any(lever_m):
+        value = value - np.cross(dive.gyro.at(time_s), lever_m)
+    return Signal(time_s, value[:, dof : dof + 1])

@@ -2,7 +2,9 @@
 
 import contextlib
 import gzip
+import hashlib
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -48,7 +50,9 @@ def cut(path, start_s, end_s):
 @needs_shared
 def test_the_json_of_one_dive_is_its_identification(minute, tmp_path):
     out, page, param = (tmp_path / name for name in ("out.json", "report.html", "out.param"))
-    assert identify(minute, "--json", out, "--report", page, "--param", param) == exit_codes.DONE
+    drawn = tmp_path / "figures"
+    targets = ("--json", out, "--report", page, "--param", param, "--figures", drawn)
+    assert identify(minute, *targets) == exit_codes.DONE
     found = json.loads(out.read_text(encoding="utf-8"))
     assert found["method"] == "likelihood"
     assert found["configuration"] == "hovering"
@@ -59,7 +63,14 @@ def test_the_json_of_one_dive_is_its_identification(minute, tmp_path):
     assert all(keys <= set(parameter) for parameter in by_name.values())
     assert all(p["identifiable"] or p["reason"] for p in by_name.values())
     assert 90 < by_name["M_u"]["value"] < 130
-    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    html = page.read_text(encoding="utf-8")
+    assert html.startswith("<!DOCTYPE html>")
+    assert (
+        html.index("<h2>Provenance</h2>") < html.index(found["dive"]["sha256"]) < html.index(">likelihood<")
+    )
+    assert len(html) < 1_500_000
+    assert {path.suffix for path in drawn.iterdir()} == {".svg", ".png"}
+    assert len(list(drawn.iterdir())) == 2 * html.count("<figure>")
     assert "FF1_M_U," in param.read_text(encoding="utf-8")
     beside = json.loads((tmp_path / "out.param.json").read_text(encoding="utf-8"))
     assert beside["dive_sha256"] == found["dive"]["sha256"]
@@ -216,6 +227,24 @@ def test_validate_tells_whether_the_feed_forward_may_be_raised(minute, tmp_path,
     told = " ".join(shown.err.split())
     assert f"shadow: {run['raising']['sentence']}" in told
     assert all(f"{one['what']}: {one['words']}" in told for one in run["raising"]["criteria"])
+
+
+@needs_shared
+def test_validate_writes_a_page_that_begins_with_which_mode_errs_least(minute, tmp_path, capsys):
+    files = [in_mode(minute, tmp_path / f"{mode}.tlog", mode) for mode in (0, 3)]
+    page, drawn = tmp_path / "page.html", tmp_path / "figures"
+    line = ("validate", *files, "--vehicle", VEHICLE, "--report", page, "--figures", drawn)
+    assert cli.main([str(word) for word in line]) == exit_codes.DONE
+    html = page.read_text(encoding="utf-8")
+    assert re.search(r'class="verdict">[^<]*errs least: in ', html)
+    assert html.index("</h2>") < html.index("<h2>Provenance</h2>")
+    assert all(sha in html for sha in (hashlib.sha256(file.read_bytes()).hexdigest() for file in files))
+    assert (drawn / "errors-in-surge-by-phase.svg").is_file() or (
+        drawn / "errors-in-yaw-by-phase.svg"
+    ).is_file()
+    told = " ".join(capsys.readouterr().out.split())
+    assert f"report: {page}" in told
+    assert "each as SVG and PNG" in told
 
 
 def in_mode(source, path, mode):

@@ -81,8 +81,7 @@ def test_title_verdict_sections_figures_and_tables_come_in_order():
     assert words == [
         *("Title", "Subtitle", "It works."),
         *("First", "Nothing to show."),
-        *("Second", "First paragraph.", "Second paragraph."),
-        "A line",
+        *("Second", "First paragraph.", "A line", "Second paragraph."),
         *("Three things", "Name", "Value", "a", "1 m", "b", "−2 m", "c", "—", "X", "y"),
     ]
 
@@ -124,6 +123,12 @@ def test_numbers_align_to_the_right_and_words_to_the_left():
 def labelled(words: str) -> Figure:
     """A figure that is called, captioned and titled so."""
     return Figure(words, words, stack([lines_panel(words, words, ())]))
+
+
+def test_a_sentence_that_begins_with_a_digit_is_no_number():
+    table = Table(("Name", "Limit"), (("a", "2 % of the force at a held speed, at most 50 %"),))
+    page = Page(render_report(report(Section("Part", tables=(table,)))))
+    assert [attrs.get("class") for tag, attrs in page.elements if tag == "td"] == [None]
 
 
 def test_hostile_text_stays_text_wherever_it_stands():

@@ -51,7 +51,7 @@ def boxes(figure: Figure) -> list[Axes]:
 
 
 def titles(figure: Figure) -> list[str]:
-    return [box.get_title(loc="left") or box.get_title() for box in boxes(figure)]
+    return [box.get_title(loc="left") for box in boxes(figure)]
 
 
 def marks(section: Section) -> list[tuple[float, float, str]]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drawn_paths import strokes
 
 from identify.dive import Dive, Signal
 from identify.report.picture import WIDE_IN, inline
@@ -36,7 +37,7 @@ def test_a_circle_is_drawn_whole_and_round(samples):
     assert drawn is not None
     svg = inline(drawn.draw, "path", "k").partition('<svg class="column-picture"')[0]
     path = max(re.findall(r'<path d="([^"]*)"', svg), key=len)
-    points = np.array(re.findall(r"-?[\d.]+", path), dtype=float).reshape(-1, 2)
+    (points,) = strokes(path)
     wide, high = np.ptp(points, axis=0)
     assert wide == pytest.approx(high, rel=0.01)
     around = np.hypot(*np.diff(points, axis=0).T).sum()

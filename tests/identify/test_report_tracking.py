@@ -121,10 +121,10 @@ def test_each_run_has_a_figure_for_each_axis_that_moved():
         "PID alone, yaw",
         "Both, sway",
     ]
-    assert [[box.get_title(loc="left") or box.get_title() for box in boxes(f)] for f in section.figures] == [
-        ["surge speed u, m/s", "surge force X, N"],
-        ["yaw rate r, rad/s", "yaw moment N, N m"],
-        ["sway speed v, m/s", "sway force Y, N"],
+    assert [[box.get_title(loc="left") for box in boxes(f)] for f in section.figures] == [
+        ["surge speed u, m/s", "error in surge, m/s", "surge force X, N"],
+        ["yaw rate r, rad/s", "error in yaw, rad/s", "yaw moment N, N m"],
+        ["sway speed v, m/s", "error in sway, m/s", "sway force Y, N"],
     ]
     words = [text.get_text() for text in section.figures[0].draw(WIDE_IN).legends[0].get_texts()]
     assert words == ["measured", "reference", "PID", "feed-forward"]

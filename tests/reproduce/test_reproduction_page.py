@@ -12,6 +12,7 @@ from bridge.simulator.missions import Mission, rest, run, turn
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.feedforward import Mode
 from identify.estimators.paper import PaperOptions
+from identify.report.page import render_report
 from tui import cli, exit_codes, show
 from tui.commands.reproduce import options
 from tui.reproduce import page, results
@@ -57,8 +58,8 @@ def done():
 
 
 @pytest.fixture(scope="module")
-def text(done, tmp_path_factory):
-    return page.write(tmp_path_factory.mktemp("page") / "page.html", done).read_text(encoding="utf-8")
+def text(done):
+    return render_report(page.report(done))
 
 
 def test_every_table_and_figure_of_the_campaign_and_validation_is_on_the_page(text):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes
+from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument("--json", metavar="FILE", help="write the answer as JSON; - for standard output")
     parser.add_argument("--report", metavar="HTML", help="write a page with what was found")
+    add_figures(parser)
     parser.add_argument(
         "--predict",
         metavar="CSV",
@@ -73,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.diagnose.diagnose import diagnose
     from identify.diagnose.predict import csv_of
     from identify.ingest.open import read_dive
-    from tui import show
+    from tui import pages, show
     from tui.accepted_before import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
@@ -89,6 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.accept:
         targets["the sidecar of --accept"] = str(sidecar_path(Path(arguments.accept)))
     check_files(targets)
+    pages.check(arguments)
     check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     recordings = [path for path in (arguments.dive, arguments.check) if path]
@@ -117,12 +120,11 @@ def run(arguments: argparse.Namespace) -> int:
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
     written = []
-    if arguments.report:
+    if pages.wanted(arguments):
         from identify.report.diagnosis import diagnosis_report
-        from identify.report.page import write_report
 
-        write_report(Path(arguments.report), diagnosis_report(found))
-        written.append(f"report: {arguments.report}")
+        read = [one for one in (dive, check) if one is not None]
+        written += pages.publish(arguments, diagnosis_report(found), read, file)
     if found.prediction is not None and arguments.predict:
         _write(Path(arguments.predict), csv_of(found.prediction))
         written.append(f"velocities of the check dive: {arguments.predict}")

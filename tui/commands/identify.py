@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes, numbers
+from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from identify.estimators.paper import TrainingCurves
     from identify.estimators.table import Estimator, Progress
     from identify.identification import Identification
+    from identify.report.page import Report
 
 DONE = "done"
 """What an estimator says at its end where it has no more to say."""
@@ -50,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
     parser.add_argument("--param", metavar="FILE", help="write a .param with its sidecar, for one dive")
     parser.add_argument("--report", metavar="HTML", help="write a report with plots")
+    add_figures(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -58,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.comparison import compare, doubted
     from identify.identification import Outcome
     from identify.ingest.open import read_dive
-    from tui import show
+    from tui import pages, show
     from tui.columns import column_map_for
     from tui.identified import tell, tell_comparison
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
@@ -72,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.param:
         targets["the sidecar of --param"] = str(sidecar_path(Path(arguments.param)))
     check_files(targets)
+    pages.check(arguments)
     check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
@@ -100,9 +104,8 @@ def run(arguments: argparse.Namespace) -> int:
 
         write_identified(Path(arguments.param), answers[0], file)
         written.append(f"parameters: {arguments.param}")
-    if arguments.report:
-        path = report(Path(arguments.report), dives, file, answers, compared, curves)
-        written.append(f"report: {path}")
+    if pages.wanted(arguments):
+        written += pages.publish(arguments, report(dives, file, answers, compared, curves), dives, file)
     console = show.results(arguments.json)
     for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
         tell(console, dive, answer)
@@ -226,16 +229,15 @@ def nothing(
 
 
 def report(
-    path: Path,
     dives: "Sequence[Dive]",
     file: "VehicleFile",
     answers: "Sequence[Identification]",
     compared: "Sequence[Sequence[Comparison]]",
     curves: "Mapping[str, TrainingCurves]",
-) -> Path:
+) -> "Report":
     """The page with what was identified from each dive, and the dive itself."""
     from identify.report.compared import comparison_section
-    from identify.report.page import Report, write_report
+    from identify.report.page import Report
     from identify.report.sections import (
         dive_section,
         identification_section,
@@ -261,12 +263,9 @@ def report(
         f"{answer.outcome.value}"
         for dive, answer in zip(dives, answers, strict=True)
     )
-    return write_report(
-        path,
-        Report(
-            f"{file.vehicle.name}: {', '.join(dive.name for dive in dives)}",
-            f"vehicle file {file.path.name}, method {' beside '.join(methods)}",
-            f"{verdict}.",
-            tuple(sections),
-        ),
+    return Report(
+        f"{file.vehicle.name}: {', '.join(dive.name for dive in dives)}",
+        f"vehicle file {file.path.name}, method {' beside '.join(methods)}",
+        f"{verdict}.",
+        tuple(sections),
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes, numbers
+from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,13 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("HIDDEN", "DEPTH", "EPOCHS"),
         help="size and training of the paper's network: 1024 5 100 is its own, for hours (small where not given)",
     )
+    add_figures(parser)
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - for standard output")
 
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from gcs_plugin.folder import new_folder
-    from tui import show
+    from tui import pages, show
     from tui.outputs import check_file, check_folder
     from tui.reproduce import page, results
     from tui.reproduce.comparisons import validation
@@ -45,11 +47,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_file("--json", arguments.json)
     check_folder("--out", arguments.out)
+    pages.check(arguments)
     clock = SystemClock()
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("reproduce") as tell:
         done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
-    written = page.write(folder / PAGE, done)
+    dives = [*(one.dive for one in done.campaigns.values()), *done.dives.values()]
+    written = pages.publish(arguments, page.report(done), dives, done.file, str(folder / PAGE))
     console = show.results(arguments.json)
     rows = [
         (row.figure, row.what, row.unit, *(show.number(n) for n in (row.paper, row.by_paper, row.by_ours)))
@@ -61,10 +65,11 @@ def run(arguments: argparse.Namespace) -> int:
         show.table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
     )
     show.say(console, page.verdict(done))
-    show.say(console, f"page: {written}")
+    for sentence in written:
+        show.say(console, sentence)
     show.say(console, f"recordings and results: {folder}")
     show.say(console, f"took {clock.boot_s():.0f} s")
-    found = results.to_json(done) | {"page": str(written), "folder": str(folder)}
+    found = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
     show.write_json(found, str(folder / RESULT))
     show.write_json(found, arguments.json)
     return exit_codes.DONE

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tui import exit_codes
+from tui.pages import add_figures
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import VehicleFile
@@ -29,17 +30,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--columns", metavar="MAP", help="YAML map from the columns of a CSV to signals")
     parser.add_argument("--json", metavar="FILE", help="write the errors as JSON; - for standard output")
+    parser.add_argument("--report", metavar="HTML", help="write a page with the errors and the curves")
+    add_figures(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.ingest.open import read_dive
     from identify.validate import METHOD, compare, tracking_errors
-    from tui import show
+    from tui import pages, show
     from tui.columns import column_map_for
-    from tui.outputs import check_file
+    from tui.outputs import check_files
 
-    check_file("--json", arguments.json)
+    check_files({"--json": arguments.json, "--report": arguments.report})
+    pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     dives = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
@@ -59,6 +63,12 @@ def run(arguments: argparse.Namespace) -> int:
         label: raising(dive, file) if _has_errors(errors[label]) else None for label, dive in runs.items()
     }
     show.write_json([_plain(label, errors[label], raised[label]) for label in runs], arguments.json)
+    written = []
+    if pages.wanted(arguments):
+        from identify.report.validation import validation_report
+
+        page = validation_report(file, runs, errors, raised, lever_m)
+        written = pages.publish(arguments, page, dives, file)
     for label, dive in runs.items():
         # The errors are those of what is left.
         for note in dive.notes if dive.frozen else ():
@@ -66,6 +76,8 @@ def run(arguments: argparse.Namespace) -> int:
     for label, judged in raised.items():
         for line in raising_lines(label, judged) if judged is not None else ():
             show.say(console, line)
+    for sentence in written:
+        show.say(console, sentence)
     nothing = [label for label, found in errors.items() if not _has_errors(found)]
     for label in nothing:
         show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")

@@ -1,10 +1,8 @@
 """The page: what it is, the paper's tables and figures beside ours, what does not fit, what was left open."""
 
-from pathlib import Path
-
 from bridge.vehicle.coefficients import BY_NAME
 from identify.estimators.paper import PAPER
-from identify.report.page import Report, Section, Table, write_report
+from identify.report.page import Report, Section, Table
 from identify.report.text import fixed
 from tui.reproduce import sections
 from tui.reproduce.campaigns import Campaign
@@ -19,13 +17,13 @@ LABELS = tuple(
 )
 
 
-def write(path: Path, done: Reproduction) -> Path:
-    """Write the page."""
+def report(done: Reproduction) -> Report:
+    """The page."""
     shapes = done.file.vehicle.configurations
     survey, hovering = done.campaigns["survey"], done.campaigns["hovering"]
     numbers = validation(done)
     misfits = points(shapes["survey"].dry_mass_kg)
-    report = Report(
+    return Report(
         "The paper, reproduced",
         f"{SOURCE}, on the simulated vehicle {done.file.vehicle.name}, seed {done.seed}",
         verdict(done),
@@ -44,7 +42,6 @@ def write(path: Path, done: Reproduction) -> Path:
             coupling_section(hovering.coupling),
         ),
     )
-    return write_report(path, report)
 
 
 def verdict(done: Reproduction) -> str:

@@ -1,0 +1,52 @@
+"""What a page rests on: hashes, versions, settings, at its end."""
+
+import platform
+from argparse import Namespace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from bridge.vehicle.config import load_vehicle
+from identify.dive import Dive, Signal
+from identify.report.page import Report, Section
+from identify.report.provenance import provenance, with_provenance
+from tui.pages import settings
+
+FILE = load_vehicle("ruvifist:hovering")
+
+
+def dive(name: str, sha256: str) -> Dive:
+    depth = Signal(np.array([5.0, 105.0]), np.zeros((2, 1)))
+    return Dive(name, Path("/somewhere") / name / "telemetry.tlog", sha256, depth=depth)
+
+
+def test_every_recording_stands_once_with_its_hash_and_the_vehicle_file_with_its_own():
+    one, other = dive("one", "ab" * 32), dive("other", "cd" * 32)
+    sources, *_ = provenance([one, other, one], FILE, {}).tables
+    assert sources.rows == (
+        ("one", "telemetry.tlog", "1 min 40 s", "recording", "ab" * 32),
+        ("other", "telemetry.tlog", "1 min 40 s", "recording", "cd" * 32),
+        ("ruvifist", "ruvifist.yaml", "—", "vehicle file", FILE.sha256),
+    )
+
+
+def test_the_versions_of_what_computed_are_told():
+    rows = dict(provenance([], FILE, {}).tables[1].rows)
+    assert rows["Python"] == platform.python_version()
+    assert (rows["numpy"], rows["torch"]) == (version("numpy"), version("torch"))
+    assert "seatrial" in rows
+
+
+def test_provenance_ends_the_page():
+    report = with_provenance(Report("t", "s", "v", (Section("Part"),)), [], FILE, {"method": "pinn"})
+    assert [section.heading for section in report.sections] == ["Part", "Provenance"]
+    assert report.sections[-1].tables[-1].rows == (("method", "pinn"),)
+
+
+def test_settings_are_what_was_given_and_where_results_go_is_none_of_them():
+    given = Namespace(
+        dives=["a", "b"], vehicle="ruvifist", network=[4, 1, 2], check=None, yes=False, json="-", report="x.html",
+        figures="f", max_speed=0,
+    )  # fmt: skip
+    assert settings(given) == {"dives": "a b", "vehicle": "ruvifist", "network": "4 1 2", "max speed": "0"}

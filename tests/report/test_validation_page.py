@@ -1,0 +1,168 @@
+"""The page of validate: which mode errs least, the curves of each, and whether the feed-forward may be raised."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+from identify.dive import Dive, Signal
+from identify.glance.criteria import Criterion, Raising
+from identify.report.grouped import HATCHES, Group, grouped
+from identify.report.page import Figure, Report, render_report
+from identify.report.picture import WIDE_IN
+from identify.report.plot import stack
+from identify.report.tracking import error_line
+from identify.report.validation import validation_report, verdict
+from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors
+
+FILE = load_vehicle("ruvifist:hovering")
+AT_ORIGIN = (0.0, 0.0, 0.0)
+
+
+def moving(name: str, late_s: float, dof: int = 0, start_s: float = 0.0) -> Dive:
+    """50 s in which the reference of an axis rises, holds and falls, and the vehicle follows `late_s` later."""
+    time_s = np.arange(0.0, 50.0, 0.05)
+    n = len(time_s)
+    profile, late = (np.interp(time_s - d, [5, 10, 30, 35], [0.0, 0.4, 0.4, 0.0]) for d in (0.0, late_s))
+    reference, velocity = np.zeros((n, 14)), np.zeros((n, 3))
+    reference[:, dof], reference[:, 6 + dof] = profile, np.gradient(profile, time_s)
+    velocity[:, dof] = late
+    at_s = start_s + time_s
+    return Dive(
+        name,
+        Path(f"{name}.tlog"),
+        name[0] * 64,
+        velocity=Signal(at_s, velocity),
+        gyro=Signal(at_s, np.zeros((n, 3))),
+        nu_ref=Signal(at_s, reference),
+        tau_pid=Signal(at_s, np.ones((n, 6))),
+        tau_ff=Signal(at_s, np.zeros((n, 6))),
+    )
+
+
+def made(dives: dict[str, Dive], judged: dict[str, Raising | None] | None = None) -> Report:
+    errors = {label: tracking_errors(dive) for label, dive in dives.items()}
+    return validation_report(FILE, dives, errors, judged or dict.fromkeys(dives), AT_ORIGIN)
+
+
+def errs(overall: float, axis: str = "surge") -> TrackingErrors:
+    whole = tracking_errors(moving("x", 1.0)).axes[0]
+    return TrackingErrors("x", (replace(whole, axis=axis, overall=overall),))
+
+
+def labels(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.draw(WIDE_IN).legends[0].get_texts()]
+
+
+def test_the_verdict_names_the_mode_that_errs_least_and_by_how_much():
+    assert verdict({"PID": errs(0.04), "FF": errs(0.02), "both": errs(0.01)}) == (
+        "'both' errs least: in surge by 0.0100 m/s on average (75 % less than 'PID', 50 % less than 'FF')."
+    )
+
+
+def test_modes_that_err_alike_are_not_told_apart():
+    assert "(like 'shadow')" in verdict({"PID": errs(0.0400), "shadow": errs(0.0401)})
+
+
+def test_axes_with_different_winners_are_told_apart():
+    pid = TrackingErrors("p", (*errs(0.01).axes, *errs(0.04, "sway").axes))
+    both = TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes))
+    assert verdict({"PID": pid, "both": both}) == (
+        "'PID' errs least: in surge by 0.0100 m/s on average (50 % less than 'both'). "
+        "'both' errs least: in sway by 0.0100 m/s on average (75 % less than 'PID')."
+    )
+
+
+def test_one_dive_is_told_without_a_comparison():
+    assert verdict({"PID": errs(0.04)}) == "'PID' errs: in surge by 0.0400 m/s on average."
+
+
+@pytest.mark.parametrize("errors", [{}, {"PID": TrackingErrors("p", ())}, {"PID": errs(math.nan)}])
+def test_where_nothing_can_be_compared_the_verdict_says_so(errors: dict[str, TrackingErrors]):
+    assert verdict(errors).endswith("nothing to compare.")
+
+
+def test_an_axis_has_its_errors_side_by_side_then_the_curves_of_each_dive_then_table_5():
+    report = made({"PID": moving("pid", 1.5), "both": moving("both", 0.2)})
+    assert [section.heading for section in report.sections] == ["Surge"]
+    (surge,) = report.sections
+    assert [figure.name for figure in surge.figures] == [
+        "errors in surge by phase",
+        "errors in surge of all dives",
+        "tracking surge PID",
+        "tracking surge both",
+    ]
+    assert [labels(figure) for figure in surge.figures[:2]] == [["PID", "both"]] * 2
+    assert [box.get_title(loc="left") for box in surge.figures[2].draw(WIDE_IN).axes] == [
+        "surge speed u, m/s",
+        "error in surge, m/s",
+        "surge force X, N",
+    ]
+    assert surge.tables[0].columns == ("Surge motion", "PID", "both")
+
+
+def test_errors_of_dives_are_laid_over_one_another_from_where_the_reference_first_moves():
+    dives = {"PID": moving("pid", 1.5), "both": moving("both", 1.5, start_s=700.0)}
+    (box,) = made(dives).sections[0].figures[1].draw(WIDE_IN).axes
+    early, late = (line.get_data() for line in box.get_lines()[:2])
+    assert early[0][0] == pytest.approx(0.0, abs=0.1)
+    assert np.interp(early[0], *late) == pytest.approx(early[1], abs=0.01)
+
+
+def test_the_error_is_measured_less_wanted_without_the_sensor_s_noise():
+    dive = moving("pid", 0.0)
+    assert dive.velocity is not None
+    noise = np.random.default_rng(1).normal(0.0, 0.02, dive.velocity.value.shape)
+    line = error_line(
+        0, replace(dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + 0.1 + noise)), AT_ORIGIN
+    )
+    assert line is not None
+    assert line.y.mean() == pytest.approx(0.1, abs=0.002)
+    assert line.y.std() < 0.02 * math.sqrt(4 * CUTOFF_HZ / dive.velocity.rate_hz)
+
+
+def test_the_error_is_that_of_the_origin_where_the_dvl_sits_aside():
+    dive = moving("pid", 0.0)
+    assert dive.gyro is not None
+    turning = Signal(dive.gyro.time_s, np.tile([0.0, 0.0, 0.5], (len(dive.gyro), 1)))
+    line = error_line(0, replace(dive, gyro=turning), (0.0, 0.2, 0.0))
+    assert line is not None
+    assert line.y == pytest.approx(np.full(len(line.y), 0.1), abs=1e-6)
+
+
+def test_a_dive_too_short_or_without_a_velocity_has_no_line_of_its_error():
+    dive = moving("pid", 0.0)
+    assert error_line(0, replace(dive, velocity=None), AT_ORIGIN) is None
+    assert error_line(0, dive.between(0.0, 0.5), AT_ORIGIN) is None
+
+
+def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
+    judged = Raising(
+        Mode.OFF, Mode.BOTH, (Criterion("surge mass", False, "2.00 times, 0.71 to 1.41", "dive again"),)
+    )
+    report = made({"PID": moving("pid", 1.5)}, {"PID": judged})
+    assert [section.heading for section in report.sections] == [
+        "May the feed-forward be raised?",
+        "Surge",
+        "What go and no-go rest on",
+    ]
+    assert report.sections[0].text.startswith("PID: NO-GO, don't raise it: surge mass.")
+    assert report.sections[2].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+
+
+def test_a_dive_without_a_reference_makes_a_page_that_says_so():
+    html = render_report(made({"PID": replace(moving("pid", 0.0), nu_ref=None, notes=("Too short.",))}))
+    assert "nothing to compare" in html
+    assert "PID: Too short." in html
+
+
+def test_bars_of_a_mode_differ_by_hatch_as_well_as_by_colour():
+    groups = [Group(name, (0.1, math.nan)) for name in ("PID", "shadow", "FF", "both")]
+    (box,) = stack([grouped("error", ("Overall", "Steady state"), groups)])(WIDE_IN).axes
+    hatches = [container.patches[0].get_hatch() or "" for container in box.containers]
+    assert hatches == list(HATCHES)
+    assert box.get_ylim()[0] == 0.0

@@ -1,0 +1,67 @@
+"""The page of a verb and its figures, to where `--report` and `--figures` say."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bridge.vehicle.config import VehicleFile
+    from identify.dive import Dive
+    from identify.report.page import Report
+
+UNTOLD = ("report", "figures", "json")
+"""Where a result goes is no setting of it."""
+
+
+def add_figures(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--figures",
+        metavar="FOLDER",
+        help="write each figure of the report as SVG and PNG, as wide as a paper's column",
+    )
+
+
+def check(arguments: argparse.Namespace) -> None:
+    """Raise UsageError, before anything is read, where the figures could not be written."""
+    from tui.outputs import check_folder
+
+    if arguments.figures:
+        check_folder("--figures", arguments.figures)
+
+
+def wanted(arguments: argparse.Namespace) -> bool:
+    """Whether anything is to be drawn."""
+    return bool(arguments.report or arguments.figures)
+
+
+def publish(
+    arguments: argparse.Namespace,
+    report: "Report",
+    dives: "Sequence[Dive]",
+    file: "VehicleFile",
+    page: str | None = None,
+) -> list[str]:
+    """Write what was asked for, `page` or else where --report says; in sentences, what was written."""
+    from identify.report.page import write_report
+    from identify.report.paper import write_figures
+    from identify.report.provenance import with_provenance
+
+    whole = with_provenance(report, dives, file, settings(arguments))
+    told = []
+    if page := page or arguments.report:
+        told.append(f"report: {write_report(Path(page), whole)}")
+    if arguments.figures:
+        files = write_figures(Path(arguments.figures), whole)
+        told.append(f"figures: {arguments.figures} ({len(files) // 2}, each as SVG and PNG)")
+    return told
+
+
+def settings(arguments: argparse.Namespace) -> dict[str, str]:
+    """What was given on the command line, or stood there by itself, in the words of its options."""
+    return {
+        name.replace("_", " "): " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        for name, value in vars(arguments).items()
+        if value is not None and value is not False and value != [] and name not in UNTOLD
+    }
