@@ -29,8 +29,8 @@ def page() -> str:
     )
     return (
         f"# Effects\n\n{MADE} What `seatrial diagnose` tries one by one, here for `{EXAMPLE}`: {len(named)} effects in "
-        f"{len(effects)} forms. \n\n"
-        f"{sections}"
+        f"{len(effects)} forms. How they are weighed: "
+        f"[methods](../methods.md). One more: [add an effect](../howto/add_an_effect.md).\n\n{sections}"
     ).rstrip("\n") + "\n"
 
 
