@@ -12,6 +12,7 @@ from bridge import schema
 from bridge.errors import LogError
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
+from gcs_plugin.conditions import NOTHING_SAID, Conditions
 
 ABOUT: Final = "dive.yaml"
 _FOLDER = re.compile(r"\d{4}-\d{2}-\d{2}T\d{4}Z(-.+)?")
@@ -27,13 +28,14 @@ class Event:
 
 @dataclass(frozen=True)
 class About:
-    """What `dive.yaml` says: the vehicle's file and its hash, the configuration, notes and events."""
+    """What `dive.yaml` says: the vehicle's file and its hash, the configuration, notes, events, conditions."""
 
     vehicle_file: str = ""
     vehicle_sha256: str = ""
     configuration: str = ""
     notes: str = ""
     events: tuple[Event, ...] = field(default=())
+    conditions: Conditions = NOTHING_SAID
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,10 @@ class DiveFolder:
     def note(self, text: str) -> None:
         """Put `text` in place of the notes of the whole dive."""
         self.describe(replace(self.about(), notes=text))
+
+    def set_conditions(self, conditions: Conditions) -> None:
+        """Put them in place of those that it had."""
+        self.describe(replace(self.about(), conditions=conditions))
 
     def telemetry(self) -> list[Path]:
         """Its recordings in the order in which they were begun."""

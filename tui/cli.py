@@ -23,6 +23,7 @@ VERBS = {
     "tui": "the terminal app: watch the vehicle live, over ssh and in tmux as well",
     "record": "record every frame of one or more links into a dive folder",
     "note": "write down what happens in the dive that is being recorded",
+    "conditions": "what a dive was made under: water, tether, ballast, payload, weather",
     "watch": "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
     "dives": "list dive folders: when, how long, what was lost, what each could identify, what was learnt",
     "import": "say what a recording holds and file it as a dive folder",

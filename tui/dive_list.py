@@ -58,7 +58,10 @@ class Glance:
 
 @dataclass(frozen=True)
 class DiveRow:
-    """One dive of a list; `notes` and `events` are the crew's own words, each event with its time."""
+    """One dive of a list; `notes` and `events` are the crew's own words, each event with its time.
+
+    `conditions` is what the dive was made under, in a line.
+    """
 
     folder: Path
     name: str
@@ -67,6 +70,7 @@ class DiveRow:
     notes: str
     events: tuple[str, ...]
     learnt: tuple[str, ...]
+    conditions: str = ""
 
 
 def dive_folders(root: Path) -> list[Path]:
@@ -95,7 +99,16 @@ def row_of(folder: Path, named: VehicleFile | None = None, load: Load = load_veh
         _keep(folder, key, glance)
     size = sum(file.stat().st_size for file in files)
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
-    return DiveRow(folder, short_name(folder), size, glance, about.notes, events, tuple(_learnt(folder)))
+    return DiveRow(
+        folder,
+        short_name(folder),
+        size,
+        glance,
+        about.notes,
+        events,
+        tuple(_learnt(folder)),
+        about.conditions.words,
+    )
 
 
 def rows_of(

@@ -14,6 +14,8 @@ from bridge.answers import status_texts
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.tlog import TlogWriter, read_tlog
+from gcs_plugin.conditions import Conditions
+from gcs_plugin.folder import About, list_folders, new_folder
 from tui import cli, exit_codes
 
 BOOT_US = 1_790_000_000_000_000
@@ -66,6 +68,23 @@ def test_record_keeps_every_frame_in_a_dive_folder(far_end, tmp_path, capsys):
     folder = Path(found["folder"])
     assert folder.name.endswith("Z-lake-7")
     assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == sent
+
+
+@pytest.mark.parametrize(
+    ("words", "taken", "kept"),
+    [
+        (["--same-conditions"], "taken", Conditions(salinity=35.0)),
+        ([], "`seatrial conditions --same` takes that", Conditions()),
+    ],
+)
+def test_record_tells_of_the_conditions_before_and_takes_them_only_where_it_is_told(
+    words, taken, kept, far_end, tmp_path, capsys
+):
+    new_folder(tmp_path, 0.0, "before").describe(About(conditions=Conditions(salinity=35.0)))
+    far_end.write(attitudes(1)[0])
+    cli.main(["record", "--link", "any", "--out", str(tmp_path), "--seconds", "0.3", *words])
+    assert f"conditions of the dive before: salinity 35; {taken}" in capsys.readouterr().err
+    assert list_folders(tmp_path)[-1].about().conditions == kept
 
 
 def test_record_of_a_silent_link_says_so_and_answers_with_the_code_of_a_link(far_end, tmp_path, capsys):

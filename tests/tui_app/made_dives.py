@@ -42,6 +42,7 @@ def dive(name, hours_earlier=0.0, **what):
         "why_not": "",
         "error": "",
         "notes": "",
+        "conditions": "",
         "events": [],
         "learnt": [],
     } | what

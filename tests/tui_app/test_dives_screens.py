@@ -3,13 +3,16 @@
 from pathlib import Path
 
 import pytest
-from made_dives import DIVES, HOVERING, FakeVerbs, desk
+from made_dives import DECK, DIVES, HOVERING, FakeVerbs, desk
 from made_view import FixedViews
 from screen_text import check, made, pressed, run, text
+from textual.widgets import Input
 
+from gcs_plugin.conditions import Conditions
 from gcs_plugin.folder import DiveFolder
 from tui.app.screens.ask import AskScreen
 from tui.app.screens.dives import DivesScreen
+from tui.app.screens.form import FormScreen
 from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
@@ -141,3 +144,44 @@ def test_a_note_that_can_t_be_written_says_why(tmp_path):
         assert "can't be written" in text(app)
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+
+
+def dives_on_disk(tmp_path):
+    """A desk whose list is of two folders that are there: the earlier one was made in salt water."""
+    older, newer = tmp_path / "2026-11-20T0252Z-hovering", tmp_path / "2026-11-21T0452Z-deck"
+    for folder in (older, newer):
+        folder.mkdir()
+    DiveFolder(older).set_conditions(Conditions(water_temperature_c=11.0, salinity=35.0))
+    listed = [HOVERING | {"folder": str(older)}, DECK | {"folder": str(newer)}]
+    return DiveFolder(newer), desk(FakeVerbs({"dives": listed}))
+
+
+def test_conditions_are_asked_with_the_dive_befores_filled_in_and_kept(tmp_path):
+    folder, at = dives_on_disk(tmp_path)
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "home")
+        await pressed(pilot, "c")
+        assert isinstance(app.screen, FormScreen)
+        assert "as in the dive before" in text(app)
+        assert [line.value for line in app.screen.query(Input)][:2] == ["11", "35"]
+        await pressed(pilot, "backspace", "backspace", *"9,5", "down", "down", *"40", "enter")
+        await shown(app, pilot)
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+    assert folder.about().conditions == Conditions(9.5, 35.0, 40.0)
+
+
+def test_conditions_that_can_not_be_are_named_and_escape_changes_nothing(tmp_path):
+    folder, at = dives_on_disk(tmp_path)
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "home", "c", *"00", "enter")
+        await shown(app, pilot)
+        assert "water_temperature_c must lie from -2 to 40, it is 1100" in text(app)
+        await pressed(pilot, "c", *"00", "escape")
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+    assert folder.about().conditions == Conditions()

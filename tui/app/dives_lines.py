@@ -81,8 +81,11 @@ def length(seconds: float) -> str:
     return stopwatch(seconds) if math.isfinite(seconds) else NOTHING
 
 
-def details(dive: ListedDive, recorded: bool, cells: int) -> Lines:
-    """All that is known of one: what it could identify and what drove it, what is noted, what was made of it."""
+def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Lines:
+    """All that is known of one: what it could identify and what drove it, what is noted, what was made of it.
+
+    `key` asks for the conditions.
+    """
     lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
     if recorded:
         lines += wrapped("is being recorded: this is what it holds so far", "warn", cells)
@@ -95,6 +98,11 @@ def details(dive: ListedDive, recorded: bool, cells: int) -> Lines:
             "what it could identify is not known" if dive.relative_std is None else "nothing to identify"
         )
         lines += wrapped(f"{unknown}: {dive.why_not}", "warn", cells)
+    asks = f" [{key}]" if key else ""
+    if dive.conditions:
+        lines += wrapped(f"conditions: {dive.conditions}{asks}", "plain", cells)
+    else:
+        lines += wrapped(f"conditions: not noted{asks}", "quiet", cells)
     if dive.notes:
         lines += wrapped(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
     for event in dive.events:

@@ -38,6 +38,7 @@ class ListedDive:
     notes: str
     events: tuple[str, ...]
     learnt: tuple[str, ...]
+    conditions: str = ""
 
     @property
     def identifiable(self) -> bool:
@@ -81,6 +82,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         str(data["notes"]),
         tuple(map(str, data["events"])),
         tuple(map(str, data["learnt"])),
+        str(data["conditions"]),
     )
 
 

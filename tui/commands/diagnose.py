@@ -79,6 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.accepted_before import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
+    from tui.under_conditions import under_conditions
 
     if arguments.against:
         from tui import against
@@ -93,11 +94,15 @@ def run(arguments: argparse.Namespace) -> int:
     check_files(targets)
     pages.check(arguments)
     check_file("--accept", arguments.accept, PARAMETER_SUFFIXES)
-    file = load_vehicle(arguments.vehicle)
+    filed = load_vehicle(arguments.vehicle)
+    file, told = under_conditions(filed, Path(arguments.dive))
     recordings = [path for path in (arguments.dive, arguments.check) if path]
     columns = column_map_for(arguments.columns, recordings)
     dive = read_dive(Path(arguments.dive), columns, file)
-    check = read_dive(Path(arguments.check), columns, file) if arguments.check else None
+    check = None
+    if arguments.check:
+        other, beside = under_conditions(filed, Path(arguments.check))
+        check, told = read_dive(Path(arguments.check), columns, other), (*told, *beside)
     if check is not None:
         refuse_the_same(check, dive)
     configuration = configuration_of(dive, file)
@@ -116,7 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
             effects_accepted=before.effects,
             progress=tell,
         )
-    found = replace(found, notes=(*before.notes, *found.notes))
+    found = replace(found, notes=(*before.notes, *(f"{one}." for one in told), *found.notes))
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
     written = []

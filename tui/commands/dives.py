@@ -96,6 +96,8 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
             else (f"nothing to identify: {glance.why_not}")
         )
     yield from row.learnt
+    if row.conditions:
+        yield f"conditions: {row.conditions}"
     if row.notes:
         yield f"noted: {' '.join(row.notes.split())}"
     for event in row.events:
@@ -133,6 +135,7 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "why_not": glance.why_not,
         "error": glance.error,
         "notes": row.notes,
+        "conditions": row.conditions,
         "events": list(row.events),
         "learnt": list(row.learnt),
     }

@@ -65,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.columns import column_map_for
     from tui.identified import tell, tell_comparison
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
+    from tui.under_conditions import under_conditions
 
     methods = methods_of(arguments.method)
     if arguments.param and len(arguments.dives) > 1:
@@ -79,15 +80,17 @@ def run(arguments: argparse.Namespace) -> int:
     check_file("--param", arguments.param, PARAMETER_SUFFIXES)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
+    held = [under_conditions(file, Path(path)) for path in arguments.dives]
+    files = [one for one, _ in held]
+    dives = [read_dive(Path(path), columns, one) for path, one in zip(arguments.dives, files, strict=True)]
     chosen = [
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
     ]
     curves: dict[str, TrainingCurves] = {}
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     answers, compared = [], []
-    for dive, configuration in zip(dives, chosen, strict=True):
-        first, *others = side_by_side(dive, file, configuration, estimates)
+    for dive, one, configuration in zip(dives, files, chosen, strict=True):
+        first, *others = side_by_side(dive, one, configuration, estimates)
         priors = file.vehicle.configurations[configuration].priors
         beside = [compare(first, other, priors) for other in others]
         answers.append(doubted(beside[0]) if beside else first)
@@ -105,8 +108,11 @@ def run(arguments: argparse.Namespace) -> int:
         write_identified(Path(arguments.param), answers[0], file)
         written.append(f"parameters: {arguments.param}")
     if pages.wanted(arguments):
-        written += pages.publish(arguments, report(dives, file, answers, compared, curves), dives, file)
+        written += pages.publish(arguments, report(dives, files, answers, compared, curves), dives, file)
     console = show.results(arguments.json)
+    for _, sentences in held:
+        for sentence in sentences:
+            show.say(console, sentence)
     for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
         tell(console, dive, answer)
         for comparison in comparisons:
@@ -230,7 +236,7 @@ def nothing(
 
 def report(
     dives: "Sequence[Dive]",
-    file: "VehicleFile",
+    files: "Sequence[VehicleFile]",
     answers: "Sequence[Identification]",
     compared: "Sequence[Sequence[Comparison]]",
     curves: "Mapping[str, TrainingCurves]",
@@ -246,7 +252,7 @@ def report(
     )
 
     sections = []
-    for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
+    for dive, file, answer, comparisons in zip(dives, files, answers, compared, strict=True):
         sections.append(identification_section(answer))
         for one in comparisons:
             sections += [comparison_section(one), identification_section(one.second)]

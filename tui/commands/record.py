@@ -2,7 +2,7 @@
 
 import argparse
 import contextlib
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", default="", help="the end of the dive folder's name")
     parser.add_argument(
         "--vehicle", metavar="FILE[:CONFIGURATION]", help="the vehicle file to name in dive.yaml"
+    )
+    parser.add_argument(
+        "--same-conditions",
+        action="store_true",
+        help="water, tether, ballast and so on as in the dive before",
     )
     parser.add_argument(
         "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
@@ -86,6 +91,8 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.asked_conditions import last_conditions
+    from gcs_plugin.conditions import NOTHING_SAID
     from gcs_plugin.folder import About, about_vehicle, new_folder
     from gcs_plugin.station import GROUND_STATION
     from tui import show
@@ -97,8 +104,13 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     links = [open_link(spec) for spec in arguments.link]
     configuration = (file.configuration or "") if file else ""
     folder = new_folder(Path(arguments.out), clock.unix_s(), arguments.name or configuration)
-    folder.describe(about_vehicle(file, configuration) if file else About())
+    about = about_vehicle(file, configuration) if file else About()
+    before = last_conditions(Path(arguments.out), folder.path)
+    folder.describe(replace(about, conditions=before) if arguments.same_conditions else about)
     words = show.words()
+    if before != NOTHING_SAID:
+        taken = "taken" if arguments.same_conditions else "`seatrial conditions --same` takes that"
+        show.say(words, f"conditions of the dive before: {before.words}; {taken}")
     state = RecordingState(clock, tuple(arguments.link), folder.path, hub.address if hub else "")
 
     def notice(said: "Notice") -> None:

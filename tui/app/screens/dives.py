@@ -9,6 +9,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
 
 from bridge.errors import SeatrialError
+from gcs_plugin.asked_conditions import TITLES, last_conditions, of_texts, texts_of
+from gcs_plugin.conditions import NOTHING_SAID
 from gcs_plugin.folder import DiveFolder
 from tui.app.actions import Action, bindings
 from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table, wrapped
@@ -16,6 +18,7 @@ from tui.app.header import Tab
 from tui.app.lines import Line, Lines, heading
 from tui.app.listed import ListedDive, listed, usual
 from tui.app.screens.ask import AskScreen
+from tui.app.screens.form import FormScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.view import View
 from tui.app.widgets.drawn import Drawn
@@ -39,6 +42,14 @@ class DivesScreen(StationScreen):
         Action("dives.identify", "i", "identify", "Identify", "identify this dive, at once"),
         Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive", looks=True),
         Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed"),
+        Action(
+            "dives.conditions",
+            "c",
+            "conditions",
+            "Conditions",
+            "water, tether, ballast, payload, weather",
+            in_footer=False,
+        ),
         Action(
             "dives.again", "ctrl+r", "again", "Read", "read the folder again", in_footer=False, looks=True
         ),
@@ -116,6 +127,35 @@ class DivesScreen(StationScreen):
             )
             self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
 
+    def action_conditions(self) -> None:
+        """Ask for what the dive was made under; where nothing is known, by what held in the dive before."""
+        dive = self._dive()
+        if dive is None:
+            return
+        try:
+            known = DiveFolder(dive.folder).about().conditions
+        except SeatrialError as error:
+            self._unkept = str(error)
+            self._draw()
+            return
+        title = f"Conditions of {dive.name}"
+        if known == NOTHING_SAID:
+            known = last_conditions(dive.folder.resolve().parent, dive.folder)
+            title += ", as in the dive before" if known != NOTHING_SAID else ""
+        self.app.push_screen(
+            FormScreen(title, TITLES, texts_of(known)), lambda texts: self._set_conditions(dive.folder, texts)
+        )
+
+    def _set_conditions(self, folder: Path, texts: dict[str, str] | None) -> None:
+        """Keep conditions; the list is read again as the screen comes back."""
+        if texts is None:
+            return
+        self._unkept = ""
+        try:
+            DiveFolder(folder).set_conditions(of_texts(texts))
+        except SeatrialError as error:
+            self._unkept = str(error)
+
     def _note(self, folder: Path, text: str | None) -> None:
         """Keep a note; the list is read again as the screen comes back."""
         if text is None:
@@ -185,7 +225,10 @@ class DivesScreen(StationScreen):
         if dive is None:
             return ((),)  # a widget of no height would not be asked again
         unkept = wrapped(self._unkept, "bad", cells) if self._unkept else ()
-        return (*unkept, *details(dive, dive.folder == self._recorded, cells))
+        return (
+            *unkept,
+            *details(dive, dive.folder == self._recorded, cells, self.key_of("dives.conditions")),
+        )
 
 
 def _same(folder: Path, other: Path | None) -> bool:

@@ -8,6 +8,7 @@ from tui.app.actions import EVERYWHERE, Action
 from tui.app.header import Tab
 from tui.app.screens.ask import ASKING
 from tui.app.screens.dives import DivesScreen
+from tui.app.screens.form import FILLING
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import CLOSING
 from tui.app.screens.identify import IdentifyScreen
@@ -67,7 +68,10 @@ OPENING: Final = tuple(
 PLACES: Final = (
     *((*EVERYWHERE, *OPENING, *row.actions) for row in SCREENS),
     # Help closes by keys that open it elsewhere; a line that is typed into takes letters for itself.
-    *((*(action for action in EVERYWHERE if action.always), *closing) for closing in (CLOSING, ASKING)),
+    *(
+        (*(action for action in EVERYWHERE if action.always), *closing)
+        for closing in (CLOSING, ASKING, FILLING)
+    ),
 )
 """Which actions are live together."""
 

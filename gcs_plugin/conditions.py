@@ -1,0 +1,71 @@
+"""What a dive was made under, that later explains a gap: water, tether, ballast, payload, weather."""
+
+from dataclasses import dataclass, fields
+from typing import Final
+
+from gcs_plugin.seawater import COLDEST_C, SALTIEST, WARMEST_C, density_kg_m3
+
+MOST_KG: Final = 1000.0
+LONGEST_M: Final = 10000.0
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """None and "" stand for what nobody has said.
+
+    `salinity` is practical: 0 for fresh water, 35 for the ocean. `ballast_kg` and `payload_kg` are masses in air over
+    what the vehicle file's dry mass holds; less than none is what was taken off.
+    """
+
+    water_temperature_c: float | None = None
+    salinity: float | None = None
+    tether_out_m: float | None = None
+    ballast_kg: float | None = None
+    payload_kg: float | None = None
+    payload: str = ""
+    weather: str = ""
+
+    def __post_init__(self) -> None:
+        _within("water_temperature_c", self.water_temperature_c, COLDEST_C, WARMEST_C)
+        _within("salinity", self.salinity, 0.0, SALTIEST)
+        _within("tether_out_m", self.tether_out_m, 0.0, LONGEST_M)
+        _within("ballast_kg", self.ballast_kg, -MOST_KG, MOST_KG)
+        _within("payload_kg", self.payload_kg, -MOST_KG, MOST_KG)
+
+    @property
+    def density_kg_m3(self) -> float | None:
+        """Of the water, where both temperature and salinity are known."""
+        if self.water_temperature_c is None or self.salinity is None:
+            return None
+        return density_kg_m3(self.water_temperature_c, self.salinity)
+
+    @property
+    def carried_kg(self) -> float:
+        """Over the vehicle file's dry mass."""
+        return (self.ballast_kg or 0.0) + (self.payload_kg or 0.0)
+
+    @property
+    def words(self) -> str:
+        """All that is known, in one line; "" where nothing is."""
+        found = [
+            f"{title} {value:g}{f' {unit}' if unit else ''}"
+            for title, unit, value in (
+                ("water", "°C", self.water_temperature_c),
+                ("salinity", "", self.salinity),
+                ("tether out", "m", self.tether_out_m),
+                ("ballast", "kg", self.ballast_kg),
+                ("payload", "kg", self.payload_kg),
+            )
+            if value is not None
+        ]
+        return ", ".join([*found, *filter(None, (self.payload, self.weather))])
+
+
+def _within(name: str, value: float | None, least: float, most: float) -> None:
+    """Raises ValueError, which NaN comes to as well."""
+    if value is not None and not least <= value <= most:
+        raise ValueError(f"{name} must lie from {least:g} to {most:g}, it is {value:g}")
+
+
+NOTHING_SAID: Final = Conditions()
+NAMES: Final = tuple(one.name for one in fields(Conditions))

@@ -1,0 +1,109 @@
+"""`seatrial conditions`, and what `identify` and `diagnose` make of them."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.conditions import NOTHING_SAID, Conditions
+from gcs_plugin.folder import DiveFolder, about_vehicle
+from tui import cli
+from tui.under_conditions import under_conditions
+
+SEA = Conditions(water_temperature_c=11.5, salinity=35.0)
+
+
+@pytest.fixture
+def dive(tmp_path, monkeypatch):
+    """A dive, the one before which was made in the sea; the folder above is where the command runs."""
+    monkeypatch.chdir(tmp_path)
+    for name, conditions in (("2026-11-19T0900Z", SEA), ("2026-11-20T0900Z", NOTHING_SAID)):
+        folder = DiveFolder(Path("dives", name))
+        folder.path.mkdir(parents=True)
+        folder.describe(about_vehicle(load_vehicle("ruvifist"), "hovering"))
+        folder.set_conditions(conditions)
+    return folder
+
+
+def test_a_dive_of_which_nothing_is_known_shows_what_held_before(dive, capsys):
+    assert cli.main(["conditions", str(dive.path)]) == 0
+    words = capsys.readouterr().out
+    assert "no conditions are noted" in words
+    assert "in the dive before: water 11.5 °C, salinity 35; --same takes that" in words
+    assert dive.about().conditions == NOTHING_SAID
+
+
+def test_the_same_is_taken_but_for_what_is_given(dive, capsys):
+    assert cli.main(["conditions", "--same", "--salinity", "0", "--ballast", "-1.5"]) == 0
+    assert dive.about().conditions == Conditions(11.5, 0.0, None, -1.5)
+    assert dive.about().configuration == "hovering"
+    assert "water of 999.6 kg/m3" in capsys.readouterr().out
+
+
+def test_what_is_given_is_put_in_and_an_empty_text_takes_it_back(dive):
+    assert cli.main(["conditions", "--weather", "calm", "--tether-out", "30"]) == 0
+    assert cli.main(["conditions", "--weather", "", "--payload", "sonar", "--payload-mass", "1"]) == 0
+    assert dive.about().conditions == Conditions(tether_out_m=30.0, payload_kg=1.0, payload="sonar")
+
+
+def test_json_has_them_with_the_density(dive, capsys):
+    assert cli.main(["conditions", str(dive.path.with_name("2026-11-19T0900Z")), "--json", "-"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["salinity"] == 35.0
+    assert found["ballast_kg"] is None
+    assert found["density_kg_m3"] == pytest.approx(1026.684, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["nowhere"], "nowhere: no such dive folder"),
+        (["--salinity", "much"], "salinity: 'much' is no number"),
+        (["--water-temperature", "90"], "water_temperature_c must lie from -2 to 40"),
+    ],
+)
+@pytest.mark.usefixtures("dive")
+def test_mistakes_are_named(words, sentence, capsys):
+    assert cli.main(["conditions", *words]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_without_a_dive_it_says_so(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["conditions"]) == 2
+    assert "no recording runs, and dives holds none" in capsys.readouterr().err
+
+
+def with_model(file, **model):
+    shapes = {name: replace(one, model=model) for name, one in file.vehicle.configurations.items()}
+    return replace(file, vehicle=replace(file.vehicle, configurations=shapes))
+
+
+def test_the_vehicle_file_takes_water_and_mass_of_the_dive(dive):
+    filed = with_model(load_vehicle("ruvifist"), M_u=100.0, M_w=180.0, I_r=20.0, D_u=50.0)
+    dive.set_conditions(Conditions(11.5, 35.0, ballast_kg=3.0, payload_kg=-1.0))
+    file, told = under_conditions(filed, dive.path)
+    assert file.vehicle.water.density_kg_m3 == pytest.approx(1026.684, abs=1e-3)
+    shape, before = file.vehicle.configurations["hovering"], filed.vehicle.configurations["hovering"]
+    assert shape.dry_mass_kg == before.dry_mass_kg + 2.0
+    assert shape.model == {"M_u": 102.0, "M_w": 182.0, "I_r": 20.0, "D_u": 50.0}
+    assert (file.sha256, file.vehicle.name) == (filed.sha256, filed.vehicle.name)
+    assert told == (
+        "2026-11-20T0900Z: water of 1026.7 kg/m3 by the dive's temperature and salinity, not the vehicle file's 998.2",
+        "2026-11-20T0900Z: +2 kg of ballast and payload on top of the vehicle file's dry mass",
+    )
+
+
+def test_a_recording_in_a_dive_folder_has_its_conditions_and_another_none(dive, tmp_path):
+    filed = load_vehicle("ruvifist")
+    dive.set_conditions(SEA)
+    assert under_conditions(filed, dive.path / "telemetry.tlog")[0].vehicle.water.density_kg_m3 > 1026.0
+    assert under_conditions(filed, tmp_path / "other.csv") == (filed, ())
+
+
+def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
+    dive.set_conditions(Conditions(20.0, 0.0))
+    filed = load_vehicle("ruvifist")
+    assert under_conditions(filed, dive.path) == (filed, ())

@@ -1,0 +1,84 @@
+"""`seatrial conditions`: what a dive was made under, shown or written down."""
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tui import exit_codes
+
+if TYPE_CHECKING:
+    from gcs_plugin.folder import DiveFolder
+
+EXAMPLE = (
+    "seatrial conditions dives/2026-11-20T0912Z-hovering --water-temperature 11.5 --salinity 35 --ballast 2"
+)
+OPTIONS = {
+    "water_temperature_c": ("--water-temperature", "C", "of the water"),
+    "salinity": ("--salinity", "S", "practical: 0 for fresh water, 35 for the ocean"),
+    "tether_out_m": ("--tether-out", "M", "length of tether in the water"),
+    "ballast_kg": (
+        "--ballast",
+        "KG",
+        "mass in air beyond the vehicle file's dry mass; below 0 for what is off",
+    ),
+    "payload_kg": ("--payload-mass", "KG", "likewise, of what it carries"),
+    "payload": ("--payload", "TEXT", "what it carries"),
+    "weather": ("--weather", "TEXT", "wind and sea"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "dive",
+        nargs="?",
+        metavar="DIVE",
+        help="a dive folder (default: the dive that is being recorded, else the newest in dives)",
+    )
+    for name, (option, metavar, sentence) in OPTIONS.items():
+        parser.add_argument(option, dest=name, metavar=metavar, help=f'{sentence}; "" for not known')
+    parser.add_argument("--same", action="store_true", help="as in the dive before, but for what is given")
+    parser.add_argument("--json", metavar="FILE", help="write them as JSON; - for standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from gcs_plugin.asked_conditions import last_conditions, of_texts, texts_of
+    from gcs_plugin.conditions import NOTHING_SAID
+    from tui import show
+    from tui.outputs import check_file
+
+    check_file("--json", arguments.json)
+    folder = _folder(arguments.dive)
+    given = {name: getattr(arguments, name) for name in OPTIONS if getattr(arguments, name) is not None}
+    before = last_conditions(folder.path.resolve().parent, folder.path)
+    conditions = folder.about().conditions
+    if given or arguments.same:
+        conditions = of_texts(texts_of(before if arguments.same else conditions) | given)
+        folder.set_conditions(conditions)
+    show.write_json(asdict(conditions) | {"density_kg_m3": conditions.density_kg_m3}, arguments.json)
+    console = show.results(arguments.json)
+    show.say(console, f"{folder.path}: {conditions.words or 'no conditions are noted'}")
+    if conditions.density_kg_m3 is not None:
+        show.say(console, f"water of {conditions.density_kg_m3:.1f} kg/m3")
+    if conditions == NOTHING_SAID and before != NOTHING_SAID:
+        show.say(console, f"in the dive before: {before.words}; --same takes that")
+    return exit_codes.DONE
+
+
+def _folder(given: str | None) -> "DiveFolder":
+    """The dive that is meant. Raises UsageError where there is none."""
+    from gcs_plugin.folder import DiveFolder, list_folders
+    from tui.links import holding_now
+
+    if given is not None:
+        folder = DiveFolder(Path(given))
+        if not folder.path.is_dir():
+            raise exit_codes.UsageError(f"{given}: no such dive folder; check the name")
+        return folder
+    holding = holding_now()
+    if holding is not None:
+        return DiveFolder(Path(holding.folder))
+    dives = list_folders(Path("dives"))
+    if not dives:
+        raise exit_codes.UsageError("no recording runs, and dives holds none; give the folder of a dive")
+    return dives[-1]

@@ -1,0 +1,37 @@
+"""A vehicle file as it holds for one dive: with the water and the mass that the dive's conditions tell."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from bridge.vehicle.config import Configuration, VehicleFile
+from gcs_plugin.folder import DiveFolder
+
+TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
+LEAST_CHANGE_KG_M3: Final = 0.1
+"""Of the density: 1 mm of depth at 10 m."""
+
+
+def under_conditions(file: VehicleFile, dive: Path) -> tuple[VehicleFile, tuple[str, ...]]:
+    """The file for a dive folder, or a recording in one; what was changed by its `dive.yaml`, in sentences.
+
+    The mass adds to the dry mass, and to the total masses of the file's model, which was of that dry mass.
+    """
+    conditions = DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions
+    vehicle, told = file.vehicle, []
+    density, filed = conditions.density_kg_m3, vehicle.water.density_kg_m3
+    if density is not None and abs(density - filed) >= LEAST_CHANGE_KG_M3:
+        vehicle = replace(vehicle, water=replace(vehicle.water, density_kg_m3=density))
+        told.append(
+            f"water of {density:.1f} kg/m3 by the dive's temperature and salinity, not the vehicle file's {filed:.1f}"
+        )
+    if carried_kg := conditions.carried_kg:
+        shapes = {name: _heavier(shape, carried_kg) for name, shape in vehicle.configurations.items()}
+        vehicle = replace(vehicle, configurations=shapes)
+        told.append(f"{carried_kg:+g} kg of ballast and payload on top of the vehicle file's dry mass")
+    return replace(file, vehicle=vehicle), tuple(f"{dive.name}: {sentence}" for sentence in told)
+
+
+def _heavier(shape: Configuration, carried_kg: float) -> Configuration:
+    model = {name: value + carried_kg * (name in TOTAL_MASSES) for name, value in shape.model.items()}
+    return replace(shape, dry_mass_kg=shape.dry_mass_kg + carried_kg, model=model)
