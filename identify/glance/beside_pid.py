@@ -46,12 +46,12 @@ def beside_pid(
 
 def _size(what: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
     low, middle, high = (fed / max(value, 1e-9) for value in (seen + 1.96 * error, seen, seen - 1.96 * error))
-    shown = f"{fed:.3g} {unit} fed, the PID's force shows {seen:.3g} ± {1.96 * error:.2g}"
-    words = f"{shown}: {middle:.2f} times, {SIZES[0]:.2f} to {SIZES[1]:.2f}"
+    shown = f"{fed:.3g} {unit} fed, PID shows {seen:.3g} ± {1.96 * error:.2g}: "
+    words = f"{shown}×{middle:.2f} ({SIZES[0]:.2f} to {SIZES[1]:.2f})"
     if high < SIZES[0] or low > SIZES[1]:
         return Criterion(what, False, words, ANEW)
     if not (SIZES[0] <= middle <= SIZES[1] and FLOWN[0] <= low and high <= FLOWN[1]):
-        return Criterion(what, None, f"{shown}: the dive does not show it well enough")
+        return Criterion(what, None, f"{shown}not shown well enough")
     return Criterion(what, True, words)
 
 

@@ -135,7 +135,7 @@ def _body(quantity: Quantity, trace: Trace, curves: _Curves, rows: int) -> Lines
     silent[: begun[0] // 2 if begun.size else len(silent)] = False
     if trace.freshness is Freshness.FRESH and trace.time_s.size:
         silent &= curves.ends_s <= trace.time_s[-1]  # what is not over yet is no gap
-    labels = _labels(scale, rows, quantity.downwards)
+    labels = tick_labels(scale, rows, quantity.downwards)
     lines = []
     for row in range(rows):
         label = labels.get(row, "")
@@ -166,7 +166,7 @@ def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str,
     return tuple(spans)
 
 
-def _labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
+def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
     """The ticks by row: both ends, zero before others, each with a row to spare on either side."""
     count = round((scale.high - scale.low) / scale.step)
     values = [scale.low + n * scale.step for n in range(count + 1)]

@@ -71,13 +71,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.sidecar import sidecar_path
-    from identify.diagnose.answer import plain
     from identify.diagnose.diagnose import diagnose
     from identify.diagnose.predict import csv_of
     from identify.ingest.open import read_dive
     from tui import pages, show
     from tui.accepted_before import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
+    from tui.diagnosis_told import with_words
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
     from tui.under_conditions import under_conditions
 
@@ -123,7 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
     found = replace(found, notes=(*before.notes, *(f"{one}." for one in told), *found.notes))
     # Files first: whoever reads the table may leave before its end.
-    show.write_json(plain(found), arguments.json)
+    show.write_json(with_words(found, check.name if check is not None else ""), arguments.json)
     written = []
     if pages.wanted(arguments):
         from identify.report.diagnosis import diagnosis_report

@@ -11,7 +11,7 @@ from tui import exit_codes
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
-    from bridge.vehicle.config import VehicleFile
+    from bridge.vehicle.config import Vector3, VehicleFile
     from identify.dive import Dive
     from identify.glance.criteria import Raising
     from identify.validate import Row, TrackingErrors
@@ -62,7 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
     raised = {
         label: raising(dive, file) if _has_errors(errors[label]) else None for label, dive in runs.items()
     }
-    show.write_json([_plain(label, errors[label], raised[label]) for label in runs], arguments.json)
+    plain = [_plain(label, dive, errors[label], raised[label], lever_m) for label, dive in runs.items()]
+    show.write_json(plain, arguments.json)
     written = []
     if pages.wanted(arguments):
         from identify.report.validation import validation_report
@@ -205,10 +206,15 @@ def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
     )
 
 
-def _plain(label: str, found: "TrackingErrors", judged: "Raising | None") -> dict[str, Any]:
+def _plain(
+    label: str, dive: "Dive", found: "TrackingErrors", judged: "Raising | None", lever_m: "Vector3"
+) -> dict[str, Any]:
+    from identify.glance.followed import followed
+
     return {
         "run": label,
         "dive": found.dive,
         "axes": [asdict(axis) for axis in found.axes],
         "raising": judged.to_json() if judged is not None else None,
+        "curves": [curve.to_json() for curve in followed(dive, lever_m)],
     }

@@ -39,7 +39,9 @@ class DivesScreen(StationScreen):
     """The list above, the dive that the mark stands at below; beside each other where there is room."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
-        Action("dives.identify", "i", "identify", "Identify", "identify this dive, at once"),
+        Action("dives.identify", "i", "begin('identify')", "Identify", "identify this dive, at once"),
+        Action("dives.diagnose", "d", "begin('diagnose')", "Diagnose", "diagnose this dive, at once"),
+        Action("dives.validate", "v", "begin('validate')", "Validate", "validate this dive, at once"),
         Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive", looks=True),
         Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed"),
         Action(
@@ -74,7 +76,7 @@ class DivesScreen(StationScreen):
         self._at: Path | None = None
         self._list: object = None
         self._recorded: Path | None = None
-        self._then_identify = False
+        self._then = ""
         self._trouble = self._unkept = ""
 
     def body(self) -> ComposeResult:
@@ -111,13 +113,13 @@ class DivesScreen(StationScreen):
             self.desk.dive = self._at
             self._draw()
 
-    async def action_identify(self) -> None:
+    async def action_begin(self, screen: str) -> None:
         if self._at is None:
             # Two quick keys: the list is still being read.
-            self._then_identify = self.desk.jobs.runs(VERB)
+            self._then = screen if self.desk.jobs.runs(VERB) else ""
             return
         self.desk.dive = self._at
-        await self.begin_on("identify")
+        await self.begin_on(screen)
 
     def action_note(self) -> None:
         dive = self._dive()
@@ -179,9 +181,9 @@ class DivesScreen(StationScreen):
             self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)
             if self._at is None and self._dives:
                 self._at = self._dives[0].folder
-        if self._then_identify:
-            self._then_identify = False
-            self.call_later(self.action_identify)
+        if self._then:
+            self.call_later(self.action_begin, self._then)
+            self._then = ""
 
     def _index(self) -> int:
         return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), 0)

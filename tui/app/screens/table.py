@@ -7,11 +7,13 @@ from typing import Final
 from tui.app.actions import EVERYWHERE, Action
 from tui.app.header import Tab
 from tui.app.screens.ask import ASKING
+from tui.app.screens.diagnose import DiagnoseScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.form import FILLING
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import CLOSING
 from tui.app.screens.identify import IdentifyScreen
+from tui.app.screens.validate import ValidateScreen
 from tui.app.screens.watch import WatchScreen
 
 
@@ -51,6 +53,22 @@ SCREENS: Final = (
         "masses and dampings from the chosen dive, with their intervals",
         IdentifyScreen,
         IdentifyScreen.ACTIONS,
+    ),
+    Row(
+        "diagnose",
+        "4",
+        "Diagnose",
+        "where model and recording differ, what causes it, how far that shrinks it",
+        DiagnoseScreen,
+        DiagnoseScreen.ACTIONS,
+    ),
+    Row(
+        "validate",
+        "6",
+        "Validate",
+        "may the feed-forward be raised, and how well the vehicle followed",
+        ValidateScreen,
+        ValidateScreen.ACTIONS,
     ),
 )
 OPENING: Final = tuple(

@@ -1,0 +1,158 @@
+"""The screen Validate: its looks, and the verb that it runs."""
+
+import asyncio
+import json
+
+import pytest
+from made_diagnosis import CHECK, DIVE, OLDER
+from made_dives import dive
+from made_validation import validated_desk, validation
+from made_view import FixedViews
+from screen_text import check, made, pressed, run, text
+
+from tui.app.jobs import Jobs
+from tui.app.themes import ORDER
+from tui.job import Done
+from tui.told import Told
+
+NARROW, WIDE = (80, 24), (160, 50)
+
+
+@pytest.fixture(autouse=True)
+def _with_colour(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+
+
+class Verb:
+    """A verb that waits until it is let go, then writes a validation."""
+
+    def __init__(self):
+        self.words, self.go = (), asyncio.Event()
+
+    async def __call__(self, words, hear):
+        self.words = tuple(words)
+        hear(Told("validating", 0.5, "reading"))
+        await self.go.wait()
+        with open(words[words.index("--json") + 1], "w", encoding="utf-8") as file:
+            json.dump(validation(), file)
+        return Done(0, validation(), ())
+
+
+async def ended(app, pilot):
+    while app.desk.jobs.runs("validate"):
+        await pilot.pause()
+    app._show()
+    await pilot.pause()
+    await pilot.pause()
+
+
+def seen(app):
+    return " ".join(text(app).split())
+
+
+@pytest.mark.parametrize("size", [NARROW, WIDE])
+@pytest.mark.parametrize("theme", ORDER)
+def test_validate_looks_as_it_was_kept(theme, size, tmp_path):
+    async def look(app, pilot):
+        await pressed(pilot, "6")
+        check(f"validate-{size[0]}x{size[1]}-{theme}", app)
+
+    run(made(FixedViews(), theme=theme, desk=validated_desk(tmp_path)), size, look)
+
+
+@pytest.mark.parametrize("size", [NARROW, WIDE])
+def test_validate_without_colour_looks_as_it_was_kept(size, monkeypatch, tmp_path):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def look(app, pilot):
+        await pressed(pilot, "6")
+        check(f"validate-{size[0]}x{size[1]}-no-colour", app)
+
+    run(made(FixedViews(), desk=validated_desk(tmp_path, go=False)), size, look)
+
+
+def test_curves_look_as_they_were_kept(tmp_path):
+    async def look(app, pilot):
+        await pressed(pilot, "6", "s")
+        check("validate-80x24-curves", app)
+
+    run(made(FixedViews(), desk=validated_desk(tmp_path)), NARROW, look)
+
+
+def test_keys_go_from_axis_to_axis_and_from_dive_to_dive(tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, "6", "s")
+        axes = []
+        for _ in range(4):
+            axes.append(next(word for word in ("surge", "sway", "yaw") if f"{word} speed" in text(app)))
+            await pressed(pilot, "a")
+        assert axes == ["surge", "sway", "yaw", "surge"]
+        labels = []
+        for _ in range(4):
+            labels.append(seen(app).split("CURVES of ")[1].split()[0])
+            await pressed(pilot, "m")
+        assert labels == ["shadow", "FF", "both", "shadow"]
+
+    run(made(FixedViews(), desk=validated_desk(tmp_path)), NARROW, work)
+
+
+def test_the_verdict_is_that_of_the_dive_that_is_looked_at(tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, "6")
+        assert "raised from shadow to both" in seen(app)
+        await pressed(pilot, "m")
+        assert "raised from only to both" in seen(app)
+        assert CHECK in seen(app)
+
+    run(made(FixedViews(), desk=validated_desk(tmp_path)), WIDE, work)
+
+
+def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, "6")
+        aims = []
+        for _ in range(4):
+            aims.append(seen(app).split("validates ")[1].split(". ")[0])
+            await pressed(pilot, "c")
+        assert aims == [
+            f"{DIVE}, by itself",
+            f"{DIVE}, beside {CHECK}",
+            f"{DIVE}, beside {CHECK}, {OLDER}",
+            f"{DIVE}, by itself",
+        ]
+        await pressed(pilot, "v")
+        assert f"validate {DIVE}" in seen(app)
+        verb.go.set()
+        await ended(app, pilot)
+        assert "● GO" in text(app)
+
+    verb = Verb()
+    run(made(FixedViews(), desk=validated_desk(tmp_path, found=False, jobs=Jobs(verb))), WIDE, work)
+    vehicle = verb.words[4]
+    assert vehicle.endswith("ruvifist.yaml:hovering")
+    assert verb.words == (
+        "validate", str(tmp_path / DIVE), str(tmp_path / CHECK), "--vehicle", vehicle,
+        "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
+    )  # fmt: skip
+
+
+def test_the_key_on_dives_validates_the_dive_under_the_mark_at_once(tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, "2")
+        while app.desk.jobs.runs("dives"):
+            await pilot.pause()
+        app._show()
+        await pressed(pilot, "v")
+        assert app.desk.jobs.runs("validate")
+        await pressed(pilot, "x")
+        await ended(app, pilot)
+        assert "validate was cancelled" in text(app)
+
+    async def verbs(words, hear):
+        if words[0] == "dives":
+            return Done(0, [dive("validation", folder=str(tmp_path / DIVE))], ())
+        return await verb(words, hear)
+
+    verb = Verb()
+    run(made(FixedViews(), desk=validated_desk(tmp_path, found=False, jobs=Jobs(verbs))), NARROW, work)
+    assert verb.words[:2] == ("validate", str(tmp_path / DIVE))

@@ -1,0 +1,116 @@
+"""A validation as lines: go or no-go, criteria, errors side by side, curves with their axes."""
+
+import numpy as np
+import pytest
+from made_diagnosis import CHECK, DIVE
+from made_validation import run, validation
+
+from tui.app import validation_lines as made
+from tui.app.curves import Curve, plot
+from tui.app.lines import width
+from tui.app.validation import runs
+
+
+def text(lines):
+    return ["".join(span for span, _ in line).rstrip() for line in lines]
+
+
+def roles(line):
+    return [role for span, role in line if span.strip()]
+
+
+@pytest.mark.parametrize("cells", [60, 77, 80, 160])
+def test_no_line_is_wider_than_there_is_room(cells):
+    found = runs(validation())
+    lines = [
+        *made.verdict(found[0], cells),
+        *made.criteria(found[0], cells),
+        *made.errors(found, DIVE, cells),
+        *(line for axis in made.axes(found) for line in made.curves(found[0], axis, cells, 15)),
+    ]
+    assert all(width(line) <= cells for line in lines)
+
+
+@pytest.mark.parametrize(("go", "mark"), [(True, "● GO"), (False, "▲ NO-GO")])
+def test_the_verdict_is_a_mark_a_word_and_a_sentence(go, mark):
+    lines = text(made.verdict(runs(validation(go))[0], 80))
+    assert lines[0].split("  ")[0].strip() == mark
+    assert " ".join(lines[1:]).startswith(mark.split()[1])
+
+
+def test_a_dive_that_tells_no_mode_has_no_verdict():
+    found = runs(validation())[2]
+    assert text(made.verdict(found, 80))[0].startswith("No verdict")
+    assert made.criteria(found, 80) == ()
+
+
+def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
+    lines = text(made.criteria(runs(validation(go=False))[0], 80))
+    assert lines[0] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
+    assert lines[1] == "▲ no  surge mass     223 kg fed, PID shows 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    assert lines[3].startswith("◐ ?   yaw mass")
+
+
+def test_what_is_long_goes_on_below_its_own_column():
+    lines = text(made.criteria(runs(validation())[0], 60))
+    further = [line for line in lines if line[0] not in "●▲◐"]
+    assert further
+    assert all(line[:21].isspace() and not line[21].isspace() for line in further)
+
+
+def test_errors_stand_side_by_side_and_the_least_of_a_row_is_strong():
+    lines = made.errors(runs(validation()), DIVE, 80)
+    head, acceleration = text(lines)[:2]
+    assert head.split() == ["surge,", "m/s", "shadow", "FF", "both"]
+    assert acceleration.split() == ["Acceleration", "0.0928", "0.0093", "0.0019"]
+    assert roles(lines[1]) == ["quiet", "plain", "plain", "strong"]
+    assert roles(lines[0])[1] == "strong"  # the dive that is looked at
+
+
+def test_a_yaw_rate_is_told_in_degrees():
+    lines = text(made.errors(runs(validation()), DIVE, 80))
+    head = next(n for n, line in enumerate(lines) if line.startswith("yaw"))
+    assert lines[head].split()[:2] == ["yaw,", "deg/s"]
+    assert lines[head + 1].split()[1] == "5.32"
+    assert lines[head + 6].split()[:3] == ["steady", "|PID|,", "N"]
+
+
+def test_two_dives_of_one_mode_are_told_apart_by_their_hours():
+    data = [run(f"{name} shadow", name, 1.0, 1.0, None) for name in (DIVE, CHECK)]
+    assert [one.label for one in runs(data)] == ["0912Z shadow", "1015Z shadow"]
+
+
+def test_curves_show_the_part_in_which_the_axis_moves():
+    lines = text(made.curves(runs(validation())[0], "sway", 80, 15))
+    titles = [line.split("  ")[0] for line in lines if "━" in line]
+    assert titles == ["sway speed, m/s", "sway error, m/s", "sway force, N"]
+    assert len(lines) == 15
+    # Sway runs from 40 to 60 s.
+    times = lines[4].replace(" s", "").split()
+    assert 37 <= float(times[0]) <= 45
+    assert 57 <= float(times[-1]) <= 64
+
+
+def test_an_axis_that_a_dive_lacks_is_said():
+    surge_only = validation()[:1]
+    surge_only[0]["curves"] = surge_only[0]["curves"][:1]
+    (found,) = runs(surge_only)
+    assert "its reference does not move there" in " ".join(text(made.curves(found, "yaw", 80, 15)))
+
+
+def test_a_plot_runs_from_the_lowest_to_the_highest_value_and_leaves_gaps_empty():
+    time_s = np.linspace(0.0, 100.0, 201)
+    value = np.sin(time_s / 10)
+    value[(time_s > 40) & (time_s < 60)] = np.nan
+    lines = text(plot("u, m/s", time_s, Curve("u", value), None, 0.1, 67, 10))
+    assert lines[0].startswith("u, m/s")
+    assert lines[1].startswith("   1.0┤")
+    assert lines[-2].startswith("  -1.0┤")
+    gap = [line[7:].ljust(60)[25:35].strip("┈ ") for line in lines[1:-1]]
+    assert gap == [""] * 8
+    assert "50 s" in lines[-1]
+
+
+@pytest.mark.parametrize("data", [None, {}, [], [{"run": "PID"}], "x"])
+def test_what_is_no_validation_is_none(data):
+    assert runs(data) is None

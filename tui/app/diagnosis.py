@@ -1,0 +1,147 @@
+"""A diagnosis as `seatrial diagnose --json` left it beside a dive, typed for the screen that shows it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from bridge.vehicle.coefficients import DOFS
+
+PHASES: Final = {
+    "rest": "at rest",
+    "accelerating": "speeds up",
+    "decelerating": "slows",
+    "steady": "steady",
+    "turning": "turns",
+    "reversing": "reverses",
+}
+VERDICTS: Final = {
+    "no_gap": "No gap: nothing but noise is between model and recording.",
+    "explained": "The gap is explained.",
+    "ambiguous": "A cause is one of several that this dive can't tell apart.",
+    "unknown": "Something is there that no candidate explains.",
+}
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An accepted cause in words; `gain_nats` NaN where the file does not tell it."""
+
+    name: str
+    probability: float
+    gain_nats: float
+    sentence: str
+    alike: str
+    values: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate that was not accepted; `why` one that would save enough was not, "" for none."""
+
+    name: str
+    gain_nats: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A drift in floors before and after, `what` was measured, and the share of what can be closed; NaN for unknown."""
+
+    what: str
+    before: float
+    after: float
+    floor: float
+    value: float
+    low95: float = math.nan
+    high95: float = math.nan
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`shares` of the squared gap by degree of freedom and phase; `force_n` the missing force, N or N m."""
+
+    dive: str
+    check: str
+    verdict: str
+    sentence: str
+    shares: Mapping[tuple[str, str], float]
+    force_n: Mapping[str, float]
+    causes: tuple[Cause, ...]
+    tried: tuple[Tried, ...]
+    falls: tuple[Fall, ...]
+    character: tuple[str, ...]
+    next: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def answer(data: Any) -> Answer | None:
+    """The diagnosis in a JSON value; None where it is none."""
+    try:
+        return _answer(data)
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return None
+
+
+def _answer(data: Mapping[str, Any]) -> Answer:
+    gap, told = data["gap"], data.get("told") or {}
+    words = told.get("causes") or [{}] * len(data["effects"])
+    more = data["next"] or {}
+    dives = [more.get("manoeuvre"), more.get("sensor")]
+    return Answer(
+        dive=str(told.get("dive", "")),
+        check=str(told.get("check", "")),
+        verdict=str(data["verdict"]),
+        sentence=str(told.get("verdict") or VERDICTS[data["verdict"]]),
+        shares={(str(one["dof"]), str(one["phase"])): float(one["share"]) for one in gap["where"]},
+        force_n={dof: _number(force) for dof, force in (gap.get("force") or {}).items() if dof in DOFS},
+        causes=tuple(_cause(*both) for both in zip(data["effects"], words, strict=True)),
+        tried=tuple(
+            Tried(str(one["name"]), float(one["gain_nats"]), str(one["why"])) for one in told.get("tried", ())
+        ),
+        falls=tuple(_falls(gap, data["shrink"], told)),
+        character=tuple(map(str, told.get("character", ()))),
+        next=tuple(map(str, told.get("next") or filter(None, dives))),
+        notes=tuple(map(str, told.get("notes", ()))),
+    )
+
+
+def _cause(effect: Mapping[str, Any], words: Mapping[str, Any]) -> Cause:
+    plain = str(effect["name"]).replace("_", " ")
+    values = [f"{name} {_interval(one)}" for name, one in effect["parameters"].items()]
+    alike = ", ".join(str(one).replace("_", " ") for one in effect["also"])
+    return Cause(
+        str(words.get("name", plain)),
+        float(effect["probability"]),
+        _number(words.get("gain_nats")),
+        str(words.get("sentence", "")),
+        str(words.get("alike") or (f"This dive can't tell it from {alike}." if alike else "")),
+        tuple(map(str, words.get("values", values))),
+    )
+
+
+def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], told: Mapping[str, Any]) -> list[Fall]:
+    """Of the dive itself, of pieces held out, of the check dive."""
+    held, sides = shrink["heldout"], told.get("heldout") or {}
+    falls = [Fall("this dive", _number(gap["before"]), _number(told.get("after")), 1.0, math.nan)]
+    if held is not None:
+        ends = (_number(sides.get("before")), _number(sides.get("after")), 1.0)
+        shares = (_number(held.get(key)) for key in ("value", "low95", "high95"))
+        falls.append(Fall("pieces held out", *ends, *shares))
+    check = shrink["check"]
+    if check is not None:
+        name = told.get("check")
+        what = f"check dive {name}" if name else "check dive"
+        falls.append(Fall(what, *(_number(check.get(key)) for key in ("before", "after", "floor", "value"))))
+    return falls
+
+
+def _interval(value: Mapping[str, Any]) -> str:
+    ends = value["low95"], value["high95"]
+    sure = "" if None in ends else f" (95 %: {ends[0]:.3g} to {ends[1]:.3g})"
+    return f"{value['value']:.3g} {value['unit']}{sure}"
+
+
+def _number(value: Any) -> float:
+    """A number of a JSON file, where null stands for none."""
+    return math.nan if value is None else float(value)

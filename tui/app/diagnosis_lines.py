@@ -1,0 +1,172 @@
+"""A diagnosis as lines: where the gap lies, which causes it has, how far it shrinks, what to dive next."""
+
+import math
+from typing import Final
+
+from bridge.vehicle.coefficients import DOFS
+from tui.app.diagnosis import PHASES, Answer, Cause, Fall, Tried
+from tui.app.lines import Line, Lines, Role, apart, cut
+from tui.app.shown import NOTHING, number
+from tui.app.wrapped import bar, wrapped
+
+SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
+"""From which share of the gap a cell is how dark; below the last it is empty."""
+
+SHADE_CELLS, SHARE_CELLS, WIDEST_CELLS = 4, 5, 15
+FORCE: Final = "   missing force"
+NAME_CELLS: Final = 7
+FORCE_FROM: Final = 104
+BAR_CELLS: Final = 24
+MOST_TRIED: Final = 6
+SLIVER: Final = 0.01
+LEAST_NATS: Final = 1.0
+"""A candidate that saves less is nobody's suspicion."""
+
+MARKS: Final[dict[str, tuple[str, Role]]] = {
+    "no_gap": ("● NO GAP", "strong"),
+    "explained": ("● EXPLAINED", "strong"),
+    "ambiguous": ("◐ AMBIGUOUS", "warn"),
+    "unknown": ("▲ UNKNOWN", "bad"),
+}
+
+
+def verdict(answer: Answer, cells: int) -> Lines:
+    """The verdict as a mark and a word, then the sentence."""
+    text, role = MARKS.get(answer.verdict, (answer.verdict, "plain"))
+    about = f"{answer.dive}, checked on {answer.check}" if answer.check else answer.dive
+    head = apart(((f" {text} ", role),), ((cut(about, cells - len(text) - 3), "quiet"),), cells)
+    return (head, *wrapped(answer.sentence, "strong", cells))
+
+
+def where(answer: Answer, cells: int) -> Lines:
+    """The map: degrees of freedom by what the vehicle did, each cell shaded and with its share of the squared gap in
+    per cent; sums below and at the right, and the missing force where there is room."""
+    known = [dof for dof in DOFS if dof in answer.force_n or any(of == dof for of, _ in answer.shares)]
+    with_force = cells >= FORCE_FROM
+    room = cells - NAME_CELLS - 1 - (len(FORCE) if with_force else 0)
+    width = min(room // (len(PHASES) + 1), WIDEST_CELLS)
+    head = f"{'':<{NAME_CELLS}}" + "".join(f"{words:>{width}}" for words in (*PHASES.values(), "all"))
+    lines: list[Line] = [((head + (FORCE if with_force else ""), "quiet"),)]
+    for dof in known:
+        shares = [answer.shares.get((dof, phase), 0.0) for phase in PHASES]
+        line: Line = ((f"{dof:<{NAME_CELLS}}", "plain"),)
+        for share in shares:
+            line = (*line, *_cell(share, width))
+        line = (*line, (f"{_percent(sum(shares)):>{width}}", "strong"))
+        if with_force:
+            unit = "N" if dof in DOFS[:3] else "N m"
+            force = number(answer.force_n.get(dof, math.nan), 2)
+            line = (*line, (f"{force:>12}", "plain"), (f" {unit}", "quiet"))
+        lines.append(line)
+    sums = [sum(answer.shares.get((dof, phase), 0.0) for dof in known) for phase in PHASES]
+    foot = "".join(f"{_percent(total):>{width}}" for total in sums)
+    return (*lines, ((f"{'all':<{NAME_CELLS}}", "quiet"), (foot, "strong")))
+
+
+def _cell(share: float, width: int) -> Line:
+    mark = next((shade for least, shade in SHADES if share >= least), " ")
+    dark = mark in "█▓"
+    number = f"{_percent(share):>{SHARE_CELLS}}"
+    blank = " " * (width - SHADE_CELLS - SHARE_CELLS)
+    return (
+        (blank, "plain"),
+        (mark * SHADE_CELLS, "accent" if dark else "faded"),
+        (number, "strong" if dark else "plain" if mark != " " else "quiet"),
+    )
+
+
+def _percent(share: float) -> str:
+    """`78 %`, `<1 %`, `·` for nothing."""
+    if share <= 0:
+        return "·"
+    return f"{100 * share:.0f} %" if share >= 0.005 else "<1 %"
+
+
+def which(answer: Answer, cells: int) -> Lines:
+    """Accepted causes, the strongest first, then candidates that saved something and were not accepted."""
+    tried = [one for one in answer.tried if one.gain_nats >= LEAST_NATS][:MOST_TRIED]
+    nats = [one.gain_nats for one in answer.causes] + [one.gain_nats for one in tried]
+    most = max(filter(math.isfinite, nats), default=LEAST_NATS)
+    lines: list[Line] = []
+    if answer.causes:
+        lines.append(
+            apart((("cause", "quiet"),), (("evidence on held-out pieces  probable", "quiet"),), cells)
+        )
+    for place, one in enumerate(answer.causes, 1):
+        lines += _cause(place, one, most, cells)
+    if not answer.causes:
+        lines += wrapped("No candidate of the library is accepted as a cause.", "plain", cells)
+    for line in answer.character:
+        lines += wrapped(line, "warn", cells)
+    if tried:
+        lines += [(), (("tried as well, and not accepted", "quiet"),)]
+        lines += [_tried(one, most, cells) for one in tried]
+    return tuple(lines)
+
+
+def _cause(place: int, one: Cause, most: float, cells: int) -> Lines:
+    told = "over 99 %" if one.probability >= 0.995 else f"{100 * one.probability:.0f} %"
+    head: Line = ((f"{place} ", "quiet"), (cut(one.name, cells - 44), "strong"))
+    lines: list[Line] = [apart(head, (*_evidence(one.gain_nats, most), (f"{told:>10}", "strong")), cells)]
+    for value in one.values:
+        lines += wrapped(value, "accent", cells, "  ")
+    lines += wrapped(one.sentence, "plain", cells, "  ") if one.sentence else ()
+    lines += wrapped(one.alike, "warn", cells, "  ") if one.alike else ()
+    return tuple(lines)
+
+
+def _tried(one: Tried, most: float, cells: int) -> Line:
+    name = f"{one.name}: {one.why}" if one.why else one.name
+    right: Line = (*_evidence(one.gain_nats, most, "faded"), (" " * 10, "plain"))
+    return apart((("  " + cut(name, cells - 41), "plain"),), right, cells)
+
+
+def _evidence(nats: float, most: float, role: Role = "accent") -> Line:
+    """A bar of what held-out pieces gain by a cause, by its logarithm, and the number."""
+    if not math.isfinite(nats):
+        return ((" " * (BAR_CELLS - 8), role), ("evidence " + NOTHING, "quiet"))
+    share = math.log1p(max(nats, 0.0)) / math.log1p(max(most, LEAST_NATS))
+    return ((bar(max(share, SLIVER), BAR_CELLS - 8), role), (f"{number(nats, 0):>6} nats", "quiet"))
+
+
+def how_far(answer: Answer, cells: int) -> Lines:
+    """For the dive, pieces held out and the check dive: before, after and the floor of noise, as bars in floors."""
+    drifts = [d for fall in answer.falls for d in (fall.before, fall.after, fall.floor) if math.isfinite(d)]
+    most = max(drifts, default=1.0)
+    lines: list[Line] = [(("drift of the model over 5 s, in floors: 1 is what noise alone gives", "quiet"),)]
+    for fall in answer.falls:
+        lines += _fall(fall, most, cells)
+    return tuple(lines)
+
+
+def _fall(fall: Fall, most: float, cells: int) -> Lines:
+    closed = ""
+    if math.isfinite(fall.value):
+        sure = math.isfinite(fall.high95 - fall.low95)
+        ends = f" ({100 * fall.low95:.0f} to {100 * fall.high95:.0f} %)" if sure else ""
+        closed = f"{100 * fall.value:.0f} %{ends} of what can be closed"
+    rows: list[tuple[str, float, Role]] = [
+        ("before", fall.before, "plain"),
+        ("after", fall.after, "accent"),
+        ("floor", fall.floor, "faded"),
+    ]
+    lines: list[Line] = [apart(((fall.what, "strong"),), ((closed, "plain"),), cells)]
+    for word, value, role in rows:
+        if math.isfinite(value) and math.isfinite(fall.before):
+            drawn = bar(max(value / most, SLIVER), cells - 20)
+            lines.append(((f"  {word:<7}", "quiet"), (f"{_floors(value):>8}  ", "strong"), (drawn, role)))
+    return tuple(lines)
+
+
+def _floors(value: float) -> str:
+    return number(value, 2 if value < 100 else 0)
+
+
+def what_next(answer: Answer, cells: int) -> Lines:
+    """What to dive next, and what to know of this dive."""
+    lines: list[Line] = []
+    for sentence in answer.next or ("Nothing is left to split: dive on.",):
+        lines += wrapped(sentence, "strong", cells)
+    for note in answer.notes:
+        lines += wrapped(note, "quiet", cells)
+    return tuple(lines)

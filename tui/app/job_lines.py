@@ -1,0 +1,33 @@
+"""A job as lines: how far it is while it runs; why, where it came to nothing."""
+
+from tui.app.jobs import JobState
+from tui.app.lines import Lines, apart, cut
+from tui.app.wrapped import bar, wrapped
+
+BAR_CELLS = 24
+
+
+def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
+    """Nothing where there was no job, or where it left a result: that is shown itself."""
+    if state is None:
+        return ()
+    if state.done is None:
+        told = state.told[-1] if state.told else None
+        share, words = (told.share, told.words) if told else (0.0, "begins")
+        left = f" {100 * share:3.0f} %  "
+        lasted = f"  {now_s - state.began_s:.0f} s"
+        doing = "ends" if state.cancelled else words
+        room = cells - BAR_CELLS - len(left) - len(lasted) - 1
+        return (
+            apart(
+                ((bar(share, BAR_CELLS), "accent"), (left, "strong"), (cut(doing, room), "plain")),
+                ((lasted, "quiet"),),
+                cells,
+            ),
+        )
+    if state.cancelled:
+        return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
+    if state.done.result is None:
+        why = " ".join(state.done.said[-1:]).removeprefix("seatrial: ")
+        return wrapped(why or f"{verb} ended with exit code {state.done.code} and said nothing", "bad", cells)
+    return ()

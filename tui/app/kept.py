@@ -1,0 +1,44 @@
+"""Results that verbs left beside a dive, read again only where they were written anew."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Kept(Generic[T]):
+    """`typed` makes of a JSON value what a screen shows, None where it is no such thing."""
+
+    def __init__(self, typed: Callable[[Any], T | None]) -> None:
+        self._typed = typed
+        self._of: tuple[Path, int] | None = None
+        self._value: T | None = None
+
+    def read(self, path: Path) -> T | None:
+        """What is in the file; None where there is none, or something else."""
+        of = path, written_ns(path)
+        if of != self._of:
+            self._of, self._value = of, self._typed(_json(path))
+        return self._value
+
+
+def written_ns(path: Path) -> int:
+    """When a file was last written; 0 where there is none."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+def newer(path: Path, than: Path) -> bool:
+    """Whether a file is there and was written after another: by the run that wrote that, not by one before."""
+    return written_ns(path) >= written_ns(than) > 0
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None

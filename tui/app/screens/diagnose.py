@@ -1,0 +1,110 @@
+"""Diagnose: where model and recording differ, what causes it, how far that shrinks it, what to dive next."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+from tui.app import diagnosis_lines
+from tui.app.actions import Action, bindings
+from tui.app.diagnosis import Answer, answer
+from tui.app.header import Tab
+from tui.app.kept import Kept, newer
+from tui.app.lines import Lines
+from tui.app.screens.on_dive import DiveScreen
+
+JSON, REPORT, PARAM = "diagnosis.json", "diagnosis.html", "diagnosed.param"
+MAKES: Final = {
+    "where": diagnosis_lines.where,
+    "which": diagnosis_lines.which,
+    "far": diagnosis_lines.how_far,
+    "next": diagnosis_lines.what_next,
+}
+
+
+class DiagnoseScreen(DiveScreen):
+    """What `seatrial diagnose` found; a key chooses the dive that it is checked on."""
+
+    VERB = "diagnose"
+    SECTIONS: ClassVar[dict[str, str]] = {
+        "where": "WHERE the gap lies, % of its square",
+        "which": "WHICH causes it has",
+        "far": "HOW FAR it shrinks",
+        "next": "WHAT TO DIVE NEXT",
+    }
+    ACTIONS: ClassVar[tuple[Action, ...]] = (
+        Action(
+            "diagnose.start", "d", "start", "Diagnose", "diagnose the chosen dive, in a process of its own"
+        ),
+        Action(
+            "diagnose.check",
+            "c",
+            "check",
+            "Check on",
+            "the next older dive to check it on, then none",
+            looks=True,
+        ),
+        Action(
+            "diagnose.section", "s", "section", "Section", "the next section, where not all fit", looks=True
+        ),
+        Action("diagnose.cancel", "x", "cancel", "Cancel", "end the diagnosis that runs"),
+        Action(
+            "diagnose.parameters", "p", "parameters", "Parameters", "what it would upload, beside the vehicle"
+        ),
+    )
+    BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
+    LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
+        ("░ ▒ ▓ █", "0.5, 3, 10, 30 % of the squared gap and more"),
+        ("floors", "drift over what noise alone gives: 1 is no gap, 0.8 to 1.2 is noise"),
+        ("nats", "what held-out pieces gain by a cause; its bar is logarithmic"),
+    )
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
+        self._kept: Kept[Answer] = Kept(answer)
+        self._other = 0
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "check":
+            return not self.at_work and bool(self.others)
+        if action == "parameters":
+            accepted = self.dive is not None and newer(self.dive / PARAM, self.dive / JSON)
+            return not self.at_work and accepted and self.can_open("parameters")
+        return super().check_action(action, parameters)
+
+    def action_check(self) -> None:
+        self._other = (self._other + 1) % (len(self.others) + 1)
+        self.draw()
+
+    async def action_parameters(self) -> None:
+        if self.dive is not None:
+            self.desk.param = self.dive / PARAM
+            await self.begin_on("parameters")
+
+    def on_other_dive(self) -> None:
+        self._other = 0
+
+    def found(self) -> Answer | None:
+        return self._kept.read(self.dive / JSON) if self.dive is not None else None
+
+    def verdict(self, cells: int) -> Lines:
+        found = self.found()
+        return diagnosis_lines.verdict(found, cells) if found is not None else ()
+
+    def section(self, name: str, cells: int, rows: int) -> Lines:
+        del rows
+        found = self.found()
+        return MAKES[name](found, cells) if found is not None else ()
+
+    def aim(self) -> tuple[str, str]:
+        check = self._check_dive()
+        return "diagnoses", "without a check dive" if check is None else f"checked on {check.name}"
+
+    def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
+        check = self._check_dive()
+        leaves = (("--json", JSON), ("--report", REPORT), ("--accept", PARAM))
+        beside = (word for option, name in leaves for word in (option, str(dive / name)))
+        checked = ("--check", str(check)) if check is not None else ()
+        return (self.VERB, str(dive), "--vehicle", vehicle, *checked, *beside)
+
+    def _check_dive(self) -> Path | None:
+        return self.others[self._other] if self._other < len(self.others) else None

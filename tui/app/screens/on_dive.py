@@ -1,0 +1,170 @@
+"""What screens have in common that run a verb on the chosen dive and show what it left beside it."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+from textual import events
+from textual.app import ComposeResult
+from textual.containers import Container, Vertical, VerticalScroll
+
+from tui.app.check_dives import check_dives
+from tui.app.header import Tab
+from tui.app.job_lines import job_lines
+from tui.app.lines import Lines, heading
+from tui.app.screens.frame import StationScreen
+from tui.app.view import View
+from tui.app.widgets.drawn import Drawn
+from tui.app.wrapped import wrapped
+
+
+class DiveScreen(StationScreen):
+    """A verdict on top, sections below: all at once where there is room, else one at a time.
+
+    Subclasses give the verb and its sections with their titles, and answer what raises here; their actions have the
+    verb before the point: `VERB.start`, `VERB.section`, `VERB.cancel`. `dive` is the chosen one; `others` those of the
+    same vehicle and configuration, the newest first.
+    """
+
+    VERB: ClassVar[str]
+    SECTIONS: ClassVar[dict[str, str]]
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
+        self.dive: Path | None = None
+        self.others: tuple[Path, ...] = ()
+        self._names = tuple(self.SECTIONS)
+        self._section = 0
+        self._seen: object = None
+        self.add_class(f"-{self._names[0]}")
+
+    def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
+        """The command line that works on the dive."""
+        raise NotImplementedError
+
+    def found(self) -> Any:
+        """What the verb left beside the dive; nothing where it is false."""
+        raise NotImplementedError
+
+    def verdict(self, cells: int) -> Lines:
+        """What was found, in short."""
+        raise NotImplementedError
+
+    def section(self, name: str, cells: int, rows: int) -> Lines:
+        """A section of what was found."""
+        raise NotImplementedError
+
+    def aim(self) -> tuple[str, str]:
+        """What the verb would do: `diagnoses`, and how: `checked on DIVE`."""
+        raise NotImplementedError
+
+    def head(self, name: str) -> tuple[str, str]:
+        """A section's title, and a note with its keys."""
+        return self.SECTIONS[name], ""
+
+    def on_other_dive(self) -> None:
+        """Another dive was chosen."""
+
+    def body(self) -> ComposeResult:
+        yield Drawn(self._top, id=f"{self.VERB}-top")
+        with Container(id=self.VERB):
+            for name in self._names:
+                with Vertical(id=f"{self.VERB}-{name}", classes="section"):
+                    yield Drawn(partial(self._heading, name), id=f"{self.VERB}-{name}-head")
+                    with VerticalScroll():
+                        yield Drawn(partial(self._lines, name), id=f"{self.VERB}-{name}-lines")
+
+    def on_screen_resume(self) -> None:
+        self._look()
+
+    def on_resize(self, _: events.Resize) -> None:
+        self.refresh_bindings()
+
+    def show(self, view: View) -> None:
+        state = self.desk.jobs.state(self.VERB)
+        if state is not self._seen or self.desk.chosen() != self.dive:
+            self._seen = state
+            self._look()
+        super().show(view)
+
+    def begin(self) -> None:
+        self._look()
+        if self.check_action("start", ()):
+            self.action_start()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "start":
+            return not self.at_work and self.dive is not None and bool(self.desk.vehicle_of(self.dive))
+        if action == "cancel":
+            return self.at_work
+        if action == "section":
+            return not (self.has_class("-wide") and self.has_class("-tall"))
+        return super().check_action(action, parameters)
+
+    @property
+    def at_work(self) -> bool:
+        return self.desk.jobs.runs(self.VERB)
+
+    def action_start(self) -> None:
+        if self.dive is not None:
+            self.desk.jobs.start(self.VERB, self.words(self.dive, self.desk.vehicle_of(self.dive)))
+            self._look()
+
+    def action_cancel(self) -> None:
+        self.desk.jobs.cancel(self.VERB)
+
+    def action_section(self) -> None:
+        self.remove_class(f"-{self._names[self._section]}")
+        self._section = (self._section + 1) % len(self._names)
+        self.add_class(f"-{self._names[self._section]}")
+        self.call_after_refresh(self.draw)
+
+    def draw(self) -> None:
+        """Draw what has changed."""
+        for widget in self.query(Drawn):
+            widget.again()
+
+    def _look(self) -> None:
+        """Look anew at which dive is chosen, and at which others there are."""
+        dive = self.desk.chosen()
+        before, self.dive = self.dive, dive
+        self.others = check_dives(self.desk, dive) if dive is not None else ()
+        if dive != before:
+            self.on_other_dive()
+        self.refresh_bindings()
+        self.draw()
+
+    def _top(self, cells: int, rows: int) -> Lines:
+        del rows
+        jobs = self.desk.jobs
+        state = jobs.state(self.VERB)
+        if self.dive is None:
+            return wrapped(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
+        if state is not None and not state.runs and state.words[1] != str(self.dive):
+            state = None
+        job = job_lines(self.VERB, state, jobs.now_s(), cells)
+        if state is not None and state.runs:
+            return (*wrapped(f"{self.VERB} {Path(state.words[1]).name}", "strong", cells), *job)
+        found = bool(self.found())
+        return (*(self.verdict(cells) if found else ()), *job, *wrapped(self._offer(found), "quiet", cells))
+
+    def _offer(self, again: bool) -> str:
+        """What the key would start."""
+        assert self.dive is not None
+        if not self.desk.vehicle_of(self.dive):
+            return f"No vehicle file is known of {self.dive.name}; start `seatrial tui` with --vehicle FILE."
+        does, how = self.aim()
+        what = f"{does} it again" if again else f"{does} {self.dive.name}"
+        return f"[{self.key_of(f'{self.VERB}.start')}] {what}, {how}."
+
+    def _heading(self, name: str, cells: int, rows: int) -> Lines:
+        del rows
+        title, note = self.head(name)
+        if self.check_action("section", ()):
+            place = f"{self._names.index(name) + 1} of {len(self._names)}"
+            note = f"{note}  {place}  [{self.key_of(f'{self.VERB}.section')}]".strip()
+        return (heading(title, note, cells),)
+
+    def _lines(self, name: str, cells: int, rows: int) -> Lines:
+        return self.section(name, cells, rows) if self.found() else ((("nothing yet", "quiet"),),)

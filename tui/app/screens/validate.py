@@ -1,0 +1,138 @@
+"""Validate: may the feed-forward be raised, how well the vehicle followed, and the curves that show it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Final
+
+from tui.app import validation_lines
+from tui.app.actions import Action, bindings
+from tui.app.header import Tab
+from tui.app.kept import Kept
+from tui.app.lines import Lines
+from tui.app.screens.on_dive import DiveScreen
+from tui.app.validation import Run, runs
+
+JSON, REPORT = "validation.json", "validation.html"
+MOST_BESIDE: Final = 3
+
+
+class ValidateScreen(DiveScreen):
+    """What `seatrial validate` found of the chosen dive, and of others beside it."""
+
+    VERB = "validate"
+    SECTIONS: ClassVar[dict[str, str]] = {
+        "criteria": "GO OR NO-GO for raising the feed-forward",
+        "curves": "CURVES",
+        "errors": "ERRORS, mean of the absolute, by phase",
+    }
+    ACTIONS: ClassVar[tuple[Action, ...]] = (
+        Action(
+            "validate.start", "v", "start", "Validate", "validate the chosen dive, in a process of its own"
+        ),
+        Action(
+            "validate.beside",
+            "c",
+            "beside",
+            "Compare",
+            "beside one more of the newest other dives, up to 3",
+            looks=True,
+        ),
+        Action(
+            "validate.section", "s", "section", "Section", "the next section, where not all fit", looks=True
+        ),
+        Action("validate.axis", "a", "axis", "Axis", "the curves of the next axis", looks=True),
+        Action(
+            "validate.run",
+            "m",
+            "run",
+            "Mode",
+            "curves and verdict of the next dive that stands beside",
+            looks=True,
+        ),
+        Action("validate.cancel", "x", "cancel", "Cancel", "end the validation that runs"),
+    )
+    BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
+    LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
+        ("● ok", "as it must be"),
+        ("▲ no", "not so: don't raise the mode"),
+        ("◐ ?", "this dive does not show it"),
+        ("━ ┈", "solid and dotted curve, as the title of each says"),
+    )
+
+    def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
+        super().__init__(title, tabs)
+        self._kept: Kept[tuple[Run, ...]] = Kept(runs)
+        self._run = ""
+        self._axis = self._beside = 0
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "beside":
+            return not self.at_work and bool(self.others)
+        if action == "axis":
+            return len(validation_lines.axes(self.found())) > 1
+        if action == "run":
+            return len(self.found()) > 1
+        return super().check_action(action, parameters)
+
+    def action_beside(self) -> None:
+        self._beside = (self._beside + 1) % (min(len(self.others), MOST_BESIDE) + 1)
+        self.draw()
+
+    def action_axis(self) -> None:
+        self._axis += 1
+        self.draw()
+
+    def action_run(self) -> None:
+        found, at = self.found(), self._looked_at()
+        if at is not None:
+            self._run = found[(found.index(at) + 1) % len(found)].dive
+        self.draw()
+
+    def on_other_dive(self) -> None:
+        self._run = ""
+        self._beside = min(self._beside, len(self.others))
+
+    def found(self) -> tuple[Run, ...]:
+        return (self._kept.read(self.dive / JSON) if self.dive is not None else None) or ()
+
+    def verdict(self, cells: int) -> Lines:
+        run = self._looked_at()
+        return validation_lines.verdict(run, cells) if run is not None else ()
+
+    def section(self, name: str, cells: int, rows: int) -> Lines:
+        found, run = self.found(), self._looked_at()
+        if run is None:
+            return ()
+        if name == "criteria":
+            return validation_lines.criteria(run, cells)
+        if name == "errors":
+            return validation_lines.errors(found, run.dive, cells)
+        axes = validation_lines.axes(found)
+        return validation_lines.curves(run, axes[self._axis % len(axes)], cells, rows) if axes else ()
+
+    def head(self, name: str) -> tuple[str, str]:
+        title, run = self.SECTIONS[name], self._looked_at()
+        if name != "curves" or run is None:
+            return title, ""
+        keys = (
+            (self.key_of(f"validate.{action}"), word) for action, word in (("axis", "axis"), ("run", "mode"))
+        )
+        return f"{title} of {run.label}", "  ".join(f"[{key}] {word}" for key, word in keys if key)
+
+    def aim(self) -> tuple[str, str]:
+        others = [path.name for path in self._compared()]
+        return "validates", f"beside {', '.join(others)}" if others else "by itself"
+
+    def words(self, dive: Path, vehicle: str) -> tuple[str, ...]:
+        dives = map(str, (dive, *self._compared()))
+        leaves = ("--json", str(dive / JSON), "--report", str(dive / REPORT))
+        return (self.VERB, *dives, "--vehicle", vehicle, *leaves)
+
+    def _compared(self) -> tuple[Path, ...]:
+        return self.others[: self._beside]
+
+    def _looked_at(self) -> Run | None:
+        """The dive that is looked at: at first the chosen one."""
+        found = self.found()
+        wanted = self._run or (self.dive.name if self.dive is not None else "")
+        return next((run for run in found if run.dive == wanted), found[0] if found else None)

@@ -1,0 +1,137 @@
+"""A validation as lines: go or no-go, what was looked at, errors side by side, curves of an axis."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from tui.app.curves import Curve, plot
+from tui.app.lines import Line, Lines, Role, Span, apart, cut
+from tui.app.shown import SHOWN_IN, number
+from tui.app.validation import CURVES, EFFORTS, ROWS, Curves, Judged, Run
+from tui.app.wrapped import wrapped
+
+MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
+    True: ("● ok ", "quiet"),
+    False: ("▲ no ", "bad"),
+    None: ("◐ ?  ", "warn"),
+}
+PHASE_CELLS: Final = 24
+LEAST_SPANS: Final = {"m/s": 0.05, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
+DIGITS: Final = {"m/s": 4, "deg/s": 2}
+EFFORT_DIGITS: Final = 2
+AROUND_S: Final = 3.0
+NONE_TOLD: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
+
+
+def verdict(run: Run, cells: int) -> Lines:
+    """Go or no-go as a mark and a word, then the sentence."""
+    told = run.verdict
+    if told is None:
+        return wrapped(NONE_TOLD, "warn", cells)
+    mark: Span = (" ● GO ", "strong") if told.go else (" ▲ NO-GO ", "bad")
+    head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
+    return (head, *wrapped(told.sentence, "strong", cells))
+
+
+def criteria(run: Run, cells: int) -> Lines:
+    """A line for each thing that was looked at, or more where its figure is long."""
+    judged = run.verdict.judged if run.verdict is not None else ()
+    what = max((len(one.what) for one in judged), default=0)
+    return tuple(line for one in judged for line in _criterion(one, what, cells))
+
+
+def _criterion(one: Judged, what: int, cells: int) -> Lines:
+    mark, role = MARKS[one.passed]
+    indent = len(mark) + what + 2
+    head: Line = ((mark, role), (f" {one.what:<{what}} ", "plain"))
+    first, *more = wrapped(one.words, "plain" if one.passed is not False else "strong", cells - indent)
+    return ((*head, *first), *(((" " * indent, "plain"), *line) for line in more))
+
+
+def errors(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
+    """Mean absolute tracking errors as the paper's Table 5 has them, the least of a row strong; then delay and PID."""
+    width = max(min((cells - PHASE_CELLS - 2) // len(runs), 16), 7)
+    lines: list[Line] = []
+    for axis in dict.fromkeys(axis for run in runs for axis in run.errors):
+        unit = next(run.units[axis] for run in runs if axis in run.units)
+        shown, factor = SHOWN_IN.get(unit, (unit, 1.0))
+        head: Line = ((f"{f'{axis}, {shown}':<{PHASE_CELLS}}", "strong"),)
+        for run in runs:
+            role: Role = "strong" if run.dive == chosen else "quiet"
+            head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
+        lines.append(head)
+        for key, words in ROWS.items():
+            values = [run.errors.get(axis, {}).get(key, math.nan) * factor for run in runs]
+            lines.append(_row(words, values, DIGITS.get(shown, 4), width, mark=True))
+        for key, words in EFFORTS.items():
+            force = "" if key == "delay_s" else ", N m" if unit == "rad/s" else ", N"
+            values = [run.errors.get(axis, {}).get(key, math.nan) for run in runs]
+            lines.append(_row(words + force, values, EFFORT_DIGITS, width, mark=False))
+        lines.append(())
+    return tuple(lines[:-1])
+
+
+def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: bool) -> Line:
+    known = [value for value in values if math.isfinite(value)]
+    least = min(known) if mark and len(known) > 1 else math.nan
+    line: Line = ((cut(f"  {words}", PHASE_CELLS).ljust(PHASE_CELLS), "quiet"),)
+    for value in values:
+        role: Role = "strong" if value == least else "plain"
+        line = (*line, (f"{number(value, digits):>{width}}", role))
+    return line
+
+
+def curves(run: Run, axis: str, cells: int, rows: int) -> Lines:
+    """Speed beside its reference, their difference, and feed-forward beside PID, below each other."""
+    whole = next((one for one in run.curves if one.axis == axis), None)
+    if whole is None:
+        return wrapped(
+            f"{run.dive} has no curves of {axis}: its reference does not move there", "quiet", cells
+        )
+    found = _moving(whole)
+    each, rest = divmod(rows, 3)
+    return (
+        *_speed(found, cells, each + (rest > 0)),
+        *_difference(found, cells, each + (rest > 1)),
+        *_wrench(found, cells, each),
+    )
+
+
+def _moving(whole: Curves) -> Curves:
+    """The part in which the axis's reference moves, and a little before and after."""
+    moves = np.flatnonzero(np.nan_to_num(whole.reference))
+    step_s = float(whole.time_s[1] - whole.time_s[0])
+    some = round(AROUND_S / step_s) + 1
+    part = slice(max(int(moves[0]) - some, 0), int(moves[-1]) + some + 1) if moves.size else slice(None)
+    return replace(whole, **{name: getattr(whole, name)[part] for name in ("time_s", *CURVES)})
+
+
+def _speed(found: Curves, cells: int, rows: int) -> Lines:
+    unit, factor = SHOWN_IN.get(found.unit, (found.unit, 1.0))
+    measured, reference = (
+        Curve("measured", factor * found.measured),
+        Curve("reference", factor * found.reference),
+    )
+    title = f"{found.axis} speed, {unit}"
+    return plot(title, found.time_s, measured, reference, LEAST_SPANS[unit], cells, rows)
+
+
+def _difference(found: Curves, cells: int, rows: int) -> Lines:
+    unit, factor = SHOWN_IN.get(found.unit, (found.unit, 1.0))
+    error = Curve("measured less reference", factor * (found.measured - found.reference))
+    return plot(f"{found.axis} error, {unit}", found.time_s, error, None, LEAST_SPANS[unit], cells, rows)
+
+
+def _wrench(found: Curves, cells: int, rows: int) -> Lines:
+    unit = found.wrench_unit
+    title = f"{found.axis} {'force' if unit == 'N' else 'moment'}, {unit}"
+    fed, pid = Curve("feed-forward", found.tau_ff), Curve("PID", found.tau_pid)
+    return plot(title, found.time_s, fed, pid, LEAST_SPANS[unit], cells, rows)
+
+
+def axes(runs: Sequence[Run]) -> tuple[str, ...]:
+    """The axes of which any dive has curves."""
+    return tuple(dict.fromkeys(one.axis for run in runs for one in run.curves))
