@@ -116,6 +116,7 @@ def tracking_table(modes: "Sequence[str]", rows: "Sequence[Row]") -> "Table":
 def write_page(path: Path, done: "Demo") -> Path:
     """(c) The report."""
     from identify.report.page import Report, write_report
+    from identify.report.provenance import with_provenance
     from identify.report.sections import (
         dive_section,
         identification_section,
@@ -135,12 +136,11 @@ def write_page(path: Path, done: "Demo") -> Path:
         sections.append(identification_section(one.identification, one.truth, shape))
         sections.append(innovations_section(one.identification.innovations, one.dive.name))
         sections.append(dive_section(one.dive, done.file.vehicle.water))
-    return write_report(
-        path,
-        Report(
-            "One dive, end to end",
-            f"simulated vehicle {done.file.vehicle.name}: two campaigns identified, uploaded, dived again",
-            f"{sum(inside)} of {len(inside)} true parameters lie in their 95 % intervals. {done.receipt.sentence}",
-            tuple(sections),
-        ),
+    report = Report(
+        "One dive, end to end",
+        f"simulated vehicle {done.file.vehicle.name}: two campaigns identified, uploaded, dived again",
+        f"{sum(inside)} of {len(inside)} true parameters lie in their 95 % intervals. {done.receipt.sentence}",
+        tuple(sections),
     )
+    dives = [*(one.dive for one in done.campaigns), *done.runs.values()]
+    return write_report(path, with_provenance(report, dives, done.file, {}))
