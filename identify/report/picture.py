@@ -49,13 +49,13 @@ LOOK: dict[str, Any] = {
     "svg.hashsalt": "seatrial",
     "text.color": LIGHT["ink"],
     "text.parse_math": False,
-    "xtick.color": LIGHT["rule"],
+    "xtick.bottom": False,
     "xtick.labelcolor": LIGHT["ink"],
-    "ytick.color": LIGHT["rule"],
     "ytick.labelcolor": LIGHT["ink"],
+    "ytick.left": False,
 }
 """matplotlib's settings while a figure is drawn. Lines are thinned to what can be seen, text stays text, and the same
-figure is the same bytes."""
+figure is the same bytes. The grid says where the numbers stand; marks beside it would be a tenth of a page's size."""
 
 FONT_PT = {WIDE_IN: 10.0, COLUMN_IN: 8.5}
 NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
@@ -126,8 +126,21 @@ def _for_page(svg: str, label: str, key: str, kind: str) -> str:
     inner = _PLACES.sub(
         lambda place: _NUMBER.sub(lambda number: _tenths(10 * float(number[0])), place[0]), inner
     )
-    inner = re.sub(r"\s*\n\s*", " ", inner)
+    inner = re.sub(r"\s*\n\s*", "\n", _unwrapped(inner))
     return f'<svg class="{kind}-picture" {box[0]} role="img" aria-label="{safe(label)}">{inner}'
+
+
+def _unwrapped(svg: str) -> str:
+    """Without the groups that say nothing."""
+    says: list[bool] = []
+
+    def keep(tag: re.Match[str]) -> str:
+        if tag[0] != "</g>":
+            says.append(tag[0] != "<g>")
+            return tag[0] if says[-1] else ""
+        return tag[0] if says.pop() else ""
+
+    return re.sub(r"<g\b[^>]*>|</g>", keep, svg)
 
 
 def _steps(path: str) -> str:
