@@ -18,7 +18,7 @@ WIDE_TABLE_COLUMNS = 5
 SHORT_CELL, NUMBER_CELL = 16, 28
 """Letters of what is never broken; more of them are a sentence, even if it begins with a digit."""
 
-_NUMBER = re.compile(r"[−±]?\d|—|$")
+_NUMBER = re.compile(r"[−±+]?\d|—|$")
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,7 @@ figcaption { margin-top: .3em; }
   .wide-picture { display: none; }
   .column-picture { display: block; }
   th, td { padding-right: .5em; }
+  td:not(.number):not(.short) { overflow-wrap: anywhere; }
   .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }
   .wide caption { display: block; }
   .wide thead { display: none; }
