@@ -46,6 +46,11 @@ def test_the_columns_of_the_map_stand_under_their_words():
     assert rows[5][:turning].endswith("56 %")
 
 
+def test_where_there_is_no_gap_the_map_says_that_it_is_of_noise():
+    assert text(made.where(found(verdict="no_gap"), 80))[-1] == "there is no gap: these are shares of noise"
+    assert text(made.where(found(), 80))[-1].startswith("all")
+
+
 def test_the_missing_force_stands_beside_the_map_where_there_is_room():
     head, *rows, _ = text(made.where(found(), 110))
     assert head.endswith("missing force")

@@ -60,7 +60,10 @@ def where(answer: Answer, cells: int) -> Lines:
         lines.append(line)
     sums = [sum(answer.shares.get((dof, phase), 0.0) for dof in known) for phase in PHASES]
     foot = "".join(f"{_percent(total):>{width}}" for total in sums)
-    return (*lines, ((f"{'all':<{NAME_CELLS}}", "quiet"), (foot, "strong")))
+    lines.append(((f"{'all':<{NAME_CELLS}}", "quiet"), (foot, "strong")))
+    if answer.verdict == "no_gap":
+        lines.append((("there is no gap: these are shares of noise", "warn"),))
+    return tuple(lines)
 
 
 def _cell(share: float, width: int) -> Line:
