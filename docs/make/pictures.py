@@ -1,45 +1,58 @@
 """`python -m docs.make.pictures`: the app on dives of the simulated vehicle, as SVG into docs/images. Takes minutes."""
 
 import asyncio
+import os
 import re
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.tlog import read_tlog
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import CONFIGS, load_vehicle
+from gcs_plugin.holder import held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
 from tui.app.view import Recording, View
 
-IMAGES = Path(__file__).resolve().parents[1] / "images"
+ROOT = Path(__file__).resolve().parents[2]
+IMAGES = ROOT / "docs" / "images"
 VEHICLE = "ruvifist:hovering"
 DISK_LEFT_S = 41 * 3600.0
 LINK = "udpin:127.0.0.1:14550"
-WATCHED_S = 78.0
-"""Of the validation dive: in the middle of its second leg."""
+WATCHED_S = 52.0
+"""Of the dive with both: it has surged both ways, and sways."""
+PATIENCE_S = 60.0
+AFTER = "after "
 
 Size = tuple[int, int]
-WIDE: Size = (132, 38)
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A screen after these keys; `waits_for` is a verb whose job must have ended."""
+    """A screen after these steps: keys, or `after VERB`, which waits for that job's end. `out` holds its dives."""
 
     name: str
-    keys: tuple[str, ...] = ()
-    waits_for: str = ""
-    size: Size = WIDE
+    steps: tuple[str, ...] = ()
+    size: Size = (124, 32)
+    out: str = "dives"
 
 
+OLDEST = ("2", "after dives", "end", "enter")
 PICTURES = (
     Picture("watch"),
-    Picture("dives", ("2",), "dives"),
+    Picture("dives", ("2", "after dives")),
+    Picture("identify", (*OLDEST, "i", "after identify")),
+    Picture("parameters", (*OLDEST, "3", "p", "after params diff")),
+    Picture("validate", ("2", "after dives", "down", "enter", "6", "v", "after validate"), (160, 50)),
+    Picture("diagnose", ("2", "after dives", "end", "enter", "4"), (160, 50), "weak"),
 )
 
 
@@ -73,39 +86,86 @@ def at(telemetry: Path, seconds: float) -> View:
     return View(watcher.picture(now_s), unix_s + now_s, Recording(unix_s, DISK_LEFT_S, 0))
 
 
-def seatrial(folder: Path, *words: str) -> None:
-    """Run a verb in `folder`; what it answers is on the disk."""
-    subprocess.run([sys.executable, "-m", "tui", *words], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+def seatrial(*words: str) -> None:
+    """Run a verb here; what it answers is on the disk."""
+    subprocess.run([sys.executable, "-m", "tui", *words], check=True, stdout=subprocess.DEVNULL)
 
 
-def dive(folder: Path) -> Path:
-    """Three dives of the simulated vehicle, the first of them identified; the telemetry of the last."""
-    simulate = ("simulate", "--vehicle", VEHICLE, "--parameters", "memory.json")
-    seatrial(folder, *simulate, "--mission", "hovering", "--seed", "1")
-    (first,) = (folder / "dives").iterdir()
-    beside = (f"--json={first}/identified.json", f"--param={first}/identified.param")
-    seatrial(folder, "identify", str(first), "--vehicle", "ruvifist", *beside)
-    for seed, mode in enumerate(("off", "shadow"), 2):
-        seatrial(folder, *simulate, "--mission", "validation", "--mode", mode, "--seed", str(seed))
-    (last,) = (folder / "dives").glob("*-shadow")
+def simulate(mission: str, *words: str, vehicle: str = VEHICLE) -> tuple[str, ...]:
+    """The words of a simulation."""
+    return ("simulate", "--vehicle", vehicle, "--mission", mission, *words)
+
+
+@contextmanager
+def afloat() -> Iterator[None]:
+    """A vehicle that is afloat, and a recording of it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        port = one.getsockname()[1]
+    words = (
+        ("record", "--link", f"udpin:127.0.0.1:{port}", "--out", "afloat"),
+        simulate("idle", "--link", f"udpout:127.0.0.1:{port}", "--parameters", "memory.json"),
+    )
+    running = [
+        subprocess.Popen([sys.executable, "-m", "tui", *one], stdout=subprocess.DEVNULL) for one in words
+    ]
+    try:
+        until_s = time.monotonic() + PATIENCE_S
+        while held(time.time()) is None and time.monotonic() < until_s:
+            time.sleep(0.1)
+        yield
+    finally:
+        for one in running:
+            one.send_signal(signal.SIGINT)
+            one.wait()
+
+
+def weak_vehicle() -> str:
+    """A vehicle file whose first thruster gives 0.8 of its curve."""
+    text = (CONFIGS / "vehicles" / "ruvifist.yaml").read_text(encoding="utf-8")
+    Path("weak.yaml").write_text(
+        text.replace("[0.42, -0.32, 0.0]}", "[0.42, -0.32, 0.0], gain: 0.8}"), "utf-8"
+    )
+    truth = (CONFIGS / "vehicles" / "ruvifist.truth.yaml").read_text(encoding="utf-8")
+    Path("weak.truth.yaml").write_text(truth, encoding="utf-8")
+    return "weak.yaml:hovering"
+
+
+def dive() -> Path:
+    """The dives of the tutorial; the telemetry of the last, with both."""
+    seatrial(*simulate("validation", "--parameters", "memory.json"))
+    (first,) = Path("dives").iterdir()
+    seatrial("identify", str(first), "--vehicle", "ruvifist", "--param", "first.param")
+    with afloat():
+        seatrial("params", "upload", "first.param", "--vehicle", "ruvifist", "--yes", "--receipts", "kept")
+    for mode in ("shadow", "both"):
+        seatrial(*simulate("validation", "--mode", mode, "--parameters", "memory.json"))
+    weak = weak_vehicle()
+    for seed in ("3", "4"):
+        seatrial(*simulate("validation", "--seed", seed, "--out", "weak", vehicle=weak))
+    # The app asks with the file that a dive was recorded with; this one knows of the thruster.
+    one, other = sorted(Path("weak").iterdir())
+    found = ("--check", str(other), "--json", str(one / "diagnosis.json"))
+    seatrial("diagnose", str(one), "--vehicle", VEHICLE, *found)
+    (last,) = Path("dives").glob("*-both")
     return last / "telemetry.tlog"
 
 
-def drawn(picture: Picture, view: View, folder: Path) -> str:
+def drawn(picture: Picture, view: View) -> str:
     """The screen as SVG."""
 
     async def work() -> str:
-        desk = Desk(VEHICLE, folder / "dives", folder / "receipts")
+        desk = Desk(VEHICLE, Path(picture.out), Path("receipts"))
         app = SeatrialApp(Still(view), keep_theme=lambda _: None, desk=desk)
         async with app.run_test(size=picture.size) as pilot:
-            await pilot.pause()
-            for key in picture.keys:
-                await pilot.press(key)
-                await pilot.pause()
-            while picture.waits_for and desk.jobs.runs(picture.waits_for):
-                await pilot.pause(0.1)
-            for _ in range(5):
-                await pilot.pause(0.1)
+            await pilot.pause(0.5)
+            for step in picture.steps:
+                if not step.startswith(AFTER):
+                    await pilot.press(step)
+                await pilot.pause(0.5)
+                while step.startswith(AFTER) and desk.jobs.runs(step.removeprefix(AFTER)):
+                    await pilot.pause(0.1)
+            await pilot.pause(0.5)
             return app.export_screenshot(title="seatrial tui")
 
     # No net is needed to look at a picture: fonts are those of whoever looks.
@@ -116,11 +176,14 @@ def main(names: Sequence[str]) -> None:
     """Draw the named pictures, all where none is named."""
     IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        view = at(dive(folder), WATCHED_S)
-        for picture in PICTURES:
-            if not names or picture.name in names:
-                (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, view, folder), encoding="utf-8")
+        os.chdir(name)
+        os.environ |= {"XDG_STATE_HOME": name, "PYTHONPATH": str(ROOT)}
+        view = at(dive(), WATCHED_S)
+        with afloat():
+            for picture in PICTURES:
+                if not names or picture.name in names:
+                    (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, view), encoding="utf-8")
+        os.chdir(ROOT)
 
 
 if __name__ == "__main__":
