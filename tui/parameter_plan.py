@@ -66,14 +66,20 @@ class Planned:
             "summary": self.plan.summary(),
             "file": str(self.file),
             "outcome": self.targets.sidecar.outcome if self.targets.sidecar else "",
+            "of": self.targets.sidecar.dive if self.targets.sidecar else "",
             "vehicle": {"system": system, "component": component, "armed": client.armed},
             "ff_mode": self.plan.present.get(MODE),
             "writes": rehearsed.ending is None,
             "needs_disarmed": rehearsed.needs_disarmed,
             "obstacle_armed": obstacle(self.plan.present),
             "notes": list(self.notes),
-            "parameters": [line.to_json() for line in self.lines],
+            "parameters": [self._line(line) for line in self.lines],
         }
+
+    def _line(self, line: Compared) -> dict[str, Any]:
+        doubted = self.targets.sidecar.doubted if self.targets.sidecar else {}
+        data = line.to_json()
+        return {**data, "doubted": doubted.get(data["coefficient"], "")}
 
 
 def planned(

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bridge.vehicle.coefficients import Coefficient
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import Plan, Row, coefficient_of, value_text
 from gcs_plugin.params.sidecar import Interval
@@ -46,7 +45,8 @@ class Compared:
         coefficient = coefficient_of(self.row.name)
         return {
             "name": self.row.name,
-            "symbol": coefficient.symbol if isinstance(coefficient, Coefficient) else "",
+            "coefficient": coefficient.name if coefficient else "",
+            "sentence": coefficient.sentence if coefficient else "",
             "unit": coefficient.unit if coefficient else "",
             "present": self.row.present,
             "target": self.row.target,

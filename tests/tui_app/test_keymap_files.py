@@ -26,9 +26,9 @@ def test_the_shipped_example_lists_every_action_with_its_default():
 
 
 def test_keys_are_given_by_action(keymap_of):
-    assert keymap_of('ff.off: "f9, ctrl+o"\nscreen.watch: 5\n') == {
+    assert keymap_of('ff.off: "f9, ctrl+o"\nscreen.watch: 9\n') == {
         "ff.off": "f9,ctrl+o",
-        "screen.watch": "5",
+        "screen.watch": "9",
     }
 
 

@@ -21,6 +21,7 @@ from tui.app.pace import Pace
 from tui.app.palette import ActionProvider
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import HelpScreen, help_lines
+from tui.app.screens.parameters import WRITE
 from tui.app.screens.table import OPENING, PLACES, SCREENS, Row, tabs
 from tui.app.terminal import AnsweringDriver
 from tui.app.view import Views
@@ -114,6 +115,13 @@ class SeatrialApp(App[None], inherit_bindings=False):
         """Force the feed-forward off. No question is asked."""
         self._views.force_off()
         self._show()
+
+    async def action_quit(self) -> None:
+        """Leave; not while parameters are being written, for their verb ends with the app."""
+        if self.desk.jobs.runs(WRITE):
+            await self.action_open("parameters")
+        else:
+            self.exit()
 
     def action_help(self) -> None:
         """What the keys do here."""

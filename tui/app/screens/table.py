@@ -13,6 +13,7 @@ from tui.app.screens.form import FILLING
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import CLOSING
 from tui.app.screens.identify import IdentifyScreen
+from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.validate import ValidateScreen
 from tui.app.screens.watch import WatchScreen
 
@@ -61,6 +62,14 @@ SCREENS: Final = (
         "where model and recording differ, what causes it, how far that shrinks it",
         DiagnoseScreen,
         DiagnoseScreen.ACTIONS,
+    ),
+    Row(
+        "parameters",
+        "5",
+        "Parameters",
+        "the vehicle beside what was identified; upload and roll back",
+        ParametersScreen,
+        ParametersScreen.ACTIONS,
     ),
     Row(
         "validate",

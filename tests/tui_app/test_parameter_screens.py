@@ -1,0 +1,381 @@
+"""The screen Parameters: what it shows, what is chosen, and what has to be typed before anything is written."""
+
+from dataclasses import replace
+
+import pytest
+from made_parameters import BEFORE, PARAM, FakeVehicle, desk, plan, receipt, told_lines
+from made_view import FixedViews, view
+from screen_text import check, made, pressed, run, text
+from textual.widgets import Input
+
+from gcs_plugin.watch.picture import Armed
+from tui.app.themes import ORDER
+
+SIZES = ((80, 24), (160, 50))
+NARROW = SIZES[0]
+
+
+@pytest.fixture(autouse=True)
+def _with_colour(monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+
+
+def views(armed=Armed.DISARMED, ff_mode=1):
+    made_view = view()
+    return FixedViews(replace(made_view, picture=replace(made_view.picture, armed=armed, ff_mode=ff_mode)))
+
+
+async def done(app, pilot):
+    """Until nothing runs, and it is shown."""
+    while any(app.desk.jobs.runs(verb) for verb in ("params diff", "params upload")):
+        await pilot.pause()
+    app._show()
+    await pilot.pause()
+    while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
+        await pilot.pause()
+
+
+async def typed(app, pilot, *keys):
+    for key in keys:
+        await pressed(pilot, key)
+        await done(app, pilot)
+
+
+def on_screen(vehicle, work, size=NARROW, shown=None, **what):
+    async def begin(app, pilot):
+        await typed(app, pilot, "5")
+        await work(app, pilot)
+
+    run(made(shown or views(), desk=desk(vehicle, **what)), size, begin)
+
+
+def line_of(app, name):
+    return next(line for line in text(app).splitlines() if name in line)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("theme", ORDER)
+def test_parameters_look_as_they_were_kept(theme, size):
+    async def look(app, pilot):
+        await typed(app, pilot, "5", "down", "down")
+        check(f"parameters-{size[0]}x{size[1]}-{theme}", app)
+
+    run(made(views(), theme=theme, desk=desk()), size, look)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_without_colour_they_look_as_they_were_kept(size, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def look(app, pilot):
+        await typed(app, pilot, "5", "down", "space")
+        check(f"parameters-{size[0]}x{size[1]}-no-colour", app)
+
+    run(made(views(), desk=desk()), size, look)
+
+
+@pytest.mark.parametrize("theme", ORDER)
+def test_what_is_asked_of_an_armed_vehicle_looks_as_it_was_kept(theme):
+    async def look(app, pilot):
+        await typed(app, pilot, "5", "u", "7")
+        check(f"parameters-80x24-armed-{theme}", app)
+
+    run(made(views(Armed.ARMED), theme=theme, desk=desk()), NARROW, look)
+
+
+def test_writing_and_what_became_of_it_look_as_they_were_kept():
+    vehicle = FakeVehicle(tells=told_lines(3, 0.43), waits=True)
+
+    async def look(app, pilot):
+        await typed(app, pilot, "5", "u", "7")
+        await pressed(pilot, "enter")
+        app._show()
+        await pilot.pause()
+        check("parameters-80x24-writing", app)
+        vehicle.go.set()
+        await done(app, pilot)
+        check("parameters-80x24-written", app)
+
+    run(made(views(), desk=desk(vehicle)), NARROW, look)
+
+
+def test_each_line_tells_vehicle_file_interval_last_accepted_and_change():
+    async def work(app, _):
+        assert line_of(app, "FF1_M_U").split() == ["▶■", "FF1_M_U", "96.5", "111.52", "2.1", "96.5", "+7.2"]
+        assert line_of(app, "FF1_D_U").split()[-1] == "same"
+        assert "7 of 7 chosen" in text(app)
+
+    on_screen(FakeVehicle(), work)
+
+
+def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "space", "down", "space", "u")
+        assert "type 5 and Enter" in text(app)
+        await typed(app, pilot, "5", "enter")
+        assert "applied: 7 parameters written" in text(app)
+        assert "read back equal" in line_of(app, "FF1_D_V")
+
+    on_screen(vehicle, work)
+    (words,) = vehicle.writes
+    assert words[:4] == ("params", "upload", str(PARAM), "--yes")
+    only = words[words.index("--only") + 1 :]
+    assert only == ("FF1_M_W", "FF1_I_R", "FF1_D_V", "FF1_D_W", "FF1_D_R")
+    assert "--armed" not in words
+
+
+def test_of_all_lines_none_is_named_so_that_the_model_goes_whole():
+    vehicle = FakeVehicle()
+    on_screen(vehicle, lambda app, pilot: typed(app, pilot, "u", "7", "enter"))
+    assert "--only" not in vehicle.writes[0]
+
+
+@pytest.mark.parametrize(
+    "keys", [("enter",), ("6", "enter"), ("7", "7", "enter"), ("enter", "enter"), ("y", "enter")]
+)
+def test_an_enter_alone_or_another_number_writes_nothing(keys):
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", *keys)
+        assert "is not '7': nothing was sent" in text(app)
+
+    on_screen(vehicle, work)
+    assert vehicle.writes == []
+
+
+def test_escape_asks_no_longer_and_writes_nothing():
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7", "escape")
+        assert "type 7" not in text(app)
+        await typed(app, pilot, "enter")
+
+    on_screen(vehicle, work)
+    assert vehicle.writes == []
+
+
+def test_a_number_that_is_typed_opens_no_other_screen_and_the_off_switch_still_works():
+    shown = views()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "1", "ctrl+x")
+        assert app.screen.query_one(Input).value == "1"
+
+    on_screen(FakeVehicle(), work, shown=shown)
+    assert shown.forced == 1
+
+
+@pytest.mark.parametrize("armed", [Armed.ARMED, Armed.FAILSAFE])
+def test_an_armed_vehicle_is_written_to_once_the_word_is_typed_too(armed):
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7", "enter")
+        assert "is not 'ARMED 7'" in text(app)
+        assert vehicle.writes == []
+        await typed(app, pilot, *"armed", "space", "7", "enter")
+
+    on_screen(vehicle, work, shown=views(armed))
+    assert "--armed" in vehicle.writes[0]
+
+
+def test_one_that_is_armed_while_the_number_is_typed_asks_for_the_word():
+    vehicle, shown = FakeVehicle(), views()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7")
+        shown.shown = views(Armed.ARMED).shown
+        app._show()
+        await typed(app, pilot, "enter")
+        assert "is not 'ARMED 7'" in text(app)
+
+    on_screen(vehicle, work, shown=shown)
+    assert vehicle.writes == []
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_while_the_feed_forward_of_an_armed_vehicle_acts_nothing_is_asked(mode):
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u")
+        assert "force it off first, by ^x" in " ".join(text(app).split())
+        await typed(app, pilot, "7", "enter")
+
+    on_screen(vehicle, work, shown=views(Armed.ARMED, mode))
+    assert vehicle.writes == []
+
+
+def test_what_is_doubted_as_a_whole_needs_a_word_and_what_is_doubted_in_a_line_is_told():
+    vehicle = FakeVehicle(plan(outcome="stopped at a bound"))
+
+    async def work(app, pilot):
+        assert "ended with 'stopped at a bound'" in text(app)
+        await typed(app, pilot, "down", "down")
+        assert "doubted: depth was never pushed" in text(app)
+        await typed(app, pilot, "u", "7", "enter")
+        assert vehicle.writes == []
+        await typed(app, pilot, *"doubted", "7", "enter")
+
+    on_screen(vehicle, work)
+    assert "--despite-doubts" in vehicle.writes[0]
+
+
+def test_roll_back_shows_what_it_would_change_and_asks_likewise():
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "r")
+        assert "ROLL BACK to the values before 2026-11-20 10:15 UTC" in text(app)
+        assert line_of(app, "FF1_M_U").split()[2:4] == ["111.52", "96.5"]
+        await typed(app, pilot, "enter")
+        assert vehicle.writes == []
+        await typed(app, pilot, "7", "enter")
+
+    on_screen(vehicle, work)
+    (words,) = vehicle.writes
+    assert words[:4] == ("params", "rollback", str(BEFORE), "--yes")
+
+
+def test_escape_leaves_a_roll_back_and_the_file_is_shown_again():
+    async def work(app, pilot):
+        await typed(app, pilot, "r", "escape", "escape")
+        assert "identified.param OF hovering" in text(app)
+
+    on_screen(FakeVehicle(), work)
+
+
+def test_a_roll_back_with_nothing_to_go_back_to_says_so():
+    vehicle = FakeVehicle(back={}, said=("seatrial: receipts: no upload to vehicle 1 that stands",))
+
+    async def work(app, pilot):
+        await typed(app, pilot, "r")
+        assert "no upload to vehicle 1 that stands" in text(app)
+
+    on_screen(vehicle, work)
+    assert vehicle.writes == []
+
+
+def test_what_was_refused_is_told_line_by_line():
+    failed = receipt("refused", "FF1_D_V refused: the vehicle permits it not", failed=("FF1_D_V",))
+    vehicle = FakeVehicle(written=failed, code=1)
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7", "enter")
+        assert "▲ refused: FF1_D_V refused" in text(app)
+        assert "▲ refused: the" in line_of(app, "FF1_D_V  ")
+
+    on_screen(vehicle, work)
+
+
+def test_a_vehicle_that_cannot_be_read_says_why():
+    vehicle = FakeVehicle({}, said=("seatrial: no vehicle's HEARTBEAT within 5 s",))
+
+    async def work(app, pilot):
+        assert "no vehicle's HEARTBEAT" in text(app)
+        await typed(app, pilot, "u")
+        assert "type" not in text(app)
+
+    on_screen(vehicle, work)
+
+
+def test_where_nothing_changes_nothing_is_asked_but_a_set_that_is_not_in_force():
+    same = [{**one, "verdict": "same"} for one in plan()["parameters"]]
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u")
+        assert "holds all of it already" in text(app)
+
+    async def commits(app, pilot):
+        await typed(app, pilot, "u")
+        assert "type 0 and Enter" in text(app)
+
+    on_screen(FakeVehicle(plan(parameters=same, writes=False)), work)
+    on_screen(FakeVehicle(plan(parameters=same)), commits)
+
+
+def test_no_line_chosen_asks_nothing():
+    async def work(app, pilot):
+        await typed(app, pilot, "a", "u")
+        assert "no line is chosen" in text(app)
+        await typed(app, pilot, "a")
+        assert "7 of 7 chosen" in text(app)
+
+    on_screen(FakeVehicle(), work)
+
+
+def test_what_was_read_long_ago_is_read_again_before_it_is_asked():
+    vehicle, now = FakeVehicle(), [0.0]
+
+    async def work(app, pilot):
+        now[0] = 121.0
+        await typed(app, pilot, "u")
+        assert "type 7 and Enter" in text(app)
+
+    on_screen(vehicle, work, now_s=lambda: now[0])
+    assert len(vehicle.words) == 2
+
+
+def test_a_file_that_was_written_again_since_is_shown_again_and_not_sent(tmp_path):
+    file = tmp_path / "identified.param"
+    file.write_text("FF1_M_U,1\n", "utf-8")
+    vehicle = FakeVehicle(plan(file=str(file)))
+
+    async def work(app, pilot):
+        app.desk.dive, app.desk.param = tmp_path, file
+        await typed(app, pilot, "1", "5", "u", "7")
+        read = len(vehicle.words)
+        file.write_text("FF1_M_U,2\n", "utf-8")
+        await typed(app, pilot, "enter")
+        assert len(vehicle.words) == read + 1
+        assert "has changed since it was shown" in " ".join(text(app).split())
+
+    on_screen(vehicle, work)
+    assert vehicle.writes == []
+
+
+def test_writing_goes_on_while_another_screen_is_looked_at_and_its_end_is_seen():
+    vehicle = FakeVehicle(waits=True)
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7")
+        await pressed(pilot, "enter", "1")
+        vehicle.go.set()
+        await done(app, pilot)
+        await typed(app, pilot, "5")
+        assert "applied: 7 parameters written" in text(app)
+
+    on_screen(vehicle, work)
+    assert len(vehicle.writes) == 1
+
+
+def test_the_app_does_not_leave_while_it_writes():
+    vehicle = FakeVehicle(waits=True)
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7")
+        await pressed(pilot, "enter", "1", "ctrl+q")
+        assert not app._exit
+        assert "are being written" in text(app)
+        vehicle.go.set()
+        await done(app, pilot)
+        await pressed(pilot, "ctrl+q")
+        assert app._exit
+
+    on_screen(vehicle, work)
+
+
+def test_a_click_goes_to_a_line_and_a_second_one_chooses_it():
+    async def work(app, pilot):
+        await pilot.click("#parameters-table", offset=(5, 4))
+        await pilot.pause()
+        assert line_of(app, "FF1_I_R").startswith("▶■")
+        await pilot.click("#parameters-table", offset=(5, 4))
+        await pilot.pause()
+        assert line_of(app, "FF1_I_R").startswith("▶□")
+
+    on_screen(FakeVehicle(), work)

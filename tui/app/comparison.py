@@ -1,0 +1,96 @@
+"""The vehicle's parameters beside a file's and those last accepted, as `params diff --json` tells it."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+CHANGED: Final = "changed"
+READ_ONLY: Final = "read-only"
+CONVERGED: Final = "converged"
+ACTING: Final = (2, 3)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One parameter in `unit`; None where the vehicle lacks it, nobody told an interval, or nothing was accepted.
+
+    `change` is in halves of the 95 % interval `low95` to `high95`; `doubted` says what speaks against the value.
+    """
+
+    name: str
+    coefficient: str
+    sentence: str
+    unit: str
+    present: float | None
+    target: float
+    low95: float | None
+    high95: float | None
+    accepted: float | None
+    accepted_at: str
+    change: float | None
+    verdict: str
+    reason: str
+    doubted: str
+
+    @property
+    def changes(self) -> bool:
+        """Whether an upload would write it."""
+        return self.verdict == CHANGED
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What a file asks of a vehicle. `writes`: an upload of all would write something, if only a commit.
+
+    `needs_disarmed`: it changes more than what an armed vehicle takes without a word; `of` is the dive it comes from.
+    """
+
+    file: Path
+    of: str
+    outcome: str
+    summary: str
+    notes: tuple[str, ...]
+    system: int
+    armed: bool
+    ff_mode: int | None
+    writes: bool
+    needs_disarmed: bool
+    entries: tuple[Entry, ...]
+
+    @property
+    def doubted(self) -> bool:
+        """Whether it comes from an identification that did not converge."""
+        return self.outcome not in ("", CONVERGED)
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """The lines that an upload of all would write."""
+        return tuple(entry.name for entry in self.entries if entry.changes)
+
+    def only(self, chosen: Collection[str]) -> tuple[str, ...]:
+        """What `--only` is to name for these lines; nothing for all of them."""
+        return () if set(chosen) == set(self.changed) else tuple(n for n in self.changed if n in chosen)
+
+
+def comparison(data: Any) -> Comparison | None:
+    """The comparison that a verb left; None for nothing, or something else."""
+    try:
+        vehicle = data["vehicle"]
+        mode = data["ff_mode"]
+        rows = [row for row in data["parameters"] if row["verdict"] != READ_ONLY]
+        return Comparison(
+            Path(data["file"]),
+            str(data["of"]),
+            str(data["outcome"]),
+            str(data["summary"]),
+            tuple(map(str, data["notes"])),
+            int(vehicle["system"]),
+            bool(vehicle["armed"]),
+            None if mode is None else int(mode),
+            bool(data["writes"]),
+            bool(data["needs_disarmed"]),
+            tuple(Entry(**{field: row[field] for field in Entry.__slots__}) for row in rows),
+        )
+    except (KeyError, TypeError, ValueError):
+        return None

@@ -1,0 +1,164 @@
+"""The parameters of a vehicle as lines: the table, the line at the mark, what is asked and what became of it."""
+
+from collections.abc import Collection, Mapping
+from typing import Final
+
+from tui.app.comparison import Comparison, Entry
+from tui.app.lines import Line, Lines, Role, Span, cut, heading
+from tui.app.shown import NOTHING
+from tui.app.wrapped import bar, wrapped
+
+AT: Final = "▶"
+CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
+EQUAL: Final = "read back equal"
+DIGITS: Final = 5
+BAR_CELLS: Final = 24
+WIDE: Final = 90  # cells from which units have a column
+ALIKE, FAR = 1.0, 3.0
+"""A change within the interval is no news; one of three halves of it is worth a second look."""
+NUMBER, FILE, HALF, CHANGE, NAME, UNIT = 10, 11, 8, 7, 12, 13
+
+
+def number(value: float | None) -> str:
+    """A value to five digits, as a person compares it."""
+    return NOTHING if value is None else f"{value + 0.0:.{DIGITS}g}"
+
+
+def half(entry: Entry) -> float | None:
+    """Half of its 95 % interval."""
+    return None if entry.low95 is None or entry.high95 is None else (entry.high95 - entry.low95) / 2
+
+
+def table(
+    shown: Comparison,
+    chosen: Collection[str],
+    at: int,
+    became: Mapping[str, str],
+    cells: int,
+    rows: int,
+    *,
+    back: bool = False,
+) -> Lines:
+    """A heading and so many lines of the table that the one at `at` is among them; `became` tells of those written."""
+    room = max(rows - 1, 1)
+    first = max(0, min(at - room // 2, len(shown.entries) - room))
+    entries = shown.entries[first : first + room]
+    body = tuple(
+        _row(entry, entry.name in chosen, first + n == at, became.get(entry.name, ""), cells)
+        for n, entry in enumerate(entries)
+    )
+    return (_head(cells, back, bool(became)), *body)
+
+
+def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
+    """Which entry line `y` of the table shows; None for its heading and below the last."""
+    room = max(rows - 1, 1)
+    first = max(0, min(at - room // 2, count - room))
+    entry = first + y - 1
+    return entry if y >= 1 and entry < count else None
+
+
+def _head(cells: int, back: bool, written: bool) -> Line:
+    unit = f"{'unit':<{UNIT}}" if cells >= WIDE else ""
+    values = "was" if written else "vehicle", "before" if back else "identified"
+    head = f"   {'name':<{NAME}}{unit}{values[0]:>{NUMBER}}{values[1]:>{FILE}}{'±95 %':>{HALF}}"
+    return ((f"{head}{'accepted':>{NUMBER}}{'change':>{CHANGE}}", "quiet"),)
+
+
+def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int) -> Line:
+    mark = (CHOSEN if chosen else LEFT) if entry.changes else NOT_ASKED
+    lively: Role = "strong" if entry.changes and chosen else "plain" if entry.changes else "quiet"
+    unit: tuple[Span, ...] = ((f"{cut(entry.unit, UNIT - 1):<{UNIT}}", "quiet"),) if cells >= WIDE else ()
+    change = NOTHING if entry.change is None else f"{entry.change:+.1f}"
+    far: Role = "quiet" if entry.change is None or abs(entry.change) <= ALIKE else "plain"
+    if entry.change is not None and abs(entry.change) > FAR:
+        far = "warn"
+    words, role = _words(entry, became)
+    line: Line = (
+        (AT if at else " ", "accent"),
+        (mark, "accent"),
+        (DOUBT if entry.doubted else " ", "warn"),
+        (f"{cut(entry.name, NAME - 1):<{NAME}}", "tab" if at else lively),
+        *unit,
+        (f"{number(entry.present):>{NUMBER}}", "plain" if entry.changes else "quiet"),
+        (f"{number(entry.target):>{FILE}}", lively),
+        (f"{number(half(entry)):>{HALF}}", "quiet"),
+        (f"{number(entry.accepted):>{NUMBER}}", "quiet"),
+        (f"{change:>{CHANGE}}", far),
+    )
+    room = cells - sum(len(text) for text, _ in line) - 2
+    return (*line, (f"  {cut(words, room)}", role)) if room > 0 else line
+
+
+def _words(entry: Entry, became: str) -> Span:
+    """What is to be read at the end of a line."""
+    if became:
+        return (
+            (f"✓ {EQUAL}", "accent")
+            if became.endswith(EQUAL)
+            else (f"{DOUBT} {became.removeprefix(entry.name).strip()}", "bad")
+        )
+    if entry.changes:
+        return (entry.reason or "", "warn")
+    return (entry.verdict, "quiet" if entry.verdict == "same" else "bad")
+
+
+def details(entry: Entry, became: str, cells: int) -> Lines:
+    """All that is known of one line, in sentences."""
+    unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
+    told = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""
+    when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
+    last = f"last accepted {number(entry.accepted)}{unit}{when}" if entry.accepted is not None else ""
+    size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
+    was = "before" if became else "on the vehicle"
+    is_now = "the vehicle has none" if entry.present is None else f"{was} {number(entry.present)}{unit}"
+    sentence = "; ".join(
+        filter(None, (is_now, f"in the file {number(entry.target)}{unit}{told}", last, size))
+    )
+    lines = wrapped(f"{entry.name}: {entry.sentence}" if entry.sentence else entry.name, "strong", cells)
+    lines += wrapped(f"{sentence}.", "plain", cells)
+    if became:
+        lines += wrapped(f"{became}.", "accent" if became.endswith(EQUAL) else "bad", cells)
+    if entry.reason:
+        lines += wrapped(f"{entry.verdict}: {entry.reason}.", "warn", cells)
+    if entry.doubted:
+        lines += wrapped(f"{DOUBT} doubted: {entry.doubted}.", "warn", cells)
+    return lines
+
+
+def _when(time: str) -> str:
+    """`2026-11-21T064500Z` as a person reads it."""
+    return f"{time[:10]} {time[11:13]}:{time[13:15]} UTC"
+
+
+def top(shown: Comparison, chosen: Collection[str], cells: int, *, back: bool) -> Lines:
+    """What the file is, and what it asks for."""
+    if back:
+        title = f"ROLL BACK to the values before {_when(shown.file.name)}"
+    else:
+        title = f"{shown.file.name} OF {shown.of}" if shown.of else str(shown.file)
+    count = f"{len(chosen)} of {len(shown.changed)} chosen"
+    lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
+    if shown.doubted:
+        lines += wrapped(
+            f"{DOUBT} the identification ended with '{shown.outcome}': its values may be wrong", "bad", cells
+        )
+    return lines
+
+
+def asking(shown: Comparison, count: int, needed: str, *, armed: bool, back: bool, cells: int) -> Lines:
+    """What is about to be written, and what is to be typed for it."""
+    what = f"{'write back' if back else 'write'} {count} line{'' if count == 1 else 's'}"
+    sentence = f"To {what} to vehicle {shown.system}, type {needed} and Enter; escape leaves it."
+    if armed:
+        return (
+            ((f" ■ vehicle {shown.system} is ARMED ", "armed"),),
+            *wrapped(sentence, "strong", cells),
+        )
+    return wrapped(sentence, "strong", cells)
+
+
+def progress(share: float, words: str, cells: int) -> Line:
+    """A bar, the share, and what goes on."""
+    done: Line = ((bar(share, BAR_CELLS), "accent"), (f" {share:4.0%} ", "strong"))
+    return (*done, (cut(f" {words}", cells - BAR_CELLS - 6), "plain"))
