@@ -92,18 +92,18 @@ class Typist:
         self._running = {}
 
     def follow(self, page, but=()):
-        """Every block of a page, but for the lines that begin with one of `but`."""
+        """Every block of a page, but for the lines that begin with one of `but`; at its end, what runs is ended."""
         for terminal, block in blocks(page):
             if terminal in self._running:
                 self.end(terminal)
-            if not block.startswith(but or ("\0",)):
-                self.type(block, terminal, but)
+            self.type(block, terminal, but)
+        for terminal in tuple(self._running):
+            self.end(terminal)
 
     def type(self, block, terminal="", but=()):
-        """One block: line by line, or as a whole where it is a loop."""
-        lines = [block] if "; do\n" in block else block.splitlines()
-        for line in lines:
-            if line.startswith(but or ("\0",)):
+        """One block, line by line; a loop is one."""
+        for line in re.findall(r"^for [\s\S]*?^done$|^.+$", block, re.M):
+            if line.startswith(tuple(but)):
                 continue
             line = line.replace("14550", str(self._port))
             ready = next((words for what, words in RUNS_ON if what.match(line)), None)

@@ -1,6 +1,7 @@
 """The tutorial is followed, command by command; on its dives, so is the day."""
 
 import json
+import shutil
 import socket
 
 import pytest
@@ -8,22 +9,62 @@ from page_runner import Typist
 
 pytestmark = pytest.mark.slow
 
+ELSEWHERE = (
+    "seatrial simulate --vehicle ruvifist:hovering --mission hovering",  # the tutorial's dive stands in for it
+    "seatrial doctor --vehicle ruvifist:hovering --link udpin:127.0.0.1:14550 --wet",
+    "seatrial replay",
+    "seatrial bridge",
+    "seatrial record --vehicle ruvifist:hovering --link udpin:192.168.2.1",
+    "seatrial import 00000042.BIN",
+    "seatrial batch",
+    "seatrial challenge",
+    "mkdir answers",
+    "for case in",
+    "seatrial reproduce",
+)
+"""Lines of the day that take minutes, or a vehicle: what they do has tests of its own."""
+
 
 @pytest.fixture(scope="module")
-def typist(tmp_path_factory):
+def port():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
         one.bind(("127.0.0.1", 0))
-        port = one.getsockname()[1]
+        return one.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory, port):
     typist = Typist(tmp_path_factory.mktemp("first"), port)
     yield typist
     typist.close()
 
 
-def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(typist):
-    typist.follow("docs/tutorial.md")
-    assert "Weak thruster 1 explains the gap" in typist.said
-    found = json.loads((typist.folder / "first.json").read_text(encoding="utf-8"))
+@pytest.fixture(scope="module")
+def followed(first):
+    first.follow("docs/tutorial.md")
+    return first
+
+
+@pytest.fixture
+def day(tmp_path, port, followed):
+    typist = Typist(tmp_path, port)
+    (dive,) = (followed.folder / "dives").glob("*-first")
+    shutil.copytree(dive, tmp_path / "dives" / dive.name.replace("-first", "-hovering-off"))
+    yield typist
+    typist.close()
+
+
+def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(followed):
+    assert "Weak thruster 1 explains the gap" in followed.said
+    found = json.loads((followed.folder / "first.json").read_text(encoding="utf-8"))
     assert found["outcome"] == "converged"
     lines = sum(one["identifiable"] for one in found["parameters"][:12])
     assert lines == 10, f"the page counts the lines of an upload, of which there are {lines}"
-    assert list((typist.folder / "receipts").glob("*-accepted.param"))
+    assert list((followed.folder / "receipts").glob("*-accepted.param"))
+
+
+def test_a_day_runs_as_it_stands(day):
+    day.follow("docs/a_day.md", but=ELSEWHERE)
+    priors = (day.folder / "our.yaml").read_text(encoding="utf-8")
+    assert "rests_on: thrust" in priors
+    assert {"hovering.html", "gap.html", "plan.yaml"} <= {path.name for path in day.folder.iterdir()}
