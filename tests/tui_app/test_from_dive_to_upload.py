@@ -1,0 +1,163 @@
+"""From a finished dive to a verified upload, all real but the water: six keys, and the vehicle is read by another.
+
+The keys are counted as a finger counts them: one for each press, the digits of the number of lines and Enter included.
+The dive identifies fewer than ten lines; with ten to twelve of them the number has two digits, and a seventh key.
+"""
+
+import asyncio
+import contextlib
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+from replayed_vehicle import free_port
+from screen_text import made, settled, text
+from textual.widgets import Input
+
+from bridge.clock import SystemClock
+from bridge.link.open import open_link
+from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.feedforward import Mode
+from gcs_plugin.ff_switch import Switch
+from gcs_plugin.holder import held
+from gcs_plugin.job import seatrial_command
+from gcs_plugin.params.client import ParameterClient
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.watch.watcher import Watcher
+from tui import cli, exit_codes
+from tui.app import recorder
+from tui.app.desk import Desk
+from tui.app.source import LinkSource
+from tui.app.station import Station
+
+VEHICLE = "ruvifist:hovering"
+LEGS = """
+name: there and back
+legs:
+  - {name: rest, phase: rest, duration_s: 3}
+  - {name: surge, duration_s: 3, push_surge_n: 24, alternate: 8}
+"""
+MOST_KEYS = 6
+PATIENCE_S = 120.0
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Where everything lies, a finished dive among it."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "legs.yaml").write_text(LEGS, encoding="utf-8")
+    words = ["simulate", "--vehicle", VEHICLE, "--mission", "legs.yaml", "--seed", "100001", "--out", "dives"]
+    assert cli.main(words) == exit_codes.DONE
+    return tmp_path
+
+
+@pytest.fixture
+def recording(folder):
+    """The vehicle afloat, and a recording of it that runs."""
+    link = f"udpout:127.0.0.1:{free_port()}"
+    words = [*seatrial_command(), "simulate", "--vehicle", VEHICLE, "--mission", "idle", "--link", link]
+    with subprocess.Popen(words, cwd=folder, stderr=subprocess.PIPE, text=True) as vehicle:
+        try:
+            assert "afloat" in vehicle.stderr.readline()
+            options = ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", "dives"]
+            with subprocess.Popen(recorder.record_command(options), stderr=subprocess.DEVNULL) as records:
+                until_s = time.monotonic() + PATIENCE_S
+                while held(time.time()) is None:
+                    assert time.monotonic() < until_s, "the recording tells nothing of itself"
+                yield
+                records.send_signal(signal.SIGINT)
+        finally:
+            vehicle.terminate()
+            vehicle.stderr.close()
+
+
+class Hand:
+    """Presses keys and counts them."""
+
+    def __init__(self, app, pilot):
+        self.app, self.pilot, self.keys = app, pilot, []
+
+    async def press(self, *keys):
+        self.keys += keys
+        await self.pilot.press(*keys)
+
+    async def until(self, pattern):
+        """The screen once it holds `pattern`: the match."""
+        until_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until_s:
+            await self.pilot.pause(0.05)
+            if found := re.search(pattern, " ".join(text(self.app).split())):
+                return found
+        pytest.fail(f"'{pattern}' not seen within {PATIENCE_S:.0f} s:\n{text(self.app)}")
+
+    async def until_it_can_be_typed(self):
+        while not isinstance(self.app.focused, Input):
+            await self.pilot.pause(0.05)
+
+
+def vehicle_holds():
+    """All parameters, as somebody else reads them."""
+    with contextlib.closing(open_link(recorder.hub())) as link:
+        client = ParameterClient(link, SystemClock())
+        client.find_vehicle()
+        return client.read_all()
+
+
+async def fly(hand):
+    """From Dives to the receipt."""
+    await hand.until("LINK 0")
+    await hand.press("2")
+    await hand.until("there-and-back")
+    await hand.press("i")
+    await hand.until("converged")
+    await hand.press("p", "u")
+    lines = (await hand.until(r"type (\d+) and Enter"))[1]
+    await hand.until_it_can_be_typed()
+    await hand.press(*lines, "enter")
+    await hand.until(r"✓ applied: \d+ parameters written and read back, set \d+ is active")
+    return int(lines)
+
+
+@pytest.mark.usefixtures("recording")
+def test_from_a_finished_dive_to_a_verified_upload_in_six_keys(folder):
+    clock = SystemClock()
+    station = Station(
+        LinkSource(lambda: open_link(recorder.hub()), "hub", clock),
+        Watcher(load_vehicle(VEHICLE)),
+        clock,
+        recorder.recording,
+        lambda: Switch(Mode.OFF),
+    )
+    desk = Desk(VEHICLE, folder / "dives", folder / "receipts", recorded=recorder.recorded)
+    app = made(station, desk=desk)
+    before = vehicle_holds()
+
+    async def work():
+        async with app.run_test(size=(80, 24)) as pilot:
+            await settled(app, pilot)
+            hand = Hand(app, pilot)
+            return await fly(hand), hand.keys
+
+    station.start()
+    try:
+        lines, keys = asyncio.run(work())
+    finally:
+        station.stop()
+    (identified,) = (folder / "dives").glob("*/identified.param")
+    wanted = read_parameters(identified)
+    now = vehicle_holds()
+    assert len(keys) <= MOST_KEYS
+    assert len(wanted) == lines
+    assert {name: now[name] for name in wanted} == wanted
+    assert now["FF_ACTIVE"] not in (before["FF_ACTIVE"], 0.0)
+    unchanged = {name for name in now if not name.startswith(("FF_ACTIVE", "FF_COMMIT"))} - set(wanted)
+    assert {name: now[name] for name in unchanged} == {name: before[name] for name in unchanged}
+    (accepted,) = (folder / "receipts").glob("*-accepted.param")
+    assert read_parameters(accepted) == wanted
+    assert held(clock.unix_s()) is not None, "the recording went on all along"
