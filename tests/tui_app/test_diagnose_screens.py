@@ -197,9 +197,6 @@ def test_what_an_earlier_diagnosis_accepted_is_not_offered_for_upload(tmp_path):
 
     async def offered(app, pilot):
         await pressed(pilot, "4")
-        app.screen.can_open = lambda screen: screen == "parameters"
-        app.screen.refresh_bindings()
-        await pilot.pause()
         return "p Parameters" in text(app)
 
     assert not run(made(FixedViews(), desk=desk), SIZES[1], offered)
@@ -232,3 +229,18 @@ def test_the_key_on_dives_diagnoses_the_dive_under_the_mark_at_once(tmp_path):
     desk.dive = tmp_path / CHECK
     run(made(FixedViews(), desk=desk), SIZES[0], work)
     assert verb.words[:2] == ("diagnose", str(tmp_path / CHECK))
+
+
+def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, "4", "p")
+        assert app.screen.title == "Parameters"
+        assert app.desk.param == param
+
+    async def nothing(words, _):
+        return Done(3, None, (f"seatrial: {words[0]} finds no vehicle",))
+
+    desk = desk_with(tmp_path, jobs=Jobs(nothing))
+    param = tmp_path / DIVE / "diagnosed.param"
+    param.write_text("", encoding="utf-8")
+    run(made(FixedViews(), desk=desk), SIZES[1], work)
