@@ -28,6 +28,7 @@ from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Accepted, Found, Value
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.search import Explanation
 from identify.diagnose.whitened import of_the_mean, whitened
 from identify.diagnose.words import effect_words, listed, name_of, words
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -47,7 +48,7 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
     """What accepting the causes comes to; `now` is the nominal model that was fitted together with them, so that what
     a refit absorbs is in it already.
     """
-    values, sentences = _linear(found, now, shape)
+    values, sentences = _linear([one.cause for one in found], now, shape)
     of_effects: dict[str, Value] = {}
     for one in found:
         coefficients = _coefficients(one, now.course)
@@ -64,6 +65,11 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
             values[name] = value
     effects = tuple(_effect(one) for one in found)
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)))
+
+
+def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
+    """Masses and dampings that were fitted beside all the causes, whether these are accepted or not."""
+    return _linear(found.causes, found.now, shape)[0]
 
 
 def _absent(name: str) -> float:
@@ -86,7 +92,9 @@ def _effect(one: Found) -> AcceptedEffect:
     return AcceptedEffect(effect.name, effect.label, values, effect.number)
 
 
-def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple[dict[str, Value], list[str]]:
+def _linear(
+    causes: Sequence[Cause], now: Nominal, shape: Configuration
+) -> tuple[dict[str, Value], list[str]]:
     """The linear model's coefficients, axis by axis, where the dive tells them, and where identify would not doubt
     them: a closed loop through a reading that was not recorded biases a fit of its axis."""
     values, sentences = {}, []
@@ -95,7 +103,7 @@ def _linear(found: Sequence[Found], now: Nominal, shape: Configuration) -> tuple
     unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
     if unheard:
         sentences.append(_unheard(unheard))
-    for problem, stds in zip(now.joint.problems, log_stds([one.cause for one in found], now), strict=True):
+    for problem, stds in zip(now.joint.problems, log_stds(causes, now), strict=True):
         dof = problem.axis.dof
         axis = {MASSES[dof]: (mass[dof], stds[0]), DAMPINGS[dof]: (damping[dof], stds[1])}
         if dof in now.doubted:

@@ -133,7 +133,7 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
         for name, value in mine.parameters.items()
         if name in its.parameters and differ(its.parameters[name], value)
     ]
-    its, mine = simulator.accepted.values, vehicle.accepted.values
+    its, mine = simulator.numbers, vehicle.numbers
     costs = _costs(vehicle)
     nominal = [
         Difference("", one.name, its[one.name], mine[one.name])

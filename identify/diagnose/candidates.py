@@ -61,7 +61,7 @@ def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[F
                 probability(margin_nats),
                 _as_read(cause, parameters_of(told, k), found),
                 found.fit.gain - others.gain,
-                gain_of(cause, missing, found.now, braking),
+                gain_of(cause, _others(found, k), missing, found.now, braking),
             )
         )
     if HEARD & set(found.now.doubted):
@@ -167,4 +167,8 @@ def _slope(cause: Cause, p: int) -> dict[str, float]:
 
 def _without(found: Explanation, k: int) -> Fitted:
     """All causes but one."""
-    return found.ground.fitted((*found.causes[:k], *found.causes[k + 1 :]))
+    return found.ground.fitted(_others(found, k))
+
+
+def _others(found: Explanation, k: int) -> tuple[Cause, ...]:
+    return (*found.causes[:k], *found.causes[k + 1 :])

@@ -18,6 +18,7 @@ from bridge.vehicle.config import Prior
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Found, Tried, Value
 from identify.diagnose.evidence import inverse
+from identify.diagnose.flown import EACH
 from identify.diagnose.gain import braking_of, gain_by
 from identify.diagnose.ground import Fitted, Ground
 from identify.diagnose.likeness import LEAST_LIKENESS
@@ -139,7 +140,9 @@ def _found(
     nats = shift.nats(chosen) - shift.nats(others)
     wrench = _as_wrench(cause.act(found.now.course), found.now.course)
     braking = braking_of(found.causes, found.now)
-    gain = gain_by(wrench, missing, found.now, braking) if effect.feedforward else None
+    gain = (
+        gain_by(missing.wrench - wrench[::EACH], missing, found.now, braking) if effect.feedforward else None
+    )
     return Found(cause, tuple(also), also, probability(nats), told, nats, gain)
 
 

@@ -14,7 +14,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose import borne_out, likely
-from identify.diagnose.accept import log_stds
+from identify.diagnose.accept import beside_all, log_stds
 from identify.diagnose.candidates import HEARD, found_of, tried_of
 from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
@@ -115,14 +115,14 @@ def diagnose(
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
     gap = _gap(found, missing, left, before, after)
-    causes = weighed = found_of(found, covariance, missing)
+    causes = found_of(found, covariance, missing)
     if is_unknown(left):
         causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
     trials = tried_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)
         new, more = changed(shift, found, missing)
-        causes, weighed = _in_order((*causes, *new)), (*weighed, *new)
+        causes = _in_order((*causes, *new))
         trials = (*trials, *more)
     heldout = held_out(found, plain, floors[FIVE_S], rng)
     prediction = None
@@ -160,7 +160,8 @@ def diagnose(
         ),
         time.perf_counter() - began_s,
         prediction,
-        likely.accepted(weighed, found, nominal, tried, holds, shape),
+        likely.accepted(causes, found, nominal, tried, holds, shape),
+        beside_all(found, shape),
     )
 
 

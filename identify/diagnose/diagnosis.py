@@ -1,6 +1,7 @@
 """What a diagnosis says: verdict, where the gap lies, what causes it, how far it shrinks, what to dive next."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -185,7 +186,8 @@ NOTHING = Accepted({}, (), ())
 @dataclass(frozen=True)
 class Diagnosis:
     """The answer to where, what, and how far. heldout: the prediction for a further dive; check: measured on one;
-    None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond."""
+    None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond.
+    numbers: masses and dampings that were fitted beside all that was found, accepted or not."""
 
     dive: str
     vehicle: str
@@ -202,3 +204,4 @@ class Diagnosis:
     seconds: float
     prediction: Prediction | None = None
     accepted: Accepted = NOTHING
+    numbers: Mapping[str, Value] = field(default_factory=dict)

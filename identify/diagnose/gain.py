@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Gain
-from identify.diagnose.flown import EACH, slope_of
+from identify.diagnose.flown import EACH, slope_of, wrench_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.nominal import Nominal
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
@@ -19,28 +19,30 @@ LEVEL = (0, 1)
 """Surge and sway: of the axes of the feed-forward those whose error is a speed."""
 
 
-def gain_of(cause: Cause, missing: Missing, now: Nominal, braking: Array) -> Gain | None:
-    """Of a cause, beyond what masses and dampings of their own make up for; None where the feed-forward can't."""
-    wrench = cause.act(now.course).wrench
-    if not cause.effect.feedforward or wrench is None:
+def gain_of(
+    cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
+) -> Gain | None:
+    """Of a cause beside others, with the masses and dampings that were fitted together with them, as `--accept` sends
+    them; None where the feed-forward can't. What is left then is of the others, less what masses and dampings of their
+    own take up of it."""
+    if not cause.effect.feedforward or cause.act(now.course).wrench is None:
         return None
-    beyond = np.column_stack([_beyond(wrench[:, dof], now.course, dof) for dof in range(6)])
-    return gain_by(beyond, missing, now, braking)
+    wrench = wrench_of(others, now.course)
+    left = np.column_stack([_beyond(wrench[:, dof], now.course, dof) for dof in range(6)])
+    return gain_by(left[::EACH], missing, now, braking)
 
 
-def gain_by(wrench: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
-    """Velocity errors of the feed-forward alone, through m e' + B e = f: f is what the nominal model lacks and the
-    disturbance, before; after, less a wrench (n, 6) along the course that the feed-forward makes up for. braking B as
-    `braking_of` has it."""
+def gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
+    """Velocity errors of the feed-forward alone, through m e' + B e = f: f is what the model before lacks and the
+    disturbance, before; after, what is left (n, 6) of it, at the times of `missing`. braking B as `braking_of` has
+    it."""
     before = after = 0.0
     for dof in LEVEL:
         mass, own = float(now.course.mass[dof]), braking[:, dof]
         noise = _driven(now, dof, float(np.mean(own)))
         step_s = now.course.step_s * EACH
-        lacking = missing.wrench[:, dof]
-        before += float(np.mean(_error(lacking, mass, own, step_s) ** 2)) + noise
-        left = lacking - wrench[::EACH, dof]
-        after += float(np.mean(_error(left, mass, own, step_s) ** 2)) + noise
+        before += float(np.mean(_error(missing.wrench[:, dof], mass, own, step_s) ** 2)) + noise
+        after += float(np.mean(_error(left[:, dof], mass, own, step_s) ** 2)) + noise
     return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
 
 

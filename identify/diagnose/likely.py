@@ -12,7 +12,7 @@ from identify.diagnose.known import altogether
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.search import Explanation, explained_by
-from identify.diagnose.words import name_of, percent_sure
+from identify.diagnose.words import listed, name_of, percent_sure
 
 
 def accepted(
@@ -37,6 +37,14 @@ def accepted(
         if one.probability < LIKELY
     )
     return replace(made, sentences=(*left, *made.sentences))
+
+
+def none_accepted(causes: Sequence[Found]) -> str:
+    """Why nothing is accepted, in a clause."""
+    if not causes:
+        return "no cause was found that could be accepted"
+    told = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in causes])
+    return f"what was found is likelier absent than present, and so not accepted: {told}"
 
 
 def _capital(text: str) -> str:

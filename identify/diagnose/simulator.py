@@ -90,9 +90,8 @@ def _nearest(told: Value, own: float) -> float:
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:
     """What the diagnosis of a simulator's recording says that it is."""
-    names = {one.name for one in (*MASSES, *DAMPINGS)}
     own = tuple(one.cause for one in diagnosis.found if lasting(one.cause))
-    return Simulator({name: value for name, value in diagnosis.accepted.values.items() if name in names}, own)
+    return Simulator(diagnosis.numbers, own)
 
 
 def lasting(cause: Cause) -> bool:

@@ -19,6 +19,9 @@ DRIFT_S = 5.0
 MOST_OF_IT = 0.75
 """Of a degree of freedom's gap, what counts as most of it."""
 
+MOST_OF_THAT = 0.5
+"""Of a degree of freedom's gap, above what one phase's is called most of that."""
+
 STANDS_OUT = 0.4
 """The share of the gap from which one degree of freedom in one phase is named together."""
 
@@ -221,8 +224,9 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
     by_dof = shares_by_dof(gap.where)
     dof = max(by_dof, key=lambda name: by_dof[name])
     mine = [one for one in gap.where if one.dof == dof]
-    phase = max(mine, key=lambda one: one.share).phase
-    return f"{percent(by_dof[dof])} of {whole} is in {dof}, most of that {PHASES[phase]}{_above(gap, dof)}"
+    largest = max(mine, key=lambda one: one.share)
+    part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
+    return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
 
 
 def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:

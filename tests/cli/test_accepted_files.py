@@ -8,10 +8,12 @@ from types import SimpleNamespace
 import pytest
 
 from bridge.effects.accepted import AcceptedEffect
+from bridge.effects.environment import waves
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
-from identify.diagnose.diagnosis import NOTHING, Accepted, Value
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import NOTHING, Accepted, Found, Value
 from identify.dive import Dive
 from identify.identification import Doubt, Outcome
 from tui import cli, exit_codes
@@ -155,10 +157,20 @@ def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
 
 
 def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
-    found = SimpleNamespace(accepted=NOTHING, configuration="hovering")
+    found = SimpleNamespace(accepted=NOTHING, configuration="hovering", found=())
     (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert "was not written: no cause was found" in sentence
     assert list(tmp_path.iterdir()) == []
+
+
+def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_named(tmp_path):
+    sea = waves(4.0)
+    cause = Cause(sea, sea.start())
+    found = SimpleNamespace(accepted=NOTHING, found=(Found(cause, (), {}, 0.45, {}, 12.0),))
+    (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
+    assert sentence.endswith(
+        "was not written: what was found is likelier absent than present, and so not accepted: waves (45 % probable)."
+    )
 
 
 def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not_sent_without_a_word(

@@ -16,7 +16,7 @@ from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.diagnose import against_words
 from identify.diagnose.against import Against, against, compared, differ, plain
 from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Accepted, Diagnosis, Found, Gap, Share, Value
+from identify.diagnose.diagnosis import NOTHING, Diagnosis, Found, Gap, Share, Value
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.simulator import Simulator, simulator_of
@@ -54,11 +54,11 @@ def drift(off: float) -> Drift:
 
 def diagnosis(*causes: Found, values: dict[str, float] | None = None, before: float = 4.0) -> Diagnosis:
     told = {"M_u": 100.0, "D_u": 40.0, "M_v": 120.0, "D_v": 60.0, "M_r": 9.0} | (values or {})
-    accepted = Accepted({name: value(v) for name, v in told.items()}, (), ())
+    numbers = {name: value(v) for name, v in told.items()}
     gap = Gap(before, (drift(before),), (drift(1.1),), {}, (Share("surge", "steady", 1.0),), (), ())
     return Diagnosis(
         "dive", "ruvifist", "hovering", "explained" if causes else "no_gap", gap, causes, (), None, None, None, None,
-        (), 1.0, None, accepted,
+        (), 1.0, None, NOTHING, numbers,
     )  # fmt: skip
 
 

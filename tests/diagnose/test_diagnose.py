@@ -14,11 +14,13 @@ from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.config import Prior
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.words import percent_sure
 from identify.dive import Signal
 from tui.cli import main
 
@@ -90,6 +92,34 @@ def test_with_the_effect_in_the_drift_falls_towards_its_floor_here_held_out_and_
 def test_the_feed_forward_would_gain_by_it(found):
     gain = found.found[0].feedforward
     assert gain.after_m_s < gain.before_m_s
+
+
+def test_what_is_told_as_less_probable_than_not_is_not_accepted(case, found, monkeypatch):
+    assert [one.name for one in found.accepted.effects] == ["quadratic_drag"]
+    monkeypatch.setattr(module, "is_unknown", lambda _left: True)
+    monkeypatch.setattr(module, "character_of", lambda _left: None)
+    monkeypatch.setattr(module, "unexplained", lambda _left: ())
+    unsure = diagnose(dive_of(case), case.file, case.configuration, effects=SMALL, progress=quiet)
+    assert unsure.found[0].probability < 0.5
+    assert unsure.accepted.effects == ()
+    percent = percent_sure(unsure.found[0].probability)
+    assert unsure.accepted.sentences[0].startswith(
+        f"Quadratic drag was not accepted: it is {percent} probable"
+    )
+    # A simulator that is known by such a dive holds the cause beside the numbers that were fitted with it.
+    assert unsure.numbers["D_u"] == found.accepted.values["D_u"]
+    assert unsure.numbers["D_u"].value < unsure.accepted.values["D_u"].value
+
+
+def test_against_a_model_accepted_before_the_feed_forward_gains_by_masses_and_dampings_too(case, found):
+    accepted = {name: Prior(1.5 * one.value, 0.01 * one.value) for name, one in found.numbers.items()}
+    later = diagnose(
+        dive_of(case), case.file, case.configuration, effects=SMALL, accepted=accepted, progress=quiet
+    )
+    (gain,) = (one.feedforward for one in later.found if one.name == "quadratic_drag")
+    own = found.found[0].feedforward
+    assert gain.before_m_s > 1.5 * own.before_m_s
+    assert gain.after_m_s == pytest.approx(own.after_m_s, rel=0.02)
 
 
 def test_the_answer_keeps_to_the_schema(found):

@@ -276,6 +276,19 @@ def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
     assert where == "60 % of it is in surge, most of that steady"
 
 
+def test_most_is_not_said_of_what_is_no_more_than_half():
+    shares = (
+        ("surge", "steady", 0.19),
+        ("surge", "turning", 0.15),
+        ("surge", "rest", 0.06),
+        ("yaw", "steady", 0.3),
+    )
+    rest = Share("sway", "steady", 0.3)
+    spread = (*(Share(dof, phase, share) for dof, phase, share in shares), rest)
+    where = words.where_sentence(replace(gap(), where=spread, slices=()))
+    assert where == "40 % of it is in surge, the largest part of that steady"
+
+
 def test_speed_is_not_named_where_the_gap_does_not_go_with_it():
     even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
     assert words.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")

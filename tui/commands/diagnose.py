@@ -160,12 +160,13 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     from bridge.vehicle.coefficients import BY_NAME
     from identify.batch.doubts import clauses
     from identify.diagnose.doubts import doubts_of_recording
+    from identify.diagnose.likely import none_accepted
     from identify.identification import Outcome, worst
     from tui.doubted import told
     from tui.parameter_files import write_accepted
 
     if not found.accepted.effects:
-        return (f"{path} was not written: no cause was found that could be accepted.",)
+        return (f"{path} was not written: {none_accepted(found.found)}.",)
     if not found.accepted.tells:
         return (
             *found.accepted.sentences,
