@@ -31,6 +31,9 @@ OPEN_SHARE = 0.05
 """A window in which the controller asked for nothing at all for more than this share of it is left out."""
 
 READINGS = (*["velocity"] * 2, "velocity or depth", *["attitude or rate of turn"] * 3)
+STAMPED_S = 0.5e-3 + 1e-6
+"""Depth and attitude bear whole milliseconds: what a controller used may seem to be later than its wrench."""
+
 AFTER_S = 1.0
 """What a filter still makes of the readings before a stretch in which they stand still is over by then."""
 
@@ -192,10 +195,10 @@ def _place_errors(dive: Dive, dof: int, water: Water, time_s: Array, target: Arr
     """What is wanted less what was read last, (n,), of depth or an angle: roll and pitch are wanted level."""
     depth = dive.depth_by(water)
     if dof == 2 and depth is not None and len(depth):
-        return [target[:, 13] - depth.held_at(time_s)[:, 0]]
+        return [target[:, 13] - depth.held_at(time_s + STAMPED_S)[:, 0]]
     if dof < 3 or dive.attitude is None or not len(dive.attitude):
         return []
-    w, x, y, z = dive.attitude.held_at(time_s).T
+    w, x, y, z = dive.attitude.held_at(time_s + STAMPED_S).T
     if dof == 3:
         return [-np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))]
     if dof == 4:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from bench.diagnosis.plan import Planned
+from bench.diagnosis.recorded import recorded_check, recorded_dive
 from bench.diagnosis.sources import ANSWERS
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
@@ -20,7 +21,7 @@ from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.errors import SeatrialError
 from identify.challenge.answers import Answer, answer_of
-from identify.challenge.case import Case, check_of, dive_of
+from identify.challenge.case import Case
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.diagnosis import Diagnosis
@@ -61,8 +62,8 @@ def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Tria
 def trial_job(one: Planned) -> Data:
     """A `Trial` as JSON."""
     case = one.case()
-    check = check_of(case) if one.group in CHECKED else None
-    dive, effects = dive_of(case), effects_for(case)
+    check = recorded_check(case) if one.group in CHECKED else None
+    dive, effects = recorded_dive(case), effects_for(case)
     found: Diagnosis | None = None
     refusal = ""
     began = time.process_time()

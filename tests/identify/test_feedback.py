@@ -7,8 +7,10 @@ import closed_loop
 import numpy as np
 import pytest
 
+from bench.diagnosis.recorded import recorded_dive
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
+from identify.challenge.case import draw_case
 from identify.dive import Signal
 from identify.estimators.likelihood import estimate
 from identify.estimators.table import judged
@@ -32,6 +34,15 @@ def with_nu_fb(recorded, surge):
 
 def test_a_controller_that_used_what_was_recorded_raises_no_doubt():
     assert feedback_doubts(dive(), Water()) == ()
+
+
+def test_an_attitude_whose_stamp_was_rounded_past_the_wrench_that_it_led_to_raises_no_doubt():
+    case = draw_case(
+        391_200_0003, kind="none"
+    )  # its controller runs at 13 Hz: two of three stamps are rounded
+    recorded = recorded_dive(case)
+    assert np.any(recorded.attitude.time_s != np.round(recorded.attitude.time_s * 26) / 26)
+    assert feedback_doubts(recorded, case.file.vehicle.water) == ()
 
 
 def test_a_wrench_that_follows_from_nothing_recorded_is_doubted_with_what_to_do():

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from bench.diagnosis.plan import Planned
+from bench.diagnosis.recorded import recorded_check, recorded_dive
 from bench.diagnosis.rivals import bic, network
 from bench.diagnosis.rivals.closing import closed
 from bench.diagnosis.rivals.said import Said
@@ -17,7 +18,7 @@ from bench.diagnosis.trials import CHECKED, effects_for, finite
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from identify.challenge.answers import Answer, Named
-from identify.challenge.case import Case, check_of, dive_of
+from identify.challenge.case import Case
 from identify.diagnose.nominal import Nominal, nominal_of
 
 BIC, SPARSE, NETWORK = "BIC, one cause", "sparse regression (PySINDy)", "network on the residual"
@@ -60,9 +61,9 @@ def rivals_job(one: Planned) -> Data:
     """All rivals on one dive, as JSON; they share the nominal fit, whose seconds count for each."""
     case = one.case()
     began = time.process_time()
-    nominal = nominal_of(dive_of(case), case.file, case.configuration)
+    nominal = nominal_of(recorded_dive(case), case.file, case.configuration)
     fitted_s = time.process_time() - began
-    other = nominal_of(check_of(case), case.file, case.configuration) if one.group in CHECKED else None
+    other = nominal_of(recorded_check(case), case.file, case.configuration) if one.group in CHECKED else None
     out: dict[str, Any] = {}
     for rival, name in available().items():
         began = time.process_time()
