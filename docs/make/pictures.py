@@ -37,12 +37,12 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class Picture:
-    """A screen after these steps: keys, or `after VERB`, which waits for that job's end. `out` holds its dives."""
+    """A screen after these steps: keys, or `after VERB`, which waits for that job's end; of the chosen `dive`."""
 
     name: str
     steps: tuple[str, ...] = ()
     size: Size = (124, 32)
-    out: str = "dives"
+    dive: str = ""
 
 
 OLDEST = ("2", "after dives", "end", "enter")
@@ -51,8 +51,10 @@ PICTURES = (
     Picture("dives", ("2", "after dives")),
     Picture("identify", (*OLDEST, "i", "after identify")),
     Picture("parameters", (*OLDEST, "3", "p", "after params diff")),
-    Picture("validate", ("2", "after dives", "down", "enter", "6", "v", "after validate"), (160, 50)),
-    Picture("diagnose", ("2", "after dives", "end", "enter", "4"), (160, 50), "weak"),
+    Picture(
+        "validate", ("2", "after dives", "down", "enter", "6", "c", "c", "v", "after validate"), (160, 50)
+    ),
+    Picture("diagnose", ("4",), (160, 50), "weak/*-off"),
 )
 
 
@@ -97,14 +99,14 @@ def simulate(mission: str, *words: str, vehicle: str = VEHICLE) -> tuple[str, ..
 
 
 @contextmanager
-def afloat() -> Iterator[None]:
-    """A vehicle that is afloat, and a recording of it."""
+def afloat(memory: str) -> Iterator[None]:
+    """A vehicle that is afloat with that file of parameters, and a recording of it."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
         one.bind(("127.0.0.1", 0))
         port = one.getsockname()[1]
     words = (
         ("record", "--link", f"udpin:127.0.0.1:{port}", "--out", "afloat"),
-        simulate("idle", "--link", f"udpout:127.0.0.1:{port}", "--parameters", "memory.json"),
+        simulate("idle", "--link", f"udpout:127.0.0.1:{port}", "--parameters", memory),
     )
     running = [
         subprocess.Popen([sys.executable, "-m", "tui", *one], stdout=subprocess.DEVNULL) for one in words
@@ -136,7 +138,7 @@ def dive() -> Path:
     seatrial(*simulate("validation", "--parameters", "memory.json"))
     (first,) = Path("dives").iterdir()
     seatrial("identify", str(first), "--vehicle", "ruvifist", "--param", "first.param")
-    with afloat():
+    with afloat("memory.json"):
         seatrial("params", "upload", "first.param", "--vehicle", "ruvifist", "--yes", "--receipts", "kept")
     for mode in ("shadow", "both"):
         seatrial(*simulate("validation", "--mode", mode, "--parameters", "memory.json"))
@@ -155,7 +157,8 @@ def drawn(picture: Picture, view: View) -> str:
     """The screen as SVG."""
 
     async def work() -> str:
-        desk = Desk(VEHICLE, Path(picture.out), Path("receipts"))
+        chosen = next(Path().glob(picture.dive)) if picture.dive else None
+        desk = Desk(VEHICLE, Path("dives"), Path("receipts"), chosen)
         app = SeatrialApp(Still(view), keep_theme=lambda _: None, desk=desk)
         async with app.run_test(size=picture.size) as pilot:
             await pilot.pause(0.5)
@@ -179,7 +182,7 @@ def main(names: Sequence[str]) -> None:
         os.chdir(name)
         os.environ |= {"XDG_STATE_HOME": name, "PYTHONPATH": str(ROOT)}
         view = at(dive(), WATCHED_S)
-        with afloat():
+        with afloat("new.json"):
             for picture in PICTURES:
                 if not names or picture.name in names:
                     (IMAGES / f"{picture.name}.svg").write_text(drawn(picture, view), encoding="utf-8")
