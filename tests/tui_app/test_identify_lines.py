@@ -118,7 +118,7 @@ def test_the_result_of_a_recording_that_is_no_folder_lies_under_its_name(tmp_pat
 def test_the_result_begins_with_its_outcome_and_has_each_value_with_interval_and_unit(dive):
     folder = dive()
     lines = said(result(found(folder, folder), 80))
-    assert lines[1] == "likelihood: converged, pinn: converged beside it. 11 of 12 coefficients"
+    assert lines[1] == "Converged: 11 of 12 coefficients identified by likelihood; pinn beside it:"
     assert "Likelihood and pinn agree in all 11 parameters that both identify." in lines
     row = next(line for line in lines if line.startswith("M_u"))
     assert row.split() == ["M_u", "111.7", "108.3", "…", "115.1", "kg"]
@@ -156,7 +156,7 @@ def test_one_that_told_nothing_has_no_table(dive):
     nothing = parameters(tuple(BY_NAME))
     folder = dive(parameters=nothing, outcome="not identifiable", comparison=None)
     lines = said(result(found(folder, folder), 80))
-    assert lines[1] == "likelihood: not identifiable. 0 of 12 coefficients identified."
+    assert lines[1] == "Not identifiable: 0 of 12 coefficients identified by likelihood."
     assert not any(line.startswith("M_u") for line in lines)
     assert any(line.startswith("1: M_qdot") for line in lines)
 

@@ -95,3 +95,9 @@ def test_the_users_own_file_is_taken_where_none_is_named(tmp_path, monkeypatch):
     own_file().parent.mkdir()
     own_file().write_text('theme.next: "f5"', encoding="utf-8")
     assert load_keymap(None, PLACES) == {"theme.next": "f5"}
+
+
+@pytest.mark.parametrize(("sign", "name"), [("-", "minus"), ("_", "underscore"), ("/", "slash")])
+def test_a_sign_and_its_name_are_one_key(keymap_of, sign, name):
+    with pytest.raises(ConfigError, match=f"the key '{name}' belongs to both"):
+        keymap_of(f'theme.next: "{sign}"\napp.help: "{name}"')

@@ -170,7 +170,10 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     def _show(self) -> None:
         view = self._views.view()
-        view = replace(view, picture=aged(view.picture, view.behind_s), view_only=self._view_only)
+        replayed = None if self.desk.replay is None else self.desk.replay.shown()
+        view = replace(
+            view, picture=aged(view.picture, view.behind_s), view_only=self._view_only, replay=replayed
+        )
         for screen in self.screen_stack:
             if isinstance(screen, StationScreen):
                 screen.show(view)

@@ -9,6 +9,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import DiveFolder, list_folders
 from tui.app.jobs import Jobs
+from tui.app.replay import Replay
 
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
@@ -24,7 +25,8 @@ class Desk:
     """`vehicle` is FILE[:CONFIGURATION], or ""; `out` holds the dive folders, `receipts` what uploads leave.
 
     `dive` is the one that was chosen on the screen Dives, None for the newest; `param` the parameter file that the
-    screen Parameters is to show, None for the one beside that dive. `recorded` tells the dive that is being recorded.
+    screen Parameters is to show, None for the one beside that dive; `replay` what Watch shows in place of the vehicle,
+    None for the vehicle. `recorded` tells the dive that is being recorded.
     """
 
     vehicle: str = ""
@@ -33,6 +35,7 @@ class Desk:
     dive: Path | None = None
     param: Path | None = None
     jobs: Jobs = field(default_factory=Jobs)
+    replay: Replay | None = None
     recorded: Callable[[], Path | None] = nothing_recorded
 
     def chosen(self) -> Path | None:

@@ -115,8 +115,9 @@ def result(found: Found, cells: int) -> Lines:
 
 
 def _outcome(found: Found) -> str:
-    second = f", {found.beside[0]} beside it" if found.beside else ""
-    return f"{found.method}: {found.outcome}{second}. {found.told} of {COEFFICIENTS} coefficients identified."
+    outcome = found.outcome[:1].upper() + found.outcome[1:]
+    second = f"; {found.beside[0].replace(':', ' beside it:')}" if found.beside else ""
+    return f"{outcome}: {found.told} of {COEFFICIENTS} coefficients identified by {found.method}{second}."
 
 
 def _row(one: Value, reasons: Sequence[str]) -> Line:

@@ -7,14 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from textual.keys import Keys
+from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 from bridge.errors import ConfigError
 from bridge.schema import load_yaml
 from tui.app.actions import Action
 
 MODIFIERS: Final = frozenset({"ctrl", "shift", "alt", "super", "hyper", "meta"})
-NAMED_KEYS: Final = frozenset(key.value.rpartition("+")[2] for key in Keys)
+NAMED_KEYS: Final = frozenset(
+    (*(key.value.rpartition("+")[2] for key in Keys), *KEY_NAME_REPLACEMENTS.values())
+)
 Keymap = dict[str, str]
 Places = Sequence[Sequence[Action]]
 """Actions that may be live at the same time, each with those that are live everywhere."""
@@ -102,4 +104,5 @@ def _normal(keys: str) -> list[str]:
 def _long_name(key: str) -> str:
     if len(key) > 1 or key.isalnum():
         return key
-    return unicodedata.name(key).lower().replace("-", "_").replace(" ", "_")
+    name = unicodedata.name(key).lower().replace("-", "_").replace(" ", "_")
+    return KEY_NAME_REPLACEMENTS.get(name, name)

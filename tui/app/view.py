@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from gcs_plugin.watch.picture import Picture
+from tui.app.replay import Replayed
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,8 @@ class Forcing:
 class View:
     """`behind_s` is how long ago the picture was made; `trouble` what the station can't do, "" where all is well.
 
-    `view_only`: whoever looks may only look.
+    `view_only`: whoever looks may only look. `replay` is the dive that is replayed, which Watch shows in place of the
+    picture; all else here is live.
     """
 
     picture: Picture
@@ -38,6 +40,7 @@ class View:
     behind_s: float = 0.0
     trouble: str = ""
     view_only: bool = False
+    replay: Replayed | None = None
 
 
 class Views(Protocol):

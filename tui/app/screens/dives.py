@@ -1,5 +1,6 @@
 """Dives: the recordings, what each could identify before anyone fits anything, and what to do with one."""
 
+import asyncio
 from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Final
@@ -17,6 +18,7 @@ from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table, wra
 from tui.app.header import Tab
 from tui.app.lines import Line, Lines, heading
 from tui.app.listed import ListedDive, listed, usual
+from tui.app.replay import open_replay
 from tui.app.screens.ask import AskScreen
 from tui.app.screens.form import FormScreen
 from tui.app.screens.frame import StationScreen
@@ -43,6 +45,7 @@ class DivesScreen(StationScreen):
         Action("dives.diagnose", "d", "begin('diagnose')", "Diagnose", "diagnose this dive, at once"),
         Action("dives.validate", "v", "begin('validate')", "Validate", "validate this dive, at once"),
         Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive", looks=True),
+        Action("dives.replay", "r", "replay", "Replay", "play this dive on Watch", looks=True),
         Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed"),
         Action(
             "dives.conditions",
@@ -128,6 +131,22 @@ class DivesScreen(StationScreen):
                 f"Note of {dive.name}", " ".join(dive.notes.split()), "what later explains the dive"
             )
             self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
+
+    def action_replay(self) -> None:
+        dive = self._dive()
+        if dive is not None:
+            self.run_worker(self._replay(dive.folder), exclusive=True)
+
+    async def _replay(self, folder: Path) -> None:
+        """Read the recording aside, then show it on Watch."""
+        self._unkept = ""
+        try:
+            self.desk.replay = await asyncio.to_thread(open_replay, folder, self.desk.vehicle_of(folder))
+        except SeatrialError as error:
+            self._unkept = str(error)
+            self._draw()
+            return
+        await self.begin_on("watch")
 
     def action_conditions(self) -> None:
         """Ask for what the dive was made under; where nothing is known, by what held in the dive before."""

@@ -1,6 +1,7 @@
 """Watch: what the vehicle does now, how healthy its sensors are, and what it said."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 from textual import events
@@ -13,12 +14,31 @@ from tui.app.header import Tab
 from tui.app.quantities import QUANTITIES
 from tui.app.screens.frame import StationScreen
 from tui.app.view import View
+from tui.app.widgets.line_view import LineView
 from tui.app.widgets.panes import Heading, SensorTable, ThrusterBars, Words
+from tui.app.widgets.replay_bar import ReplayBar
 from tui.app.widgets.strip_chart import StripChart
+from tui.app.widgets.top_line import TopLine
 
 MOTION = {"u": "first", "v": "first", "w": "first", "p": "second", "q": "second", "r": "first"}
 STATE = {"depth": "first", "heading": "second", "altitude": "mini", "voltage": "mini", "current": "second"}
 """The charts, and where there is little room: on the first page, on the second, or in one row on both."""
+
+
+def _in_replay(id: str, keys: str, call: str, words: str, sentence: str, in_footer: bool = False) -> Action:
+    return Action(f"replay.{id}", keys, f"replay_{call}", words, sentence, in_footer, looks=True)
+
+
+REPLAYING = (
+    _in_replay("end", "l", "end", "Live", "end the replay, and show the vehicle", in_footer=True),
+    _in_replay("pause", "space", "pause", "Pause", "pause the replay, or go on"),
+    _in_replay("back", "b", "seek(-10)", "-10 s", "10 s back in the replay"),
+    _in_replay("on", "f", "seek(10)", "+10 s", "10 s on in the replay"),
+    _in_replay("far_back", "B", "seek(-60)", "-60 s", "a minute back in the replay"),
+    _in_replay("far_on", "F", "seek(60)", "+60 s", "a minute on in the replay"),
+    _in_replay("slower", "minus", "speed(-1)", "Slower", "half the speed of the replay"),
+    _in_replay("faster", "plus,equals_sign", "speed(1)", "Faster", "twice the speed of the replay"),
+)
 
 
 class WatchScreen(StationScreen):
@@ -27,6 +47,7 @@ class WatchScreen(StationScreen):
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", looks=True),
         Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", looks=True),
+        *REPLAYING,
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
@@ -37,6 +58,7 @@ class WatchScreen(StationScreen):
         ("4 s ago", "older than 3 of its periods: dimmed, and dated"),
         ("--", "older than 10 of its periods, or no number"),
         ("░", "a gap in a chart; the dotted line is the reference"),
+        ("REPLAY", "all below it is a recorded dive; the lines above it are the vehicle now"),
     )
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
@@ -44,6 +66,7 @@ class WatchScreen(StationScreen):
         self.add_class("-first")
 
     def body(self) -> ComposeResult:
+        yield ReplayBar(self._replay_keys)
         with Horizontal(id="middle"):
             with Container(id="charts"):
                 for name, title, keys in (("motion", "VELOCITIES", MOTION), ("state", "STATE", STATE)):
@@ -65,6 +88,8 @@ class WatchScreen(StationScreen):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "charts":
             return self.has_class("-narrow") and not self.has_class("-words")
+        if action.startswith("replay_"):
+            return self.desk.replay is not None
         return super().check_action(action, parameters)
 
     def action_charts(self) -> None:
@@ -75,9 +100,48 @@ class WatchScreen(StationScreen):
         self.toggle_class("-words")
         self.refresh_bindings()
 
+    def show(self, view: View) -> None:
+        """The vehicle; while a dive is replayed that dive, under a line that says so. The lines on top stay live."""
+        replayed = view.replay
+        if self.has_class("-replay") != (replayed is not None):
+            self.set_class(replayed is not None, "-replay")
+            self.refresh_bindings()
+        super().show(view)
+        if replayed is not None:
+            below = replace(view, picture=replayed.picture)
+            for widget in self.query(LineView):
+                if not isinstance(widget, TopLine | ReplayBar):
+                    widget.show(below)
+
+    def action_replay_end(self) -> None:
+        self.desk.replay = None
+        if self.view is not None:
+            self.show(replace(self.view, replay=None))
+
+    def action_replay_pause(self) -> None:
+        if self.desk.replay is not None:
+            self.desk.replay.toggle()
+
+    def action_replay_seek(self, by_s: float) -> None:
+        if self.desk.replay is not None:
+            self.desk.replay.seek(by_s)
+
+    def action_replay_speed(self, steps: int) -> None:
+        if self.desk.replay is not None:
+            self.desk.replay.faster(steps)
+
+    def _replay_keys(self) -> str:
+        """The keys of the replay, as they are now."""
+        groups = (("pause",), ("back", "on"), ("far_back", "far_on"), ("slower", "faster"), ("end",))
+        words = ("pause", "10 s", "60 s", "speed", "live")
+        keys = (" ".join(self.key_of(f"replay.{name}") for name in group) for group in groups)
+        return "   ".join(f"{key} {word}" for key, word in zip(keys, words, strict=True))
+
     def close_up(self) -> None:
         if self.has_class("-words"):
             self.action_words()
+        elif self.desk.replay is not None:
+            self.action_replay_end()
 
     def on_resize(self, _: events.Resize) -> None:
         self.refresh_bindings()
