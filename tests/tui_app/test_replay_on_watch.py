@@ -216,6 +216,13 @@ def test_the_off_switch_is_the_vehicles_in_a_replay():
     assert views.forced == 1
 
 
+async def until(app, pilot, words):
+    """Show views until these words stand on the screen."""
+    while words not in text(app):
+        app._show()
+        await pilot.pause(0.01)
+
+
 def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tmp_path):
     folder = tmp_path / "2026-11-21T0352Z-hovering"
     folder.mkdir()
@@ -223,24 +230,16 @@ def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tm
 
     async def work(app, pilot):
         await pressed(pilot, "2")
-        while app.desk.jobs.runs("dives"):
-            await pilot.pause()
-        app._show()
+        await until(app, pilot, "UVw")
         await pressed(pilot, "r")
-        await app.workers.wait_for_complete()
-        app._show()
-        await pilot.pause()
-        assert "holds no telemetry.tlog" in text(app)
+        await until(app, pilot, "holds no telemetry.tlog")
         with TlogWriter(folder / "telemetry.tlog") as writer:
             for n in range(30):
                 raw = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 3, 0, n, 4, 3))
                 writer.write(1_790_000_000_000_000 + n * 1_000_000, raw)
         await pressed(pilot, "r")
-        await app.workers.wait_for_complete()
-        app._show()
-        await pilot.pause()
+        await until(app, pilot, "REPLAY 2026-11-21T0352Z-hovering")
+        await until(app, pilot, "of 00:00:29")
         assert isinstance(app.screen, WatchScreen)
-        assert "REPLAY 2026-11-21T0352Z-hovering" in text(app)
-        assert "of 00:00:29" in text(app)
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)

@@ -171,3 +171,22 @@ def test_without_a_recording_there_is_no_hub():
     assert recorder.recording(UNIX_S) is None
     with pytest.raises(LinkError, match="no recording runs"):
         recorder.hub()
+
+
+def test_a_recording_that_has_ended_is_begun_again_with_its_own_links_and_never_twice(monkeypatch):
+    begun = []
+    monkeypatch.setattr("tui.links.holding_now", lambda: HOLDING)
+    monkeypatch.setattr(recorder, "begin", lambda options, *_: begun.append(options))
+    again = tui._again(arguments("--vehicle", "ruvifist", "--out", "here"))
+    monkeypatch.setattr(recorder, "held", lambda _: HOLDING)
+    again()
+    assert begun == []
+    monkeypatch.setattr(recorder, "held", lambda _: None)
+    again()
+    assert begun == [["--link", HOLDING.links[0], "--out", "here", "--vehicle", "ruvifist"]]
+
+
+@pytest.mark.parametrize("words", [["--unrecorded", "--link", "x"], ["--view-only"]])
+def test_an_app_that_records_nothing_begins_nothing_again(words, monkeypatch):
+    monkeypatch.setattr("tui.links.holding_now", lambda: HOLDING)
+    assert tui._again(arguments(*words)) is None

@@ -66,6 +66,14 @@ EVERYWHERE: Final = (
         always=True,
         looks=True,
     ),
+    Action(
+        "recording.begin",
+        "ctrl+g",
+        "app.record",
+        "Record",
+        "begin a recording, where none runs any more",
+        in_footer=False,
+    ),
     Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight", looks=True),
     Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", always=True, looks=True),
     Action(

@@ -1,5 +1,6 @@
 """The terminal app: composes screens, keys, themes and the views that a station makes."""
 
+import asyncio
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -11,6 +12,7 @@ from textual.app import App
 from textual.binding import Binding
 from textual.dom import DOMNode
 
+from bridge.errors import SeatrialError
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
@@ -30,6 +32,7 @@ from tui.app.widgets.top_line import TopLine
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 
 GATE = Gate(action for place in PLACES for action in place)
+TELL_S = 20.0
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
 
@@ -122,6 +125,25 @@ class SeatrialApp(App[None], inherit_bindings=False):
             await self.action_open("parameters")
         else:
             self.exit()
+
+    def action_record(self) -> None:
+        """Begin a recording where none runs."""
+        if self.desk.record is None:
+            self.notify(
+                "the app was started with --unrecorded; leave it and start it without", severity="error"
+            )
+        elif self._views.view().recording is not None:
+            self.notify("a recording runs already")
+        else:
+            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+
+    async def _record(self, record: Callable[[], None]) -> None:
+        try:
+            await asyncio.to_thread(record)
+        except SeatrialError as error:
+            self.notify(f"nothing is recorded: {error}", severity="error", timeout=TELL_S)
+        else:
+            self.notify("a recording has begun")
 
     def action_help(self) -> None:
         """What the keys do here."""

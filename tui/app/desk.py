@@ -26,7 +26,8 @@ class Desk:
 
     `dive` is the one that was chosen on the screen Dives, None for the newest; `param` the parameter file that the
     screen Parameters is to show, None for the one beside that dive; `replay` what Watch shows in place of the vehicle,
-    None for the vehicle. `recorded` tells the dive that is being recorded.
+    None for the vehicle. `record` begins a recording where none runs, None where nothing is to be recorded; `recorded`
+    tells the dive that is being recorded.
     """
 
     vehicle: str = ""
@@ -36,6 +37,7 @@ class Desk:
     param: Path | None = None
     jobs: Jobs = field(default_factory=Jobs)
     replay: Replay | None = None
+    record: Callable[[], None] | None = None
     recorded: Callable[[], Path | None] = nothing_recorded
 
     def chosen(self) -> Path | None:

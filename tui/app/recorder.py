@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -47,8 +48,23 @@ def hub() -> str:
 
     holding = held(SystemClock().unix_s())
     if holding is None or not holding.hub:
-        raise LinkError("no recording runs that could be listened to; leave the app and start it again")
+        raise LinkError("no recording runs that could be listened to; begin one: Record in the palette")
     return holding.hub
+
+
+def options(links: Sequence[str], out: str, vehicle: str) -> list[str]:
+    """What `seatrial record` is told."""
+    named = ["--vehicle", vehicle] if vehicle else []
+    return [*(word for link in links for word in ("--link", link)), "--out", out, *named]
+
+
+def begin_again(arguments: Sequence[str]) -> None:
+    """Start a recording where none runs, and wait until it tells of itself. Raises LinkError."""
+    from bridge.clock import SystemClock
+
+    clock = SystemClock()
+    if held(clock.unix_s()) is None:
+        begin(arguments, clock, time.sleep)
 
 
 def record_command(arguments: Sequence[str]) -> list[str]:

@@ -165,6 +165,7 @@ def _show(arguments: argparse.Namespace) -> int:
             Path(arguments.out),
             Path(arguments.receipts),
             jobs=Jobs(looking_work) if arguments.view_only else Jobs(),
+            record=_again(arguments),
             recorded=recorded,
         ),
         view_only=arguments.view_only,
@@ -182,6 +183,20 @@ def _is_terminal() -> bool:
     import sys
 
     return sys.stdin.isatty() and sys.stderr.isatty()
+
+
+def _again(arguments: argparse.Namespace) -> "Callable[[], None] | None":
+    """What begins the recording again where it has ended: with its own links where none were named."""
+    from functools import partial
+
+    from tui.app import recorder
+    from tui.links import holding_now
+
+    holding = holding_now()
+    links = arguments.link or (holding.links if holding is not None else ())
+    if arguments.unrecorded or arguments.view_only or not links:
+        return None
+    return partial(recorder.begin_again, recorder.options(links, arguments.out, arguments.vehicle or ""))
 
 
 def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
@@ -211,8 +226,7 @@ def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
             raise exit_codes.UsageError(
                 "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
             )
-        options = [word for link in arguments.link for word in ("--link", link)] + ["--out", arguments.out]
-        options += ["--vehicle", arguments.vehicle] if arguments.vehicle else []
+        options = recorder.options(arguments.link, arguments.out, arguments.vehicle or "")
         holding = recorder.begin(options, clock, time.sleep)
     if not holding.hub:
         raise LinkError(f"{words_of(holding)} serves nobody; end it first, and start it without --hub none")

@@ -51,7 +51,7 @@ SCREENS: Final = (
         "identify",
         "3",
         "Identify",
-        "masses and dampings from the chosen dive, with their intervals",
+        "masses and dampings that the chosen dive tells",
         IdentifyScreen,
         IdentifyScreen.ACTIONS,
     ),

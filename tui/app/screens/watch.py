@@ -58,7 +58,7 @@ class WatchScreen(StationScreen):
         ("4 s ago", "older than 3 of its periods: dimmed, and dated"),
         ("--", "older than 10 of its periods, or no number"),
         ("░", "a gap in a chart; the dotted line is the reference"),
-        ("REPLAY", "all below it is a recorded dive; the lines above it are the vehicle now"),
+        ("REPLAY", "below it a recorded dive, above it the vehicle"),
     )
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:

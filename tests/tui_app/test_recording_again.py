@@ -1,0 +1,50 @@
+"""A key begins a recording again where the one before has ended, and says where that fails."""
+
+from dataclasses import replace
+
+from made_dives import desk
+from made_view import FixedViews, view
+from screen_text import made, pressed, run
+
+from bridge.errors import LinkError
+
+SIZE = (80, 24)
+SILENT = replace(view(), recording=None)
+
+
+def said_after_the_key(shown, record):
+    """What the app says once the key was pressed."""
+
+    async def work(app, pilot):
+        await pressed(pilot, "ctrl+g")
+        await app.workers.wait_for_complete()
+        await pilot.pause()
+        return [notice.message for notice in app._notifications]
+
+    return run(made(FixedViews(shown), desk=desk(record=record)), SIZE, work)
+
+
+def test_a_recording_is_begun_where_none_runs():
+    begun = []
+    assert said_after_the_key(SILENT, lambda: begun.append(1)) == ["a recording has begun"]
+    assert begun == [1]
+
+
+def test_one_that_runs_is_let_be():
+    begun = []
+    assert said_after_the_key(view(), lambda: begun.append(1)) == ["a recording runs already"]
+    assert begun == []
+
+
+def test_why_none_could_be_begun_is_said():
+    def fail():
+        raise LinkError("the recording did not start: udpin:127.0.0.1:14550: in use; choose another port")
+
+    assert said_after_the_key(SILENT, fail) == [
+        "nothing is recorded: the recording did not start: udpin:127.0.0.1:14550: in use; choose another port"
+    ]
+
+
+def test_an_app_that_records_nothing_says_how_it_would():
+    (said,) = said_after_the_key(SILENT, None)
+    assert "--unrecorded; leave it and start it without" in said
