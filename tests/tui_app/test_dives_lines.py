@@ -4,8 +4,9 @@ import math
 from pathlib import Path
 
 import pytest
-from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive
+from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive, excitation
 
+from bridge.vehicle.coefficients import COEFFICIENTS
 from tui.app.dives_lines import details, known_to, row_under, table, window
 from tui.app.lines import width
 from tui.app.listed import listed, usual
@@ -25,6 +26,10 @@ def test_dives_are_listed_the_newest_first():
 def test_the_newest_that_could_identify_anything_is_meant():
     assert usual(listed(DIVES), None) == HOVERING_DIVE.folder
     assert usual(listed([DECK, DAMAGED]), Path("other")) == Path("other")
+    rocking = DECK | {
+        "excitation": excitation(**{c.name: math.inf for c in COEFFICIENTS} | {"I_p": 0.1, "D_q": 0.1})
+    }
+    assert usual(listed([rocking, HOVERING]), None) == HOVERING_DIVE.folder
 
 
 def test_what_a_dive_could_tell_is_in_percent_or_no_or_unknown():

@@ -4,9 +4,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from tui.dive_list import FAIR
+
+RIGHTING_THEMSELVES: Final = ("_p", "_q")
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,9 @@ class ListedDive:
 
     @property
     def identifiable(self) -> bool:
-        """Whether it could identify anything."""
-        return any(std <= FAIR for std in (self.relative_std or {}).values())
+        """Whether it could identify anything of the axes that thrusters drive: afloat on deck a vehicle rocks, too."""
+        told = self.relative_std or {}
+        return any(std <= FAIR for name, std in told.items() if not name.endswith(RIGHTING_THEMSELVES))
 
     @property
     def worked_on(self) -> str:

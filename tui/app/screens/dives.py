@@ -44,9 +44,19 @@ class DivesScreen(StationScreen):
         Action("dives.identify", "i", "begin('identify')", "Identify", "identify this dive, at once"),
         Action("dives.diagnose", "d", "begin('diagnose')", "Diagnose", "diagnose this dive, at once"),
         Action("dives.validate", "v", "begin('validate')", "Validate", "validate this dive, at once"),
-        Action("dives.choose", "enter", "choose", "Choose", "the other screens show this dive", looks=True),
+        Action(
+            "dives.choose",
+            "enter",
+            "choose",
+            "Choose",
+            "the other screens show this dive",
+            in_footer=False,
+            looks=True,
+        ),
         Action("dives.replay", "r", "replay", "Replay", "play this dive on Watch", looks=True),
-        Action("dives.note", "n", "note", "Note", "what is noted of this dive, to be changed"),
+        Action(
+            "dives.note", "n", "note", "Note", "what is noted of this dive, to be changed", in_footer=False
+        ),
         Action(
             "dives.conditions",
             "c",
