@@ -63,6 +63,13 @@ def test_the_tutorial_runs_as_it_stands_and_comes_to_what_it_says(followed):
     assert list((followed.folder / "receipts").glob("*-accepted.param"))
 
 
+def test_the_errors_that_the_pages_tell_are_those_of_the_tutorials_dives(followed):
+    followed.type("seatrial validate dives/*-first dives/*-both --vehicle ruvifist --json errors.json")
+    pid, both = json.loads((followed.folder / "errors.json").read_text(encoding="utf-8"))
+    errors_m_s = [run["axes"][0]["overall"] for run in (pid, both)]
+    assert [round(100 * errors_m_s[0]), round(1000 * errors_m_s[1])] == [6, 1]
+
+
 def test_a_day_runs_as_it_stands(day):
     day.follow("docs/a_day.md", but=ELSEWHERE)
     priors = (day.folder / "our.yaml").read_text(encoding="utf-8")
