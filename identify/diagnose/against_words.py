@@ -11,7 +11,13 @@ NAMED = 3
 
 
 def verdict_sentence(one: Against) -> str:
-    """Which effects the simulator must gain, which of its numbers must change, and what that makes of its drift."""
+    """Which effects the simulator must gain, which of its numbers must change, and what that makes of its drift; under
+    what provisos."""
+    its = (f"Of the simulator: {proviso}" for proviso in one.simulator.provisos)
+    return " ".join((_verdict(one), *one.vehicle.provisos, *its))
+
+
+def _verdict(one: Against) -> str:
     gap = one.vehicle.gap
     numbers = _numbers(one.differences)
     if one.lacks:

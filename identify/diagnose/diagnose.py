@@ -34,6 +34,7 @@ from identify.diagnose.probability import BESIDE_UNKNOWN
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
+from identify.diagnose.spikes import MANY, Spikes, spikes_said, without_spikes
 from identify.diagnose.strangers import mass_hints
 from identify.diagnose.sure import sure
 from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
@@ -91,8 +92,11 @@ def diagnose(
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
     _able(dive, LEAST_S)
+    dive, spiky = without_spikes(dive)
+    other_spiky: tuple[Spikes, ...] = ()
     if check is not None:
         _able(check, LEAST_CHECK_S)
+        check, other_spiky = without_spikes(check)
     progress(0.0, "fitting the nominal model")
     shape = file.vehicle.configurations[configuration]
     whole = library(shape, file.vehicle.thrust_curve.lag_s)
@@ -132,6 +136,7 @@ def diagnose(
     dive_next = next_of(causes, tried)
     if is_unknown(left):
         dive_next = further(unexplained(left), found.now.course, dive_next)
+    many = any(one.share >= MANY for one in spiky)
     measured = None if prediction is None else windows_of(prediction).shrink(rng)
     progress(1.0, "done")
     return Diagnosis(
@@ -147,7 +152,6 @@ def diagnose(
         measured,
         dive_next,
         (
-            *mounting_hints(nominal.mirrored),
             *mass_hints(found.now, [mass for mass, _ in log_stds(found.causes, found.now)], shape),
             *held(holds),
             *not_held,
@@ -156,12 +160,19 @@ def diagnose(
             *_short_dive(dive),
             *_short(check),
             *(borne_out.note(heldout, measured) if causes else ()),
+            *((spikes_said(spiky),) if spiky and not many else ()),
+            *((spikes_said(other_spiky, check.name),) if check is not None and other_spiky else ()),
             *_notes(dive, nominal),
         ),
         time.perf_counter() - began_s,
         prediction,
         likely.accepted(causes, found, nominal, tried, holds, shape),
         beside_all(found, shape),
+        (
+            *_unjudged(nominal),
+            *mounting_hints(nominal.mirrored, nominal.swapped),
+            *((spikes_said(spiky),) if many else ()),
+        ),
     )
 
 
@@ -283,6 +294,12 @@ def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
         for dof in nominal.doubted
     ]
     return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
+
+
+def _unjudged(nominal: Nominal) -> tuple[str, ...]:
+    """Which degrees of freedom that thrust pushes were not looked at, and why: a verdict does not hold there."""
+    why = nominal.built.missing
+    return tuple(f"{DOFS[dof].capitalize()} was not judged: {why[dof]}." for dof in PUSHED if dof in why)
 
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:

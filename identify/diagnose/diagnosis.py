@@ -187,7 +187,8 @@ NOTHING = Accepted({}, (), ())
 class Diagnosis:
     """The answer to where, what, and how far. heldout: the prediction for a further dive; check: measured on one;
     None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond.
-    numbers: masses and dampings that were fitted beside all that was found, accepted or not."""
+    numbers: masses and dampings that were fitted beside all that was found, accepted or not. provisos: sentences
+    without which the verdict would mislead."""
 
     dive: str
     vehicle: str
@@ -205,3 +206,4 @@ class Diagnosis:
     prediction: Prediction | None = None
     accepted: Accepted = NOTHING
     numbers: Mapping[str, Value] = field(default_factory=dict)
+    provisos: tuple[str, ...] = ()

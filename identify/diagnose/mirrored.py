@@ -1,5 +1,5 @@
-"""Does a vehicle move the way in which its thrust pushes? A sensor that is mounted another way round says that it does
-not, and a fit then gives that axis up."""
+"""Does a vehicle move the way in which its thrust pushes? A sensor that is mounted another way round, or whose axes are
+swapped, says that it does not, and a fit then gives that axis up."""
 
 from collections.abc import Sequence
 
@@ -19,6 +19,9 @@ AGAINST = -0.5
 LAGS_S = (0.5, 1.0, 3.0, 10.0)
 """A vehicle's mass over its damping is somewhere among these."""
 
+SWAPPED = 0.3
+"""By so much better correlation each of two velocities goes with the other's thrust where they are swapped."""
+
 PUSHED = (0, 1, 2, 5)
 """Where thrust makes the motion: roll and pitch are righted."""
 
@@ -28,9 +31,26 @@ def mirrored(axes: Sequence[Axis]) -> tuple[int, ...]:
     return tuple(axis.dof for axis in axes if axis.dof in PUSHED and _runs_against(axis))
 
 
-def mounting_hints(dofs: Sequence[int]) -> tuple[str, ...]:
-    """A sentence for each of those."""
+def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
+    """Pairs of degrees of freedom of which each one's velocity goes with the thrust of the other."""
+    read = [axis for axis in axes if axis.dof < 3]
     return tuple(
+        (one.dof, other.dof)
+        for i, one in enumerate(read)
+        for other in read[i + 1 :]
+        if min(_rather(one, other), _rather(other, one)) > SWAPPED
+    )
+
+
+def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """A sentence for each of those."""
+    crossed = tuple(
+        f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
+        f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
+        "check both (seatrial doctor --wet tells of them) before you rely on any cause."
+        for one, other in pairs
+    )
+    return crossed + tuple(
         f"In {DOFS[dof]} the recorded {'velocity' if dof < 3 else 'rate of turn'} runs against the thrust: the "
         f"mounting of the {'DVL' if dof < 3 else 'gyro'}, or the sign of the thrusters, is not as the vehicle file has "
         "it; check both (seatrial doctor --wet tells of them) before you rely on any cause."
@@ -39,13 +59,24 @@ def mounting_hints(dofs: Sequence[int]) -> tuple[str, ...]:
 
 
 def _runs_against(axis: Axis) -> bool:
+    return _goes_with(axis, axis) < AGAINST
+
+
+def _rather(axis: Axis, other: Axis) -> float:
+    """By how much better a velocity goes with another axis's thrust than with its own, in correlations."""
+    return abs(_goes_with(axis, other)) - abs(_goes_with(axis, axis))
+
+
+def _goes_with(axis: Axis, pushed: Axis) -> float:
+    """The correlation of an axis's velocity with the thrust of one, behind the lag that fits best; 0 without any."""
     moving = np.isfinite(axis.reading) & (axis.state_read != POSITION)
-    force, speed = axis.force.mean(axis=1), axis.reading[moving]
+    force, speed = pushed.force.mean(axis=1), axis.reading[moving]
     if len(speed) < 2 or np.std(speed) == 0.0:
-        return False
-    behind = [_behind(force, axis.step_s, lag_s)[moving] for lag_s in LAGS_S]
+        return 0.0
+    at_s = axis.time_s[moving]
+    behind = [np.interp(at_s, pushed.time_s, _behind(force, pushed.step_s, lag_s)) for lag_s in LAGS_S]
     found = [float(np.corrcoef(speed, one)[0, 1]) for one in behind if np.std(one) > 0.0]
-    return bool(found) and max(found, key=abs) < AGAINST
+    return max(found, key=abs, default=0.0)
 
 
 @njit(cache=True, nogil=True)

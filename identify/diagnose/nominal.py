@@ -13,7 +13,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causal import expected, mean_before
 from identify.diagnose.cause import Cause
 from identify.diagnose.course import course_of
-from identify.diagnose.mirrored import mirrored
+from identify.diagnose.mirrored import mirrored, swapped
 from identify.diagnose.own import spoilt
 from identify.diagnose.thinned import thinned
 from identify.diagnose.whitened import steady_pushes
@@ -49,7 +49,8 @@ class Nominal:
     motion: velocities that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom
     whose controller used a reading that was not recorded. filtered: degrees of freedom whose readings an autopilot's
     own filter has freed of wild ones. witnesses: what else tells of effects. holds: effects accepted earlier, which
-    forces, readings and witnesses are without. mirrored: degrees of freedom that run against their thrust.
+    forces, readings and witnesses are without. mirrored: degrees of freedom that run against their thrust;
+    swapped: pairs that run with each other's.
     """
 
     built: Axes
@@ -63,6 +64,7 @@ class Nominal:
     acts: tuple[Act, ...] = ()
     holds: tuple[Cause, ...] = ()
     mirrored: tuple[int, ...] = ()
+    swapped: tuple[tuple[int, int], ...] = ()
 
 
 def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
@@ -78,7 +80,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
             "velocity and thruster commands"
         )
     shape = file.vehicle.configurations[configuration]
-    against = mirrored(built.axes)
+    against, crossed = mirrored(built.axes), swapped(built.axes)
     start = filters_of(built, shape)
     if (slow := _without_quick(start, built)) is not built:
         start, built = filters_of(slow, shape), slow
@@ -94,7 +96,16 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     course = course_of(dive, file, configuration, expected(joint, theta, motion), mass, damping)
     seen = witnesses(dive, file, course)
     return Nominal(
-        built, joint, _unpushed(joint, theta), motion, course, doubted, filtered, seen, mirrored=against
+        built,
+        joint,
+        _unpushed(joint, theta),
+        motion,
+        course,
+        doubted,
+        filtered,
+        seen,
+        mirrored=against,
+        swapped=crossed,
     )
 
 

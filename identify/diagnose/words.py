@@ -58,7 +58,11 @@ SINCE = "since it was accepted"
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """The verdict, where the gap lies and how far it shrinks."""
+    """The verdict, where the gap lies and how far it shrinks, and under what provisos."""
+    return " ".join((_verdict(diagnosis), *diagnosis.provisos))
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
     if diagnosis.verdict == "no_gap":
         return (

@@ -1,7 +1,9 @@
 """A file of another vehicle, a sensor that is mounted another way round, a sensor that stands still: each is told."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
@@ -11,8 +13,10 @@ from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.mirrored import mounting_hints
 from identify.diagnose.nominal import nominal_of
+from identify.diagnose.spikes import without_spikes
 from identify.diagnose.strangers import mass_hints
-from identify.dive import Signal
+from identify.diagnose.words import verdict_sentence
+from identify.dive import Dive, Signal
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +47,7 @@ def test_masses_that_no_such_vehicle_has_hint_at_the_file_of_another(case, nomin
 def test_the_file_of_the_vehicle_itself_gives_no_hint(case, nominal):
     shape = case.file.vehicle.configurations[case.configuration]
     assert mass_hints(nominal, [0.02] * 6, shape) == ()
-    assert nominal.mirrored == ()
+    assert nominal.mirrored == nominal.swapped == ()
 
 
 @pytest.mark.parametrize(("column", "dof"), [(0, "surge"), (1, "sway")])
@@ -54,8 +58,59 @@ def test_a_velocity_of_the_wrong_sign_hints_at_how_the_dvl_is_mounted(case, colu
     turned = nominal_of(
         replace(dive, velocity=Signal(dive.velocity.time_s, value)), case.file, case.configuration
     )
-    (hint,) = mounting_hints(turned.mirrored)
+    (hint,) = mounting_hints(turned.mirrored, turned.swapped)
     assert hint.startswith(f"In {dof} the recorded velocity runs against the thrust: the mounting of the DVL")
+
+
+def test_velocities_whose_axes_are_swapped_hint_at_the_mounting(case):
+    dive = dive_of(case)
+    turned = nominal_of(with_velocity(dive, dive.velocity.value[:, [1, 0, 2]]), case.file, case.configuration)
+    assert turned.swapped == ((0, 1),)
+    hint, *_ = mounting_hints(turned.mirrored, turned.swapped)
+    assert hint.startswith(
+        "The recorded velocity in surge goes with the thrust in sway, and that in sway with "
+    )
+
+
+def test_a_velocity_that_was_not_read_is_told_beside_the_verdict(case):
+    dive = dive_of(case)
+    value = dive.velocity.value.copy()
+    value[:, 0] = np.nan
+    found = _told(case, with_velocity(dive, value))
+    assert found.provisos == ("Surge was not judged: no velocity in surge was recorded.",)
+    assert verdict_sentence(found).endswith(found.provisos[0])
+    assert _told(case, dive).provisos == ()
+
+
+def test_spikes_are_left_out_and_told_beside_the_verdict(case):
+    dive = dive_of(case)
+    value = dive.velocity.value.copy()
+    read = np.flatnonzero(np.isfinite(value[:, 0]))[20::40]
+    value[read, 0] += 1.0
+    sound, (spikes,) = without_spikes(with_velocity(dive, value))
+    assert np.isnan(sound.velocity.value[read, 0]).all()
+    assert np.isnan(sound.velocity.value).sum() == np.isnan(value).sum() + len(read)
+    assert (spikes.dof, spikes.count) == (0, len(read))
+    assert spikes.share == pytest.approx(1 / 40, rel=0.1)
+    found = _told(case, with_velocity(dive, value))
+    assert found.verdict == "no_gap"
+    (proviso,) = found.provisos
+    assert f"these spikes were left out: {len(read)} in surge (2.5 %)" in proviso
+
+
+def test_a_sound_velocity_has_no_spikes_and_an_autopilot_s_own_is_not_looked_at(case):
+    dive = dive_of(case)
+    assert without_spikes(dive) == (dive, ())
+    value = dive.velocity.value.copy()
+    value[100::50] += 1.0
+    spiky = with_velocity(replace(dive, velocity_is_filtered=True), value)
+    assert without_spikes(spiky) == (spiky, ())
+
+
+def test_a_stop_within_one_reading_is_no_spike():
+    time_s = np.arange(200) / 8.0
+    value = np.where(time_s < 12.0, 0.6, 0.0)[:, None] * np.ones(3)
+    assert without_spikes(Dive("stop", Path("stop"), "", velocity=Signal(time_s, value)))[1] == ()
 
 
 def test_a_velocity_that_stood_still_for_most_of_a_dive_is_refused_and_for_less_is_not(case):
@@ -65,6 +120,10 @@ def test_a_velocity_that_stood_still_for_most_of_a_dive_is_refused_and_for_less_
     with pytest.raises(FitError, match=r"repeats one value for .* check the DVL"):
         _told(case, replace(dive, frozen={"velocity": ((start_s, start_s + 1.02 * half_s),)}))
     assert _told(case, replace(dive, frozen={"velocity": ((start_s, start_s + 0.98 * half_s),)}))
+
+
+def with_velocity(dive, value):
+    return replace(dive, velocity=Signal(dive.velocity.time_s, value))
 
 
 def _told(case, dive):
