@@ -117,9 +117,9 @@ def afloat(memory: str) -> Iterator[None]:
             time.sleep(0.1)
         yield
     finally:
-        for one in running:
-            one.send_signal(signal.SIGINT)
-            one.wait()
+        for process in running:
+            process.send_signal(signal.SIGINT)
+            process.wait()
 
 
 def weak_vehicle() -> str:

@@ -77,4 +77,15 @@ def yaml_blocks():
 def test_every_link_of_a_page_leads_somewhere(page):
     links = re.findall(r"\]\(([^)]+)\)", (ROOT / page).read_text(encoding="utf-8"))
     inside = [link for link in links if not link.startswith("https://")]
-    assert [link for link in inside if not ((ROOT / page).parent / link.split("#")[0]).exists()] == []
+    assert [link for link in inside if not leads_somewhere(page, link)] == []
+
+
+def leads_somewhere(page, link):
+    path, _, heading = link.partition("#")
+    target = (ROOT / page).parent / path if path else ROOT / page
+    if not target.exists():
+        return False
+    headings = re.findall(r"^#+ (.*)", target.read_text(encoding="utf-8"), re.M) if heading else ()
+    return not heading or heading in (
+        re.sub(r"[^\w -]", "", one.lower()).replace(" ", "-") for one in headings
+    )
