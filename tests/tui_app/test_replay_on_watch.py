@@ -2,14 +2,19 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
-from made_dives import desk
+from made_dives import HOVERING, FakeVerbs, desk
 from made_view import FixedViews, picture
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
 
+from bridge.framing import Encoder
+from bridge.tlog import TlogWriter
 from tui.app.lines import width
 from tui.app.replay import BEFORE_S, SPEEDS, Replay, Replayed, bar
+from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
@@ -210,3 +215,36 @@ def test_the_off_switch_is_the_vehicles_in_a_replay():
     views = FixedViews()
     run(made(views, desk=desk(replay=StillReplay())), NARROW, lambda _, pilot: pressed(pilot, "ctrl+x"))
     assert views.forced == 1
+
+
+async def until(app, pilot, words):
+    """Show views until these words stand on the screen."""
+    for _ in range(400):
+        if words in " ".join(text(app).split()):
+            return
+        app._show()
+        await pilot.pause(0.01)
+    raise AssertionError(text(app))
+
+
+def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = Path("2026-11-21T0352Z-hovering")
+    folder.mkdir()
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
+
+    async def work(app, pilot):
+        await pressed(pilot, "2")
+        await until(app, pilot, "UVw")
+        await pressed(pilot, "r")
+        await until(app, pilot, "holds no telemetry.tlog; give the folder of a dive")
+        with TlogWriter(folder / "telemetry.tlog") as writer:
+            for n in range(30):
+                raw = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 3, 0, n, 4, 3))
+                writer.write(1_790_000_000_000_000 + n * 1_000_000, raw)
+        await pressed(pilot, "r")
+        await until(app, pilot, "REPLAY 2026-11-21T0352Z-hovering")
+        await until(app, pilot, "of 00:00:29")
+        assert isinstance(app.screen, WatchScreen)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
