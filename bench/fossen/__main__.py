@@ -1,8 +1,10 @@
 """`python -m bench.fossen FOLDER OUT`: which run of each vehicle holds what the other does not, as OUT/VEHICLE.json."""
 
+import argparse
 import json
 import logging
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ from bench.fossen.answer import answer, best_alone
 from bench.fossen.candidates import BIAS, CURRENT, GROUPS, candidates
 from bench.fossen.fit import Pair, Weighed, weigh
 from bench.fossen.runs import NEEDED, STATES, load_run
-from bridge.errors import FitError
+from bridge.errors import FitError, LogError
 
 log = logging.getLogger(__name__)
 
@@ -37,7 +39,27 @@ def judged(folder: Path, vehicle: str) -> tuple[Pair, str, tuple[Weighed, ...]]:
     return pairs[run], run, weighed
 
 
+def command(words: Sequence[str]) -> int:
+    """0, or 1 where something is wrong, which it says; argparse leaves with 2 where an argument is missing."""
+    parser = argparse.ArgumentParser(prog="python -m bench.fossen", description=__doc__)
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="the simulator's runs")
+    parser.add_argument(
+        "out", metavar="OUT", type=Path, help="the folder to write into; made where it is not there"
+    )
+    given = parser.parse_args(words)
+    try:
+        main(given.folder, given.out)
+    except (FitError, LogError) as error:
+        log.error("bench.fossen: %s", error)
+        return 1
+    return 0
+
+
 def main(folder: Path, out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise LogError(f"{out}: is no folder to write into ({error.strerror}); give another one") from None
     for vehicle in NEEDED:
         pair, run, weighed = judged(folder, vehicle)
         log.info(
@@ -51,4 +73,4 @@ def main(folder: Path, out: Path) -> None:
 
 if __name__ == "__main__":
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    main(*(Path(one) for one in sys.argv[1:3]))
+    sys.exit(command(sys.argv[1:]))

@@ -63,7 +63,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Judged:
-    """A truth and its answer; an answer that is not there counts as wrong."""
+    """A truth and its answer; one that is not there names nothing, and is no false alarm."""
 
     truth: Mapping[str, Any]
     answer: Answer | None
@@ -136,6 +136,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     by = {kind: [c for c in cases if c.kind == kind] for kind in ("none", "one", "two", "novel", "absorbed")}
     known = by["one"] + by["two"]
     clear = [case for case in by["one"] if case.truth["size"] >= CLEAR]
+    none = [case for case in by["none"] if case.answer is not None]
     off, inside = _magnitudes(by["one"] + by["absorbed"])
     off_two, inside_two = _magnitudes(by["two"])
     rates = {
@@ -152,9 +153,9 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         "where a gap is told: right degree of freedom": _rate(
             [case for case in known + by["novel"] if case.verdict not in ("", "no_gap")], Judged.where
         ),
-        "false alarms where nothing hides": _rate(by["none"], lambda c: c.verdict != "no_gap"),
+        "false alarms where nothing hides": _rate(none, lambda c: c.verdict != "no_gap"),
         "false alarms where the disturbance has one pole, as the nominal model takes it": _rate(
-            [case for case in by["none"] if case.truth["poles"] == 1],
+            [case for case in none if case.truth["poles"] == 1],
             lambda c: c.verdict != "no_gap",
         ),
         "unknown called unknown": _rate(by["novel"], lambda c: c.verdict == "unknown"),
@@ -169,6 +170,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         ),
         "magnitudes within their 95 % intervals": inside,
         "two hidden: magnitudes within their 95 % intervals": inside_two,
+        "without an answer": _rate(cases, lambda c: c.answer is None),
     }
     numbers = {
         "mean class size": _mean(1.0 + len(named.also) for case in cases for named in case.named),

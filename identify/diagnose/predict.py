@@ -44,7 +44,8 @@ def csv_of(one: Prediction) -> str:
         f"# floor, rms after {HORIZON_S:g} s by noise alone: {floors}.",
         "# drift: before, or after, less measured in the last line of each window, rms over windows, over the floor, "
         f"and the rms of that over {len(fitted)} degrees of freedom; shrink = (before - after) / (before - floor), "
-        "after no less than floor.",
+        f"after no less than floor, and no number where before is no more than {LEAST_GAP:g} over floor: there is too "
+        "little to shrink.",
         f"# floor of this dive: the rms over degrees of freedom of 1 where before and after differ by more than "
         f"{LEAST_GAP:g}, and else, for there no cause closes anything and noise is all that there is, of after within "
         f"{1 - CHANCE:g} and {1 + CHANCE:g}.",

@@ -78,15 +78,19 @@ def _verdict(diagnosis: Diagnosis) -> str:
         where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
         return f"Something is there that no candidate explains: {where}{told}.{part}"
     doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in likely if one.also)
+    no_gap = _opens_none(diagnosis)
     if not likely:
-        causes = _may_explain(possible, "the gap")
-    elif not possible:
-        causes = f"{_explain(likely, 'the gap')}{doubt}"
+        causes = _may_explain(possible, "what shows" if no_gap else "the gap")
     else:
-        causes = f"{_explain(likely, 'the gap')}{doubt}; {_may_explain(possible, 'some of it, too')}"
+        many = len(likely) > 1
+        shows = "show, but open no gap" if many else "shows, but opens no gap"
+        causes = f"{_all(likely)} {shows}" if no_gap else _explain(likely, "the gap")
+        causes += doubt
+        if possible:
+            causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
     causes += borne_out.clause(diagnosis.heldout, diagnosis.check)
     shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it")
-    return f"{_capital(causes)}: {where_sentence(gap)}{shrink}."
+    return f"{_capital(causes)}: {where_sentence(gap, 'what shows' if no_gap else 'it')}{shrink}."
 
 
 def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
@@ -306,17 +310,31 @@ def _whole(diagnosis: Diagnosis) -> str:
     return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
 
 
-def _falls(diagnosis: Diagnosis, causes: str) -> str:
-    """What the drift falls to, by the best evidence there is: the check dive, pieces held out, the dive itself."""
+def _drifts(diagnosis: Diagnosis) -> tuple[float, float, str] | None:
+    """What drifts before and after, and where: by the best evidence there is, the check dive, pieces held out, the dive
+    itself."""
     if diagnosis.check is not None:
-        before, after, where = diagnosis.check.before, diagnosis.check.after, " on the check dive"
-    elif diagnosis.heldout is not None:
-        before, after, where = diagnosis.heldout.before, diagnosis.heldout.after, " on pieces held out"
-    else:
-        at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
-        if not at:
-            return ""
-        before, after, where = diagnosis.gap.before, at[0], ""
+        return diagnosis.check.before, diagnosis.check.after, " on the check dive"
+    if diagnosis.heldout is not None:
+        return diagnosis.heldout.before, diagnosis.heldout.after, " on pieces held out"
+    at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    return (diagnosis.gap.before, at[0], "") if at else None
+
+
+def _opens_none(diagnosis: Diagnosis) -> bool:
+    """Whether what was found makes no drift that noise alone would not: with it or without, it is the same."""
+    found = _drifts(diagnosis)
+    if found is None or max(found[0], diagnosis.gap.before) > 1.0 + CHANCE:
+        return False
+    return significant(found[0], 2) == significant(found[1], 2)
+
+
+def _falls(diagnosis: Diagnosis, causes: str) -> str:
+    """What the drift falls to."""
+    found = _drifts(diagnosis)
+    if found is None:
+        return ""
+    before, after, where = found
     told = significant(before, 2), significant(after, 2)
     if all(one.cause.effect.place == "log" for one in diagnosis.found):
         return (

@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from bridge.effects.effect import FeedForward
+from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import words
 from identify.diagnose.diagnosis import Diagnosis, Found, Shrink
@@ -158,7 +159,17 @@ def _candidates(d: Diagnosis) -> Section | None:
     if not d.tried:
         return None
     drawn, weaker = figures.candidates(d.tried)
-    return Section("2.1 All candidates", NATS, weaker, (drawn,))
+    return Section("2.1 All candidates", NATS + _by_other_tests(d), weaker, (drawn,))
+
+
+def _by_other_tests(d: Diagnosis) -> str:
+    """Of causes that no nats speak for, what does."""
+    if not any(one.name == WRONG_FEEDBACK_LOG.name for one in d.found):
+        return ""
+    return (
+        " Not so a wrong feedback log: it makes no force that could foretell anything, and rests on another test, of "
+        "whether the recorded readings make up what the controller asked for."
+    )
 
 
 def _how_far(d: Diagnosis) -> Section:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.fossen.__main__ import command
 from bench.fossen.candidates import ALONE, BIAS, CURRENT
 from bench.fossen.fit import Pair, weigh
 from bench.fossen.runs import load_run
@@ -15,6 +16,16 @@ SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 RUNS = SHARED / "data" / "fossen_simulator"
 ANSWERS = Path(__file__).resolve().parents[1] / "data" / "sealed_answers"
 COUNT, STEP_S = 1500, 0.1
+
+
+def test_a_command_without_a_folder_or_with_one_that_can_t_be_says_so(tmp_path, caplog):
+    with pytest.raises(SystemExit) as left:
+        command([str(tmp_path)])
+    assert left.value.code == 2
+    taken = tmp_path / "taken"
+    taken.write_text("", encoding="utf-8")
+    assert command([str(tmp_path), str(taken)]) == 1
+    assert f"{taken}: is no folder to write into" in caplog.text
 
 
 def otter(seed, north=0.0, east=0.0):

@@ -148,8 +148,11 @@ def test_verdicts_are_counted_where_they_belong() -> None:
     assert hits(result, "one hidden: named first") == (0, 1)
 
 
-def test_an_answer_that_is_missing_is_wrong_where_nothing_hides_too() -> None:
-    assert hits(judged((truth("a", "none"), None)), "false alarms where nothing") == (1, 1)
+def test_an_answer_that_is_missing_is_no_false_alarm_and_is_counted_by_itself() -> None:
+    result = judged((truth("a", "none"), answer("explained", "waves")), (truth("b", "none"), None))
+    assert hits(result, "false alarms where nothing") == (1, 1)
+    assert hits(result, "false alarms where the disturbance") == (1, 1)
+    assert hits(result, "without an answer") == (1, 2)
 
 
 def test_sizes_of_the_named_and_the_missed_are_told_by_effect() -> None:

@@ -239,6 +239,26 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
     )
 
 
+def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
+    lag = replace(found("thruster_lag"), probability=0.89)
+    small = replace(gap(), before=1.02)
+    said = words.verdict_sentence(
+        diagnosis(found=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+    )
+    assert said.startswith("Thruster lag shows, but opens no gap: ")
+    assert "% of what shows is in " in said
+    wide = words.verdict_sentence(
+        diagnosis(found=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+    )
+    assert wide.startswith("Thruster lag explains the gap: ")
+
+
+def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
+    heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    assert "rests on another test" in read(diagnosis(found=(heard,)))
+    assert "rests on another test" not in read(diagnosis())
+
+
 def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
     def above(low: float) -> str:
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))

@@ -131,7 +131,7 @@ def _show(result: "Score", json_target: str | None) -> None:
     values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
     show.put(console, show.table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:
-        show.say(console, f"no answer, so counted as wrong: {', '.join(result.unanswered)}")
+        show.say(console, f"no answer, so nothing named there: {', '.join(result.unanswered)}")
 
 
 def _size(floors: float) -> str:
