@@ -5,7 +5,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from bridge.effects.effect import Effect
+from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import borne_out
 from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
 from identify.diagnose.probability import LIKELY
@@ -235,6 +238,23 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
     largest = max(mine, key=lambda one: one.share)
     part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
     return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
+
+
+def where_note(gap: Gap) -> str:
+    """Where the most of the squared drift is in another degree of freedom than the most of the gap: that it is. ""
+    where both agree."""
+    at = [one.by_axis**2 for one in gap.drifts if one.horizon_s == DRIFT_S]
+    by_dof = shares_by_dof(gap.where)
+    if not at or not by_dof or gap.before <= 1.0 + CHANCE:
+        return ""
+    k = int(np.nanargmax(at[0]))
+    share = float(at[0][k] / np.nansum(at[0]))
+    if share <= MOST_OF_THAT or DOFS[k] == max(by_dof, key=lambda name: by_dof[name]):
+        return ""
+    return (
+        f"By drift it is another: {percent(share)} of the squared {DRIFT_S:g} s drift, in floors, is in {DOFS[k]}. "
+        "Shares are of the missing force, over the disturbance there."
+    )
 
 
 def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:

@@ -22,6 +22,12 @@ FLOOR = (
     "is as good as a model gets; what is below it is chance, most of all in a single degree of freedom or over a few "
     "windows."
 )
+SHARED_OUT = (
+    "What is shared out is force, not drift: the squares of what is missing beyond what masses and dampings take up, "
+    "over those of the disturbance in that degree of freedom (of a spoilt reading, over its sensor's noise; of what no "
+    "candidate explains, the drift over 1 s too). A force counts as much in a degree of freedom where it makes little "
+    "drift."
+)
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
     f"cause as without it. A cause is accepted from {LEAST_GAIN:g} nats on (about "
@@ -71,7 +77,16 @@ def _where(d: Diagnosis) -> Section:
     if not d.gap.where:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     largest = "; ".join(words.where_lines(d))
-    text = f"The largest parts of the squared gap: {largest}." if largest else ""
+    text = " ".join(
+        filter(
+            None,
+            (
+                f"The largest parts of the squared gap: {largest}." if largest else "",
+                words.where_note(d.gap),
+                SHARED_OUT,
+            ),
+        )
+    )
     return Section("1. Where it lies", text, (), (figures.where_map(d.gap), *figures.slices(d.gap)))
 
 
@@ -106,8 +121,8 @@ def _by_dof(d: Diagnosis) -> Section:
         for i in present
     )
     caption = (
-        "Share of the squared gap; missing force or moment, root mean square; drift of the simulated velocity without "
-        "→ with the causes."
+        "Share of the squared gap, of force as above; missing force or moment, root mean square; drift of the "
+        "simulated velocity without → with the causes."
     )
     table = Table(("Degree of freedom", "Share", "Missing", *horizons), rows, caption)
     time = figures.over_time(d)

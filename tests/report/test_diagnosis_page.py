@@ -296,6 +296,20 @@ def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
     assert where == "60 % of it is in surge, most of that steady"
 
 
+def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
+    assert words.where_note(gap()) == ""
+    sway = replace(gap(), where=(Share("sway", "steady", 0.8), Share("surge", "steady", 0.2)))
+    off, floor = np.ones((20, 6)) * [3.0, 1.0, 1.0, 1.0, 1.0, 1.0], np.full(6, np.nan)
+    floor[:2] = 1.0
+    sway = replace(sway, drifts=tuple(Drift(h, np.arange(20.0), off, floor) for h in (1.0, 5.0, 20.0)))
+    assert words.where_note(sway).startswith(
+        "By drift it is another: 90 % of the squared 5 s drift, in floors, is in surge."
+    )
+    assert "What is shared out is force, not drift" in read(diagnosis())
+    assert "By drift it is another" in read(diagnosis(gap=sway))
+    assert words.where_note(replace(sway, before=1.1)) == ""
+
+
 def test_most_is_not_said_of_what_is_no_more_than_half():
     shares = (
         ("surge", "steady", 0.19),

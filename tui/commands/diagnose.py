@@ -217,6 +217,7 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
         *words.cause_lines(found),
         *words.character_lines(found),
         *(f"Where: {line}." for line in words.where_lines(found)),
+        *filter(None, (words.where_note(found.gap),)),
         *words.shrink_lines(found),
         *words.next_lines(found),
         *found.notes,
