@@ -4,6 +4,7 @@ import json
 import math
 import os
 from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -28,6 +29,15 @@ class Holding:
     disk_left_s: float
     notices: tuple[str, ...]
     written_unix_s: float
+
+    @property
+    def began_unix_s(self) -> float:
+        """When its dive began; one that does not say has just begun."""
+        try:
+            began = datetime.fromisoformat(self.began_utc)
+        except ValueError:
+            return self.written_unix_s
+        return (began if began.tzinfo else began.replace(tzinfo=UTC)).timestamp()
 
 
 def state_file() -> Path:

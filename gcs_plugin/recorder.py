@@ -2,7 +2,8 @@
 
 A file that fails never ends the recording: the next one is opened, and what could not be written waits in
 memory. Stamps run on the boot clock from one pairing with Unix time, so that a clock that is set mid-dive
-can't turn them back. What others on this computer send by way of the outlet goes out on every link, and into the file:
+can't turn them back. `go_on` ends one dive and begins the next between two frames, with links and outlet as they are.
+What others on this computer send by way of the outlet goes out on every link, and into the file:
 it explains later what was asked of the vehicle.
 """
 
@@ -77,6 +78,26 @@ class Recorded:
     frame: Frame
 
 
+@dataclass(frozen=True, slots=True)
+class Count:
+    """What a dive's files hold; `heard` are the frames of the links alone, `lost` those that no file took."""
+
+    files: int
+    heard: int
+    frames: int
+    bytes: int
+    lost: int
+
+
+@dataclass(frozen=True)
+class _Following:
+    """Where the next dive goes."""
+
+    writer: Writer
+    open_file: Callable[[int], Writer]
+    changed: Callable[[Count], None]
+
+
 @dataclass
 class _Port:
     """A link with what belongs to it; `link` is None while it is gone, `again` opens it aside, where it may."""
@@ -141,6 +162,8 @@ class Recorder:
         self.recorded = 0
         self.recorded_bytes = 0
         self.lost = 0
+        self._following: _Following | None = None
+        self._finished: deque[Writer] = deque()
         self._writer: Writer | None = self._open_first()
 
     @property
@@ -148,12 +171,18 @@ class Recorder:
         """The health of each link by its name."""
         return {port.name: port.health for port in self._ports}
 
+    @property
+    def count(self) -> Count:
+        """What the present dive's files hold."""
+        return Count(self.files, self.heard, self.recorded, self.recorded_bytes, self.lost)
+
     def unix_us(self) -> int:
         """Now, on the recording's own clock, which never runs back."""
         return round((self._unix_at_start_s + self._clock.boot_s() - self._boot_at_start_s) * 1e6)
 
     def step(self, timeout_s: float) -> list[Recorded]:
         """Record what the links have, waiting up to `timeout_s` where they have nothing."""
+        self._change()
         taken = [item for port in self._ports for item in self._read(port, 0.0)]
         alive = [port for port in self._ports if port.link is not None]
         if not taken and timeout_s > 0:
@@ -165,8 +194,20 @@ class Recorder:
         self._check_disk()
         return taken
 
+    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Count], None]) -> None:
+        """Begin the next dive with the next `step`, in files of `open_file`; may be called from another thread.
+
+        `changed` hears in the thread of `step` what the files before hold. Raises LogError where the first file can't
+        be made, or a next dive waits already: all stays as it is.
+        """
+        if self._following is not None:
+            raise LogError("the next dive waits for the disk already; check the disk")
+        self._following = _Following(open_file(1), open_file, changed)
+
     def sync(self) -> None:
         """Put what is written on the disk; to be called from another thread than `step`."""
+        while self._finished:
+            self._finish(self._finished.popleft())
         writer = self._writer
         if writer is None:
             return
@@ -177,7 +218,8 @@ class Recorder:
                 self._sync_failure = str(error)
 
     def close(self) -> None:
-        """Write what waits and close file and links."""
+        """Write what waits and close files and links."""
+        self._change()
         for port in self._ports:
             for frame in port.framer.flush():
                 self._keep(port, frame)
@@ -186,8 +228,8 @@ class Recorder:
         if self._waiting:
             self._say("error", f"{len(self._waiting)} frames could not be written and are lost")
             self.lost += len(self._waiting)
+        self.sync()
         if self._writer is not None:
-            self.sync()
             with contextlib.suppress(OSError):
                 self._writer.close()
             self._writer = None
@@ -215,6 +257,31 @@ class Recorder:
             # Before the disk is asked for anything: one that stalls would make a recording that runs look dead.
             self._each_second()
             self.sync()
+
+    def _change(self) -> None:
+        """Go on in the next dive's files where one is to begin; what could not be written yet goes there."""
+        following, self._following = self._following, None
+        if following is None:
+            return
+        self._drain()
+        if self._writer is not None:
+            # Closed by who syncs: waiting for the disk here would lose what the links bring meanwhile.
+            self._finished.append(self._writer)
+        self._writer, self._open_file = following.writer, following.open_file
+        self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), SYNC_EVERY_S
+        count = self.count
+        self._bytes_at_disk_check -= count.bytes
+        self.files, self.heard, self.recorded, self.recorded_bytes, self.lost = 1, 0, 0, 0, 0
+        following.changed(count)
+
+    def _finish(self, writer: Writer) -> None:
+        """Put a finished dive's file on the disk, and close it."""
+        try:
+            writer.sync()
+        except LogError as error:
+            self._say("error", str(error))
+        with contextlib.suppress(OSError):
+            writer.close()
 
     def _read(self, port: _Port, timeout_s: float) -> list[Recorded]:
         link = port.link or self._reopened(port)

@@ -21,8 +21,8 @@ class RecordingState:
     """
 
     def __init__(self, clock: Clock, links: tuple[str, ...], folder: Path, hub: str) -> None:
-        self._clock, self._links, self._folder, self._hub = clock, links, folder, hub
-        self._began_utc = utc_text(clock.unix_s())
+        self._clock, self._links, self._hub = clock, links, hub
+        self.begin(folder)
         self._notices: tuple[str, ...] = ()
         self._fault = ""
 
@@ -37,6 +37,11 @@ class RecordingState:
             return "its links serve nobody else"
         return f"params, doctor, ff and note go by way of it, at {self._hub}"
 
+    def begin(self, folder: Path) -> None:
+        """A dive begins now, in this folder."""
+        # One assignment: another thread may be telling it.
+        self._dive = (folder, utc_text(self._clock.unix_s()))
+
     def notice(self, said: Notice) -> None:
         """Something that an operator must hear of."""
         self._notices = (*self._notices, f"{said.level}: {said.sentence}")[-MOST_NOTICES:]
@@ -45,12 +50,13 @@ class RecordingState:
         """Write it now; where that fails, say so once."""
         if self._other() is not None:
             return
+        folder, began_utc = self._dive
         holding = Holding(
             os.getpid(),
             self._hub,
             self._links,
-            str(self._folder.absolute()),
-            self._began_utc,
+            str(folder.absolute()),
+            began_utc,
             recorder.recorded,
             recorder.recorded_bytes,
             recorder.lost,

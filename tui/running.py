@@ -15,12 +15,12 @@ def until_stopped(
     work: Callable[[threading.Event], None],
     clock: Clock,
     seconds: float | None,
-    each: Callable[[float], None],
+    each: Callable[[float], bool | None],
 ) -> None:
     """Run `work` in a thread of its own until the user stops it, `seconds` have passed, or it ends.
 
     `work` returns soon after its event is set. `each` is called a few times a second with the time since the
-    start. Whatever `work` raises is raised here.
+    start, and ends it by answering True. Whatever `work` raises is raised here.
     """
     stop = threading.Event()
     start_s = clock.boot_s()
@@ -31,7 +31,8 @@ def until_stopped(
                 seconds is None or clock.boot_s() - start_s < seconds
             ):
                 stop.wait(LOOK_EVERY_S)
-                each(clock.boot_s() - start_s)
+                if each(clock.boot_s() - start_s):
+                    break
         finally:
             stop.set()
         job.result()

@@ -74,6 +74,22 @@ EVERYWHERE: Final = (
         "begin a recording, where none runs any more",
         in_footer=False,
     ),
+    Action(
+        "recording.next",
+        "ctrl+n",
+        "app.next_dive",
+        "Next dive",
+        "go on recording in a new dive folder",
+        in_footer=False,
+    ),
+    Action(
+        "recording.end",
+        "ctrl+e",
+        "app.end_recording",
+        "End recording",
+        "record no longer; asks for a word first",
+        in_footer=False,
+    ),
     Action("theme.next", "t", "app.next_theme", "Theme", "dark, light, sunlight", looks=True),
     Action("app.quit", "ctrl+q", "app.quit", "Quit", "leave; the recording goes on", always=True, looks=True),
     Action(

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import ClassVar
 
 from textual.actions import ActionParseResult
@@ -16,11 +17,13 @@ from bridge.errors import SeatrialError
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
+from tui.app.confirming import agrees
 from tui.app.desk import Desk
 from tui.app.gate import Gate
 from tui.app.keymap import Keymap
 from tui.app.pace import Pace
 from tui.app.palette import ActionProvider
+from tui.app.screens.ask import AskScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import HelpScreen, help_lines
 from tui.app.screens.parameters import WRITE
@@ -33,6 +36,9 @@ WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 
 GATE = Gate(action for place in PLACES for action in place)
 TELL_S = 20.0
+ORDERS = "orders"
+END = "END"
+NOTHING_RUNS = "no recording runs that the app could speak to; Record in the palette begins one"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
 
@@ -144,6 +150,40 @@ class SeatrialApp(App[None], inherit_bindings=False):
             self.notify(f"nothing is recorded: {error}", severity="error", timeout=TELL_S)
         else:
             self.notify("a recording has begun")
+
+    def action_next_dive(self) -> None:
+        """Let the recording go on in a new folder: no question, for all is recorded either way."""
+        if self.desk.next_dive is None or self._views.view().recording is None:
+            self.notify(NOTHING_RUNS, severity="error")
+        elif not any(worker.group == ORDERS and not worker.is_finished for worker in self.workers):
+            self.run_worker(self._order(self.desk.next_dive, "the next dive is recorded"), group=ORDERS)
+
+    def action_end_recording(self) -> None:
+        """Ask, then end the recording."""
+        end, recorded = self.desk.end_recording, self.desk.recorded()
+        if end is None or recorded is None or self._views.view().recording is None:
+            self.notify(NOTHING_RUNS, severity="error")
+            return
+
+        def answered(typed: str | None) -> None:
+            if typed is not None and agrees(typed, END):
+                self.run_worker(self._order(end, "NOTHING is recorded any more"), group=ORDERS)
+            elif typed is not None:
+                self.notify(f"'{typed}' is not {END}: the recording goes on", severity="warning")
+
+        title = f"Type {END} to end the recording of {recorded.name}"
+        self.push_screen(AskScreen(title, hint=END, does="ends it"), answered)
+
+    async def _order(self, order: Callable[[], Path], after: str) -> None:
+        try:
+            finished = await asyncio.to_thread(order)
+        except SeatrialError as error:
+            self.notify(str(error), severity="error", timeout=TELL_S)
+            return
+        # The dive that is over is the newest finished one: that is what the screens show by themselves.
+        self.desk.dive = self.desk.param = None
+        became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
+        self.notify(f"{finished.name} {became}; {after}", timeout=TELL_S)
 
     def action_help(self) -> None:
         """What the keys do here."""

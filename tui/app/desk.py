@@ -27,7 +27,9 @@ class Desk:
     `dive` is the one that was chosen on the screen Dives, None for the newest; `param` the parameter file that the
     screen Parameters is to show, None for the one beside that dive; `replay` what Watch shows in place of the vehicle,
     None for the vehicle. `record` begins a recording where none runs, None where nothing is to be recorded; `recorded`
-    tells the dive that is being recorded.
+    tells the dive that is being recorded. `next_dive` lets the recording that runs go on in a new folder,
+    `end_recording` ends it: both wait for it, answer the folder of the dive that is over, and raise SeatrialError; None
+    where the app has no say.
     """
 
     vehicle: str = ""
@@ -39,6 +41,8 @@ class Desk:
     replay: Replay | None = None
     record: Callable[[], None] | None = None
     recorded: Callable[[], Path | None] = nothing_recorded
+    next_dive: Callable[[], Path] | None = None
+    end_recording: Callable[[], Path] | None = None
 
     def chosen(self) -> Path | None:
         """The dive that was chosen, else the newest that is finished, else the one that is being recorded."""

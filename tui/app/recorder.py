@@ -4,12 +4,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
+from gcs_plugin import orders
 from gcs_plugin.holder import Holding, held
 from tui.app.preferences import state_file
 from tui.app.view import Recording
@@ -25,13 +25,8 @@ def recording(now_unix_s: float) -> Recording | None:
 
 
 def as_recording(holding: Holding) -> Recording:
-    """What the top line tells of a recording; one that does not say when it began has just begun."""
-    try:
-        began = datetime.fromisoformat(holding.began_utc)
-    except ValueError:
-        began = datetime.fromtimestamp(holding.written_unix_s, UTC)
-    began = began if began.tzinfo else began.replace(tzinfo=UTC)
-    return Recording(began.timestamp(), holding.disk_left_s, holding.lost)
+    """What the top line tells of a recording."""
+    return Recording(holding.began_unix_s, holding.disk_left_s, holding.lost)
 
 
 def recorded() -> Path | None:
@@ -65,6 +60,21 @@ def begin_again(arguments: Sequence[str]) -> None:
     clock = SystemClock()
     if held(clock.unix_s()) is None:
         begin(arguments, clock, time.sleep)
+
+
+def next_dive() -> Path:
+    """Let the recording go on in a new dive folder; the folder of the dive that is over. Raises LinkError."""
+    from bridge.clock import SystemClock
+
+    finished, _ = orders.next_dive(SystemClock(), time.sleep)
+    return finished
+
+
+def end() -> Path:
+    """End the recording that runs; the folder of its dive. Raises LinkError."""
+    from bridge.clock import SystemClock
+
+    return orders.end(SystemClock(), time.sleep)
 
 
 def record_command(arguments: Sequence[str]) -> list[str]:

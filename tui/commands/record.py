@@ -1,8 +1,7 @@
 """`seatrial record`: links into a dive folder, and to everyone else on this computer."""
 
 import argparse
-import contextlib
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,18 +11,21 @@ if TYPE_CHECKING:
     import threading
 
     from bridge.clock import Clock
-    from gcs_plugin.folder import DiveFolder
     from gcs_plugin.hub import Hub
     from gcs_plugin.recorder import Notice, Recorder
+    from tui.recorded_dives import RecordedDive
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
 NO_HUB = "none"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--link", required=True, action="append", metavar="SPEC", help="a link; may be given again"
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--link", action="append", metavar="SPEC", help="a link; may be given again")
+    what.add_argument(
+        "--next", action="store_true", help="let the recording that runs go on in a new dive folder"
     )
+    what.add_argument("--end", action="store_true", help="end the recording that runs")
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="takes the dive folder (default: dives)"
     )
@@ -73,9 +75,11 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.outputs import check_file, check_folder
 
     check_file("--json", arguments.json)
+    clock = SystemClock()
+    if arguments.next or arguments.end:
+        return order(arguments, clock)
     check_folder("--out", arguments.out)
     refuse_second(arguments.link)
-    clock = SystemClock()
     if arguments.hub is None:
         return record(arguments, clock, None)
     hub = Hub(clock, arguments.hub)
@@ -85,17 +89,37 @@ def run(arguments: argparse.Namespace) -> int:
         hub.close()
 
 
+def order(arguments: argparse.Namespace, clock: "Clock") -> int:
+    """Ask the recording that runs for the next dive, or to end."""
+    import time
+
+    from gcs_plugin import orders
+    from tui import show
+
+    finished: Path
+    present: Path | None = None
+    if arguments.next:
+        finished, present = orders.next_dive(clock, time.sleep)
+    else:
+        finished = orders.end(clock, time.sleep)
+    after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
+    became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
+    show.say(show.results(arguments.json), f"{finished} {became}; {after}")
+    show.write_json({"finished": str(finished), "folder": str(present) if present else None}, arguments.json)
+    return exit_codes.DONE
+
+
 def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
     """Record until told to stop, and say what came of it."""
-    import shutil
-
+    from bridge.errors import LogError
     from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
-    from gcs_plugin.asked_conditions import last_conditions
-    from gcs_plugin.conditions import NOTHING_SAID
-    from gcs_plugin.folder import About, about_vehicle, new_folder
+    from gcs_plugin import orders
+    from gcs_plugin.folder import About, about_vehicle
+    from gcs_plugin.recorder import Notice
     from gcs_plugin.station import GROUND_STATION
     from tui import show
+    from tui.recorded_dives import RecordedDives
     from tui.recording_state import RecordingState
     from tui.running import until_stopped
     from tui.status_texts import TellingRecorder
@@ -103,15 +127,12 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     links = [open_link(spec) for spec in arguments.link]
     configuration = (file.configuration or "") if file else ""
-    folder = new_folder(Path(arguments.out), clock.unix_s(), arguments.name or configuration)
     about = about_vehicle(file, configuration) if file else About()
-    before = last_conditions(Path(arguments.out), folder.path)
-    folder.describe(replace(about, conditions=before) if arguments.same_conditions else about)
+    name, same = arguments.name or configuration, arguments.same_conditions
+    dives = RecordedDives(Path(arguments.out), name, about, clock, same_conditions=same)
     words = show.words()
-    if before != NOTHING_SAID:
-        taken = "taken" if arguments.same_conditions else "`seatrial conditions --same` takes that"
-        show.say(words, f"conditions of the dive before: {before.words}; {taken}")
-    state = RecordingState(clock, tuple(arguments.link), folder.path, hub.address if hub else "")
+    state = RecordingState(clock, tuple(arguments.link), dives.folder.path, hub.address if hub else "")
+    orders.forget()
 
     def notice(said: "Notice") -> None:
         state.notice(said)
@@ -120,9 +141,9 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     recorder: TellingRecorder = TellingRecorder(
         lambda text: show.say(words, text),
         links,
-        folder.open_telemetry,
+        dives.folder.open_telemetry,
         clock,
-        lambda: shutil.disk_usage(folder.path).free,
+        dives.free_bytes,
         notice,
         open_link,
         GROUND_STATION if arguments.heartbeat else None,
@@ -132,59 +153,55 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     with words.status("waiting for the first frame") as status:
 
         def work(stop: "threading.Event") -> None:
-            show.say(words, f"recording into {folder.path}; Ctrl-C ends it")
+            show.say(words, f"recording into {dives.folder.path}; Ctrl-C ends it")
             show.say(words, state.way)
             recorder.run(stop)
 
-        def each(since_s: float) -> None:
+        def each(since_s: float) -> bool:
             status.update(_line(recorder, since_s))
+            asked = orders.ordered()
+            if asked is orders.Order.NEXT:
+                try:
+                    dives.go_on(recorder, state.begin)
+                except LogError as error:
+                    notice(Notice(recorder.unix_us(), "error", f"no next dive: {error}"))
+            return asked is orders.Order.END
 
         try:
             state.tell(recorder)
             until_stopped(work, clock, arguments.seconds, each)
         finally:
             state.end()
-    heard = bool(recorder.heard)
-    if not heard:
-        remove(folder)
-    found = summary(recorder, folder.path if heard else None, clock.boot_s())
-    counts = f"{found['frames']} frames, {found['bytes']} bytes, {found['lost']} lost"
-    show.say(show.results(arguments.json), f"{counts}: {folder.path}" if heard else counts)
-    show.write_json(found, arguments.json)
-    if not heard:
-        kept = f"{folder.path} keeps its notes alone" if folder.path.exists() else "no dive folder is kept"
+    last = dives.end(recorder.count)
+    show.say(show.results(arguments.json), last.words)
+    show.write_json(summary(recorder, dives.finished, clock.boot_s()), arguments.json)
+    if last.folder is None:
+        path = dives.folder.path
+        kept = f"{path} keeps its notes alone" if path.exists() else "no dive folder is kept"
         show.say(
             words,
             f"nothing arrived on {', '.join(arguments.link)}, so {kept}; check vehicle, cable and port",
         )
+    if all(dive.folder is None for dive in dives.finished):
         return exit_codes.LINK
-    return exit_codes.NO if recorder.lost else exit_codes.DONE
+    return exit_codes.NO if any(dive.count.lost for dive in dives.finished) else exit_codes.DONE
 
 
-def remove(folder: "DiveFolder") -> None:
-    """Take away the folder of a dive in which nothing was heard; notes, and whatever else lies in it, keep it."""
-    from gcs_plugin.folder import ABOUT
-
-    noted = bool(folder.about().events)
-    for path in (*folder.telemetry(), *([] if noted else [folder.path / ABOUT])):
-        path.unlink(missing_ok=True)
-    with contextlib.suppress(OSError):
-        folder.path.rmdir()
-
-
-def summary(recorder: "Recorder", folder: Path | None, now_s: float) -> dict[str, Any]:
-    """What was recorded, as plain data."""
-    return {
-        "folder": str(folder) if folder else None,
-        "files": recorder.files,
-        "frames": recorder.recorded,
-        "bytes": recorder.recorded_bytes,
-        "lost": recorder.lost,
+def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> dict[str, Any]:
+    """What was recorded, as plain data: the last dive, those before it, and the links over all of them."""
+    *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
+    return last | {
+        "earlier": earlier,
         "links": {
             name: [asdict(source) for source in health.snapshot(now_s).sources]
             for name, health in recorder.health.items()
         },
     }
+
+
+def _counts(dive: "RecordedDive") -> dict[str, int]:
+    count = dive.count
+    return {"files": count.files, "frames": count.frames, "bytes": count.bytes, "lost": count.lost}
 
 
 def _line(recorder: "Recorder", since_s: float) -> str:

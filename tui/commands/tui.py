@@ -130,7 +130,7 @@ def _show(arguments: argparse.Namespace) -> int:
     from tui.app.gate import looking_work
     from tui.app.jobs import Jobs
     from tui.app.keymap import load_keymap
-    from tui.app.recorder import recorded, recording
+    from tui.app.recorder import end, next_dive, recorded, recording
     from tui.app.screens.table import PLACES
     from tui.app.source import LinkSource, Listening
     from tui.app.station import Station
@@ -167,6 +167,8 @@ def _show(arguments: argparse.Namespace) -> int:
             jobs=Jobs(looking_work) if arguments.view_only else Jobs(),
             record=_again(arguments),
             recorded=recorded,
+            next_dive=None if arguments.view_only else next_dive,
+            end_recording=None if arguments.view_only else end,
         ),
         view_only=arguments.view_only,
     )

@@ -27,14 +27,14 @@ class AskScreen(ModalScreen[str | None]):
 
     BINDINGS = bindings(ASKING)  # type: ignore[assignment]
 
-    def __init__(self, title: str, value: str = "", hint: str = "") -> None:
+    def __init__(self, title: str, value: str = "", hint: str = "", does: str = "keeps") -> None:
         super().__init__()
-        self._asked, self._value, self._hint = title, value, hint
+        self._asked, self._value, self._hint, self._does = title, value, hint, does
 
     def compose(self) -> ComposeResult:
         box = Vertical(Input(self._value, placeholder=self._hint, select_on_focus=False), id="ask-box")
         box.border_title = self._asked
-        box.border_subtitle = "enter keeps, escape leaves it"
+        box.border_subtitle = f"enter {self._does}, escape leaves it"
         yield box
 
     def on_input_submitted(self, event: Input.Submitted) -> None:

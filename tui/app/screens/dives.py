@@ -89,6 +89,9 @@ class DivesScreen(StationScreen):
         self._at: Path | None = None
         self._list: object = None
         self._recorded: Path | None = None
+        self._goes_on: Path | None = None
+        self._over: Path | None = None
+        self._stale = False
         self._then = ""
         self._trouble = self._unkept = ""
 
@@ -103,6 +106,12 @@ class DivesScreen(StationScreen):
 
     def show(self, view: View) -> None:
         recorded = self.desk.recorded() if view.recording is not None else None
+        if self._goes_on is not None and not _same(self._goes_on, recorded):
+            self._over, self._stale = self._goes_on, True
+        self._goes_on = recorded
+        if self._stale and not self.desk.jobs.runs(VERB):
+            self._stale = False
+            self.action_again()
         self._recorded = next((d.folder for d in self._dives if _same(d.folder, recorded)), None)
         self._take_list()
         super().show(view)
@@ -205,6 +214,10 @@ class DivesScreen(StationScreen):
         self._list = state
         self._trouble = "" if state.done.result is not None else " ".join(state.done.said[-1:])
         self._dives = listed(state.done.result)
+        # The mark goes to a dive that has just ended, once: it is the one that the crew comes from.
+        over = next((d.folder for d in self._dives if _same(d.folder, self._over)), None)
+        if over is not None:
+            self._at, self._over = over, None
         if all(dive.folder != self._at for dive in self._dives):
             meant = self.desk.dive or usual(self._dives, self.desk.chosen())
             self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)

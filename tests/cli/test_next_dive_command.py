@@ -1,0 +1,129 @@
+"""`record --next` and `--end`: a recording goes on in a new folder, and ends, and no frame is lost."""
+
+import json
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SystemClock
+from bridge.framing import Encoder, Framer
+from bridge.link.open import open_link
+from bridge.tlog import read_tlog
+from gcs_plugin.conditions import Conditions
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.holder import held
+from tui import cli, exit_codes
+
+
+def until(found):
+    """What `found` finds, as soon as it does."""
+    looking = threading.Event()
+    for _ in range(4000):
+        result = found()
+        if result:
+            return result
+        looking.wait(0.005)
+    raise AssertionError("it did not come")
+
+
+def now():
+    return held(SystemClock().unix_s())
+
+
+class Vehicle:
+    """Sends numbered frames to whoever connects, one every 2 ms, until it is told to stop."""
+
+    def __init__(self):
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.link = f"tcp:127.0.0.1:{self._listener.getsockname()[1]}"
+        self.sent = []
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        peer, _ = self._listener.accept()
+        encoder = Encoder(1, 1)
+        with peer:
+            while not self._stop.wait(0.002):
+                raw = encoder.encode(dialect.MAVLink_system_time_message(1, 1000 + len(self.sent)))
+                peer.sendall(raw)
+                self.sent.append(raw)
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join()
+        self._listener.close()
+
+
+@pytest.fixture
+def recording(tmp_path, monkeypatch):
+    """A recording in a process of its own, and the vehicle whose frames it takes."""
+    monkeypatch.setattr("gcs_plugin.orders.LEAST_DIVE_S", 0.0)
+    vehicle = Vehicle()
+    line = [
+        "record",
+        "--link",
+        vehicle.link,
+        "--out",
+        str(tmp_path / "dives"),
+        "--json",
+        "-",
+        "--same-conditions",
+    ]
+    with subprocess.Popen(
+        [sys.executable, "-m", "tui", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as running:
+        yield running, vehicle
+        running.kill()
+
+
+def told(capsys, *words):
+    code = cli.main(["record", *words, "--json", "-"])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open(recording, capsys):
+    running, vehicle = recording
+    first = until(now)
+    client, framer, seen = open_link(first.hub), Framer(), []
+    until(lambda: now().frames)
+    DiveFolder(Path(first.folder)).set_conditions(Conditions(salinity=35.0))
+    code, answer = told(capsys, "--next")
+    assert code == exit_codes.DONE
+    assert answer["finished"] == first.folder
+    second = until(lambda: now() if now().frames else None)
+    assert (second.folder, second.pid, second.hub) == (answer["folder"], first.pid, first.hub)
+    until(lambda: len(vehicle.sent) > 600)
+    vehicle.stop()
+    until(lambda: seen.extend(framer.feed(client.read(0.05))) or (seen and seen[-1].raw == vehicle.sent[-1]))
+    client.close()
+    assert told(capsys, "--end") == (exit_codes.DONE, {"finished": second.folder, "folder": None})
+    out, error = running.communicate(timeout=20)
+    assert running.returncode == exit_codes.DONE, error
+    dives = [
+        [frame.raw for _, frame in read_tlog(Path(one.folder) / "telemetry.tlog")] for one in (first, second)
+    ]
+    assert all(dives)
+    assert dives[0] + dives[1] == vehicle.sent
+    assert [frame.raw for frame in seen] == vehicle.sent[-len(seen) :]
+    found = json.loads(out)
+    assert (found["frames"], found["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
+    assert DiveFolder(Path(second.folder)).about().conditions == Conditions(salinity=35.0)
+    assert now() is None
+
+
+@pytest.mark.parametrize("word", ["--next", "--end"])
+def test_without_a_recording_it_is_said_what_to_do(word, capsys):
+    assert cli.main(["record", word]) == exit_codes.LINK
+    assert "no recording runs; start `seatrial record`" in capsys.readouterr().err
+
+
+def test_what_to_do_must_be_said(capsys):
+    assert cli.main(["record"]) == exit_codes.BAD_INPUT
+    assert "--link --next --end" in capsys.readouterr().err

@@ -1,0 +1,124 @@
+"""A recording is asked by a small file for its next dive or its end; who asks waits, and hears where it fails."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LinkError
+from gcs_plugin import orders
+from gcs_plugin.folder import utc_text
+from gcs_plugin.holder import Holding, held, release, state_file, write_holding
+from gcs_plugin.orders import LEAST_DIVE_S, PATIENCE_S, Order
+
+LONG_S = 600.0
+
+
+class Recording:
+    """A recording that looks at its orders whenever it is waited for; `obeys` says which it does."""
+
+    def __init__(self, began_s=0.0, obeys=tuple(Order)):
+        self.clock = SimulatedClock()
+        self.clock.advance_to(LONG_S)
+        self.obeys, self.heard = obeys, []
+        began_utc = utc_text(self.clock.unix_s() - LONG_S + began_s)
+        self.told = Holding(
+            os.getpid(), "tcp:127.0.0.1:4711", ("udpin:127.0.0.1:14550",), "/dives/a", began_utc, 1, 1, 0, 1.0, (), 0.0
+        )  # fmt: skip
+        self.tell()
+
+    def tell(self):
+        write_holding(replace(self.told, written_unix_s=self.clock.unix_s()))
+
+    def wait(self, seconds):
+        self.clock.advance_to(self.clock.boot_s() + seconds)
+        order = orders.ordered() if self.obeys is not None else None
+        if order is not None:
+            self.heard.append(order)
+        if order in (self.obeys or ()):
+            self.told = replace(self.told, folder="/dives/b")
+        self.tell()
+        if order is Order.END and order in self.obeys:
+            release()
+
+
+def test_the_next_dive_is_asked_for_once_and_both_folders_are_told():
+    recording = Recording()
+    assert orders.next_dive(recording.clock, recording.wait) == (Path("/dives/a"), Path("/dives/b"))
+    assert recording.heard == [Order.NEXT]
+    assert orders.ordered() is None
+    assert [path.name for path in state_file().parent.iterdir()] == ["recording.json"]
+
+
+def test_an_end_is_waited_for_and_the_folder_told():
+    recording = Recording()
+    assert orders.end(recording.clock, recording.wait) == Path("/dives/a")
+    assert recording.heard == [Order.END]
+    assert held(recording.clock.unix_s()) is None
+
+
+@pytest.mark.parametrize("ask", [orders.next_dive, orders.end])
+def test_where_none_runs_it_is_said_what_to_do(ask):
+    with pytest.raises(LinkError, match="no recording runs; start `seatrial record`"):
+        ask(SimulatedClock(), lambda _: None)
+
+
+def test_a_key_that_is_held_down_makes_no_string_of_dives():
+    recording = Recording(began_s=LONG_S - LEAST_DIVE_S + 2.0)
+    with pytest.raises(LinkError, match="this dive has only just begun"):
+        orders.next_dive(recording.clock, recording.wait)
+    assert recording.heard == []
+
+
+def test_one_that_does_not_go_on_elsewhere_is_told_with_its_last_word():
+    recording = Recording(obeys=())
+    recording.told = replace(recording.told, notices=("error: no next dive: dives: the disk is full",))
+    with pytest.raises(
+        LinkError, match="goes on recording into /dives/a; its last word: error: no next dive"
+    ):
+        orders.next_dive(recording.clock, recording.wait)
+    assert recording.clock.boot_s() == pytest.approx(LONG_S + PATIENCE_S, abs=0.2)
+
+
+def test_an_order_that_nobody_took_is_withdrawn():
+    recording = Recording(obeys=None)
+    with pytest.raises(LinkError, match="goes on recording"):
+        orders.end(recording.clock, recording.wait)
+    assert orders.ordered() is None
+
+
+def test_a_recording_that_dies_meanwhile_has_no_next_dive():
+    recording = Recording()
+
+    def die(seconds):
+        recording.clock.advance_to(recording.clock.boot_s() + seconds)
+        release()
+
+    with pytest.raises(LinkError, match="has ended, and the next dive is not recorded"):
+        orders.next_dive(recording.clock, die)
+
+
+def test_an_order_to_another_process_is_not_ours():
+    with subprocess.Popen(
+        [sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE
+    ) as other:
+        recording = Recording()
+        recording.told = replace(recording.told, pid=other.pid)
+        recording.tell()
+        with pytest.raises(LinkError):
+            orders.end(recording.clock, recording.wait)
+    assert recording.heard == []
+
+
+@pytest.mark.parametrize("text", ["", "sink", "\xff"])
+def test_what_is_no_order_is_cleared_away(text):
+    file = state_file().with_name(f"recording.{os.getpid()}.asked")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="latin-1")
+    assert orders.ordered() is None
+    orders.forget()
+    assert not file.exists()

@@ -1,0 +1,136 @@
+"""A key lets the recording go on in a new folder, another asks and ends it; Dives marks the dive that is over."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from made_dives import DECK, DIVES, HOVERING, OUT, FakeVerbs, desk, dive
+from made_view import FixedViews, view
+from screen_text import made, pressed, run, settled, text
+
+from bridge.errors import LinkError
+from tui.app.screens.ask import AskScreen
+
+SIZE = (80, 24)
+SILENT = replace(view(), recording=None)
+SECOND = dive("second", duration_s=3.0)
+
+
+class Boat:
+    """A recording into the dive `deck`, as the app meets it."""
+
+    def __init__(self, fails=""):
+        self.recorded, self.asked, self.fails = OUT / Path(DECK["folder"]).name, [], fails
+        self.verbs = FakeVerbs()
+        self.desk = desk(
+            self.verbs, recorded=lambda: self.recorded, next_dive=self._next, end_recording=self._end
+        )
+
+    def _next(self):
+        finished = self._end("next")
+        self.recorded = Path(SECOND["folder"])
+        self.verbs.results["dives"] = [*DIVES, SECOND]
+        return finished
+
+    def _end(self, word="end"):
+        self.asked.append(word)
+        if self.fails:
+            raise LinkError(self.fails)
+        finished, self.recorded = self.recorded, None
+        return finished
+
+
+def after(keys, boat, shown=None, then=None):
+    """What the app says once the keys were pressed; `then(app)` looks further."""
+
+    async def work(app, pilot):
+        await pressed(pilot, *keys)
+        await app.workers.wait_for_complete()
+        await pilot.pause()
+        said = [notice.message for notice in app._notifications]
+        return (said, await then(app, pilot)) if then else said
+
+    return run(made(FixedViews(shown), desk=boat.desk), SIZE, work)
+
+
+def test_one_key_begins_the_next_dive_and_the_newest_finished_one_is_chosen(tmp_path):
+    boat = Boat()
+    boat.recorded = tmp_path
+    boat.desk.dive = OUT / HOVERING["name"]
+    assert after(["ctrl+n"], boat) == [f"{tmp_path.name} is whole; the next dive is recorded"]
+    assert boat.asked == ["next"]
+    assert boat.desk.dive is None
+
+
+def test_a_dive_in_which_nothing_arrived_is_said_not_to_be_kept():
+    (said,) = after(["ctrl+n"], Boat())
+    assert said.endswith("deck is not kept, since nothing arrived in it; the next dive is recorded")
+
+
+@pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
+def test_where_nothing_is_recorded_the_key_says_so(key):
+    boat = Boat()
+    (said,) = after([key], boat, SILENT)
+    assert said.startswith("no recording runs")
+    assert boat.asked == []
+
+
+def test_why_there_is_no_next_dive_is_said():
+    boat = Boat("dives: this dive has only just begun; ask again in 5 s")
+    assert after(["ctrl+n"], boat) == ["dives: this dive has only just begun; ask again in 5 s"]
+
+
+@pytest.mark.parametrize(("typed", "asked"), [("END", ["end"]), ("end", ["end"]), ("", []), ("yes", [])])
+def test_the_recording_is_ended_only_where_that_is_typed(typed, asked):
+    boat = Boat()
+    after(["ctrl+e", *typed, "enter"], boat)
+    assert boat.asked == asked
+
+
+def test_the_question_names_the_dive_and_escape_leaves_it():
+    boat = Boat()
+
+    async def look(app, pilot):
+        assert isinstance(app.screen, AskScreen)
+        assert "Type END to end the recording of 2026-11-21T0452Z-deck" in text(app)
+        await pressed(pilot, *"END", "escape")
+
+    after(["ctrl+e"], boat, then=look)
+    assert boat.asked == []
+
+
+def test_dives_marks_the_dive_that_is_over_and_the_new_one_is_recorded():
+    async def look(app, pilot):
+        await settled(app, pilot)
+        marked = [line for line in text(app).splitlines() if line.startswith("▶")]
+        return marked, app.screen._at, app.screen._recorded
+
+    async def work(app, pilot):
+        await pressed(pilot, "2")
+        app._show()
+        await pilot.pause()
+        before = await look(app, pilot)
+        await pressed(pilot, "ctrl+n")
+        await app.workers.wait_for_complete()
+        for _ in range(4):
+            app._show()
+            await pilot.pause()
+        return before, await look(app, pilot)
+
+    boat = Boat()
+    before, now = run(made(FixedViews(), desk=boat.desk), SIZE, work)
+    assert before[1:] == (Path(HOVERING["folder"]), Path(DECK["folder"]))
+    assert now[1:] == (Path(DECK["folder"]), Path(SECOND["folder"]))
+    assert before[0] != now[0]
+
+
+@pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
+def test_who_only_looks_ends_no_dive(key):
+    boat = Boat()
+
+    async def work(app, pilot):
+        await pressed(pilot, key)
+        assert [one.message for one in app._notifications] == ["VIEW ONLY: nothing is done from here"]
+
+    run(made(FixedViews(), desk=boat.desk, view_only=True), SIZE, work)
+    assert boat.asked == []

@@ -1,0 +1,86 @@
+"""The dive folders of one recording, one after the other."""
+
+import contextlib
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+from gcs_plugin.asked_conditions import last_conditions
+from gcs_plugin.conditions import NOTHING_SAID
+from gcs_plugin.folder import ABOUT, About, DiveFolder, new_folder
+from gcs_plugin.recorder import Count, Recorder
+from tui import show
+
+
+@dataclass(frozen=True)
+class RecordedDive:
+    """A dive that is over; `folder` is None where nothing was heard in it, and none is kept."""
+
+    folder: Path | None
+    count: Count
+
+    @property
+    def words(self) -> str:
+        """`1200 frames, 96000 bytes, 0 lost: dives/2026-11-20T0912Z-hovering`."""
+        counts = f"{self.count.frames} frames, {self.count.bytes} bytes, {self.count.lost} lost"
+        return f"{counts}: {self.folder}" if self.folder else counts
+
+
+class RecordedDives:
+    """Makes a folder under `root` for each dive, the first at once. `about` is what is known of all of them."""
+
+    def __init__(self, root: Path, name: str, about: About, clock: Clock, *, same_conditions: bool) -> None:
+        self._root, self._name, self._about, self._clock = root, name, about, clock
+        self._same_conditions = same_conditions
+        self.finished: list[RecordedDive] = []
+        self.folder = self._new()
+
+    def free_bytes(self) -> int:
+        """What the disk has left."""
+        return shutil.disk_usage(self.folder.path).free
+
+    def go_on(self, recorder: Recorder, begun: Callable[[Path], None]) -> None:
+        """Let it begin the next dive; `begun` hears of its folder. Raises LogError where none can be made."""
+        following = self._new()
+        try:
+            recorder.go_on(following.open_telemetry, partial(self._change, following, begun))
+        except LogError:
+            remove(following)
+            raise
+
+    def end(self, count: Count) -> RecordedDive:
+        """The present dive is over; where nothing was heard in it, its folder goes."""
+        if not count.heard:
+            remove(self.folder)
+        dive = RecordedDive(self.folder.path if count.heard else None, count)
+        self.finished.append(dive)
+        return dive
+
+    def _change(self, following: DiveFolder, begun: Callable[[Path], None], count: Count) -> None:
+        dive = self.end(count)
+        self.folder = following
+        begun(following.path)
+        show.say(show.words(), dive.words)
+        show.say(show.words(), f"the next dive goes into {following.path}")
+
+    def _new(self) -> DiveFolder:
+        folder = new_folder(self._root, self._clock.unix_s(), self._name)
+        before = last_conditions(self._root, folder.path)
+        folder.describe(replace(self._about, conditions=before) if self._same_conditions else self._about)
+        if before != NOTHING_SAID:
+            taken = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
+            show.say(show.words(), f"conditions of the dive before: {before.words}; {taken}")
+        return folder
+
+
+def remove(folder: DiveFolder) -> None:
+    """Take away the folder of a dive in which nothing was heard; notes, and whatever else lies in it, keep it."""
+    noted = bool(folder.about().events)
+    for path in (*folder.telemetry(), *([] if noted else [folder.path / ABOUT])):
+        path.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        folder.path.rmdir()
