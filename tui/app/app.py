@@ -37,6 +37,8 @@ WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 GATE = Gate(action for place in PLACES for action in place)
 TELL_S = 20.0
 ORDERS = "orders"
+LONG = ("identify", "diagnose", "validate")
+"""The verbs whose work would be missed."""
 END = "END"
 NOTHING_RUNS = "no recording runs that the app could speak to; Record in the palette begins one"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
@@ -72,6 +74,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}
+        self._told_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
         self.theme = theme
@@ -126,11 +129,22 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self._show()
 
     async def action_quit(self) -> None:
-        """Leave; not while parameters are being written, for their verb ends with the app."""
-        if self.desk.jobs.runs(WRITE):
+        """Leave; not while parameters are being written, and only when asked twice while a verb is long at work.
+
+        Verbs end with the app.
+        """
+        jobs = self.desk.jobs
+        if jobs.runs(WRITE):
             await self.action_open("parameters")
-        else:
+            return
+        at_work = {(verb, state.began_s) for verb in LONG if (state := jobs.state(verb)) and state.runs}
+        if at_work <= self._told_of:
             self.exit()
+            return
+        self._told_of |= at_work
+        verbs = " and ".join(sorted(verb for verb, _ in at_work))
+        key = next(self._key_of(action) for action in EVERYWHERE if action.id == "app.quit")
+        self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")
 
     def action_record(self) -> None:
         """Begin a recording where none runs."""

@@ -16,6 +16,8 @@ BAR_CELLS: Final = 24
 WIDE: Final = 90  # cells from which units have a column
 ALIKE, FAR = 1.0, 3.0
 """A change within the interval is no news; one of three halves of it is worth a second look."""
+IN_HALVES: Final = "Δ/±95%"
+"""Heads the change, in the unit of the column before it."""
 NUMBER, FILE, HALF, CHANGE, NAME, UNIT = 10, 11, 8, 7, 12, 13
 
 
@@ -62,7 +64,7 @@ def _head(cells: int, back: bool, written: bool) -> Line:
     unit = f"{'unit':<{UNIT}}" if cells >= WIDE else ""
     values = "was" if written else "vehicle", "before" if back else "identified"
     head = f"   {'name':<{NAME}}{unit}{values[0]:>{NUMBER}}{values[1]:>{FILE}}{'±95 %':>{HALF}}"
-    return ((f"{head}{'accepted':>{NUMBER}}{'change':>{CHANGE}}", "quiet"),)
+    return ((f"{head}{'accepted':>{NUMBER}}{IN_HALVES:>{CHANGE}}", "quiet"),)
 
 
 def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int) -> Line:

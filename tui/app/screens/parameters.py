@@ -68,7 +68,10 @@ class ParametersScreen(StationScreen):
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
         (f"{lines.CHOSEN} {lines.LEFT}", "a line that changes: to be written, or left as it is"),
         (lines.DOUBT, "the value is doubted; the line below the table says why"),
-        ("change", "in halves of the 95 % interval: 1 and less is within it, over 3 is worth a second look"),
+        (
+            lines.IN_HALVES,
+            "the change in halves of the 95 % interval: 1 and less is within it, over 3 is worth a second look",
+        ),
         ("accepted", "what was last uploaded and read back, and not rolled back since"),
     )
 
