@@ -93,6 +93,7 @@ def test_the_question_names_the_dive_and_escape_leaves_it():
     async def look(app, pilot):
         assert isinstance(app.screen, AskScreen)
         assert "Type END to end the recording of 2026-11-21T0452Z-deck" in text(app)
+        assert "enter ends it, and the link with it, escape leaves it" in text(app)
         await pressed(pilot, *"END", "escape")
 
     after(["ctrl+e"], boat, then=look)

@@ -186,7 +186,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
                 self.notify(f"'{typed}' is not {END}: the recording goes on", severity="warning")
 
         title = f"Type {END} to end the recording of {recorded.name}"
-        self.push_screen(AskScreen(title, hint=END, does="ends it"), answered)
+        self.push_screen(AskScreen(title, does="ends it, and the link with it"), answered)
 
     async def _order(self, order: Callable[[], Path], after: str) -> None:
         try:
@@ -197,7 +197,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         # The dive that is over is the newest finished one: that is what the screens show by themselves.
         self.desk.dive = self.desk.param = None
         became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
-        self.notify(f"{finished.name} {became}; {after}", timeout=TELL_S)
+        self.notify(f"{finished.name} {became}; {after}")
 
     def action_help(self) -> None:
         """What the keys do here."""
