@@ -84,11 +84,11 @@ class Table:
         """
         cells = [max((len(row[i]) for row in self.rows), default=0) for i in range(len(self.columns))]
         room = width - len(BETWEEN_COLUMNS) * (len(cells) - 1)
-        whole = [max(cell, len(heading)) for cell, heading in zip(cells, self.columns, strict=True)]
+        whole = [max(cell, len(heading), 1) for cell, heading in zip(cells, self.columns, strict=True)]
         if sum(whole) <= room:
             return whole
-        needed = [max(cell, _longest_word(h)) for cell, h in zip(cells, self.columns, strict=True)]
-        least = max(_longest_word(text) for text in (self.columns[-1], *(row[-1] for row in self.rows)))
+        needed = [max(cell, _longest_word(h), 1) for cell, h in zip(cells, self.columns, strict=True)]
+        least = max(_longest_word(text) or 1 for text in (self.columns[-1], *(row[-1] for row in self.rows)))
         return [*needed[:-1], max(min(whole[-1], room - sum(needed[:-1])), least)]
 
     def lines(self, width: int) -> list[str]:

@@ -87,6 +87,12 @@ def test_a_table_shows_each_row_whole(capsys):
     assert [line.split() for line in shown.splitlines() if "M_u" in line] == [["M_u", "111.6"]]
 
 
+def test_a_last_column_without_a_word_in_it_is_no_fault():
+    table = show.Table("", ("sensor", ""), [("DVL", ""), ("IMU", "")])
+    assert table.lines(80) == ["sensor", "─────────", "DVL", "IMU"]
+    assert table.lines(7)[0] == "sensor"
+
+
 def test_cells_stay_whole_where_a_table_is_wider_than_its_lines(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "40")
     columns = ("parameter", "identified value", "true value", "what became of it")

@@ -12,11 +12,11 @@ SIZE = (80, 24)
 SILENT = replace(view(), recording=None)
 
 
-def said_after_the_key(shown, record):
+def said_after_the_key(shown, record, key="ctrl+g"):
     """What the app says once the key was pressed."""
 
     async def work(app, pilot):
-        await pressed(pilot, "ctrl+g")
+        await pressed(pilot, key)
         await app.workers.wait_for_complete()
         await pilot.pause()
         return [notice.message for notice in app._notifications]
@@ -48,3 +48,15 @@ def test_why_none_could_be_begun_is_said():
 def test_an_app_that_records_nothing_says_how_it_would():
     (said,) = said_after_the_key(SILENT, None)
     assert "--unrecorded; leave it and start it without" in said
+
+
+def test_the_off_key_begins_one_where_it_has_died_for_off_goes_by_its_links():
+    begun = []
+    assert said_after_the_key(SILENT, lambda: begun.append(1), "ctrl+x") == ["a recording has begun"]
+    assert begun == [1]
+
+
+def test_the_off_key_leaves_one_that_runs_as_it_is():
+    begun = []
+    assert said_after_the_key(view(), lambda: begun.append(1), "ctrl+x") == []
+    assert begun == []

@@ -124,8 +124,11 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self.call_after_refresh(self._show)
 
     def action_force_off(self) -> None:
-        """Force the feed-forward off. No question is asked."""
+        """Force the feed-forward off. No question is asked; it goes by the recording's links, so one is begun."""
         self._views.force_off()
+        begun = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
+        if self.desk.record is not None and self._views.view().recording is None and not begun:
+            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
         self._show()
 
     async def action_quit(self) -> None:
