@@ -76,6 +76,7 @@ def test_help_shows_the_live_keys_and_what_marks_mean_and_escape_closes_it(key):
             if action.id != "watch.charts" and not action.id.startswith("replay."):
                 assert action.sentence in shown
         assert "the other charts" not in shown
+        assert "Next dive go on" in shown  # a name as wide as its column stays apart from its sentence
         assert all(mark in shown and meaning in shown for mark, meaning in WatchScreen.LEGEND)
         await pressed(pilot, "escape")
         assert isinstance(app.screen, WatchScreen)

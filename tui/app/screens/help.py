@@ -92,8 +92,9 @@ def _legend(screen: StationScreen) -> Iterator[Line]:
 
 
 def _row(keys: str, words: str, sentence: str) -> Iterator[Line]:
-    pieces = textwrap.wrap(sentence, CELLS - KEY_CELLS - WORD_CELLS - 2) or [""]
-    head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{WORD_CELLS}}", "plain"))
+    column = max(WORD_CELLS, len(words) + 1)  # a longer name moves its own sentence alone
+    pieces = textwrap.wrap(sentence, CELLS - KEY_CELLS - column - 2) or [""]
+    head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
     yield (*head, (pieces[0], "quiet"))
     for piece in pieces[1:]:
-        yield ((" " * (2 + KEY_CELLS + WORD_CELLS), "plain"), (piece, "quiet"))
+        yield ((" " * (2 + KEY_CELLS + column), "plain"), (piece, "quiet"))
