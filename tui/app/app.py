@@ -111,10 +111,6 @@ class SeatrialApp(App[None], inherit_bindings=False):
         await self.switch_mode(screen)
         self.call_after_refresh(self._show)
 
-    def can_open(self, screen: str) -> bool:
-        """Whether there is a screen of that id."""
-        return any(row.id == screen for row in SCREENS)
-
     async def action_begin(self, screen: str) -> None:
         """Show a screen and let it begin its work at once."""
         self.action_close()

@@ -68,7 +68,7 @@ class DiagnoseScreen(DiveScreen):
             return not self.at_work and bool(self.others)
         if action == "parameters":
             accepted = self.dive is not None and newer(self.dive / PARAM, self.dive / JSON)
-            return not self.at_work and accepted and self.can_open("parameters")
+            return not self.at_work and accepted
         return super().check_action(action, parameters)
 
     def action_check(self) -> None:

@@ -24,10 +24,6 @@ class AtDesk(Protocol):
         """Open a screen and let it begin its work."""
         ...
 
-    def can_open(self, screen: str) -> bool:
-        """Whether there is such a screen."""
-        ...
-
 
 class StationScreen(Screen[None]):
     """Subclasses give a body, their actions, and a legend: what their marks mean, by mark."""
@@ -62,10 +58,6 @@ class StationScreen(Screen[None]):
 
     def begin(self) -> None:
         """Begin what the screen is for, on the dive that was chosen."""
-
-    def can_open(self, screen: str) -> bool:
-        """Whether there is a screen of that id."""
-        return cast(AtDesk, self.app).can_open(screen)
 
     async def begin_on(self, screen: str) -> None:
         """Open another screen, and let it begin at once."""

@@ -110,7 +110,7 @@ class IdentifyScreen(StationScreen):
             return not runs and bool(passes_of(self._told()))
         if action == "parameters":
             has_values = self._found is not None and self._found.param is not None
-            return not runs and has_values and self.can_open("parameters")
+            return not runs and has_values
         return super().check_action(action, parameters)
 
     def close_up(self) -> None:
