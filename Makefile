@@ -2,10 +2,12 @@
 # make demo      one dive end to end with the simulated vehicle
 # make test      every test
 # make check     format, lint, types, import rules, then every test
-# make docs      docs/reference, from the code; make pictures: docs/images, from dives of the simulated vehicle
+# make docs      docs/reference and docs/reliability.md, from the code and what was measured
+# make pictures  docs/images, from dives of the simulated vehicle
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
 # make bundle    one archive in dist/ that installs without a net; docs/offline.md
-# make soak      how large each hidden effect has to be to be named: a few hours, into docs/benchmarks.md
+# make soak      the long form of every test that injects faults: hours, into docs/reliability.md
+# make power     how large each hidden effect has to be to be named: hours, into docs/benchmarks.md; resumes where it stopped
 
 PYTHON ?= python3
 PIP_FLAGS ?=
@@ -18,7 +20,7 @@ STAMP := .venv/.installed
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
 
-.PHONY: install demo test lint check format docs pictures bench soak bundle clean
+.PHONY: install demo test lint check format docs pictures bench power soak bundle clean
 
 install: $(STAMP)
 
@@ -64,6 +66,10 @@ bench: $(STAMP)
 	$(BIN)/python -m bench
 
 soak: $(STAMP)
+	SEATRIAL_KEEP_FIGURES=1 $(BIN)/python -m pytest -rs -m soak
+	$(BIN)/python -m docs.make
+
+power: $(STAMP)
 	@$(PIP) --editable '.[dev,bench]'
 	$(BIN)/python -m bench power
 

@@ -12,6 +12,7 @@ SeatrialError                 what happened, to what, what to do: one sentence a
 │   ├── ParamRejected         the vehicle refused it, or it was never fit to send
 │   └── ParamUnverified       no independent read-back within the deadline
 ├── LogError                  a recording that can't be read or written
+│   └── NothingRecorded       a file that was begun, and holds no frame
 └── FitError                  an identification that can't be made
 """
 
@@ -62,6 +63,10 @@ class ParamUnverified(ParamError):
 
 class LogError(SeatrialError):
     """A recording can't be read or written."""
+
+
+class NothingRecorded(LogError):
+    """A file of a recording was begun, and holds no frame."""
 
 
 class FitError(SeatrialError):

@@ -6,6 +6,7 @@ it does not know can't be checked: such a frame passes as `known=False`, to be r
 
 import re
 import struct
+from bisect import bisect_left, insort
 from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
@@ -121,6 +122,20 @@ def has_known_id(data: bytes, start: int) -> bool:
     return message_id_at(data, start) in CRC_EXTRA
 
 
+def _known_headers() -> re.Pattern[bytes]:
+    """The beginning of a frame whose id is known, as far as its header tells."""
+    lows: dict[tuple[int, int], str] = {}
+    for number in sorted(CRC_EXTRA):
+        high = number >> 8 & 0xFF, number >> 16
+        lows[high] = f"{lows.get(high, '')}\\x{number & 0xFF:02x}"
+    ids = "|".join(f"[{low}]\\x{middle:02x}\\x{high:02x}" for (middle, high), low in lows.items())
+    pattern = rf"\xfd(?=[\s\S][\x00\x01][\s\S]{{4}}(?:{ids}))|\xfe(?=[\s\S]{{4}}[{lows[0, 0]}])"
+    return re.compile(pattern.encode("ascii"))
+
+
+_KNOWN: Final = _known_headers()
+
+
 def find_magic(data: bytes, start: int, end: int) -> int:
     """Where the next byte that can begin a frame lies in `data[start:end]`; -1 for none."""
     found = _MAGIC.search(data, start, end)
@@ -130,14 +145,16 @@ def find_magic(data: bytes, start: int, end: int) -> int:
 class Framer:
     """Incremental parser: `feed` bytes as they come, `flush` where the stream paused or ended.
 
-    The frames found do not depend on how the stream was split. `counts`: "good", "unknown" (frames),
-    "checksum" (frames that stood where one was due, and were damaged), "skipped" (bytes of no frame).
+    The frames found do not depend on how the stream was split, and the time that they take grows with its length alone,
+    whatever it says. `counts`: "good", "unknown" (frames), "checksum" (frames that stood where one was due, and were
+    damaged), "skipped" (bytes of no frame).
     """
 
     def __init__(self) -> None:
         self.counts: Counter[str] = Counter()
         self._rest = b""
         self._in_step = True
+        self._ahead = _Ahead()
 
     def feed(self, data: bytes) -> list[Frame]:
         """Frames that `data` completes."""
@@ -149,6 +166,7 @@ class Framer:
 
     def _take(self, more: bytes, final: bool) -> list[Frame]:
         data = self._rest + more if self._rest else bytes(more)
+        self._ahead.renew(data)
         frames: list[Frame] = []
         position, end = 0, len(data)
         while position < end:
@@ -156,44 +174,51 @@ class Framer:
             frame = None
             if length > 0 and position + length <= end:
                 frame = frame_at(data, position, length)
-            if frame is None and length != IMPOSSIBLE:
+            if frame is None and self._in_step:
                 verdict = self._judge(data, position, length, final)
                 if verdict is _Verdict.WAIT:
                     break
-                if verdict is _Verdict.YES:
-                    frame = unchecked_frame_at(data, position, length)
-            if frame is None:
-                position = self._skip(data, position, end)
-            else:
-                frames.append(frame)
-                self.counts["good" if frame.known else "unknown"] += 1
-                self._in_step = True
-                position += length
+                if verdict is _Verdict.NO:
+                    position = self._skip(data, position, end)
+                    continue
+                frame = unchecked_frame_at(data, position, length)
+            elif frame is None:
+                place, length = self._search(data, position, final)
+                if place > position:
+                    self.counts["skipped"] += place - position
+                position = place
+                if length <= 0:
+                    break
+                frame = frame_at(data, position, length) or unchecked_frame_at(data, position, length)
+            frames.append(frame)
+            self.counts["good" if frame.known else "unknown"] += 1
+            self._in_step = True
+            position += length
         self._rest = data[position:]
+        self._ahead.drop(position)
         return frames
 
     def _judge(self, data: bytes, position: int, length: int, final: bool) -> "_Verdict":
-        """Whether a frame that can't be checked stands at `position`."""
+        """Whether a frame that can't be checked stands at `position`, where one is due."""
         undecided = _Verdict.NO if final else _Verdict.WAIT
+        if length == IMPOSSIBLE:
+            return _Verdict.NO
         if length == INCOMPLETE:
             return undecided
         after = position + length
         whole = after <= len(data)
         if has_known_id(data, position):
-            if whole and self._in_step:
+            if whole:
                 self.counts["checksum"] += 1
             return _Verdict.NO if whole else undecided
-        hidden = _known_within(data, position + 1, min(after, len(data)))
-        if hidden is _Verdict.YES:
+        inside = min(after, len(data))
+        if self._ahead.right(data, position + 1, inside) < inside:
             return _Verdict.NO
-        if not whole or (hidden is _Verdict.WAIT and not final):
+        if not whole or (not final and self._ahead.open(position + 1, inside)):
             return undecided
         if after == len(data):
-            return _Verdict.YES if final and self._in_step else undecided
-        if self._in_step:
-            return _Verdict.YES if data[after] in (MAGIC_1, MAGIC_2) else _Verdict.NO
-        follower = _known(data, after)
-        return undecided if follower is _Verdict.WAIT else follower
+            return _Verdict.YES if final else undecided
+        return _Verdict.YES if data[after] in (MAGIC_1, MAGIC_2) else _Verdict.NO
 
     def _skip(self, data: bytes, position: int, end: int) -> int:
         following = find_magic(data, position + 1, end)
@@ -202,6 +227,44 @@ class Framer:
         self._in_step = False
         return following
 
+    def _search(self, data: bytes, position: int, final: bool) -> tuple[int, int]:
+        """Where the next frame stands after bytes of none, and its length.
+
+        The length is IMPOSSIBLE where none does up to the end, and INCOMPLETE where more data have to decide. A frame
+        that can't be checked is taken only where one with a right CRC follows it at once.
+        """
+        end = len(data)
+        right = self._ahead.right(data, position, end)
+        opened = end if final else self._ahead.first_open(position, end)
+        decided = min(right, opened)
+        for match in _MAGIC.finditer(data, max(position, decided - LONGEST_FRAME), right):
+            start = match.start()
+            if end - start >= _HEADER_2.size:
+                # Nearly all of what only looks like a start ends here.
+                if data[start] == MAGIC_1:
+                    after = start + 8 + data[start + 1]
+                elif data[start + 2] & ~SIGNED:
+                    continue
+                else:
+                    after = start + (12 + SIGNATURE_BYTES if data[start + 2] else 12) + data[start + 1]
+                if after < decided or right < after <= end:
+                    continue
+            length = measure(data, start)
+            after = start + length
+            if length == IMPOSSIBLE:
+                continue
+            if length == INCOMPLETE or (after > end and (right == end or has_known_id(data, start))):
+                if final:
+                    continue
+                return start, INCOMPLETE
+            if after > right or has_known_id(data, start):
+                continue
+            if not final and (after == end or self._ahead.open(start + 1, after + 1)):
+                return start, INCOMPLETE
+            if after == right < end:
+                return start, length
+        return right, measure(data, right) if right < end else IMPOSSIBLE
+
 
 class _Verdict(Enum):
     NO = 0
@@ -209,30 +272,94 @@ class _Verdict(Enum):
     WAIT = 2
 
 
-def _known(data: bytes, start: int) -> _Verdict:
-    """Whether a frame with a right CRC begins at `start`."""
-    length = measure(data, start)
-    if length == INCOMPLETE:
-        return _Verdict.WAIT
-    if length == IMPOSSIBLE or not has_known_id(data, start):
-        return _Verdict.NO
-    if start + length > len(data):
-        return _Verdict.WAIT
-    return _Verdict.YES if frame_at(data, start, length) else _Verdict.NO
+class _Ahead:
+    """Where frames with a right CRC begin ahead in a stream: each start is judged once, however often it is asked for.
 
+    Places are those in the data at hand, and are asked for in rising order.
+    """
 
-def _known_within(data: bytes, start: int, end: int) -> _Verdict:
-    """Whether one begins anywhere in `data[start:end]`."""
-    open_question = _Verdict.NO
-    position = find_magic(data, start, end)
-    while position >= 0:
-        found = _known(data, position)
-        if found is _Verdict.YES:
-            return found
-        if found is _Verdict.WAIT:
-            open_question = found
-        position = find_magic(data, position + 1, end)
-    return open_question
+    def __init__(self) -> None:
+        self._judged = 0
+        self._right: list[int] = []
+        self._open: list[tuple[int, int]] = []
+        """Starts that can't be judged yet, each with the length of data that it takes."""
+
+    def renew(self, data: bytes) -> None:
+        """Judge what more data allow."""
+        if self._open:
+            opened, self._open = self._open, []
+            for start, needed in opened:
+                if needed > len(data) or measure(data, start) == INCOMPLETE:
+                    self._open.append((start, needed))
+                elif _KNOWN.match(data, start):
+                    self._judge(data, start)
+
+    def drop(self, count: int) -> None:
+        """Let the first `count` bytes of the data go."""
+        self._judged = max(self._judged - count, 0)
+        if self._right:
+            self._right = [start - count for start in self._right if start >= count]
+        if self._open:
+            self._open = [(start - count, needed - count) for start, needed in self._open if start >= count]
+
+    def right(self, data: bytes, start: int, end: int) -> int:
+        """Where in `data[start:end]` the first frame with a right CRC begins; `end` where none does."""
+        while self._right and self._right[0] < start:
+            del self._right[0]
+        self._judged = max(self._judged, start)
+        if not self._right:
+            self._look(data, end)
+        return min(self._right[0], end) if self._right else end
+
+    def first_open(self, start: int, end: int) -> int:
+        """Where in `[start, end)` the first start stands that can't be judged yet; `end` where none does."""
+        place = bisect_left(self._open, (start,))
+        return min(self._open[place][0], end) if place < len(self._open) else end
+
+    def open(self, start: int, end: int) -> bool:
+        """Whether one stands in `[start, end)`."""
+        return self.first_open(start, end) < end
+
+    def _look(self, data: bytes, end: int) -> None:
+        """Judge the starts before `end` up to the first that is right."""
+        whole = min(end, len(data) - _HEADER_2.size + 1)
+        for match in _KNOWN.finditer(data, self._judged, max(whole, 0) + _HEADER_2.size - 1):
+            start = match.start()
+            if start >= whole:
+                break
+            self._judge(data, start)
+            if self._right:
+                self._judged = start + 1
+                return
+        # Of the last starts no header need be whole.
+        for match in _MAGIC.finditer(data, max(self._judged, whole), end):
+            start = match.start()
+            if measure(data, start) == INCOMPLETE:
+                self._open.append((start, len(data) + 1))
+            elif _KNOWN.match(data, start):
+                self._judge(data, start)
+                if self._right:
+                    self._judged = start + 1
+                    return
+        self._judged = max(end, self._judged)
+
+    def _judge(self, data: bytes, start: int) -> None:
+        """Judge a start whose header is whole, and of a known id."""
+        size = data[start + 1]
+        if data[start] == MAGIC_2:
+            number = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
+            end = start + 10 + size
+            after = end + (2 + SIGNATURE_BYTES if data[start + 2] else 2)
+        else:
+            number = data[start + 5]
+            if size > FULL_BYTES[number]:
+                return
+            end = start + 6 + size
+            after = end + 2
+        if after > len(data):
+            self._open.append((start, after))
+        elif mcrf4xx(data[start + 1 : end] + CRC_EXTRA[number]) == data[end] | data[end + 1] << 8:
+            insort(self._right, start)
 
 
 _DECODER = dialect.MAVLink(None)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import ParamError
+from bridge.plain import from_json
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def save(path: Path, stored: Stored) -> None:
 def load(path: Path) -> Stored | None:
     """What the file holds, None where there is no file. Raises ParamError where it is damaged."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = from_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:

@@ -2,52 +2,57 @@
 
 import dataclasses
 import difflib
-import math
+import sys
 import types
 import typing
 from pathlib import Path
-from typing import Any, TypeVar, Union, get_args, get_origin
+from typing import Any, Final, TypeVar, Union, get_args, get_origin
 
 import yaml
 
+from bridge import plain
 from bridge.errors import ConfigError
+from bridge.printable import printable
 
 T = TypeVar("T")
 
-
-class _Loader(yaml.SafeLoader):
-    """A safe loader that takes a key written twice for the slip that it is."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if isinstance(key, str) and key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key '{key}' stands there twice", key_node.start_mark
-                )
-            if isinstance(key, str):
-                seen.add(key)
-        return super().construct_mapping(node, deep)
+LONGEST_SHOWN: Final = 80
 
 
 def load_yaml(path: Path) -> Any:
     """The plain data of a YAML file. Raises ConfigError where it can't be read as one."""
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            data = file.read(plain.MOST_BYTES + 1)
+        if len(data) > plain.MOST_BYTES:
+            raise ConfigError(
+                f"{path}: is longer than the {plain.MOST_BYTES // 1000} kB that a YAML file of ours may have; "
+                "give another"
+            )
+        text = data.decode("utf-8")
     except FileNotFoundError:
-        raise ConfigError(
-            f"{path}: no such file; check the name, or give a file from configs/vehicles"
-        ) from None
+        raise ConfigError(f"{path}: no such file; check the name") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: can't be read as text ({error}); give a YAML file") from None
+        raise ConfigError(f"{path}: {why_unread(error)}; give a YAML file") from None
     try:
-        return yaml.load(text, _Loader)
+        return plain.from_yaml(text)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "malformed"
-        raise ConfigError(f"{path}: not valid YAML{where} ({problem}); mend that line") from None
+        advice = "mend that line" if mark else "give a YAML file"
+        raise ConfigError(f"{path}: not valid YAML{where} ({problem}); {advice}") from None
+    except ValueError as error:
+        raise ConfigError(f"{path}: a value in it can't be read ({error}); mend that value") from None
+
+
+def why_unread(error: OSError | UnicodeDecodeError) -> str:
+    """Why a file could not be read as text, as what follows its name."""
+    if isinstance(error, IsADirectoryError):
+        return "is a folder"
+    if isinstance(error, UnicodeDecodeError):
+        return "is no text"
+    return f"can't be read ({error.strerror})"
 
 
 def build(cls: type[T], data: Any, where: str) -> T:
@@ -57,14 +62,14 @@ def build(cls: type[T], data: Any, where: str) -> T:
     the class's own `__post_init__` refuses with ValueError.
     """
     if not isinstance(data, dict):
-        raise ConfigError(f"{where}: expected keys and values, found {_kind(data)}")
+        raise ConfigError(_no_keys(data, where))
     hints = typing.get_type_hints(cls)
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
     for key in data:
         if key not in fields:
-            near = difflib.get_close_matches(str(key), fields, n=1, cutoff=0.5)
+            near = difflib.get_close_matches(_short(key), fields, n=1, cutoff=0.5)
             hint = f"did you mean '{near[0]}'?" if near else f"known keys: {', '.join(fields)}"
-            raise ConfigError(f"{where}: unknown key '{key}'; {hint}")
+            raise ConfigError(f"{where}: unknown key '{_short(key)}'; {hint}")
     values = {}
     for name, field in fields.items():
         if name in data:
@@ -89,12 +94,12 @@ def _convert(hint: Any, value: Any, where: str) -> Any:
         return _tuple(args, value, where)
     if origin is dict:
         if not isinstance(value, dict):
-            raise ConfigError(f"{where}: expected keys and values, found {_kind(value)}")
-        return {str(k): _convert(args[1], v, f"{where}: {k}") for k, v in value.items()}
+            raise ConfigError(_no_keys(value, where))
+        return {printable(_text(k)): _convert(args[1], v, f"{where}: {_short(k)}") for k, v in value.items()}
     if origin is typing.Literal:
         if value in args:
             return value
-        raise ConfigError(f"{where}: '{value}' is not one of {', '.join(map(str, args))}")
+        raise ConfigError(f"{where}: {_kind(value)} is not one of {', '.join(map(str, args))}")
     return _scalar(hint, value, where)
 
 
@@ -110,17 +115,21 @@ def _tuple(args: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
 
 def _scalar(hint: Any, value: Any, where: str) -> Any:
     if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
-        if not math.isfinite(value):
-            raise ConfigError(f"{where}: {value} is not a finite number")
+        if not abs(value) <= sys.float_info.max:
+            raise ConfigError(f"{where}: {_short(value)} is not a finite number")
         return float(value)
     if hint is int and isinstance(value, int) and not isinstance(value, bool):
         return value
     if hint is bool and isinstance(value, bool):
         return value
     if hint is str and isinstance(value, str):
-        return value
+        return printable(value, keep="\n\t")
     wanted = {float: "a number", int: "a whole number", bool: "true or false", str: "text"}[hint]
     raise ConfigError(f"{where}: expected {wanted}, found {_kind(value)}")
+
+
+def _no_keys(value: Any, where: str) -> str:
+    return f"{where}: expected keys and values, found {_kind(value)}; give lines such as 'name: value'"
 
 
 def _kind(value: Any) -> str:
@@ -130,4 +139,14 @@ def _kind(value: Any) -> str:
         return f"a list of {len(value)}"
     if isinstance(value, dict):
         return "keys and values"
-    return f"'{value}'"
+    return f"'{_short(value)}'"
+
+
+def _short(value: Any) -> str:
+    text = _text(value)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
+
+
+def _text(value: Any) -> str:
+    # Python refuses to write out thousands of digits.
+    return hex(value) if isinstance(value, int) and value.bit_length() > 1000 else str(value)

@@ -7,7 +7,7 @@ bytes with their time of arrival, and calls `step` at the control rate.
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -17,6 +17,7 @@ from bridge.decimate import FogMean, ImuMean
 from bridge.drivers import make_parser
 from bridge.errors import FrameError, LinkError
 from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.ground import Ground
 from bridge.link.base import Link
 from bridge.messages import compose
 from bridge.messages.readings import Reading, encode
@@ -44,7 +45,6 @@ MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
 LARGEST_WRITE: Final = 1200  # fits a datagram on every network
 PAUSE_S: Final = 0.2
 MOST_READS_A_STEP: Final = 64
-GROUND_SYSTEM: Final = 255
 
 _QUESTIONS: Final = frozenset(
     (
@@ -56,7 +56,38 @@ _QUESTIONS: Final = frozenset(
         dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL,
     )
 )
+_FTP: Final[int] = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
+_FTP_TARGET_BYTES: Final = 3  # network, system, component
 _ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
+
+
+class Ring(Protocol):
+    """What keeps on board the frames that are sent; nothing in it waits for a disk."""
+
+    @property
+    def identity(self) -> int:
+        """What tells this boot from all others, told once a second as BOOT_ID."""
+        ...
+
+    def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
+        """Take over whole frames that are sent now."""
+        ...
+
+    def take_texts(self) -> list[str]:
+        """What the crew is to be told of it."""
+        ...
+
+
+class FileAnswers(Protocol):
+    """What answers MAVLink FTP; a peer is the link's number, system and component. Nothing in it waits for a disk."""
+
+    def hear(self, peer: tuple[int, int, int], payload: bytes, now_s: float) -> None:
+        """A packet came."""
+        ...
+
+    def due(self, now_s: float) -> list[tuple[tuple[int, int, int], bytes]]:
+        """The packets that go out now, and to whom."""
+        ...
 
 
 @dataclass
@@ -75,8 +106,10 @@ class _Side:
 
 
 class Bridge:
-    """One vehicle's bridge. Orders (writes, arming) are taken from systems in `commanders` alone.
+    """One vehicle's bridge. Orders (writes, arming) are taken from `ground` alone.
 
+    `ring` keeps what is sent, link or no link; None where nothing is kept. `files` answers MAVLink FTP; where it is
+    None that is refused.
     `motor_tests` is set by what drives the thrusters while no mission runs, None where nothing does.
     `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "link faults".
     """
@@ -91,7 +124,9 @@ class Bridge:
         veh_cfg: int | None = None,
         imu_rate_hz: float = 50.0,
         fog_rate_hz: float = 40.0,
-        commanders: frozenset[int] = frozenset((GROUND_SYSTEM,)),
+        ground: Ground = Ground(),  # noqa: B008 (frozen)
+        ring: Ring | None = None,
+        files: FileAnswers | None = None,
     ) -> None:
         self.counts: Counter[str] = Counter()
         self.parsers: dict[str, Parser] = {}
@@ -101,7 +136,10 @@ class Bridge:
         self._clock = clock
         self._sides = [_Side(link) for link in links]
         self._parameters = parameters
-        self._commanders = commanders
+        self._ground = ground
+        self._ring, self._files = ring, files
+        # Its stamps run on the boot clock: one that is set mid-dive can't turn them back.
+        self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
         self._encoder = Encoder(parameters.system, parameters.component)
         self._devices = vehicle.sensors.present()
         self._navigator = Navigator(vehicle)
@@ -113,7 +151,7 @@ class Bridge:
         self._queue: list[bytes] = []
         self._beat_due_s = clock.boot_s()
         self._text_number = 0
-        self._strangers: set[int] = set()
+        self._strangers: set[str] = set()
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
         for slot, device in self._devices.items():
             parser = make_parser(device, thrusters)
@@ -205,7 +243,8 @@ class Bridge:
         if now_s >= self._beat_due_s:
             self._beat_due_s = max(self._beat_due_s + BEAT_S, now_s)
             self._beat(now_s)
-        for text in (*self._parameters.take_texts(), *self._watch.texts(now_s)):
+        kept = self._ring.take_texts() if self._ring else ()
+        for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *kept):
             self.say(text)
         self._flush()
 
@@ -246,6 +285,11 @@ class Bridge:
         self._send(Reading("clock", now_s, (self._clock.unix_s(),)))
         self._send(Reading("ff_mode", now_s, (float(self._parameters.mode),)))
         self._send(Reading("veh_cfg", now_s, (float(self._veh_cfg),)))
+        if self._ring is not None:
+            boot_id = dialect.MAVLink_named_value_int_message(
+                round(now_s * 1e3), b"BOOT_ID", self._ring.identity
+            )
+            self._queue.append(self._encoder.encode(boot_id))
         battery = self._feedback.battery_reading(now_s)
         if battery is not None:
             self._send(battery)
@@ -286,6 +330,11 @@ class Bridge:
                 for answer in answer_timesync(message, self._clock.boot_s()):
                     self._write(side, self._encoder.encode(answer))
                 continue
+            if message.get_type() == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
+                if (message.target_system, message.target_component) == own:
+                    peer = (self._sides.index(side), frame.system, frame.component)
+                    self._files.hear(peer, frame.payload[_FTP_TARGET_BYTES:], self._clock.boot_s())
+                continue
             for answer in self._answers(message):
                 self._queue.append(self._encoder.encode(answer))
 
@@ -293,8 +342,9 @@ class Bridge:
         kind = message.get_type()
         target = message.target_system, message.target_component
         mine = target == (self._encoder.system, self._encoder.component)
-        if kind in _ORDERS and mine and message.get_srcSystem() not in self._commanders:
-            self._refuse(message.get_srcSystem())
+        source = Ground(message.get_srcSystem(), message.get_srcComponent())
+        if kind in _ORDERS and mine and not self._ground.gives(source.system, message.get_srcComponent()):
+            self._refuse(source)
             return []
         if kind == "COMMAND_LONG":
             return answer_command(message, self.arm, self._test) if mine else []
@@ -307,21 +357,39 @@ class Bridge:
             return no_test(message)
         return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
 
-    def _refuse(self, system: int) -> None:
+    def _refuse(self, source: Ground) -> None:
         self.counts["refused"] += 1
-        if system not in self._strangers:
-            self._strangers.add(system)
-            self.say(f"orders from system {system} are refused")
+        # Another component of the ground's own system is told apart; of others the system says enough.
+        stranger = str(source if source.system == self._ground.system else Ground(source.system))
+        if stranger not in self._strangers:
+            self._strangers.add(stranger)
+            self.say(f"orders from {stranger} are refused")
 
     def _flush(self) -> None:
         queue, self._queue = self._queue, []
+        if self._ring is not None:
+            now_s = self._clock.boot_s()
+            self._ring.put(round((self._unix_at_boot_s + now_s) * 1e6), now_s, queue)
         for data in _batches(queue):
             for side in self._sides:
                 self._write(side, data)
+        self._send_files()
         for side in self._sides:
             if side.fault and not side.failed:
                 self._is_back(side)
             side.failed = False
+
+    def _send_files(self) -> None:
+        """To the side that asked alone, and never into the ring, which would fill with itself."""
+        if self._files is None:
+            return
+        asked: dict[int, list[bytes]] = {}
+        for (number, *target), payload in self._files.due(self._clock.boot_s()):
+            frame = self._encoder.frame(_FTP, bytes((0, *target)) + payload)
+            asked.setdefault(number, []).append(frame)
+        for number, frames in asked.items():
+            for data in _batches(frames):
+                self._write(self._sides[number], data)
 
     def _write(self, side: _Side, data: bytes) -> None:
         try:

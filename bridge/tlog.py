@@ -8,13 +8,13 @@ import os
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from types import TracebackType
-from typing import Final
+from typing import Final, TypeVar
 
-from bridge.errors import LogError
+from bridge.errors import LogError, NothingRecorded
 from bridge.framing import (
     INCOMPLETE,
     MAGIC_1,
@@ -26,8 +26,10 @@ from bridge.framing import (
     measure,
     unchecked_frame_at,
 )
+from bridge.secret import without_key
 
 Record = tuple[int, Frame]
+T = TypeVar("T")
 
 STAMP_BYTES: Final = 8
 LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
@@ -55,8 +57,8 @@ class TlogWriter:
             ) from None
 
     def write(self, unix_us: int, raw: bytes) -> None:
-        """Append one record, whole."""
-        record = _STAMP.pack(unix_us) + raw
+        """Append one record, whole, but for a key that signs frames: no recording holds one."""
+        record = _STAMP.pack(unix_us) + without_key(raw)
         try:
             while record:
                 record = record[os.write(self._file, record) :]
@@ -122,14 +124,33 @@ class TlogReader:
 def load_recording(path: Path) -> tuple[bytes, bool]:
     """The bytes of a `.tlog` or `.tlog.gz`, unfolded, and whether its compression was whole.
 
-    Raises LogError where there is no such file, it is empty, or no MAVLink frame is in it.
+    Raises LogError where there is no such file, NothingRecorded where it is empty, or no MAVLink frame is in it.
     """
     data, whole = load_bytes(path)
     if not data:
-        raise LogError(f"{path}: is empty, nothing was recorded in it; give another recording")
+        raise NothingRecorded(f"{path}: is empty, nothing was recorded in it; give another recording")
     if next_record(data, 0, Counter()) is None:
-        raise LogError(f"{path}: holds no MAVLink frame; give a .tlog recording")
+        raise NothingRecorded(f"{path}: holds no MAVLink frame; give a .tlog recording")
     return data, whole
+
+
+def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) -> Iterator[T]:
+    """What `read` makes of each file of one recording, without those that were begun and hold nothing.
+
+    A recorder that is killed, or a disk that is full, leaves such a file beside good ones. Raises what `read` does,
+    and NothingRecorded where no file holds a frame.
+    """
+    held, nothing = False, None
+    for path in paths:
+        try:
+            taken = read(path)
+        except NothingRecorded as error:
+            nothing = nothing or error
+            continue
+        held = True
+        yield taken
+    if nothing is not None and not held:
+        raise nothing
 
 
 def load_bytes(path: Path) -> tuple[bytes, bool]:

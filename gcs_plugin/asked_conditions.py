@@ -5,7 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from bridge.errors import ConfigError
-from gcs_plugin.conditions import NOTHING_SAID, Conditions
+from gcs_plugin.conditions import LIMITS, NOTHING_SAID, Conditions, why_not
 from gcs_plugin.folder import list_folders
 
 TITLES: Mapping[str, str] = {
@@ -26,16 +26,21 @@ def texts_of(conditions: Conditions) -> dict[str, str]:
     return {name: "" if value is None else f"{value}".removesuffix(".0") for name, value in found.items()}
 
 
+def mistakes(texts: Mapping[str, str]) -> dict[str, str]:
+    """What is wrong with the texts, in a sentence by field; none where they are conditions."""
+    found = {name: _mistake(name, _bare(texts, name)) for name in LIMITS}
+    return {name: sentence for name, sentence in found.items() if sentence}
+
+
 def of_texts(texts: Mapping[str, str]) -> Conditions:
     """Conditions from a text for each field; one that is missing or empty is not known. Raises ConfigError."""
+    if wrong := mistakes(texts):
+        raise ConfigError(". ".join(f"{name}: {sentence}" for name, sentence in wrong.items()))
     values: dict[str, float | str | None] = {}
     for one in fields(Conditions):
-        text = " ".join(texts.get(one.name, "").split())
-        values[one.name] = text if isinstance(one.default, str) else _number(text, one.name)
-    try:
-        return Conditions(**values)  # type: ignore[arg-type]
-    except ValueError as error:
-        raise ConfigError(f"{error}; mend it, or leave it empty where nobody knows") from None
+        text = _bare(texts, one.name)
+        values[one.name] = text if one.name not in LIMITS else _number(text) if text else None
+    return Conditions(**values)  # type: ignore[arg-type]
 
 
 def last_conditions(root: Path, before: Path | None = None) -> Conditions:
@@ -52,12 +57,21 @@ def last_conditions(root: Path, before: Path | None = None) -> Conditions:
     return NOTHING_SAID
 
 
-def _number(text: str, name: str) -> float | None:
+def _bare(texts: Mapping[str, str], name: str) -> str:
+    return " ".join(texts.get(name, "").split())
+
+
+def _number(text: str) -> float:
+    """Raises ValueError."""
+    return float(text.replace(",", "."))
+
+
+def _mistake(name: str, text: str) -> str:
+    """What is wrong with the text of a number, "" for nothing."""
     if not text:
-        return None
+        return ""
     try:
-        return float(text.replace(",", "."))
+        why = why_not(name, _number(text))
     except ValueError:
-        raise ConfigError(
-            f"{name}: '{text}' is no number; give one such as 12.5, or leave it empty"
-        ) from None
+        return f"'{text}' is no number; give one such as 12.5, or leave it empty"
+    return why and f"{why}; mend it, or leave it empty"

@@ -1,5 +1,6 @@
 """What a dive was made under, that later explains a gap: water, tether, ballast, payload, weather."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -7,6 +8,13 @@ from gcs_plugin.seawater import COLDEST_C, SALTIEST, WARMEST_C, density_kg_m3
 
 MOST_KG: Final = 1000.0
 LONGEST_M: Final = 10000.0
+LIMITS: Final[Mapping[str, tuple[float, float]]] = {
+    "water_temperature_c": (COLDEST_C, WARMEST_C),
+    "salinity": (0.0, SALTIEST),
+    "tether_out_m": (0.0, LONGEST_M),
+    "ballast_kg": (-MOST_KG, MOST_KG),
+    "payload_kg": (-MOST_KG, MOST_KG),
+}
 
 
 @dataclass(frozen=True)
@@ -26,11 +34,10 @@ class Conditions:
     weather: str = ""
 
     def __post_init__(self) -> None:
-        _within("water_temperature_c", self.water_temperature_c, COLDEST_C, WARMEST_C)
-        _within("salinity", self.salinity, 0.0, SALTIEST)
-        _within("tether_out_m", self.tether_out_m, 0.0, LONGEST_M)
-        _within("ballast_kg", self.ballast_kg, -MOST_KG, MOST_KG)
-        _within("payload_kg", self.payload_kg, -MOST_KG, MOST_KG)
+        for name in LIMITS:
+            value = getattr(self, name)
+            if value is not None and (why := why_not(name, value)):
+                raise ValueError(f"{name} {why}")
 
     @property
     def density_kg_m3(self) -> float | None:
@@ -61,10 +68,10 @@ class Conditions:
         return ", ".join([*found, *filter(None, (self.payload, self.weather))])
 
 
-def _within(name: str, value: float | None, least: float, most: float) -> None:
-    """Raises ValueError, which NaN comes to as well."""
-    if value is not None and not least <= value <= most:
-        raise ValueError(f"{name} must lie from {least:g} to {most:g}, it is {value:g}")
+def why_not(name: str, value: float) -> str:
+    """Why a number can't be that condition, "" where it can; NaN can't."""
+    least, most = LIMITS[name]
+    return "" if least <= value <= most else f"must lie from {least:g} to {most:g}, it is {value:g}"
 
 
 NOTHING_SAID: Final = Conditions()

@@ -26,6 +26,7 @@ from gcs_plugin.station import GROUND_STATION
 SEND_EVERY_S: Final = 0.5
 QUIET_S: Final = Timing().quiet_s
 UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle may be another than it was
+CONTESTED_QUIET_S: Final = 3.0  # where two may answer: each of them has told its mode by then
 TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
 
 WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
@@ -67,6 +68,7 @@ class _Vehicle:
     told: float | None = None
     refusal: str = ""
     lacks_it: bool = False
+    contested: bool = False
 
     def target(self, now_s: float) -> Source | None:
         """Whom to send to: nobody before it has beaten, and no autopilot before a companion had time to."""
@@ -77,7 +79,10 @@ class _Vehicle:
         return min(self.beating, key=lambda source: (source[1] not in COMPANIONS, source[1]))
 
     def tick(self, now_s: float, contested: bool) -> list[Any]:
-        if contested or (self.stage is _Stage.READ and now_s >= self.last_s + QUIET_S + UNREAD_S):
+        self.contested = contested
+        unread = self.stage is _Stage.READ and now_s >= self.last_s + self._quiet_s + UNREAD_S
+        # Off is worth its answer even where two may have given it; any other mode is not.
+        if unread or (contested and self.mode is not Mode.OFF):
             self._send_again()
         target = self.target(now_s)
         if target is None or self.stage is _Stage.DONE or self.lacks_it or now_s < self.due_s:
@@ -122,7 +127,11 @@ class _Vehicle:
         if value != self.mode:
             self._send_again()
         elif self.stage is _Stage.SEND and self.answer == self.told == self.mode:
-            self.stage, self.due_s = _Stage.QUIET, self.last_s + QUIET_S
+            self.stage, self.due_s = _Stage.QUIET, self.last_s + self._quiet_s
+
+    @property
+    def _quiet_s(self) -> float:
+        return CONTESTED_QUIET_S if self.contested else QUIET_S
 
     def _send_again(self) -> None:
         if self.stage is not _Stage.SEND:
@@ -131,7 +140,8 @@ class _Vehicle:
     def words(self, now_s: float) -> str:
         wanted = word(self.mode)
         if self.stage is _Stage.DONE:
-            return f"{wanted}, as read back and as its telemetry says"
+            how = "as answered" if self.contested else "as read back and as its telemetry says"
+            return f"{wanted}, {how}"
         if self.lacks_it:
             return "has no feed-forward"
         if not self.sent:
@@ -155,7 +165,8 @@ class Switch:
     """Brings the feed-forward to `mode`: of `system`, or of every vehicle that is heard where that is None.
 
     Give it every frame of a link (or what it is to know of them), send what `tick` returns, until it is `done`. While
-    `twins` says that two vehicles share one address it sends on and is never done: nobody can tell whether both obeyed.
+    `twins` says that two vehicles share one address nobody can tell whether both obeyed: another mode than off is sent
+    on and never done, off is done by what was answered, once nothing says otherwise for longer, and says so.
     """
 
     def __init__(self, mode: Mode | int, system: int | None = None) -> None:
@@ -169,7 +180,8 @@ class Switch:
     def done(self) -> bool:
         """Whether every vehicle that has a feed-forward says by both ways that it is so."""
         having = [vehicle for vehicle in self._vehicles.values() if not vehicle.lacks_it]
-        return bool(having) and not self.twins and all(v.stage is _Stage.DONE for v in having)
+        certain = self.mode is Mode.OFF or not self.twins
+        return bool(having) and certain and all(v.stage is _Stage.DONE for v in having)
 
     @property
     def sent(self) -> int:
@@ -203,10 +215,10 @@ class Switch:
             f"vehicle {system}: {vehicle.words(self._now_s)}"
             for system, vehicle in sorted(self._vehicles.items())
         ]
-        return (
-            "; ".join((*seen, *((self.twins,) if self.twins else ())))
-            or "no vehicle heard, nothing is sent yet"
-        )
+        if not seen:
+            return self.twins or "no vehicle heard, nothing is sent yet"
+        but = f"; but two vehicles answer: {self.twins}" if self.done else f"; {self.twins}"
+        return "; ".join(seen) + (but if self.twins else "")
 
     def tick(self, now_s: float) -> list[Any]:
         """The messages to send now."""

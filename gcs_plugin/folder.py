@@ -1,5 +1,6 @@
 """Dive folders: `dives/2026-11-20T0912Z-hovering/` with `telemetry.tlog` and `dive.yaml`, sorted by UTC."""
 
+import contextlib
 import re
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
@@ -10,11 +11,13 @@ import yaml
 
 from bridge import schema
 from bridge.errors import LogError
+from bridge.ring.whole import WHOLE, standing_for
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
 
 ABOUT: Final = "dive.yaml"
+YAML: Final = (".yaml", ".yml")
 _FOLDER = re.compile(r"\d{4}-\d{2}-\d{2}T\d{4}Z(-.+)?")
 
 
@@ -36,6 +39,12 @@ class About:
     notes: str = ""
     events: tuple[Event, ...] = field(default=())
     conditions: Conditions = NOTHING_SAID
+
+    @property
+    def vehicle_path(self) -> Path | None:
+        """The vehicle file that it names, where that is there; nothing but a YAML file is opened on a dive's word."""
+        named = Path(self.vehicle_file)
+        return named if named.suffix in YAML and named.is_file() else None
 
 
 @dataclass(frozen=True)
@@ -75,9 +84,21 @@ class DiveFolder:
         """Put them in place of those that it had."""
         self.describe(replace(self.about(), conditions=conditions))
 
+    def discard(self) -> None:
+        """Take it away, where nothing was heard in its dive; notes, and whatever else lies in it, keep it."""
+        noted = bool(self.about().events)
+        for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
+            path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self.path.rmdir()
+
     def telemetry(self) -> list[Path]:
-        """Its recordings in the order in which they were begun."""
-        return sorted(self.path.glob("telemetry*.tlog"), key=_number)
+        """Its recordings to be read: as `heard`, or the one that was made whole of them."""
+        return standing_for(sorted(self.path.glob("telemetry*.tlog"), key=_number))
+
+    def heard(self) -> list[Path]:
+        """The ground's own recordings in the order in which they were begun."""
+        return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=_number) if path.name != WHOLE]
 
     def open_telemetry(self, number: int) -> TlogWriter:
         """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError."""
@@ -112,11 +133,20 @@ def list_folders(root: Path) -> list[DiveFolder]:
     return [DiveFolder(p) for p in sorted(root.iterdir()) if p.is_dir() and _FOLDER.fullmatch(p.name)]
 
 
-def load_folder(path: Path) -> DiveFolder:
-    """A dive's folder. Raises LogError where it is none, or holds no recording."""
-    folder = DiveFolder(path)
-    if not path.is_dir():
+def find_folder(path: Path) -> DiveFolder:
+    """A dive's folder. Raises LogError where there is none, or one that holds neither a recording nor `dive.yaml`."""
+    if not path.exists():
         raise LogError(f"{path}: no such dive folder; check the name")
+    if not path.is_dir():
+        raise LogError(f"{path}: is a file; give the folder of a dive")
+    if not any(path.glob("telemetry*.*")) and not (path / ABOUT).exists():
+        raise LogError(f"{path}: holds no telemetry.tlog and no {ABOUT}; give the folder of a dive")
+    return DiveFolder(path)
+
+
+def load_folder(path: Path) -> DiveFolder:
+    """A dive's folder with a `.tlog` in it. Raises LogError where it is none, or holds no such recording."""
+    folder = find_folder(path)
     if not folder.telemetry():
         raise LogError(f"{path}: holds no telemetry.tlog; give the folder of a dive")
     return folder

@@ -10,13 +10,18 @@ from typing import Final
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
+from bridge.plain import from_json
 
 FRESH_S: Final = 10.0
 
 
 @dataclass(frozen=True)
 class Holding:
-    """A recording that runs. `hub` is "" where it serves nobody; `disk_left_s` is inf where nothing comes."""
+    """A recording that runs. `hub` is "" where it serves nobody; `disk_left_s` is inf where nothing comes.
+
+    `refused` counts the frames that a signed link did not let in, by kind; "" for none.
+    `trouble` says what to do where nothing of a system is let in; `sign_key` is the file of the key, "" for none.
+    """
 
     pid: int
     hub: str
@@ -29,6 +34,9 @@ class Holding:
     disk_left_s: float
     notices: tuple[str, ...]
     written_unix_s: float
+    refused: str = ""
+    trouble: str = ""
+    sign_key: str = ""
 
     @property
     def began_unix_s(self) -> float:
@@ -82,7 +90,7 @@ def _told() -> Holding | None:
     """What the file says, of whatever age; None where it is absent, or says something else."""
     file = state_file()
     try:
-        data = json.loads(file.read_text(encoding="utf-8"))
+        data = from_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     if not isinstance(data, dict):

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,6 +16,11 @@ READ_BYTES: Final = 65536
 def seatrial_command() -> list[str]:
     """The words that start the `seatrial` command of this installation with this Python, whatever folder it runs in."""
     return [sys.executable, "-P", "-m", "tui"]
+
+
+def as_wide() -> dict[str, str]:
+    """The environment of a command whose lines are told on this process's terminal."""
+    return {"COLUMNS": str(shutil.get_terminal_size().columns)}
 
 
 class Job:

@@ -10,6 +10,9 @@ SEQUENCES: Final = 256
 LATE: Final = 128  # a gap that wide is a frame that came late, not half a round of lost ones
 RESTART_S: Final = 5.0  # after so long a silence the numbers may have started anew
 RATE_WINDOW: Final = 20
+MOST_SOURCES: Final = 256  # components: far more than any fleet has
+MOST_KINDS: Final = 4096  # kinds of messages of all of them: some 5 MB
+CROWDED: Final = "more senders or kinds of messages than any fleet has, so somebody makes up addresses"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +45,11 @@ class MessageHealth:
 
 @dataclass(frozen=True)
 class Health:
-    """A link at one instant."""
+    """A link at one instant; `left_out` are the frames of senders and kinds for which there was no place."""
 
     sources: tuple[SourceHealth, ...]
     messages: tuple[MessageHealth, ...]
+    left_out: int = 0
 
     def age_s(self, message_id: int) -> float:
         """Age of the newest message of a kind from anyone; inf where none came."""
@@ -67,9 +71,14 @@ class _Message:
 
 
 class LinkHealth:
-    """Counts of one link. Only frames with a checked CRC count: an unknown id proves nothing."""
+    """Counts of one link. Only frames with a checked CRC count: an unknown id proves nothing.
+
+    Who came first keeps his place, so that a sender of made-up addresses fills neither the memory nor the place of
+    the vehicle; frames of those who came too late are counted in `left_out`.
+    """
 
     def __init__(self) -> None:
+        self.left_out = 0
         self._sources: dict[tuple[int, int], _Source] = {}
         self._messages: dict[tuple[int, int, int], _Message] = {}
 
@@ -79,10 +88,19 @@ class LinkHealth:
         key = (frame.system, frame.component)
         source = self._sources.get(key)
         if source is None:
+            if len(self._sources) >= MOST_SOURCES:
+                self.left_out += 1
+                return
             self._sources[key] = _Source(frame.sequence, time_s)
         else:
             self._count(source, frame.sequence, time_s)
-        message = self._messages.setdefault((*key, frame.message_id), _Message())
+        kind = (*key, frame.message_id)
+        message = self._messages.get(kind)
+        if message is None:
+            if len(self._messages) >= MOST_KINDS:
+                self.left_out += 1
+                return
+            message = self._messages[kind] = _Message()
         message.count += 1
         message.times_s.append(time_s)
 
@@ -94,7 +112,7 @@ class LinkHealth:
             MessageHealth(*key, m.count, now_s - m.times_s[-1], _rate_hz(m.times_s))
             for key, m in self._messages.items()
         ]
-        return Health(tuple(sources), tuple(messages))
+        return Health(tuple(sources), tuple(messages), self.left_out)
 
     @staticmethod
     def _count(source: _Source, sequence: int, time_s: float) -> None:

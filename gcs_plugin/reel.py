@@ -6,22 +6,22 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from bridge.framing import Frame, frame_at, unchecked_frame_at
-from bridge.tlog import read_tlog
+from bridge.tlog import of_those_that_hold_frames, read_tlog
 
 
 class Reel:
     """The recordings of one dive in their order. Times are seconds since its first frame, and never run back.
 
     Frames are kept as bytes in one piece, which needs a third of what objects would: an hour is 80 MB. Raises LogError
-    where a file can't be read.
+    where a file can't be read, or none holds a frame.
     """
 
     def __init__(self, files: Sequence[Path]) -> None:
         self._bytes = bytearray()
         self._begins, self._times_s = array("Q"), array("d")
         first_us, newest_s = None, 0.0
-        for file in files:
-            for stamp_us, frame in read_tlog(file):
+        for records in of_those_that_hold_frames(files, read_tlog):
+            for stamp_us, frame in records:
                 first_us = stamp_us if first_us is None else first_us
                 newest_s = max(newest_s, (stamp_us - first_us) / 1e6)
                 self._begins.append(len(self._bytes))

@@ -1,10 +1,10 @@
 """Two vehicles with one MAVLink address on a link: what each says passes for the other's, and both obey.
 
 Three signs, each an alternation that one vehicle, even one that starts anew, can't show: UDP peers that take
-turns (the link sees them), boot clocks, and runs of sequence numbers.
+turns (the link sees them), boot clocks, and runs of sequence numbers. A frame may arrive late, never early: delay
+alone never lets the time since boot run back. A restart does so once, and the old clock is not heard again.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -13,11 +13,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Frame, decode
 
 CLOCK_TURNS: Final = 3
-CLOCK_NEAR_S: Final = 0.5
+CLOCK_APART_S: Final = 2.0  # more than frames of one vehicle overtake each other
+CLOCK_LATE_S: Final = 5.0  # so much later than before a clock may be heard and count as the same
 SEQUENCE_TURNS: Final = 6
 SEQUENCE_NEAR: Final = 32
 SEQUENCES: Final = 256
-FORGOTTEN_AFTER: Final = 512  # values in one run: what took turns before has ended
+HELD_S: Final = 20.0  # after the last turn: what took turns before has ended
 STATIONS: Final = dialect.MAV_TYPE_GCS
 
 
@@ -30,32 +31,68 @@ class Named(Protocol):
 
 @dataclass
 class _Turns:
-    """Two runs of values of which each goes on where it was left: `turns` counts the changes between them."""
+    """The changes between two runs that follow each other closely; `seen_s` is when there were last enough."""
 
-    near: Callable[[float, float], bool]
-    current: float
-    other: float | None = None
+    enough: int
     turns: int = 0
-    since: int = 0
+    changed_s: float = 0.0
+    seen_s: float | None = None
 
-    def take(self, value: float) -> None:
-        self.since += 1
-        if self.near(value, self.current):
-            self.current = value
-            if self.since > FORGOTTEN_AFTER:
-                self.other, self.turns = None, 0
+    def change(self, goes_on: bool, now_s: float) -> None:
+        """It changed to another run, which goes on where it was left or not."""
+        self.turns = self.turns + 1 if goes_on and now_s - self.changed_s <= HELD_S else 0
+        self.changed_s = now_s
+        if self.turns >= self.enough:
+            self.seen_s = now_s
+
+    def are_two(self, now_s: float) -> bool:
+        return self.seen_s is not None and now_s - self.seen_s <= HELD_S
+
+
+class _Sequences:
+    """Two counters of frames, each of which goes on where it was left."""
+
+    def __init__(self, sequence: int) -> None:
+        self.turns = _Turns(SEQUENCE_TURNS)
+        self._current = sequence
+        self._left: int | None = None
+
+    def take(self, sequence: int, now_s: float) -> None:
+        if (sequence - self._current + SEQUENCE_NEAR) % SEQUENCES > 2 * SEQUENCE_NEAR:
+            goes_on = self._left is not None and (sequence - self._left) % SEQUENCES <= SEQUENCE_NEAR
+            self.turns.change(goes_on, now_s)
+            self._left = self._current
+        self._current = sequence
+
+
+@dataclass(frozen=True)
+class _Told:
+    """A time since boot, and the time of arrival less it, which only a delay or another clock makes larger."""
+
+    boot_s: float
+    booted_s: float
+
+
+class _Clocks:
+    """Two boot clocks: the time since boot runs back, then ahead of the time that passed, and so on."""
+
+    def __init__(self) -> None:
+        self.turns = _Turns(CLOCK_TURNS)
+        self._current: _Told | None = None
+        self._left: _Told | None = None
+        self._ran_back: bool | None = None
+
+    def take(self, boot_s: float, now_s: float) -> None:
+        told, last = _Told(boot_s, now_s - boot_s), self._current
+        self._current = told
+        if last is None:
             return
-        known = self.other is not None and self.near(value, self.other)
-        self.turns = self.turns + 1 if known else 0
-        self.current, self.other, self.since = value, self.current, 0
-
-
-def _sequence_near(value: float, last: float) -> bool:
-    return (value - last + SEQUENCE_NEAR) % SEQUENCES <= 2 * SEQUENCE_NEAR
-
-
-def _clock_near(value: float, last: float) -> bool:
-    return abs(value - last) <= CLOCK_NEAR_S
+        back = told.boot_s < last.boot_s - CLOCK_APART_S
+        if not back and told.booted_s >= last.booted_s - CLOCK_APART_S:
+            return
+        goes_on = self._left is not None and abs(told.booted_s - self._left.booted_s) <= CLOCK_LATE_S
+        self.turns.change(goes_on and back is not self._ran_back, now_s)
+        self._left, self._ran_back = last, back
 
 
 class Twins:
@@ -63,21 +100,22 @@ class Twins:
 
     def __init__(self, link: Named) -> None:
         self._link = link
-        self._sequences: dict[tuple[int, int], _Turns] = {}
-        self._clocks: dict[tuple[int, int], _Turns] = {}
+        self._now_s = 0.0
+        self._sequences: dict[tuple[int, int], _Sequences] = {}
+        self._clocks: dict[tuple[int, int], _Clocks] = {}
         self._stations: set[tuple[int, int]] = set()
 
     def on_frame(self, frame: Frame, time_s: float) -> None:
         """A frame arrived at `time_s`."""
         if not frame.known:
             return
+        self._now_s = time_s
         source = (frame.system, frame.component)
-        self._sequences.setdefault(source, _Turns(_sequence_near, frame.sequence)).take(frame.sequence)
+        self._sequences.setdefault(source, _Sequences(frame.sequence)).take(frame.sequence, time_s)
         if frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME:
             message = decode(frame)
             if message is not None:
-                booted_s = time_s - message.time_boot_ms / 1e3
-                self._clocks.setdefault(source, _Turns(_clock_near, booted_s)).take(booted_s)
+                self._clocks.setdefault(source, _Clocks()).take(message.time_boot_ms / 1e3, time_s)
         elif frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
             message = decode(frame)
             if message is not None and message.type == STATIONS:
@@ -86,8 +124,8 @@ class Twins:
     def fault(self, system: int | None = None) -> str:
         """Why nobody may be ordered, "" where all is well; of one system, or of any that is no ground station."""
         contested = set(getattr(self._link, "contested", ()))
-        contested |= {source for source, t in self._sequences.items() if t.turns >= SEQUENCE_TURNS}
-        contested |= {source for source, t in self._clocks.items() if t.turns >= CLOCK_TURNS}
+        for signs in (self._sequences, self._clocks):
+            contested |= {source for source, sign in signs.items() if sign.turns.are_two(self._now_s)}
         found = sorted(
             source
             for source in contested - self._stations

@@ -97,9 +97,7 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
     except ParamError as error:
         raise UsageError(str(error)) from None
     if sidecar is None:
-        raise UsageError(
-            f"{path}: has no sidecar that tells its intervals; give the JSON of `seatrial identify`"
-        )
+        raise UsageError(f"{path}: {_why_no_sidecar(path)}")
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     source = _source(sidecar.dive, sidecar.dived, sidecar.method)
     origin = _Origin(source, sidecar.dive_sha256, sidecar.dive_opening, sidecar.prior_dives)
@@ -111,6 +109,13 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
             value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
             found[name] = _aged(name, value, relative, widen, origin)
     return sidecar.configuration, _some(path, found)
+
+
+def _why_no_sidecar(path: Path) -> str:
+    if not path.exists():
+        return "no such file; check the name"
+    what = "is a folder" if path.is_dir() else "has no sidecar that tells its intervals"
+    return f"{what}; give the JSON of `seatrial identify`, or a .param with its sidecar"
 
 
 def _source(dive: str | None, date: str | None, method: str) -> str:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 from gcs_plugin.params.client import ParameterClient
 from tui.exit_codes import UsageError
+from tui.show import harmless
 
 
 def asked(client: ParameterClient, question: str, to_do: str) -> str:
@@ -15,7 +16,7 @@ def asked(client: ParameterClient, question: str, to_do: str) -> str:
         raise UsageError(
             f"nobody to ask, standard input is no terminal; give --yes to {to_do} without asking"
         )
-    print(question, end="", file=sys.stderr, flush=True)
+    print(harmless(question), end="", file=sys.stderr, flush=True)
     with _listening(client):
         return sys.stdin.readline().strip()
 

@@ -14,6 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import NoReturn, Protocol, cast
 
 from bridge.errors import SeatrialError
+from bridge.printable import printable
 from tui import exit_codes
 
 VERBS = {
@@ -22,6 +23,7 @@ VERBS = {
     "simulate": "dive a mission with a simulated vehicle and its simulated devices",
     "tui": "the terminal app: watch the vehicle live, over ssh and in tmux as well",
     "record": "record every frame of one or more links into a dive folder",
+    "fetch": "bring what the vehicle kept of a dive and the ground did not hear, and make the dive whole",
     "note": "write down what happens in the dive that is being recorded",
     "conditions": "what a dive was made under: water, tether, ballast, payload, weather",
     "watch": "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",
@@ -39,6 +41,7 @@ VERBS = {
     "replay": "send a recorded dive to a link, on its own clock",
     "challenge": "make dives with hidden effects and locked answers, and score those who named them",
     "reproduce": "the source paper's campaigns and figures on the simulated vehicle, on one page",
+    "keys": "make a key that signs the link, and tell which key a file holds",
     "doctor": "check vehicle file, links, clocks, disk and sensors; with --wet, thrusters and mountings",
 }
 
@@ -173,7 +176,7 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 def _complain(sentence: str, code: int) -> int:
     """One line on standard error; on a terminal broken between words."""
-    line = f"seatrial: {' '.join(sentence.split())}"
+    line = printable(f"seatrial: {' '.join(sentence.split())}", "?")
     if sys.stderr.isatty():
         width = shutil.get_terminal_size().columns
         line = textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False)

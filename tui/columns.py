@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from bridge.vehicle.config import CONFIGS
 from tui.exit_codes import UsageError
 
 
 def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
     """The column map that was named, None for none.
 
-    Raises UsageError where none of the recordings is a table: whoever names a map means to read one. LogError where a
-    recording is not there.
+    Raises UsageError where there is no such map, and where none of the recordings is a table: whoever names a map means
+    to read one. LogError where a recording is not there.
     """
     from identify.ingest.open import recording_files
 
@@ -22,4 +23,8 @@ def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:
             f"--columns {name}: {' and '.join(recordings)} {'are' if len(recordings) > 1 else 'is'} no table (.csv), "
             f"and need{'' if len(recordings) > 1 else 's'} no column map; leave it out"
         )
+    bundled = CONFIGS / "columns"
+    if not Path(name).exists() and not (bundled / f"{name}.yaml").exists():
+        known = ", ".join(sorted(file.stem for file in bundled.glob("*.yaml")))
+        raise UsageError(f"--columns {name}: no such column map; give a YAML file, or one of {known}")
     return Path(name)

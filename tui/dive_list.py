@@ -14,8 +14,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from bridge.errors import ConfigError, LogError, SeatrialError
-from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
+from bridge.plain import from_json
+from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.folder import About, DiveFolder
+from tui.dive_vehicle import vehicle_named
+from tui.stray_bytes import stray_bytes
 
 if TYPE_CHECKING:
     from identify.dive import Dive
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
 Load = Callable[[str], VehicleFile]
 
 GLANCE: Final = ".glance.json"
-VERSION: Final = 1
+VERSION: Final = 4
 PARTIAL: Final = ".part"
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""
@@ -44,7 +47,8 @@ class Glance:
     """What the recording itself tells. `loss` is NaN where no sequence numbers are recorded.
 
     `relative_std` by coefficient, inf for what could not be identified; empty where `why_not` says why nobody knows.
-    `error` where the recording can't be read at all.
+    `error` where the recording can't be read at all; `stray` tells of bytes in it that belong to no message,
+    `restarts` of the vehicle's and of the run that is used.
     """
 
     began_unix_s: float | None = None
@@ -54,6 +58,8 @@ class Glance:
     spans: tuple[AxisSpan, ...] = ()
     why_not: str = ""
     error: str = ""
+    stray: str = ""
+    restarts: str = ""
 
 
 @dataclass(frozen=True)
@@ -76,19 +82,22 @@ class DiveRow:
 def dive_folders(root: Path) -> list[Path]:
     """`root` itself where it is a dive folder, else those in it, by name. Raises LogError where `root` is none."""
     if not root.is_dir():
-        raise LogError(f"{root}: no such folder; give the one that holds the dives")
+        what = "is a file" if root.exists() else "no such folder"
+        raise LogError(f"{root}: {what}; give the folder that holds the dives")
     if _recordings(root):
         return [root]
     return sorted(path for path in root.iterdir() if path.is_dir() and _recordings(path))
 
 
-def row_of(folder: Path, named: VehicleFile | None = None, load: Load = load_vehicle) -> DiveRow:
-    """One dive; `named` is the vehicle file to judge it by, else the one that its `dive.yaml` names."""
+def row_of(
+    folder: Path, named: VehicleFile | None = None, otherwise: str = "", load: Load = load_vehicle
+) -> DiveRow:
+    """One dive; `named` is the vehicle file to judge it by, else the one that `dive.yaml` names, else `otherwise`."""
     about, vehicle, trouble = About(), named, ""
     try:
         about = DiveFolder(folder).about()
-        if vehicle is None:
-            vehicle = _vehicle(about.vehicle_file, about.configuration, load)
+        if vehicle is None and (file := vehicle_named(about, otherwise)):
+            vehicle = load(file)
     except ConfigError as error:
         trouble = str(error)
     files = _recordings(folder)
@@ -112,14 +121,17 @@ def row_of(folder: Path, named: VehicleFile | None = None, load: Load = load_veh
 
 
 def rows_of(
-    root: Path, named: VehicleFile | None, progress: Callable[[float, str], None] = lambda *_: None
+    root: Path,
+    named: VehicleFile | None,
+    otherwise: str = "",
+    progress: Callable[[float, str], None] = lambda *_: None,
 ) -> list[DiveRow]:
     """The dives in a folder, the oldest first."""
     folders = dive_folders(root)
     rows, load = [], cache(load_vehicle)
     for number, folder in enumerate(folders):
         progress(number / len(folders), f"look at {folder.name}")
-        rows.append(row_of(folder, named, load))
+        rows.append(row_of(folder, named, otherwise, load))
     return sorted(rows, key=lambda row: (row.glance.began_unix_s or 0.0, row.folder.name))
 
 
@@ -160,20 +172,11 @@ def _recordings(folder: Path) -> list[Path]:
         return []
 
 
-def _vehicle(path: str, configuration: str, load: Load) -> VehicleFile | None:
-    """The vehicle file that a dive names, or the one of that name that comes with the program; None for neither."""
-    if not path:
-        return None
-    found = next((p for p in (Path(path), CONFIGS / "vehicles" / Path(path).name) if p.exists()), None)
-    if found is None:
-        raise ConfigError(f"{path}: the dive's vehicle file is not there; give one with --vehicle")
-    return load(":".join(filter(None, (str(found), configuration))))
-
-
 def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
     """What reading the recording tells."""
     from identify.dates import date_in_name, date_of
     from identify.ingest.open import read_dive
+    from identify.ingest.runs import RESTARTED
 
     columns = folder / "columns.yaml"
     try:
@@ -188,6 +191,8 @@ def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
         relative_std=told,
         spans=_spans(dive, vehicle),
         why_not=trouble or why_not,
+        stray=stray_bytes(folder),
+        restarts=next((note for note in dive.notes if note.startswith(RESTARTED)), ""),
     )
 
 
@@ -238,7 +243,7 @@ def _key(files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
 def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
     """The glance that was kept; None where there is none, or of something else."""
     try:
-        data = json.loads((folder / GLANCE).read_text(encoding="utf-8"))
+        data = from_json((folder / GLANCE).read_text(encoding="utf-8"))
         if data["key"] != key:
             return None
         told = data["glance"]
@@ -269,7 +274,7 @@ def _learnt(folder: Path) -> Iterator[str]:
 
 def _of_result(path: Path) -> Iterator[str]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = from_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return
     for one in data if isinstance(data, list) else [data]:

@@ -8,6 +8,7 @@ from identify.comparison import Comparison
 from identify.dive import Dive
 from identify.identification import Estimate, Identification
 from identify.report.compared import told_beside
+from identify.report.tables import standard_error
 from tui import show
 
 COLUMNS = ("name", "value", "low 95 %", "high 95 %", "unit", "std, %", "strongest partner")
@@ -69,7 +70,7 @@ def _row(parameter: Estimate, reasons: Sequence[str], priors: bool) -> tuple[str
         parameter.name,
         *(show.number(value) for value in values),
         parameter.unit,
-        show.number(100 * parameter.relative_std, 2),
+        show.number(100 * standard_error(parameter), 2),
         f"{partner.name} {partner.correlation:+.2f}" if partner else "-",
         *(
             (f"{100 * parameter.share_from_prior:.0f}" if parameter.share_from_prior else "-",)

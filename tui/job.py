@@ -6,7 +6,6 @@ not cut short because a terminal was closed.
 
 import asyncio
 import contextlib
-import json
 import os
 import signal
 import sys
@@ -17,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bridge.plain import from_json
 from tui import told
 from tui.told import Told
 
@@ -106,6 +106,6 @@ def _result(path: Path) -> Any:
     if not path.exists():
         return None
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return from_json(path.read_text(encoding="utf-8"))
     except ValueError:  # cut off while it was written
         return None

@@ -1,16 +1,14 @@
 """Who holds a link: a recording that runs, whose hub then is the way to the vehicle, or nobody yet."""
 
-import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
-from bridge.errors import LinkError, LinkSpecError
+from bridge.clock import Clock
+from bridge.errors import LinkError
 from bridge.link.base import Link
+from bridge.link.reconnecting import Aside, Reconnecting
 from gcs_plugin.holder import Holding, held
+from gcs_plugin.link_names import among
 from tui.exit_codes import UsageError
-
-EVERYWHERE = "0.0.0.0"
-NAMED_LOOPBACK = {"localhost": "127.0.0.1"}
-LISTENING = ("udpin", "tcpin")
 
 
 def holding_now() -> Holding | None:
@@ -26,9 +24,10 @@ def serving_now() -> bool:
     return holding is not None and bool(holding.hub)
 
 
-def link_for(spec: str | None) -> Link:
+def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) -> Link:
     """The link to the vehicle: by way of the recording that runs where `spec` is None, or one of its links.
 
+    `open_one` opens one of its own, None as it is; one by way of a recording is not signed here: the recording signs.
     Raises UsageError where nothing is named and nothing runs, LinkError where the link can't be had.
     """
     from bridge.link.open import open_link
@@ -40,11 +39,38 @@ def link_for(spec: str | None) -> Link:
             "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
         )
     if holding is None or (spec is not None and not holds(holding, spec)):
-        return open_link(str(spec))
+        return (open_one or open_link)(str(spec))
     if not holding.hub:
         what = f"{spec}: " if spec else ""
         raise LinkError(f"{what}{words_of(holding)} holds the link and serves nobody; end it first")
     show.say(show.words(), f"by way of {words_of(holding)}")
+    return open_link(holding.hub)
+
+
+def coming_back(
+    link: Link, spec: str | None, clock: Clock, open_one: Callable[[str], Link] | None = None
+) -> Reconnecting:
+    """`link`, which `link_for(spec, open_one)` gave; where it is lost, what then takes its place, under its name.
+
+    One by way of a recording comes back by way of a recording alone: whoever took the vehicle's port meanwhile would
+    keep the next recording from it.
+    """
+    from bridge.link.open import open_link
+
+    holding = holding_now()
+    by_way = spec is None or (holding is not None and link.name == holding.hub)
+    later = Aside(_of_recording if by_way else lambda: (open_one or open_link)(str(spec)), link.name)
+    first = [link]
+    return Reconnecting(lambda: first.pop() if first else later(), clock, link.name)
+
+
+def _of_recording() -> Link:
+    """The link that the recording that runs serves. Raises LinkError where none does."""
+    from bridge.link.open import open_link
+
+    holding = holding_now()
+    if holding is None or not holding.hub:
+        raise LinkError("no recording runs that could be listened to; start `seatrial record`")
     return open_link(holding.hub)
 
 
@@ -66,28 +92,4 @@ def words_of(holding: Holding) -> str:
 
 def holds(holding: Holding, spec: str) -> bool:
     """Whether a recording holds the link of that name, however it is spelt."""
-    return any(same_link(spec, one) for one in holding.links)
-
-
-def same_link(one: str, other: str) -> bool:
-    """Whether two names mean one port of this computer, or one peer; port 0 is still to be chosen, and nobody's."""
-    mine, theirs = _place(one), _place(other)
-    if mine is None or theirs is None:
-        return False
-    kind, host, port = mine
-    if kind in LISTENING and (kind, port) == (theirs[0], theirs[2]):
-        return port != 0 and (host == theirs[1] or EVERYWHERE in (host, theirs[1]))
-    return mine == theirs
-
-
-def _place(spec: str) -> tuple[str, str, int] | None:
-    """What a name means; a serial port is one at any baud rate and by any of its names. None for what is no link."""
-    from bridge.link.open import parse_link
-
-    try:
-        kind, place, number = parse_link(spec)
-    except LinkSpecError:
-        return None
-    if kind == "serial":
-        return kind, os.path.realpath(place), 0
-    return kind, NAMED_LOOPBACK.get(place, place), number
+    return among(spec, holding.links)

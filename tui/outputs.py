@@ -15,8 +15,11 @@ PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 WRITTEN = ("json", "csv", "param", "report", "out", "parameters", "predict")
 """Options of all verbs that name a file to write; what names a folder is no file and does no harm here."""
 
-READ = ("dives", "dive", "file", "after", "mission", "check", "against", "accepted")
+READ = ("dives", "dive", "folder", "file", "after", "mission", "check", "against", "accepted")
 """Words and options of all verbs that name files or folders to read, beside the vehicle file and its column map."""
+
+VEHICLES = ("vehicle", "otherwise")
+"""Options of all verbs that name a vehicle file."""
 
 RECORDING_SUFFIXES = (".tlog", ".tlog.gz", ".bin")
 DIVE_FOLDER_FILES = ("dive.yaml", "columns.yaml")
@@ -66,6 +69,12 @@ def check_folder(option: str, target: str) -> None:
         raise UsageError(f"{option} {target}: can't be written there; name another place")
 
 
+def check_no_folder(option: str, target: str) -> None:
+    """Raise UsageError where a folder stands at the file named by `option`."""
+    if Path(target).is_dir():
+        raise UsageError(f"{option} {target}: is a folder; name a file")
+
+
 def check_inputs_stay(arguments: argparse.Namespace) -> None:
     """Raise UsageError where an option of any verb would write over a file that the same command reads.
 
@@ -95,10 +104,10 @@ def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
             for path in map(Path, [word, *glob.glob(word, recursive=True)]):
                 yield from (place for place in (path, sidecar_path(path)) if path.name and place.is_file())
                 yield from _of_dives(path)
-    columns, vehicle = getattr(arguments, "columns", None), getattr(arguments, "vehicle", None)
+    columns = getattr(arguments, "columns", None)
     if columns is not None:
         yield from _first(Path(columns), CONFIGS / "columns" / f"{columns}.yaml")
-    if vehicle is not None:
+    for vehicle in filter(None, (getattr(arguments, name, None) for name in VEHICLES)):
         file = load_vehicle(vehicle)
         table = file.vehicle.thrust_curve.file
         yield file.path

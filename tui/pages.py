@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from identify.dive import Dive
     from identify.report.page import Report
 
-UNTOLD = ("report", "figures", "json")
+UNTOLD = ("report", "figures", "json", "csv", "out")
 """Where a result goes is no setting of it."""
 
 

@@ -1,16 +1,17 @@
 """Parameter files on their way between `identify` and `params`: any file in, `.param` with its sidecar out."""
 
-import json
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
-from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS
+from bridge.plain import from_json
+from bridge.schema import why_unread
+from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, MASSES
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 from gcs_plugin.params import float32
@@ -31,13 +32,15 @@ if TYPE_CHECKING:
 class Targets:
     """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
     which no effect that was accepted earlier holds; `left_out` are the lines of the file that were not chosen;
-    `sidecar` tells intervals and origin, where it has one."""
+    `sidecar` tells intervals and origin, where it has one; `rigid` mass or inertia of the rigid body and its standard
+    deviation, by the id of the total, where a vehicle file was given."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
     whole: bool = False
     sidecar: Sidecar | None = None
     left_out: frozenset[str] = frozenset()
+    rigid: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,11 @@ class Leave:
     doubts: bool = False
 
 
-def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) -> Targets:
-    """The values of a parameter file, and what its sidecar knows of them, where it has one.
+def targets_of(
+    path: Path, leave: Leave, only: Collection[str] | None = None, vehicle: str | None = None
+) -> Targets:
+    """The values of a parameter file, and what its sidecar knows of them, where it has one; with a vehicle file, it has
+    to be of that vehicle.
 
     Raises UsageError for a file that can't or should not be sent: nothing was sent then.
     """
@@ -57,14 +63,22 @@ def targets_of(path: Path, leave: Leave, only: Collection[str] | None = None) ->
         values, sidecar = read_parameters(path), read_sidecar(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
+    file = None if vehicle is None else load_vehicle(vehicle)
+    rigid = {} if file is None else _rigid_bodies(file)
     if sidecar is None:
-        return _narrowed(path, Targets(values), only, {})
+        return _narrowed(path, Targets(values, rigid=rigid), only, {})
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
+    warnings: list[str] = []
+    if file is not None and sidecar.vehicle:
+        of = {"name": sidecar.vehicle, "sha256": sidecar.vehicle_sha256}
+        about = {"vehicle": of, "configuration": sidecar.configuration}
+        warnings = _check_vehicle(path, about, file, leave.any_vehicle)
     notes = (
+        *warnings,
         f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
         f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
     )
-    return _narrowed(path, Targets(values, notes, True, sidecar), only, sidecar.doubted)
+    return _narrowed(path, Targets(values, notes, True, sidecar, rigid=rigid), only, sidecar.doubted)
 
 
 def targets_of_identification(
@@ -88,7 +102,17 @@ def targets_of_identification(
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     doubted = doubted_in(data)
     sidecar = _sidecar_of(data, {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}, doubted)
-    return _narrowed(path, Targets(values, notes, True, sidecar), only, doubted)
+    rigid = _rigid_bodies(file)
+    return _narrowed(path, Targets(values, notes, True, sidecar, rigid=rigid), only, doubted)
+
+
+def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
+    """Mass or inertia of the rigid body and its standard deviation, by the id of each total mass."""
+    return {
+        one.parameter_id(file.vehicle.veh_cfg(name)): shape.rigid_body(one.dof)
+        for name, shape in file.vehicle.configurations.items()
+        for one in MASSES
+    }
 
 
 def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[str, str]) -> Sidecar:
@@ -314,13 +338,13 @@ def read_identification(path: Path) -> dict[str, Any]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = from_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise UsageError(f"{path}: no such file; check the name") from None
-    except (OSError, ValueError) as error:
-        raise UsageError(
-            f"{path}: can't be read as JSON ({error}); give the file that --json wrote"
-        ) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"{path}: {why_unread(error)}; give the file that --json wrote") from None
+    except ValueError:
+        raise UsageError(f"{path}: is no JSON; give the file that --json wrote") from None
     if not isinstance(data, dict):
         raise UsageError(f"{path}: holds the results of several dives; identify one dive and give its file")
     return data

@@ -9,8 +9,10 @@ from bridge.parameters import MODE, set_crc
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.compared import COLUMNS, LEGEND, Compared, compared
 from gcs_plugin.params.deadline import Timing
-from gcs_plugin.params.last_accepted import last_accepted, newest_before
+from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
 from gcs_plugin.params.plan import Plan, Verdict, make_plan, taken_back
+from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.while_armed import not_raised, obstacle
 from tui import show
@@ -22,21 +24,24 @@ TAKEN_BACK = "no part of this model, taken back"
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan, line by line beside what was last accepted; `back` are the effects that it takes back."""
+    """A plan, line by line beside what was last accepted; `back` are the effects that it takes back, and `left` what
+    is to be told of an upload that was never finished."""
 
     file: Path
     targets: Targets
     plan: Plan
     lines: tuple[Compared, ...]
     back: tuple[str, ...]
+    left: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What is to be known of it beside its lines."""
+        notes = (*self.left, *self.targets.notes)
         if not self.back:
-            return self.targets.notes
-        told = "note: effects accepted before are no part of this model and are taken back"
-        return (*self.targets.notes, f"{told}: {', '.join(self.back)}")
+            return notes
+        back = "note: effects accepted before are no part of this model and are taken back"
+        return (*notes, f"{back}: {', '.join(self.back)}")
 
     @property
     def whole(self) -> bool:
@@ -45,8 +50,8 @@ class Planned:
 
     def table(self, hidden: Collection[Verdict]) -> show.Table | None:
         """Its lines, without those of some verdicts; None where none are left."""
-        told = [one.cells() for one in self.lines if one.row.verdict not in hidden]
-        return show.table("", COLUMNS, told, numbers=COLUMNS[1:5]) if told else None
+        cells = [one.cells() for one in self.lines if one.row.verdict not in hidden]
+        return show.table("", COLUMNS, cells, numbers=COLUMNS[1:5]) if cells else None
 
     def tell(self, json_target: str | None, hidden: Collection[Verdict]) -> None:
         """Table and summary where tables go."""
@@ -61,7 +66,7 @@ class Planned:
     def to_json(self, client: ParameterClient) -> dict[str, Any]:
         """The form that `params diff --json` writes. `writes`: an upload would write something, if only a commit."""
         system, component = client.vehicle
-        rehearsed = Upload(self.plan, client.vehicle, 0.0, Timing(), set_crc)
+        rehearsed = Upload(self.plan.with_implausible(), client.vehicle, 0.0, Timing(), set_crc)
         return {
             "summary": self.plan.summary(),
             "file": str(self.file),
@@ -89,8 +94,10 @@ def planned(
     only: Collection[str] | None,
     receipts: Path,
     system: int,
+    accepts: Collection[str] = (),
 ) -> Planned:
-    """The plan of bringing a vehicle that holds `present` to what a file asks for, or to those lines of it.
+    """The plan of bringing a vehicle that holds `present` to what a file asks for, or to those lines of it; `accepts`
+    are lines that are written although they are implausible.
 
     Raises UsageError for a line that it does not come to.
     """
@@ -98,6 +105,9 @@ def planned(
     back = taken_back(model, present) if targets.whole else {}
     back = {name: value for name, value in back.items() if only is None or name in only}
     plan = make_plan(targets.values | back, present).explained(back, TAKEN_BACK)
+    intervals = targets.sidecar.intervals if targets.sidecar else {}
+    doubted = implausible(plan, intervals, last_accepted(receipts, system), targets.rigid)
+    plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
     return _beside(file, targets, plan, tuple(back), only, receipts, system)
 
 
@@ -133,4 +143,12 @@ def _beside(
         raise UsageError(f"{file}: nothing of {', '.join(sorted(missing))} is to be changed; leave it out")
     intervals = targets.sidecar.intervals if targets.sidecar else {}
     lines = compared(plan, intervals, last_accepted(receipts, system))
-    return Planned(file, targets, plan, lines, tuple(back))
+    left = unfinished(receipts, system)
+    notes = () if left is None or belongs(left, file) else told(left, plan.present)
+    return Planned(file, targets, plan, lines, tuple(back), notes)
+
+
+def left_behind(receipts: Path, system: int, present: Mapping[str, float]) -> tuple[str, ...]:
+    """What to tell of an upload to that vehicle that was never finished; nothing where there is none."""
+    left = unfinished(receipts, system)
+    return () if left is None else told(left, present)

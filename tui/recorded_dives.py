@@ -1,6 +1,5 @@
 """The dive folders of one recording, one after the other."""
 
-import contextlib
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,8 +10,9 @@ from bridge.clock import Clock
 from bridge.errors import LogError
 from gcs_plugin.asked_conditions import last_conditions
 from gcs_plugin.conditions import NOTHING_SAID
-from gcs_plugin.folder import ABOUT, About, DiveFolder, new_folder
-from gcs_plugin.recorder import Count, Recorder
+from gcs_plugin.folder import About, DiveFolder, new_folder
+from gcs_plugin.recorded import Count
+from gcs_plugin.recorder import Recorder
 from tui import show
 
 
@@ -49,13 +49,13 @@ class RecordedDives:
         try:
             recorder.go_on(following.open_telemetry, partial(self._change, following, begun))
         except LogError:
-            remove(following)
+            following.discard()
             raise
 
     def end(self, count: Count) -> RecordedDive:
         """The present dive is over; where nothing was heard in it, its folder goes."""
         if not count.heard:
-            remove(self.folder)
+            self.folder.discard()
         dive = RecordedDive(self.folder.path if count.heard else None, count)
         self.finished.append(dive)
         return dive
@@ -75,12 +75,3 @@ class RecordedDives:
             taken = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
             show.say(show.words(), f"conditions of the dive before: {before.words}; {taken}")
         return folder
-
-
-def remove(folder: DiveFolder) -> None:
-    """Take away the folder of a dive in which nothing was heard; notes, and whatever else lies in it, keep it."""
-    noted = bool(folder.about().events)
-    for path in (*folder.telemetry(), *([] if noted else [folder.path / ABOUT])):
-        path.unlink(missing_ok=True)
-    with contextlib.suppress(OSError):
-        folder.path.rmdir()

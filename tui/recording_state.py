@@ -7,9 +7,11 @@ from bridge.clock import Clock
 from bridge.errors import LogError
 from gcs_plugin.folder import utc_text
 from gcs_plugin.holder import Holding, held, release, write_holding
-from gcs_plugin.recorder import Notice, Recorder
+from gcs_plugin.recorded import Notice
+from gcs_plugin.recorder import Recorder
 from tui import show
 from tui.links import words_of
+from tui.secured import Opener
 
 MOST_NOTICES = 5
 
@@ -17,10 +19,20 @@ MOST_NOTICES = 5
 class RecordingState:
     """Of the recording of `links` into `folder`; says nothing while there is another that others learn of.
 
-    `hub` is where it serves its links, "" where it serves nobody.
+    `hub` is where it serves its links, "" where it serves nobody; `opener` opened them, with the key in `sign_key`.
     """
 
-    def __init__(self, clock: Clock, links: tuple[str, ...], folder: Path, hub: str) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        links: tuple[str, ...],
+        folder: Path,
+        hub: str,
+        opener: Opener,
+        sign_key: str = "",
+    ) -> None:
+        self._opener = opener
+        self._sign_key = str(Path(sign_key).absolute()) if sign_key else ""
         self._clock, self._links, self._hub = clock, links, hub
         self.begin(folder)
         self._notices: tuple[str, ...] = ()
@@ -63,6 +75,9 @@ class RecordingState:
             recorder.disk_left_s,
             self._notices,
             self._clock.unix_s(),
+            "; ".join(filter(None, map(self._opener.words, self._links))),
+            next(filter(None, map(self._opener.trouble, self._links)), ""),
+            self._sign_key,
         )
         try:
             write_holding(holding)

@@ -9,18 +9,20 @@ import math
 import os
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.segment import Segment
 
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
+from bridge.printable import printable
 from tui import told
 
 Tell = Callable[[float, str], None]
@@ -31,6 +33,22 @@ PIPED_WIDTH = 160
 BETWEEN_COLUMNS = "  "
 LONGEST_WORD = 20
 """Longer words of a heading or of the last column may be broken."""
+
+
+MARK = "?"
+
+
+class _HarmlessConsole(Console):
+    """A console on which no text can steer the terminal, whoever it comes from: only its own styles do."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else segment._replace(text=harmless(segment.text))
+
+
+def harmless(text: str) -> str:
+    """`text` with a mark for each character that could steer a terminal; lines stay lines."""
+    return printable(text, MARK, "\n\t")
 
 
 def results(json_target: str | None = None) -> Console:
@@ -44,7 +62,7 @@ def words() -> Console:
 
 
 def _console(*, to_errors: bool) -> Console:
-    console = Console(stderr=to_errors, highlight=False, emoji=False, markup=False)
+    console = _HarmlessConsole(stderr=to_errors, highlight=False, emoji=False, markup=False)
     if not _has_width(console):
         console.width = PIPED_WIDTH
     return console
@@ -178,7 +196,7 @@ def bars(sentences: Sequence[str]) -> Iterator[tuple[Tell, ...]]:
         yield tuple(lines(console, sentence, SystemClock()) for sentence in sentences)
         return
     shown = Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),

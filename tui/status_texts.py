@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from typing import Any
 
-from gcs_plugin.recorder import Recorded, Recorder
+from gcs_plugin.recorded import Recorded
+from gcs_plugin.recorder import Recorder
 from gcs_plugin.watch import words
 
 Tell = Callable[[str], None]
-
-printable = words.printable
 
 
 class StatusTexts(words.StatusTexts):

@@ -88,7 +88,8 @@ def recording_words(holding: "Holding | None") -> str:
         return "NOT RECORDING"
     left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
     lost = f"  {holding.lost} LOST" if holding.lost else ""
-    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{left}"
+    refused = f"  {holding.refused}" if holding.refused else ""
+    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{refused}{left}"
 
 
 def trouble(picture: Picture) -> list[str]:
@@ -102,8 +103,8 @@ def trouble(picture: Picture) -> list[str]:
     return [*filter(None, (picture.twins,)), *(f"{row.name}: {row.words}" for row in rows)]
 
 
-def line(picture: Picture, holding: "Holding | None") -> str:
-    """All of it in a line."""
+def line(picture: Picture, holding: "Holding | None", fault: str = "") -> str:
+    """All of it in a line; `fault` is why nothing comes."""
     traces = picture.traces
     parts = [
         armed_words(picture),
@@ -113,13 +114,14 @@ def line(picture: Picture, holding: "Holding | None") -> str:
         f"{now_of(traces['voltage'])} V {now_of(traces['current'])} A",
         mode_words(picture),
         recording_words(holding),
+        fault,
         *trouble(picture),
     ]
     return " | ".join(part for part in parts if part)
 
 
-def header(picture: Picture, holding: "Holding | None") -> list[str]:
-    """Armed, links and recording, a line each."""
+def header(picture: Picture, holding: "Holding | None", fault: str = "") -> list[str]:
+    """Armed, links and recording, a line each; `fault` is why nothing comes."""
     first = [armed_words(picture), mode_words(picture), picture.configuration]
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
     told = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in picture.said[-3:]]
@@ -127,7 +129,7 @@ def header(picture: Picture, holding: "Holding | None") -> list[str]:
         "  ".join(filter(None, first)),
         *links,
         recording_words(holding),
-        *filter(None, (picture.twins,)),
+        *filter(None, (fault, picture.twins)),
         *told,
     ]
 

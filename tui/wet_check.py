@@ -17,6 +17,7 @@ from gcs_plugin.doctor.pulse_run import confirm, run_pulses
 from gcs_plugin.doctor.pulses import duration_s, pulses
 from gcs_plugin.doctor.wet_report import wet_findings
 from gcs_plugin.folder import about_vehicle, new_folder
+from tui.show import harmless
 
 Progress = Callable[[int, int], None]
 
@@ -81,7 +82,7 @@ def _disarm_anyway(link: Link, clock: Clock, target: tuple[int, int]) -> None:
     try:
         disarm(link, clock, target)
     except LinkError as error:
-        print(f"seatrial: the vehicle may still be armed: {error}", file=sys.stderr)
+        print(harmless(f"seatrial: the vehicle may still be armed: {error}"), file=sys.stderr)
 
 
 def confirmed(vehicle_name: str, typed: str | None) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from bench.diagnosis import goals
 from bench.diagnosis.plan import BENCH, FULL, POWER, SHORT, Planned, power_planned
-from bench.diagnosis.sources import ANSWERS
+from bench.diagnosis.sources import DECIDED
 from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered
@@ -35,7 +35,7 @@ def section(cache: Path, results: Path, short: bool) -> str:
 
 def jobs_of(plan: Sequence[Planned]) -> dict[str, Job]:
     """A job a dive, by a key that holds the stamp of the code."""
-    return {f"{one.name}:{stamp(*ANSWERS)}": partial(power_job, one) for one in plan}
+    return {f"{one.name}:{stamp(*DECIDED)}": partial(power_job, one) for one in plan}
 
 
 def power_job(one: Planned) -> Data:

@@ -9,34 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.fossen.answer import answer, best_alone
-from bench.fossen.candidates import BIAS, CURRENT, GROUPS, candidates
-from bench.fossen.fit import Pair, Weighed, weigh
+from bench.fossen.answer import answer
+from bench.fossen.evidence import Judged, judged
 from bench.fossen.runs import NEEDED, STATES, load_run
-from bridge.errors import FitError, LogError
+from bridge.errors import LogError
 
 log = logging.getLogger(__name__)
 
 
-def judged(folder: Path, vehicle: str) -> tuple[Pair, str, tuple[Weighed, ...]]:
-    """The run that holds something, beside the other, and all that was tried.
-
-    Raises FitError where a steady current is not what sets them apart: this analysis knows no other answer.
-    """
-    runs = {name: load_run(folder, vehicle, name) for name in "ab"}
-    tried = candidates(vehicle)
-    pairs = {name: Pair(vehicle, runs[other], runs[name]) for name, other in ("ab", "ba")}
-    both = {name: weigh(pair, CURRENT) for name, pair in pairs.items()}
-    run = min(both, key=lambda name: float(np.mean(both[name].left ** 2)))
-    weighed = tuple(weigh(pairs[run], one) for one in tried)
-    alone = (BIAS, CURRENT, *(one for one in tried if one.name in GROUPS[vehicle]))
-    best = best_alone(weighed, alone)
-    if best.candidate is not CURRENT:
-        raise FitError(
-            f"{vehicle}: '{best.candidate.name}' does better than a steady current between the runs in {folder}; "
-            "look at them by hand"
-        )
-    return pairs[run], run, weighed
+def said(found: Judged) -> str:
+    """Which run holds what, with how probable that is."""
+    if found.verdict == "no_gap":
+        return "no run holds anything that the other does not"
+    which = "one of the runs, which can't be told," if found.run is None else f"run {found.run}"
+    if found.verdict == "unknown":
+        return f"{which} holds something that has no name here"
+    causes = ", ".join(f"{name} ({100 * sure:.0f} %)" for name, sure in found.probabilities.items())
+    return f"{which} holds what the other does not: {causes}"
 
 
 def command(words: Sequence[str]) -> int:
@@ -49,7 +38,7 @@ def command(words: Sequence[str]) -> int:
     given = parser.parse_args(words)
     try:
         main(given.folder, given.out)
-    except (FitError, LogError) as error:
+    except LogError as error:
         log.error("bench.fossen: %s", error)
         return 1
     return 0
@@ -61,13 +50,11 @@ def main(folder: Path, out: Path) -> None:
     except OSError as error:
         raise LogError(f"{out}: is no folder to write into ({error.strerror}); give another one") from None
     for vehicle in NEEDED:
-        pair, run, weighed = judged(folder, vehicle)
-        log.info(
-            "%s: run %s holds what the other does not; left on pieces held out of %s", vehicle, run, STATES
-        )
-        for one in weighed:
+        one_of_two = judged(vehicle, {name: load_run(folder, vehicle, name) for name in "ab"})
+        log.info("%s: %s; left on pieces held out of %s", vehicle, said(one_of_two), STATES)
+        for one in one_of_two.weighed:
             log.info("  %-38s %s %s", one.candidate.name, np.round(one.left, 4), np.round(one.values, 4))
-        text = json.dumps(answer(pair, run, weighed), indent=2) + "\n"
+        text = json.dumps(answer(one_of_two), indent=2) + "\n"
         (out / f"{vehicle}.json").write_text(text, encoding="utf-8")
 
 

@@ -1,23 +1,16 @@
-"""What two runs come to, as the answer of a diagnosis: drift of the simulated velocity, where it lies, the cause."""
+"""What two runs come to, as the answer of a diagnosis: drift of the simulated velocity, where it lies, the cause.
+
+What is fitted is acceleration, by sums of terms of unknown size: it has no newtons, for the runs tell no mass.
+"""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.fossen.candidates import CURRENT
-from bench.fossen.fit import (
-    FOLDS,
-    PIECE_S,
-    Candidate,
-    Pair,
-    Weighed,
-    accelerations,
-    best_values,
-    folds,
-    scales,
-    sizes,
-)
+from bench.fossen.candidates import ALONE
+from bench.fossen.evidence import Judged
+from bench.fossen.fit import FOLDS, PIECE_S, Pair, Weighed, best_values, folds, learnt, scales
 from bench.fossen.runs import STEP_S, Columns, Water, terms, through_water
 from identify.diagnose.where import PHASES, phases_of_motion
 
@@ -30,36 +23,28 @@ STARTED = round(PIECE_S / STEP_S)
 """Runs start at rest over ground and in a current at once: water from abeam at no speed ahead is seen there alone, and
 a model that was not taught it flies off."""
 
+PARAMETERS = {
+    "steady_current": ("north", "east"),
+    "dvl_bias": ("x", "y"),
+}
+"""Which values of a candidate are whose."""
+
 DRAWS, SEED = 400, 0
 Z95 = 1.959964
-
-PROBABILITY = 0.99
-"""Runs without noise leave no doubt among those that were tried; that these are all there is, nobody knows."""
 
 DOFS = ("surge", "sway", "yaw")
 
 
-def drift(
-    pair: Pair, run: Columns, learnt: Water, flown: Water, starts: NDArray[np.intp], taught: NDArray[np.bool_]
-) -> Array:
+def drift(vehicle: str, run: Columns, model: list[Array], flown: Water, starts: NDArray[np.intp]) -> Array:
     """(windows, 3): how far surge and sway over ground and yaw rate, simulated over 5 s from the recorded ones, end
-    off those. The model is learnt from the plain run and, under `learnt`, from what is `taught` (n,) of the other; it
-    flies `run` in `flown` water from the steps `starts`, where actuators, attitude, heave, roll and pitch are the
-    recorded ones.
+    off those. The model, sizes (k,) of each state's terms, flies `run` in `flown` water from the steps `starts`, where
+    actuators, attitude, heave, roll and pitch are the recorded ones.
     """
-    both = (
-        accelerations(pair.vehicle, pair.plain, Water()),
-        accelerations(pair.vehicle, pair.other, learnt),
-    )
-    model = [
-        sizes(np.concatenate([one[0], other[0][taught]]), np.vstack([one[1], other[1][taught]]))
-        for one, other in zip(*both, strict=True)
-    ]
     state = np.stack([run[name][starts] for name in "uvr"])
 
     def rates(at: NDArray[np.intp], nu: Array) -> Array:
         now = {name: values[at] for name, values in run.items()} | dict(zip("uvr", nu, strict=True))
-        own = terms(pair.vehicle, now, flown)
+        own = terms(vehicle, now, flown)
         relative = np.stack([one @ size for one, size in zip(own, model, strict=True)])
         u, v = through_water(now, flown)
         # A current that stands still turns in body axes.
@@ -73,51 +58,61 @@ def drift(
     return np.asarray((state - np.stack([run[name][starts + HORIZON] for name in "uvr"])).T)
 
 
-def answer(pair: Pair, run: str, weighed: tuple[Weighed, ...]) -> dict[str, Any]:
+def answer(judged: Judged) -> dict[str, Any]:
     """The answer in the form of a diagnosis, with the run that holds the cause and what was tried beside it."""
-    found = next(one for one in weighed if one.candidate is CURRENT)
+    pair, found = judged.pair, judged.found
     floor, before, after = _drifts(pair, found)
     before, after = before / floor, after / floor
-    rms_before, rms_after = (float(np.sqrt(np.mean(one**2))) for one in (before, after))
-    low, high = _interval(before, after)
     return {
-        "verdict": "explained",
+        "verdict": judged.verdict,
         "gap": {
-            "before": rms_before,
+            "before": float(np.sqrt(np.mean(before**2))),
             "floor": 1,
-            "force": {},
+            "force": dict.fromkeys(DOFS),
+            "acceleration": dict(zip(DOFS, _missing(judged).tolist(), strict=True)),
             "where": _where(pair.other, before),
             "depends_on": _by_heading(pair.other, before),
         },
         "effects": [
             {
-                "name": found.candidate.name,
+                "name": name,
                 "also": [],
                 "likeness": {},
-                "probability": PROBABILITY,
-                "parameters": {
-                    name: {
-                        "value": float(value),
-                        "unit": unit,
-                        "low95": float(value - Z95 * std),
-                        "high95": float(value + Z95 * std),
-                    }
-                    for (name, unit), value, std in zip(
-                        found.candidate.units, found.values, found.std, strict=True
-                    )
-                },
+                "probability": sure,
+                "parameters": _parameters(found, name),
                 "feedforward_gain": None,
             }
+            for name, sure in judged.probabilities.items()
         ],
         "character": None,
-        "shrink": {
-            "heldout": {"value": _shrink(rms_before, rms_after), "low95": low, "high95": high},
-            "check": None,
-        },
+        "shrink": {"heldout": None if found.candidate is ALONE else _shrunk(before, after), "check": None},
         "next": None,
-        "run": run,
-        "tried": {one.candidate.name: dict(zip(DOFS, one.left.tolist(), strict=True)) for one in weighed},
+        "run": judged.run,
+        "tried": {
+            one.candidate.name: dict(zip(DOFS, one.left.tolist(), strict=True)) for one in judged.weighed
+        },
     }
+
+
+def _parameters(found: Weighed, cause: str) -> dict[str, Any]:
+    """Those of a cause that are known by themselves; terms of another size have none."""
+    return {
+        name: {
+            "value": float(value),
+            "unit": unit,
+            "low95": float(value - Z95 * std),
+            "high95": float(value + Z95 * std),
+        }
+        for (name, unit), value, std in zip(found.candidate.units, found.values, found.std, strict=True)
+        if name in PARAMETERS.get(cause, ())
+    }
+
+
+def _missing(judged: Judged) -> Array:
+    """(3,): rms of the acceleration that goes with the causes on pieces held out, m/s2 and rad/s2."""
+    nothing = next(one for one in judged.weighed if one.candidate is ALONE)
+    closed = np.maximum(nothing.left**2 - judged.found.left**2, 0.0)
+    return np.asarray(np.sqrt(closed) * scales(judged.pair))
 
 
 def _starts(run: Columns) -> NDArray[np.intp]:
@@ -126,11 +121,11 @@ def _starts(run: Columns) -> NDArray[np.intp]:
 
 
 def _drifts(pair: Pair, found: Weighed) -> tuple[Array, Array, Array]:
-    """The floor (3,), which is what the model leaves of the plain run, and the drifts (windows, 3) of the other run in
-    still water and in its own, each window by what was learnt without its fold."""
+    """The floor (3,), which is what the model leaves of the plain run, and the drifts (windows, 3) of the other run
+    without the causes and with them, each window by what was learnt without its fold."""
     fold, scale, starts = folds(pair.other), scales(pair), _starts(pair.other)
-    water = found.candidate.water(found.values)
-    plain = drift(pair, pair.plain, water, Water(), _starts(pair.plain), np.ones(len(fold), np.bool_))
+    own, _ = learnt(pair, found.candidate, found.values, np.zeros(len(fold), np.bool_))
+    plain = drift(pair.vehicle, pair.plain, own, Water(), _starts(pair.plain))
     before, after = np.empty((2, len(starts), len(DOFS)))
     for k in range(FOLDS):
         # A window that ends in another fold would have its end taught.
@@ -138,14 +133,20 @@ def _drifts(pair: Pair, found: Weighed) -> tuple[Array, Array, Array]:
         reached = (starts[mine] + HORIZON) // HORIZON
         held = (fold == k) | np.isin(np.arange(len(fold)) // HORIZON, reached)
         values, _ = best_values(pair, found.candidate, found.values, held, scale)
-        water = found.candidate.water(values)
-        before[mine] = drift(pair, pair.other, water, Water(), starts[mine], ~held)
-        after[mine] = drift(pair, pair.other, water, water, starts[mine], ~held)
+        own, changed = learnt(pair, found.candidate, values, held)
+        before[mine] = drift(pair.vehicle, pair.other, own, Water(), starts[mine])
+        after[mine] = drift(pair.vehicle, pair.other, changed, found.candidate.water(values), starts[mine])
     return np.sqrt(np.mean(plain**2, axis=0)), before, after
 
 
 def _shrink(before: float, after: float) -> float:
     return (before - after) / (before - 1.0)
+
+
+def _shrunk(before: Array, after: Array) -> dict[str, float]:
+    low, high = _interval(before, after)
+    value = _shrink(*(float(np.sqrt(np.mean(one**2))) for one in (before, after)))
+    return {"value": value, "low95": low, "high95": high}
 
 
 def _interval(before: Array, after: Array) -> tuple[float, float]:
@@ -186,9 +187,3 @@ def _by_heading(run: Columns, before: Array) -> list[dict[str, Any]]:
         strength = float(np.clip(1.0 - np.var(left) / np.var(off), 0.0, 1.0))
         found.append({"dof": dof, "variable": "heading", "parity": None, "strength": strength})
     return sorted(found, key=lambda one: -float(str(one["strength"])))
-
-
-def best_alone(weighed: tuple[Weighed, ...], alone: tuple[Candidate, ...]) -> Weighed:
-    """The single cause that leaves least of pieces held out."""
-    single = [one for one in weighed if one.candidate in alone]
-    return min(single, key=lambda one: float(np.sqrt(np.mean(one.left**2))))

@@ -17,10 +17,12 @@ ROUNDED = 1e-10
 
 @dataclass(frozen=True)
 class Candidate:
-    """What the one run may hold beyond the other. water: what a current or a sensor of values (p,) comes to; own: which
-    of each state's terms it has with sizes of its own, for a change of drag, mass or thrust."""
+    """What the one run may hold beyond the other. causes: the effects that it comes to, by name; water: what a current
+    or a sensor of values (p,) comes to; own: which of each state's terms it has with sizes of its own, for a change of
+    drag, mass or thrust."""
 
     name: str
+    causes: tuple[str, ...]
     units: tuple[tuple[str, str], ...]
     start: tuple[float, ...]
     water: Callable[[Array], Water]
@@ -39,12 +41,18 @@ class Pair:
 @dataclass(frozen=True)
 class Weighed:
     """values, std (p,); left (3,): rms of what acceleration of the other run is left on pieces held out, over that of
-    the acceleration itself, of STATES."""
+    the acceleration itself, of STATES; pieces: how many of these there are."""
 
     candidate: Candidate
     values: Array
     std: Array
     left: Array
+    pieces: int
+
+    @property
+    def mean_square(self) -> float:
+        """Of what is left, over all states."""
+        return float(np.mean(self.left**2))
 
 
 def accelerations(vehicle: str, run: Columns, water: Water) -> list[tuple[Array, Array]]:
@@ -64,17 +72,40 @@ def sizes(value: Array, columns: Array) -> Array:
 def left_of(pair: Pair, candidate: Candidate, values: Array, held: NDArray[np.bool_]) -> list[Array]:
     """What is left of each state's acceleration in both runs, the plain one's first (n + n,), with the terms' sizes
     learnt from all of the plain run and from what is not `held` (n,) of the other."""
+    out = []
+    for wanted, both in _stacked(pair, candidate, values):
+        taught = np.concatenate([np.ones(len(wanted) - len(held), np.bool_), ~held])
+        out.append(wanted - both @ sizes(wanted[taught], both[taught]))
+    return out
+
+
+def learnt(
+    pair: Pair, candidate: Candidate, values: Array, held: NDArray[np.bool_]
+) -> tuple[list[Array], list[Array]]:
+    """The sizes (k,) of each state's terms in the plain run, and those in the other, learnt as in `left_of`."""
+    plain, other = [], []
+    for (wanted, both), more in zip(_stacked(pair, candidate, values), candidate.own, strict=True):
+        taught = np.concatenate([np.ones(len(wanted) - len(held), np.bool_), ~held])
+        size = sizes(wanted[taught], both[taught])
+        own, extra = np.split(size, [both.shape[1] - len(more)])
+        plain.append(own)
+        changed = own.copy()
+        changed[list(more)] += extra
+        other.append(changed)
+    return plain, other
+
+
+def _stacked(pair: Pair, candidate: Candidate, values: Array) -> list[tuple[Array, Array]]:
+    """For each state the acceleration of both runs, the plain one's first (n + n,), and the terms (n + n, k + own) with
+    those that the other run has for its own behind them."""
     plain = accelerations(pair.vehicle, pair.plain, Water())
     other = accelerations(pair.vehicle, pair.other, candidate.water(values))
     out = []
     for (value, columns), (mine, own), more in zip(plain, other, candidate.own, strict=True):
         extra = own[:, list(more)]
-        both = np.vstack(
-            [np.hstack([columns, np.zeros((len(columns), extra.shape[1]))]), np.hstack([own, extra])]
-        )
-        wanted = np.concatenate([value, mine])
-        taught = np.concatenate([np.ones(len(value), np.bool_), ~held])
-        out.append(wanted - both @ sizes(wanted[taught], both[taught]))
+        none = np.zeros((len(columns), extra.shape[1]))
+        both = np.vstack([np.hstack([columns, none]), np.hstack([own, extra])])
+        out.append((np.concatenate([value, mine]), both))
     return out
 
 
@@ -100,7 +131,8 @@ def weigh(pair: Pair, candidate: Candidate) -> Weighed:
         own, _ = best_values(pair, candidate, values, held, scale)
         left = left_of(pair, candidate, own, held)
         squares += [float(np.sum(one[-count:][held] ** 2)) for one in left]
-    return Weighed(candidate, values, std, np.sqrt(squares / count) / scale)
+    pieces = int(np.ceil(count * STEP_S / PIECE_S))
+    return Weighed(candidate, values, std, np.sqrt(squares / count) / scale, pieces)
 
 
 def best_values(

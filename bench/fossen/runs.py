@@ -113,10 +113,10 @@ def _remus(run: Columns, water: Water) -> tuple[Array, Array, Array]:
     push = [n * np.abs(n), np.abs(n) * speed, np.abs(n) * over_ground]
     ahead = [
         u * fades, speed * speed, u * speed, w * w, u * w, v * v, v * r, w * q, q * q, r * r, p * r,
-        flat * rudder**2, (u * u + w * w) * plane**2, np.sin(run["theta"]), *push,
+        flat * rudder**2, (u * u + w * w) * plane**2, np.sin(run["theta"]), *push, np.ones_like(u),
     ]  # fmt: skip
     aside = [
         v * fades, v, force, moment, u * r, r, u * v, u * p, w * p, p, p * q, w * r, flat * rudder, weight,
-        speed * v, *push,
+        speed * v, *push, np.ones_like(u),
     ]  # fmt: skip
     return np.column_stack(ahead), np.column_stack(aside), np.column_stack(aside)

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 from bridge.errors import LinkError, LinkLost
 from bridge.link.addresses import no_listener
+from bridge.link.receive_buffer import ReceiveBuffer
 
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
-LARGEST_DATAGRAM = 65535
+MOST_A_READ = 256  # datagrams: nobody else waits longer than for these
 MOST_PEERS = 8
 LONG_ALONE = 200  # datagrams of one peer, after which nobody else is taken to speak as the same source
 
@@ -46,13 +47,14 @@ def source_of(datagram: bytes) -> Source | None:
 
 
 class UdpLink:
-    """A datagram socket; each `read` gives one datagram. Without `peer` it answers all that spoke to it.
+    """A datagram socket; a `read` gives all datagrams that are there. Without `peer` it answers all that spoke to it.
 
-    It is never connected: a peer that does not listen yet then raises no error.
+    It is never connected: a peer that does not listen yet then raises no error. `buffer` tells what this computer lost.
     """
 
     def __init__(self, name: str, sock: socket.socket, peer: Address | None) -> None:
         self.name = name
+        self.buffer = ReceiveBuffer(sock)
         self._socket = sock
         self._peers: list[Address] = [] if peer is None else [peer]
         self._learns = peer is None
@@ -64,16 +66,9 @@ class UdpLink:
             ready, _, _ = select.select([self._socket], [], [], max(0.0, timeout_s))
             if not ready:
                 return b""
-            data, sender = self._socket.recvfrom(LARGEST_DATAGRAM)
-        except BlockingIOError:
-            return b""
         except (OSError, ValueError) as error:
             raise self._lost(error) from None
-        if self._learns:
-            self._learn((sender[0], sender[1]), data)
-        elif (sender[0], sender[1]) not in self._peers:
-            return b""
-        return data
+        return b"".join(self._waiting())
 
     def write(self, data: bytes) -> None:
         for peer in self._peers:
@@ -97,6 +92,27 @@ class UdpLink:
     def contested(self) -> frozenset[Source]:
         """MAVLink sources as which several peers speak by turns: an order to one of these reaches them all."""
         return frozenset(source for source, speaker in self._speakers.items() if speaker.contested)
+
+    def _waiting(self) -> list[bytes]:
+        """The datagrams that are there, of those who may speak."""
+        found: list[bytes] = []
+        for _ in range(MOST_A_READ):
+            try:
+                data, sender = self.buffer.receive()
+            except BlockingIOError:
+                break
+            except (OSError, ValueError) as error:
+                # What came before the fault is not lost; a fault that stays is found by the next read.
+                if found:
+                    break
+                raise self._lost(error) from None
+            peer = (sender[0], sender[1])
+            if self._learns:
+                self._learn(peer, data)
+            elif peer not in self._peers:
+                continue
+            found.append(data)
+        return found
 
     def _learn(self, peer: Address, data: bytes) -> None:
         if peer not in self._peers:

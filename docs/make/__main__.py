@@ -1,8 +1,8 @@
-"""`python -m docs.make`: write docs/reference anew."""
+"""`python -m docs.make`: write docs/reference and docs/reliability.md anew."""
 
 from pathlib import Path
 
-from docs.make import commands, effects, keys, parameters
+from docs.make import commands, effects, keys, parameters, reliability
 
 PAGES = {
     "commands.md": commands.page,
@@ -21,3 +21,4 @@ def pages() -> dict[str, str]:
 if __name__ == "__main__":
     for name, text in pages().items():
         (REFERENCE / name).write_text(text, encoding="utf-8")
+    reliability.PAGE.write_text(reliability.page(), encoding="utf-8")

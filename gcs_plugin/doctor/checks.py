@@ -11,6 +11,7 @@ from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
 from gcs_plugin.doctor.findings import Finding, fail, ok, warn
 from gcs_plugin.doctor.identity import check_configuration, check_thrusters, check_twins
 from gcs_plugin.doctor.observe import Arrival, Observed
+from gcs_plugin.link_health import CROWDED
 
 HEARTBEAT_LIMIT_S: Final = 3.5
 LOSS_WARN: Final = 0.05
@@ -77,6 +78,8 @@ def check_heartbeat(observed: Observed) -> Finding:
 
 def check_loss(observed: Observed) -> Finding:
     """How much of what was sent is seen here."""
+    if observed.health.left_out:
+        return warn("loss", f"{observed.link}: {CROWDED}; find out who does")
     sources = [s for s in observed.health.sources if s.received + s.lost >= 20]
     if not sources:
         return warn("loss", f"{observed.link}: too few frames to tell a loss from")

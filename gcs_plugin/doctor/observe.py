@@ -11,6 +11,7 @@ from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
+from bridge.printable import printable
 from gcs_plugin.link_health import Health, LinkHealth
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
@@ -68,7 +69,7 @@ class Observed:
         if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
             message = decode(frame)
             if message is not None:
-                self.texts.append("".join(c for c in message.text if c.isprintable()))
+                self.texts.append(printable(message.text))
         elif frame.message_id == dialect.MAVLINK_MSG_ID_TIMESYNC:
             message = decode(frame)
             if message is not None and message.tc1 != 0 and frame.system != GROUND_STATION[0]:

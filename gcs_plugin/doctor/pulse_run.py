@@ -14,6 +14,7 @@ from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
+from bridge.printable import printable
 from bridge.vehicle.thrusters import NEUTRAL_US
 from gcs_plugin.doctor.pulse_orders import MotorTest, Orders, orders_for
 from gcs_plugin.doctor.pulses import LEAST_GAP_S, PlannedPulse
@@ -217,7 +218,7 @@ def _orders_of(frame: Frame, target: tuple[int, int]) -> Orders | None:
 def _words(frame: Frame) -> list[str]:
     """What a STATUSTEXT says."""
     message = decode(frame) if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT else None
-    return [] if message is None else ["".join(c for c in message.text if c.isprintable())]
+    return [] if message is None else [printable(message.text)]
 
 
 def _heard(run: PulseRun, frame: Frame, now_s: float) -> list[MotorTest]:

@@ -10,14 +10,15 @@ from MAVProxy.modules.lib import mp_module
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SystemClock
-from bridge.errors import ConfigError, LinkError, LogError, SeatrialError
+from bridge.errors import ConfigError, LinkError, SeatrialError
 from bridge.messages.readings import decode as decode_reading
+from bridge.printable import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.ff_switch import word
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy import words as typed
 from gcs_plugin.mavproxy.parameters import Parameters
-from gcs_plugin.mavproxy.recording import Recording
+from gcs_plugin.mavproxy.recordings import Recordings
 from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.mavproxy.taps import Tap, Taps
 from gcs_plugin.mavproxy.work import Work
@@ -36,8 +37,13 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._work = Work(self._clock, self.say_line)
         # Ctrl-C ends MAVProxy without unloading its modules, and does not reach a process of another session.
         atexit.register(self._work.kill)
-        self._recording: Recording | None = None
-        self._root, self._file = Path("dives"), ""
+        self._recordings = Recordings(
+            self._clock,
+            self.say_line,
+            lambda: self._taps.names,
+            lambda: load_vehicle(self._file) if self._file else None,
+        )
+        self._file = ""
         self._ff_mode: dict[int, float] = {}
         self.add_command("seatrial", self.command, "sea trials: record, identify, upload", typed.COMPLETIONS)
         self.add_completion_function("(SEATRIAL_DIVE)", typed.dives)
@@ -59,8 +65,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         now_s = self._clock.boot_s()
         for tap in self._taps.on(self.mpstate.mav_master):
             self._hear(tap, now_s)
-        if self._recording is not None:
-            self._recording.step()
+        self._recordings.tick()
         try:
             for message in (*self._switching.tick(), *self._parameters.tick()):
                 self._send(message)
@@ -72,25 +77,28 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         """MAVProxy takes the module out, or ends."""
         self._work.kill()
         atexit.unregister(self._work.kill)
-        self._stop_recording()
+        self._recordings.stop()
         self._taps.remove()
         self.remove_command("seatrial")
 
     def say_line(self, line: str) -> None:
         """A line on MAVProxy's console."""
-        self.console.writeln(line)
+        self.console.writeln(printable(line, "?"))
 
     def _do(self, words: list[str]) -> bool:
         match words:
             case ["status"]:
                 self._status()
             case ["record", *rest]:
-                return self._record(rest)
+                return self._recordings.command(rest)
             case ["identify" | "diagnose" as verb, *rest]:
                 self._work.check_idle()
                 named = bool(rest) and not rest[0].startswith("--")
                 self._work.begin(
-                    verb, Path(rest[0]) if named else self._newest(), rest[1:] if named else rest, self._file
+                    verb,
+                    Path(rest[0]) if named else self._recordings.newest(),
+                    rest[1:] if named else rest,
+                    self._file,
                 )
             case ["cancel"]:
                 if not any([self._work.cancel(), self._parameters.cancel(), self._switching.cancel()]):
@@ -112,8 +120,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
 
     def _hear(self, tap: Tap, now_s: float) -> None:
         for sent, frame in tap.take(now_s):
-            if self._recording is not None:
-                self._recording.keep(frame)
+            self._recordings.keep(frame)
             if sent:
                 continue
             self._switching.on_frame(frame)
@@ -154,46 +161,9 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line("nothing heard yet")
         with contextlib.suppress(LinkError):
             self.say_line("meant: vehicle {}, component {}".format(*self._fleet.meant(now_s)))
-        self.say_line(self._recording.words() if self._recording else "NOT RECORDING")
-        for line in (*self._work.status(), *self._parameters.status(), *self._switching.status()):
+        told = self._recordings, self._work, self._parameters, self._switching
+        for line in (line for one in told for line in one.status()):
             self.say_line(line)
-
-    def _record(self, words: list[str]) -> bool:
-        match words:
-            case ["start", *folder] if len(folder) <= 1:
-                self._stop_recording()
-                self._root = Path(folder[0] if folder else "dives")
-                file = load_vehicle(self._file) if self._file else None
-                self._recording = Recording(self._root, file, self._clock, self.say_line)
-                self.say_line(self._recording.words())
-            case ["stop"]:
-                if self._recording is None:
-                    raise LogError("nothing is being recorded; `seatrial record start` begins")
-                self._stop_recording()
-            case ["note", *text] if text:
-                if self._recording is None:
-                    raise LogError(
-                        "nothing is being recorded that a note could go to; `seatrial record start` begins"
-                    )
-                self._recording.note(" ".join(text))
-                self.say_line(f"noted in {self._recording.folder.path}")
-            case _:
-                return False
-        return True
-
-    def _stop_recording(self) -> None:
-        recording, self._recording = self._recording, None
-        if recording is not None:
-            recording.step()
-            self.say_line(f"recorded {recording.close()}")
-
-    def _newest(self) -> Path:
-        dive = typed.newest_dive(self._root)
-        if dive is None:
-            raise LogError(
-                f"{self._root}: no dive folder is there; give a DIVE, or `seatrial record start` first"
-            )
-        return dive
 
     def _vehicle(self, name: str | None = None) -> None:
         now_s = self._clock.boot_s()

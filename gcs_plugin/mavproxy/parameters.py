@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`seatrial params`: compare, upload and roll back, from one idle moment of MAVProxy to the next."""
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,11 +11,12 @@ from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
-from gcs_plugin.params.files import replace_text, write_parameters
-from gcs_plugin.params.last_accepted import BEFORE, RECEIPT, keep_accepted, last_accepted
-from gcs_plugin.params.plan import Plan, Verdict, value_text
-from gcs_plugin.params.receipt import Line, Receipt, lines_of
+from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, unfinished
+from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, value_text
+from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, begin, finish, lines_of, new_preimage, path_of
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.wanted import Wanted, wanted_by
 from gcs_plugin.params.while_armed import obstacle
 
@@ -41,7 +40,8 @@ class _Work:
     began_unix_s: float
     told_s: float
     began_s: float = 0.0
-    before: Path = RECEIPTS
+    receipt: Receipt | None = None
+    accepts: tuple[str, ...] = ()
 
 
 class Parameters:
@@ -63,23 +63,28 @@ class Parameters:
             case ["diff", file]:
                 self._begin("diff", Path(file), (), False, False)
             case ["upload", file, *names]:
-                chosen = tuple(name for name in names if name != DESPITE)
-                self._begin("upload", Path(file), chosen, DESPITE in names, False)
+                rest, accepts = _parted(names)
+                chosen = tuple(name for name in rest if name != DESPITE)
+                self._begin("upload", Path(file), chosen, DESPITE in rest, False, accepts)
             case ["yes", code]:
                 self._agree(code)
             case ["rollback", *rest] if len(rest) <= 2:
                 files = [word for word in rest if word != ARMED]
                 if len(files) > 1:
                     return False
-                before = Path(files[0]) if files else self._last_before
-                if before is None:
-                    raise ParamRejected(
-                        "nothing was uploaded in this session; give the -before.param of an upload"
-                    )
+                before = Path(files[0]) if files else self._before()
                 self._begin("rollback", before, (), True, ARMED in rest)
             case _:
                 return False
         return True
+
+    def _before(self) -> Path:
+        """What was held before the last upload of this session, or one that another session did not finish."""
+        left = unfinished(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
+        before = left.preimage if left is not None and not left.restores else self._last_before
+        if before is None:
+            raise ParamRejected("nothing was uploaded in this session; give the -before.param of an upload")
+        return before
 
     def cancel(self) -> bool:
         """Stop what runs; False where nothing does."""
@@ -130,7 +135,15 @@ class Parameters:
             self._say(f"params: {self._progress(work)}")
         return messages
 
-    def _begin(self, action: str, file: Path, names: tuple[str, ...], doubts: bool, armed: bool) -> None:
+    def _begin(
+        self,
+        action: str,
+        file: Path,
+        names: tuple[str, ...],
+        doubts: bool,
+        armed: bool,
+        accepts: tuple[str, ...] = (),
+    ) -> None:
         if self.busy:
             raise ParamRejected("parameters are being read or written; wait, or `seatrial cancel`")
         now_s = self._clock.boot_s()
@@ -140,7 +153,9 @@ class Parameters:
             self._say(note)
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
         errand = Errand(source, wanted, now_s, going_back=action == "rollback")
-        self._work = _Work(errand, wanted, file, action, names, armed, self._clock.unix_s(), now_s)
+        self._work = _Work(
+            errand, wanted, file, action, names, armed, self._clock.unix_s(), now_s, accepts=accepts
+        )
 
     def _planned(self, work: _Work, now_s: float) -> None:
         """The plan is there: show it, and go on as far as may be."""
@@ -148,6 +163,8 @@ class Parameters:
         try:
             if work.names:
                 errand.choose(work.names)
+            if work.action != "rollback":
+                self._judge(work)
             plan = errand.plan
             assert plan is not None
             if errand.back:
@@ -155,6 +172,10 @@ class Parameters:
                 self._say(
                     f"note: effects accepted before are no part of this model and are taken back: {back}"
                 )
+            left = unfinished(RECEIPTS, errand.source[0])
+            if left is not None and not belongs(left, work.file):
+                for line in told(left, plan.present):
+                    self._say(line)
             self._show(plan, work)
             if work.action == "diff":
                 self._work = None
@@ -181,6 +202,14 @@ class Parameters:
         except SeatrialError as error:
             self._work = None
             self._say(str(error))
+
+    def _judge(self, work: _Work) -> None:
+        """Take what is implausible out of what is written, but for what was accepted by name."""
+        errand, sidecar = work.errand, work.wanted.sidecar
+        assert errand.plan is not None
+        accepted = last_accepted(RECEIPTS, errand.source[0])
+        doubted = implausible(errand.plan, sidecar.intervals if sidecar else {}, accepted, {})
+        errand.plan = errand.plan.judged({n: why for n, why in doubted.items() if n not in work.accepts})
 
     def _agree(self, code: str) -> None:
         work, now_s = self._work, self._clock.boot_s()
@@ -225,48 +254,40 @@ class Parameters:
                 f"no HEARTBEAT of the vehicle for {FRESH_BEAT_S:.0f} s; nothing was sent, check the link"
             )
         work.began_unix_s, work.began_s = self._clock.unix_s(), now_s
-        stamp = datetime.fromtimestamp(work.began_unix_s, UTC)
-        work.before = _free(RECEIPTS / f"{stamp:%Y-%m-%dT%H%M%SZ}{BEFORE}")
-        system, component = errand.source
-        words = [
-            f"what vehicle {system}, component {component} held before an upload, {stamp:%Y-%m-%dT%H:%M:%SZ}"
-        ]
-        write_parameters(work.before, plan.present, words, system, component)
+        upload, back = errand.rehearsed(now_s), work.action == "rollback"
+        work.receipt = begin(
+            plan,
+            errand.source,
+            new_preimage(RECEIPTS, work.began_unix_s),
+            upload.crc if upload.commits else None,
+            work.began_unix_s,
+            str(work.file) if back else "",
+            None if work.names or back else work.wanted.sidecar,
+        )
         errand.agreed(now_s, even_armed)
 
     def _receive(self, work: _Work) -> None:
         """Tell and keep what became of an upload."""
-        errand, ending, plan = work.errand, work.errand.ending, work.errand.plan
+        ending, plan = work.errand.ending, work.errand.plan
         assert ending is not None
         assert plan is not None
-        stamp = f"{datetime.fromtimestamp(work.began_unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
-        lines, took_s = lines_of(plan, ending.results), self._clock.boot_s() - work.began_s
-        receipt = Receipt(
-            ending.outcome,
-            ending.sentence,
-            *errand.source,
-            lines,
-            work.before,
-            errand.active_crc,
-            stamp,
-            took_s,
-            str(work.file) if work.action == "rollback" else "",
-        )
+        assert work.receipt is not None
+        before, took_s = work.receipt.preimage, self._clock.boot_s() - work.began_s
+        self._last_before = before
+        lines = lines_of(plan, ending.results)
         rows: list[Sequence[str]] = [("name", "before", "now", "what became of it")]
         rows += [_became(line) for line in lines if line.name in plan.changes]
         for row in _aligned(rows) if len(rows) > 1 else []:
             self._say(row)
-        self._say(f"params: {receipt.outcome.value}: {receipt.sentence}")
-        kept = work.before.with_name(work.before.name.replace(BEFORE, RECEIPT))
+        self._say(f"params: {ending.outcome.value}: {ending.sentence}")
         try:
-            replace_text(kept, json.dumps(receipt.to_json(), indent=2) + "\n")
-            self._say(f"receipt: {kept}; values before: {work.before}")
+            receipt = finish(work.receipt, plan, ending, took_s)
+            self._say(f"receipt: {path_of(before, RECEIPT)}; values before: {before}")
             accepted = keep_accepted(receipt, work.wanted.sidecar, work.wanted.whole and not work.names)
             if accepted is not None:
                 self._say(f"accepted: {accepted}")
         except ParamRejected as error:
             self._say(str(error))
-        self._last_before = work.before
 
     def _show(self, plan: Plan, work: _Work) -> None:
         hidden = (Verdict.READ_ONLY,) if work.action == "diff" else (Verdict.READ_ONLY, Verdict.SAME)
@@ -298,6 +319,14 @@ class Parameters:
         return f"{stage}, {done} of {total or 'an unknown number'}"
 
 
+def _parted(names: list[str]) -> tuple[list[str], tuple[str, ...]]:
+    """What stands before the word that accepts implausible values, and the names behind it."""
+    if ACCEPT_IMPLAUSIBLE not in names:
+        return names, ()
+    place = names.index(ACCEPT_IMPLAUSIBLE)
+    return names[:place], tuple(names[place + 1 :])
+
+
 def _became(line: Line) -> tuple[str, str, str, str]:
     before, after = ("-" if value is None else value_text(value) for value in (line.before, line.after))
     return line.name, before, after, "read back equal" if line.outcome is Outcome.APPLIED else line.sentence
@@ -310,11 +339,3 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
         "  ".join((row[0].ljust(widths[0]), *map(str.rjust, row[1:-1], widths[1:-1]), row[-1]))
         for row in rows
     ]
-
-
-def _free(path: Path) -> Path:
-    """`path`, or with a number where a file of that name is there: it is never overwritten."""
-    number, found = 2, path
-    while found.exists():
-        found, number = path.with_name(path.name.replace("-before", f"-{number}-before")), number + 1
-    return found

@@ -5,15 +5,17 @@ import shutil
 import threading
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from bridge.clock import Clock
-from bridge.errors import LinkError
+from bridge.errors import LinkError, LogError
 from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
-from gcs_plugin.folder import About, about_vehicle, new_folder
-from gcs_plugin.recorder import SYNC_EVERY_S, Notice, Recorder
+from gcs_plugin.folder import About, DiveFolder, about_vehicle, new_folder
+from gcs_plugin.recorded import Count, Notice
+from gcs_plugin.recorder import SYNC_EVERY_S, Recorder
 
 TELL_RATE_AFTER_S: Final = 5.0
 
@@ -42,16 +44,19 @@ class _Frames:
 
 
 class Recording:
-    """Records from its making until `close`; `say` hears of trouble. The disk is synced in a thread of its own."""
+    """Records from its making until `close`, one dive or several; `say` hears of trouble, and of each that is over.
+
+    The disk is synced in a thread of its own. `finished` is the dive that was over last, `folder` the present one's.
+    """
 
     def __init__(
         self, root: Path, file: VehicleFile | None, clock: Clock, say: Callable[[str], None]
     ) -> None:
-        configuration = (file.configuration or "") if file else ""
-        self.folder = new_folder(root, clock.unix_s(), configuration)
-        self.folder.describe(about_vehicle(file, configuration) if file else About())
-        self.began_s = clock.boot_s()
-        self._clock, self._frames = clock, _Frames()
+        self._root, self._name = root, (file.configuration or "") if file else ""
+        self._about = about_vehicle(file, self._name) if file else About()
+        self._clock, self._frames, self._say = clock, _Frames(), say
+        self.finished: Path | None = None
+        self.folder, self.began_s = self._new(), clock.boot_s()
 
         def notice(said: Notice) -> None:
             say(f"{said.level}: {said.sentence}")
@@ -71,18 +76,21 @@ class Recording:
         """Write what came."""
         self._recorder.step(0.0)
 
-    def note(self, text: str) -> None:
-        """Write down what the crew says, with the time. Raises LogError."""
-        self.folder.add_event(self._clock.unix_s(), text)
+    def go_on(self) -> None:
+        """Begin the next dive in a new folder, between two frames. Raises LogError where none can be made."""
+        following = self._new()
+        try:
+            self._recorder.go_on(following.open_telemetry, partial(self._change, following))
+        except LogError:
+            following.discard()
+            raise
 
-    def close(self) -> str:
-        """End it; what was recorded, in words."""
+    def close(self) -> None:
+        """End it."""
         self._stop.set()
         self._syncer.join()
         self._recorder.close()
-        lost = f", {self._recorder.lost} lost" if self._recorder.lost else ""
-        size = f"{self._recorder.recorded} frames, {self._recorder.recorded_bytes / 1e3:.0f} kB"
-        return f"{size}{lost}: {self.folder.path}"
+        self._over(self._recorder.count)
 
     def free_bytes(self) -> int:
         """What the disk has left."""
@@ -94,9 +102,35 @@ class Recording:
         rate = self._recorder.recorded_bytes / span_s if span_s >= TELL_RATE_AFTER_S else 0.0
         free = self.free_bytes()
         left = f"{free / rate / 3600:.0f} h of disk left" if rate > 0 else f"{free / 1e9:.1f} GB of disk left"
-        clock = f"{int(span_s) // 3600:02d}:{int(span_s) // 60 % 60:02d}:{int(span_s) % 60:02d}"
-        return f"recording into {self.folder.path}: {clock}, {self._recorder.recorded} frames, {left}"
+        return f"recording into {self.folder.path}: {progress(span_s, self._recorder.recorded, left)}"
+
+    def _new(self) -> DiveFolder:
+        folder = new_folder(self._root, self._clock.unix_s(), self._name)
+        folder.describe(self._about)
+        return folder
+
+    def _change(self, following: DiveFolder, count: Count) -> None:
+        self._over(count)
+        self.folder, self.began_s = following, self._clock.boot_s()
+        self._say(self.words())
+
+    def _over(self, count: Count) -> None:
+        """Tell what the dive that is over holds; where nothing was heard in it, its folder goes."""
+        if not count.heard:
+            self.folder.discard()
+            self._say("nothing passed in this dive, and no dive folder is kept")
+            return
+        self.finished = self.folder.path
+        lost = f", {count.lost} lost" if count.lost else ""
+        size = f"{count.frames} frames, {count.bytes / 1e3:.0f} kB"
+        self._say(f"recorded {size}{lost}: {self.finished}")
 
     def _sync(self) -> None:
         while not self._stop.wait(SYNC_EVERY_S):
             self._recorder.sync()
+
+
+def progress(span_s: float, frames: int, left: str) -> str:
+    """`00:12:31, 1234 frames, 41 h of disk left`."""
+    clock = f"{int(span_s) // 3600:02d}:{int(span_s) // 60 % 60:02d}:{int(span_s) % 60:02d}"
+    return f"{clock}, {frames} frames, {left}"

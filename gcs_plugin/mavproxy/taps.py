@@ -86,6 +86,11 @@ class Taps:
         self._taps += [Tap(c) for c in connections if not any(c is k for k in known)]
         return self._taps
 
+    @property
+    def names(self) -> list[str]:
+        """The names of the links."""
+        return [tap.name for tap in self._taps]
+
     def named(self, name: str) -> Tap | None:
         """The tap of the link of that name."""
         return next((tap for tap in self._taps if tap.name == name), None)

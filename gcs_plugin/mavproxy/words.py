@@ -10,12 +10,13 @@ from gcs_plugin.folder import list_folders
 HELP: Final = {
     "status": ("status", "vehicles, links, recording, and what runs"),
     "record": (
-        "record start [FOLDER] | record stop | record note TEXT",
-        "every frame of every link, both ways, into a dive folder in FOLDER (dives)",
+        "record start [FOLDER] | record next | record stop | record note TEXT",
+        "every frame of every link, both ways, into a dive folder in FOLDER (dives); next goes on in a new one and "
+        "loses no frame; next and note go to `seatrial record` where MAVProxy hears the vehicle by way of it",
     ),
     "identify": (
         "identify [DIVE] [OPTION ...]",
-        "run `seatrial identify` on a dive, the newest of this session's folder where none is given; "
+        "run `seatrial identify` on a dive, the one that was over last where none is given; "
         "leaves identified.json and identified.param in the dive folder",
     ),
     "diagnose": (
@@ -24,8 +25,8 @@ HELP: Final = {
     ),
     "cancel": ("cancel", "end what runs: identify, diagnose, params, or ff"),
     "params": (
-        "params diff FILE | params upload FILE [NAME ...] [despite-doubts] | params yes CODE | "
-        "params rollback [FILE] [armed]",
+        "params diff FILE | params upload FILE [NAME ...] [despite-doubts] [--accept-implausible NAME ...] | "
+        "params yes CODE | params rollback [FILE] [armed]",
         "compare a .param with the vehicle; upload shows the plan and the CODE that writes it, all lines or some; "
         "rollback brings back at once the values before an upload, the last one where no FILE is given",
     ),
@@ -42,6 +43,7 @@ USAGE: Final = f"usage: seatrial {' | '.join(HELP)}"
 COMPLETIONS: Final = [
     "status",
     "record start (SEATRIAL_FOLDER)",
+    "record next",
     "record stop",
     "record note",
     "identify (SEATRIAL_DIVE)",
@@ -92,9 +94,9 @@ def vehicle_files(text: str) -> list[str]:
     return [*names, *_files(text, lambda path: path.suffix == ".yaml")]
 
 
-def newest_dive(root: Path) -> Path | None:
-    """The dive folder under `root` that was begun last, None where there is none with a recording."""
-    made = [folder.path for folder in list_folders(root) if folder.telemetry()]
+def newest_dive(root: Path, but: Path | None = None) -> Path | None:
+    """The dive folder under `root` that was begun last, `but` this one; None where there is none with a recording."""
+    made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
     return made[-1] if made else None
 
 

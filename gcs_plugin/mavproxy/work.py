@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`seatrial identify` and `diagnose`: the command of that name in a process of its own, told line by line."""
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
@@ -9,7 +8,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import ConfigError
 from gcs_plugin.folder import DiveFolder
-from gcs_plugin.job import Job, seatrial_command
+from gcs_plugin.job import Job, as_wide, seatrial_command
 
 LEAVES: Final = {
     "identify": (("--json", "identified.json"), ("--param", "identified.param")),
@@ -43,8 +42,7 @@ class Work:
                 ]
         self._left = Path([*words, ""][words.index(LEAVES[verb][1][0]) + 1])
         self._written_ns = _written_ns(self._left)
-        width = {"COLUMNS": str(shutil.get_terminal_size().columns)}
-        self._job = Job(f"{verb} {dive}", words, width, self._clock.boot_s())
+        self._job = Job(f"{verb} {dive}", words, as_wide(), self._clock.boot_s())
         self._say(f"{verb}: {dive}, in a process of its own; `seatrial cancel` ends it")
 
     def check_idle(self) -> None:
@@ -95,9 +93,9 @@ class Work:
 def _vehicle_of(dive: Path) -> str:
     """The vehicle file that a dive folder names. Raises ConfigError where it names none."""
     about = DiveFolder(dive).about() if dive.is_dir() else None
-    if about is None or not about.vehicle_file:
+    if about is None or about.vehicle_path is None:
         raise ConfigError(
-            f"{dive}: names no vehicle file; say which with `seatrial file NAME`, or give --vehicle NAME"
+            f"{dive}: names no vehicle file that is there; say which with `seatrial file NAME`, or give --vehicle NAME"
         )
     return f"{about.vehicle_file}:{about.configuration}" if about.configuration else about.vehicle_file
 

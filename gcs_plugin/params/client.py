@@ -7,8 +7,7 @@ that does not know the companion yet takes a write to the companion for its own 
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event
 from typing import Any, Final
@@ -21,10 +20,10 @@ from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.parameters import set_crc
 from gcs_plugin.params.deadline import Timing
-from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan
-from gcs_plugin.params.receipt import Receipt, lines_of
+from gcs_plugin.params.receipt import Receipt, begin, finish
+from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
 from gcs_plugin.params.upload import Ending, Upload
 from gcs_plugin.params.while_armed import obstacle
@@ -175,13 +174,7 @@ class ParameterClient:
 
     def read_all(self, timeout_s: float = 30.0) -> dict[str, float]:
         """Every parameter. Raises LinkTimeout where none came, ParamUnverified where some are missing."""
-        timing = Timing(
-            self._timing.window,
-            self._timing.retry_s,
-            self._timing.retry_max_s,
-            self._timing.quiet_s,
-            timeout_s,
-        )
+        timing = replace(self._timing, deadline_s=timeout_s)
         listing = Listing(self._known_vehicle(), self._clock.boot_s(), timing)
         heard_s = self._clock.boot_s()
         while not listing.done:
@@ -206,8 +199,18 @@ class ParameterClient:
             )
         return dict(listing.values)
 
-    def apply(self, plan: Plan, preimage: Path, *, even_armed: bool = False) -> Receipt:
-        """Carry out a plan. What the vehicle held goes into the new file `preimage` before the first write.
+    def apply(
+        self,
+        plan: Plan,
+        preimage: Path,
+        *,
+        even_armed: bool = False,
+        restores: str = "",
+        sidecar: Sidecar | None = None,
+    ) -> Receipt:
+        """Carry out a plan. What the vehicle held goes into the new file `preimage` before the first write, and beside
+        it a receipt that says what was begun; at the end it says how that ended. `restores` is the pre-image that is
+        gone back to, "" for an upload of anything else; `sidecar` says where its values come from.
 
         Raises ParamRejected or ParamUnknown for a plan that can't be sent, ParamRejected while the vehicle is armed,
         unless `even_armed` and its feed-forward does not act, LinkTimeout where its heart no longer beats: in each case
@@ -226,22 +229,12 @@ class ParameterClient:
                 raise ParamRejected(
                     f"{self._vehicle_text()} is armed; nothing was sent, disarm it, or upload with --armed"
                 )
-        started_utc = f"{datetime.fromtimestamp(self._clock.unix_s(), UTC):%Y-%m-%dT%H:%M:%SZ}"
-        words = [f"what vehicle {system}, component {component} held before an upload, {started_utc}"]
-        write_parameters(preimage, plan.present, words, system, component)
+        crc = upload.crc if upload.commits else None
+        vehicle, unix_s = (system, component), self._clock.unix_s()
+        begun = begin(plan, vehicle, preimage, crc, unix_s, restores, sidecar)
         start_s = self._clock.boot_s()
         ending = self._drive(upload, even_armed)
-        return Receipt(
-            ending.outcome,
-            ending.sentence,
-            system,
-            component,
-            lines_of(plan, ending.results),
-            preimage,
-            upload.crc if upload.commits else None,
-            started_utc,
-            self._clock.boot_s() - start_s,
-        )
+        return finish(begun, plan, ending, self._clock.boot_s() - start_s)
 
     def _drive(self, upload: Upload, even_armed: bool) -> Ending:
         told: dict[str, Result] = {}

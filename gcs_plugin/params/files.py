@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamRejected
+from bridge.printable import printable
+from bridge.schema import why_unread
 from gcs_plugin.params import float32
 
 LARGEST_FILE_BYTES: Final = 4_000_000
@@ -87,7 +89,7 @@ def _value(name: str, word: str, where: str) -> float:
 
 
 def _shown(text: str) -> str:
-    return "".join(c if c.isprintable() else "?" for c in text[:40])
+    return printable(text[:40], "?")
 
 
 def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
@@ -103,7 +105,7 @@ def read_parameters(path: Path, component: int | None = None) -> dict[str, float
     except FileNotFoundError:
         raise ParamRejected(f"{path}: no such file; check the name") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ParamRejected(f"{path}: can't be read as text ({error}); give a .param file") from None
+        raise ParamRejected(f"{path}: {why_unread(error)}; give a .param file") from None
     lines: dict[str, int] = {}
     values: dict[str, float] = {}
     for entry in parse(text, str(path)):
@@ -148,7 +150,11 @@ def write_parameters(
 
     Raises ParamRejected for another suffix, a value that is not finite, or a place that can't be written.
     """
-    words = tuple(" ".join(comment.split()) for comment in comments)
+    words = tuple(printable(" ".join(comment.split()), "?") for comment in comments)
+    strange = [name for name in values if not _NAME.fullmatch(name)]
+    if strange:
+        words += (f"left out, since no parameter has such a name: {', '.join(map(_shown, strange))}",)
+        values = {name: value for name, value in values.items() if name not in strange}
     try:
         if path.suffix == ".param":
             text = param_text(values, words)

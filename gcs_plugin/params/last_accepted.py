@@ -1,31 +1,35 @@
 """What was last accepted: uploaded to a vehicle, verified, and not taken back since.
 
 An upload leaves, under its time (UTC), TIME-before.param and TIME-receipt.json, and where all of it was verified
-TIME-accepted.param with its sidecar. A verified roll back to TIME-before.param takes back that upload and all later
-ones; one to a file of another name takes back all.
+TIME-accepted.param with its sidecar. Of one that was never finished the receipt says BEGUN, and TIME-wanted.param what
+it was to write. A verified roll back to TIME-before.param takes back that upload and all later ones; one to a file of
+another name takes back all.
 """
 
-import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError
+from bridge.plain import from_json
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.receipt import Receipt
+from gcs_plugin.params.receipt import BEFORE, RECEIPT, Receipt, path_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 
-BEFORE: Final = "-before.param"
-RECEIPT: Final = "-receipt.json"
 ACCEPTED: Final = "-accepted.param"
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
 _HELD: Final = (Outcome.APPLIED, Outcome.SAME)
 _HELD_WORDS: Final = tuple(outcome.name.lower() for outcome in _HELD)
+_BEGUN: Final = Outcome.BEGUN.name.lower()
+_OPEN_WORDS: Final = (_BEGUN, Outcome.UNVERIFIED.name.lower())
+_AS_BEFORE_WORDS: Final = tuple(
+    outcome.name.lower() for outcome in (Outcome.NOT_SENT, Outcome.REFUSED, Outcome.ROLLED_BACK)
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +42,28 @@ class AcceptedValue:
 
 
 @dataclass(frozen=True, slots=True)
+class Unfinished:
+    """An upload that the ground did not live to finish; `restores` is the file that it was to go back to, "" for none.
+
+    `targets` is what it was to write, `before` what was there then, `active_crc` the set that was to fly.
+    """
+
+    time: str
+    preimage: Path
+    restores: str
+    targets: Mapping[str, float]
+    active_crc: int | None
+
+
+@dataclass(frozen=True, slots=True)
 class _Kept:
+    number: int
     time: str
     outcome: str
-    restores: str | None
+    restores: str
+    targets: Mapping[str, float]
+    written: Mapping[str, float]
+    active_crc: int | None
 
 
 def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Path | None:
@@ -53,7 +75,7 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Pat
     values = {line.name: line.target for line in receipt.lines if line.outcome in _HELD}
     if not receipt.good or receipt.restores or not values:
         return None
-    path = receipt.preimage.with_name(receipt.preimage.name.removesuffix(BEFORE) + ACCEPTED)
+    path = path_of(receipt.preimage, ACCEPTED)
     words = f"what vehicle {receipt.system}, component {receipt.component} accepted, {receipt.started_utc}"
     write_parameters(path, values, (words,), receipt.system, receipt.component)
     if sidecar is not None:
@@ -90,22 +112,54 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
 
 
 def newest_before(receipts: Path, system: int | None = None) -> Path | None:
-    """What a roll back in one step goes back to: the values before the newest upload that wrote and stands."""
-    written = (Outcome.APPLIED.name.lower(), Outcome.UNVERIFIED.name.lower())
-    stems = [kept.time for kept in _standing(receipts, system) if kept.outcome in written]
-    return receipts / f"{stems[-1]}{BEFORE}" if stems else None
+    """What a roll back in one step goes back to: the values before the newest upload that wrote and stands.
+
+    Where that one was to mend others whose end is not known, it is the values before the first of these.
+    """
+    found: _Kept | None = None
+    for kept in reversed(_standing(receipts, system)):
+        if kept.outcome in _OPEN_WORDS or (found is None and kept.outcome == Outcome.APPLIED.name.lower()):
+            found = kept
+        elif found is not None and kept.outcome == Outcome.APPLIED.name.lower():
+            break
+    return None if found is None else receipts / f"{found.time}{BEFORE}"
+
+
+def unfinished(receipts: Path, system: int | None = None) -> Unfinished | None:
+    """The upload or roll back that was begun and never finished, unless another has settled since what the vehicle
+    holds."""
+    held: set[str] = set()
+    for kept in reversed(_in_order(receipts, system)):
+        if kept.outcome == _BEGUN:
+            if held >= set(kept.written):
+                return None
+            preimage = receipts / f"{kept.time}{BEFORE}"
+            return Unfinished(kept.time, preimage, kept.restores, kept.written, kept.active_crc)
+        if kept.outcome == Outcome.SAME.name.lower() and not kept.restores:
+            held |= set(kept.targets)
+        elif kept.outcome not in _AS_BEFORE_WORDS:
+            return None
+    return None
+
+
+def _in_order(receipts: Path, system: int | None) -> list[_Kept]:
+    """All that was begun, the newest last; a clock may have been set back meanwhile, a number never is."""
+    found = _read_all(receipts.glob(f"*{RECEIPT}"), system)
+    return sorted(found, key=lambda one: (one.number, one.time))
 
 
 def _standing(receipts: Path, system: int | None) -> list[_Kept]:
     """Uploads that no later roll back took back, the newest last."""
     standing: list[_Kept] = []
-    for kept in sorted(_read_all(receipts.glob(f"*{RECEIPT}"), system), key=lambda one: one.time):
-        if kept.restores is None:
+    begun = _in_order(receipts, system)
+    for kept in begun:
+        if not kept.restores:
             standing.append(kept)
         elif kept.outcome in _HELD_WORDS:
-            back_to = kept.restores.removesuffix(BEFORE)
-            known = _TIME.fullmatch(back_to) is not None
-            standing = [one for one in standing if known and one.time < back_to]
+            back_to = Path(kept.restores).name.removesuffix(BEFORE)
+            place = next((n for n, one in enumerate(begun) if one.time == back_to), 0)
+            taken = {one.time for one in begun[place:]}
+            standing = [one for one in standing if one.time not in taken]
     return standing
 
 
@@ -115,9 +169,18 @@ def _read_all(paths: Iterable[Path], system: int | None) -> Iterator[_Kept]:
         if not _TIME.fullmatch(time):
             continue
         try:
-            data: Any = json.loads(path.read_text(encoding="utf-8"))
-            of, restores = data["vehicle"]["system"], data.get("restores") or None
-            kept = _Kept(time, str(data["outcome"]), None if restores is None else Path(str(restores)).name)
+            data: Any = from_json(path.read_text(encoding="utf-8"))
+            of, restores, crc = data["vehicle"]["system"], data.get("restores") or "", data.get("active_crc")
+            lines = data.get("parameters", ())
+            kept = _Kept(
+                int(data.get("number", 0)),
+                time,
+                str(data["outcome"]),
+                str(restores),
+                {str(line["name"]): float(line["target"]) for line in lines},
+                {str(line["name"]): float(line["target"]) for line in lines if line["outcome"] == _BEGUN},
+                None if crc is None else int(crc),
+            )
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             continue
         if system in (None, of):

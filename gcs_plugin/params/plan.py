@@ -19,6 +19,8 @@ READ_ONLY: Final = {
     VERSION: "the vehicle alone says which version it speaks",
 }
 
+ACCEPT_IMPLAUSIBLE: Final = "--accept-implausible"
+
 _STAGED = re.compile(r"FF(\d+)_(.+)")
 _COEFFICIENTS: Final[tuple[Coefficient | EffectCoefficient, ...]] = (*COEFFICIENTS, *OF_ANY_VEHICLE.values())
 _BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in _COEFFICIENTS}
@@ -32,6 +34,7 @@ class Verdict(Enum):
     UNKNOWN = "not on the vehicle"
     READ_ONLY = "read-only"
     REFUSED = "refused"
+    IMPLAUSIBLE = "implausible"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +87,41 @@ class Plan:
             self, rows=tuple(replace(row, reason=reason) if row.name in held else row for row in self.rows)
         )
 
+    def judged(self, reasons: Mapping[str, str]) -> "Plan":
+        """The plan with the lines that are not believed, by name with the reason, no longer among its changes."""
+        return replace(
+            self,
+            rows=tuple(
+                replace(row, verdict=Verdict.IMPLAUSIBLE, reason=reasons[row.name])
+                if row.name in reasons and row.verdict is Verdict.CHANGED
+                else row
+                for row in self.rows
+            ),
+        )
+
+    def with_implausible(self) -> "Plan":
+        """The plan with what is not believed among its changes all the same."""
+        return replace(
+            self,
+            rows=tuple(
+                replace(row, verdict=Verdict.CHANGED) if row.verdict is Verdict.IMPLAUSIBLE else row
+                for row in self.rows
+            ),
+        )
+
     def check(self) -> None:
         """Raise where any line can't be sent: then nothing is sent."""
         for row in self.rows:
             if row.verdict is Verdict.REFUSED:
                 raise ParamRejected(f"{row.name}: {row.reason}; nothing was sent, mend the value")
+        doubted = [row for row in self.rows if row.verdict is Verdict.IMPLAUSIBLE]
+        if doubted:
+            told = "; ".join(f"{row.name}: {row.reason}" for row in doubted)
+            names = " ".join(row.name for row in doubted)
+            raise ParamRejected(
+                f"{told}; nothing was sent; look at the dive again, leave them out, or take them by name: "
+                f"{ACCEPT_IMPLAUSIBLE} {names}"
+            )
         missing = self.named(Verdict.UNKNOWN)
         if missing:
             raise ParamUnknown(

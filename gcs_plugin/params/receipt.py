@@ -1,13 +1,30 @@
-"""The receipt of an upload: what was asked, what was there before, what is there now, and how it is known."""
+"""The receipt of an upload: what was asked, what was there before, what is there now, and how it is known.
 
+It is on the disk before the first write, with the outcome BEGUN, and is replaced at the end: an upload that the ground
+did not live to finish is known by it.
+"""
+
+import contextlib
+import json
 import math
+import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from gcs_plugin.params.plan import Plan
-from gcs_plugin.params.transfer import Outcome, Result
+from bridge.errors import ParamRejected
+from bridge.plain import from_json
+from gcs_plugin.params.files import replace_text, write_parameters
+from gcs_plugin.params.plan import Plan, Verdict
+from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
+from gcs_plugin.params.transfer import Outcome, Result, Source
+from gcs_plugin.params.upload import Ending
+
+BEFORE: Final = "-before.param"
+RECEIPT: Final = "-receipt.json"
+WANTED: Final = "-wanted.param"
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +42,8 @@ class Line:
 @dataclass(frozen=True)
 class Receipt:
     """What became of an upload. `active_crc` is the staged set that was to fly, None without a commit; `restores` the
-    -before.param that was gone back to, "" for an upload of anything else."""
+    -before.param that was gone back to, "" for an upload of anything else; `number` counts the uploads of a folder, and
+    tells their order whatever the clock was set to."""
 
     outcome: Outcome
     sentence: str
@@ -37,6 +55,7 @@ class Receipt:
     started_utc: str
     took_s: float
     restores: str = ""
+    number: int = 0
 
     @property
     def good(self) -> bool:
@@ -65,7 +84,110 @@ class Receipt:
             "started_utc": self.started_utc,
             "took_s": round(self.took_s, 3),
             "restores": self.restores,
+            "number": self.number,
         }
+
+
+def begin(
+    plan: Plan,
+    vehicle: Source,
+    preimage: Path,
+    active_crc: int | None,
+    unix_s: float,
+    restores: str = "",
+    sidecar: Sidecar | None = None,
+) -> Receipt:
+    """Put on the disk what an upload needs to be finished or rolled back by another: the values before, what it is to
+    write with what is known of that, and its receipt. Raises ParamRejected where that can't be: then nothing is to be
+    sent.
+    """
+    started_utc = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
+    words = f"what vehicle {vehicle[0]}, component {vehicle[1]} held before an upload, {started_utc}"
+    write_parameters(preimage, plan.present, (words,), *vehicle)
+    outcomes = {Verdict.CHANGED: Outcome.BEGUN, Verdict.SAME: Outcome.SAME}
+    lines = tuple(
+        Line(row.name, row.present, row.target, None, outcomes.get(row.verdict, Outcome.NOT_SENT), "")
+        for row in plan.rows
+    )
+    values = {line.name: line.target for line in lines if line.outcome is not Outcome.NOT_SENT}
+    if values and not restores:
+        wanted = path_of(preimage, WANTED)
+        write_parameters(wanted, values, (f"what was to be written, {started_utc}",), *vehicle)
+        if sidecar is not None:
+            write_sidecar(wanted, sidecar)
+    receipt = Receipt(
+        Outcome.BEGUN,
+        Outcome.BEGUN.value,
+        *vehicle,
+        lines,
+        preimage,
+        active_crc,
+        started_utc,
+        0.0,
+        restores,
+        next_number(preimage.parent),
+    )
+    _keep(receipt)
+    return receipt
+
+
+def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt:
+    """The receipt of an upload that was begun so and has ended, kept in place of that. Raises ParamRejected where it
+    can't be written.
+    """
+    receipt = replace(
+        begun,
+        outcome=ending.outcome,
+        sentence=ending.sentence,
+        lines=lines_of(plan, ending.results),
+        took_s=took_s,
+    )
+    _keep(receipt)
+    wanted = path_of(receipt.preimage, WANTED)
+    for path in (wanted, sidecar_path(wanted)):
+        with contextlib.suppress(OSError):  # it is only no longer needed
+            path.unlink()
+    return receipt
+
+
+def next_number(folder: Path) -> int:
+    """One more than any receipt in a folder bears."""
+    return 1 + max((number_in(path) for path in folder.glob(f"*{RECEIPT}")), default=0)
+
+
+def number_in(path: Path) -> int:
+    """The number that a receipt bears; 0 for an older one, and one that can't be read."""
+    try:
+        return int(from_json(path.read_text(encoding="utf-8"))["number"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0
+
+
+def new_preimage(folder: Path, unix_s: float) -> Path:
+    """The pre-image of an upload that begins now, under a name that none there has."""
+    time = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
+    number, found = 2, folder / f"{time}{BEFORE}"
+    while found.exists():
+        found, number = folder / f"{time}-{number}{BEFORE}", number + 1
+    return found
+
+
+def path_of(preimage: Path, kind: str) -> Path:
+    """Another file of the upload that has this pre-image: its RECEIPT, say."""
+    return preimage.with_name(preimage.name.removesuffix(BEFORE) + kind)
+
+
+def _keep(receipt: Receipt) -> None:
+    path = path_of(receipt.preimage, RECEIPT)
+    replace_text(path, json.dumps(receipt.to_json(), indent=2, allow_nan=False) + "\n")
+    try:
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)  # the names of all of its files
+        finally:
+            os.close(folder)
+    except OSError as error:
+        raise ParamRejected(f"{path}: can't be written ({error.strerror}); choose another place") from None
 
 
 def lines_of(plan: Plan, results: Mapping[str, Result]) -> tuple[Line, ...]:

@@ -2,18 +2,19 @@
 
 A task is done only when a read-back, asked for after the last write and after a quiet period, answers the
 target as float32 bit by bit. An echo of the write proves nothing: it only starts the quiet period, as do two
-writes without an echo. What ends the attempts is a deadline, not a count, except where the vehicle itself
-shows, twice, that it keeps another value.
+writes without an echo. That period is longer than an answer of this vehicle is under way (`RoundTrips`). What ends the
+attempts is a deadline, not a count, except where the vehicle itself shows, twice, that it keeps another value.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import Timing, is_past, retry_delay_s
+from gcs_plugin.params.round_trips import RoundTrips
 
 Source = tuple[int, int]
 
@@ -42,6 +43,7 @@ class Outcome(Enum):
     UNVERIFIED = "unverified: no read-back confirmed it within the deadline"
     ROLLED_BACK = "rolled back to the value before the upload"
     NOT_SENT = "not sent"
+    BEGUN = "begun: how it ended was never written down"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,10 +109,17 @@ class _Item:
     attempt: int = 0
     heard_echo: bool = False
     last_write_s: float | None = None
+    quiet_since_s: float | None = None
+    asked_s: float = 0.0
     refusals: int = 0
     refusal: str = ""
     seen: float | None = None
     result: Result | None = None
+
+    @property
+    def asks(self) -> bool:
+        """Whether it is asked for time and again, and not left in quiet."""
+        return self.state is _State.ANSWER or (self.state is _State.ECHO and self.quiet_since_s is None)
 
 
 @dataclass
@@ -118,7 +127,8 @@ class Transfer:
     """Several tasks under one deadline with one vehicle component.
 
     Feed it `on_value`, `on_error` and `on_reboot` as they arrive, and send what `tick` returns. `unmatched`
-    counts what was not for it: another source, or a parameter that no task waits for.
+    counts what was not for it: another source, or a parameter that no task waits for. `round_trips` is what is known of
+    the link so far; `probes` are parameters without a task that are asked for once, to know more of it.
     """
 
     tasks: Iterable[Task]
@@ -126,8 +136,12 @@ class Transfer:
     start_s: float
     timing: Timing
     unmatched: Counter[str] = field(default_factory=Counter)
+    round_trips: RoundTrips | None = None
+    probes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
+        self._probes, self._probes_due_s = tuple(self.probes), self.start_s
+        self._trips = self.round_trips or RoundTrips(self.timing)
         self._items = [
             _Item(task, _State.READ if task.write_to is None else _State.WRITE, self.start_s)
             for task in self.tasks
@@ -140,6 +154,11 @@ class Transfer:
     @property
     def done(self) -> bool:
         return all(item.state is _State.DONE for item in self._items)
+
+    @property
+    def waits(self) -> bool:
+        """Whether nothing is asked for now, as in a quiet period."""
+        return not any(item.asks for item in self._items)
 
     @property
     def results(self) -> dict[str, Result]:
@@ -169,15 +188,20 @@ class Transfer:
         if source != self.source:
             self.unmatched["source"] += 1
             return
+        self._trips.on_heard(name, time_s)
         matched = False
         writing = self._by_write.get(name)
         if writing is not None and writing.state is _State.ECHO:
             writing.heard_echo = True
-            self._be_quiet(writing)
+            self._be_quiet(writing, writing.last_write_s)
             matched = True
         reading = self._by_check.get(name)
         if reading is not None and reading.state is _State.ANSWER:
-            self._judge(reading, value, time_s)
+            if reading.asked_s < self._quiet_until_s(reading):
+                # Asked too soon, as answers that came since show: this may be the echo of a write.
+                self._be_quiet(reading, reading.quiet_since_s)
+            else:
+                self._judge(reading, value, time_s)
             matched = True
         if not matched:
             self.unmatched["unasked"] += 1
@@ -194,7 +218,7 @@ class Transfer:
         elif item.state is _State.ECHO:
             item.refusal = sentence
             item.heard_echo = True
-            self._be_quiet(item)
+            self._be_quiet(item, item.last_write_s)
 
     def on_reboot(self, time_s: float) -> None:
         """The vehicle started again: what was proved before is proved anew."""
@@ -202,8 +226,8 @@ class Transfer:
             refused = item.result is not None and item.result.outcome is not Outcome.APPLIED
             if refused or item.state is _State.WRITE:
                 continue
-            item.state, item.result, item.attempt, item.heard_echo = _State.QUIET, None, 0, False
-            item.due_s = time_s + self.timing.quiet_s
+            item.result, item.heard_echo = None, False
+            self._be_quiet(item, time_s)
 
     def abort(self, sentence: str) -> None:
         """End at once; what is not proved stays unverified, what was never written was not sent."""
@@ -219,10 +243,10 @@ class Transfer:
                 if item.state is not _State.DONE:
                     self._expire(item)
             return []
-        sends: list[Send] = []
+        sends: list[Send] = self._ask_probes(time_s)
         flying = sum(item.state in (_State.ECHO, _State.ANSWER) for item in self._items)
         for item in self._items:
-            if item.state is _State.DONE or time_s < item.due_s:
+            if item.state is _State.DONE or time_s < max(item.due_s, self._quiet_until_s(item)):
                 continue
             if item.state is _State.QUIET:
                 item.state, item.attempt = _State.READ, 0
@@ -231,7 +255,18 @@ class Transfer:
                     continue
                 flying += 1
             sends.append(self._send(item, time_s))
+            if item.attempt == 1:
+                self._trips.on_quiet(sends[-1].name)
+        for send in sends:
+            self._trips.on_sent(send.name, time_s)
         return sends
+
+    def _ask_probes(self, time_s: float) -> list[Send]:
+        if not self._probes or time_s < self._probes_due_s:
+            return []
+        now, self._probes = self._probes[: self.timing.window], self._probes[self.timing.window :]
+        self._probes_due_s = time_s + self.timing.retry_s
+        return [ReadValue(name) for name in now]
 
     def _send(self, item: _Item, time_s: float) -> Send:
         if item.state is _State.ECHO and item.attempt >= UNANSWERED_WRITES:
@@ -240,15 +275,19 @@ class Transfer:
         item.due_s = time_s + retry_delay_s(item.attempt, self.timing)
         if item.state in (_State.WRITE, _State.ECHO) and item.task.write_to is not None:
             item.state, item.last_write_s = _State.ECHO, time_s
-            if item.attempt >= UNANSWERED_WRITES:
-                item.due_s = max(item.due_s, time_s + self.timing.quiet_s)
+            item.quiet_since_s = time_s if item.attempt >= UNANSWERED_WRITES else None
             return SetValue(item.task.write_to, item.task.value)
+        if item.attempt == 1:
+            item.asked_s = time_s
         item.state = _State.ANSWER
         return ReadValue(item.task.name)
 
-    def _be_quiet(self, item: _Item) -> None:
-        item.state, item.attempt = _State.QUIET, 0
-        item.due_s = (item.last_write_s or self.start_s) + self.timing.quiet_s
+    def _be_quiet(self, item: _Item, since_s: float | None) -> None:
+        item.state, item.attempt, item.quiet_since_s = _State.QUIET, 0, since_s
+
+    def _quiet_until_s(self, item: _Item) -> float:
+        """When what was sent before is no longer under way, as far as is known by now."""
+        return self.start_s if item.quiet_since_s is None else item.quiet_since_s + self._trips.quiet_s
 
     def _judge(self, item: _Item, value: float, time_s: float) -> None:
         item.seen = value
@@ -270,8 +309,7 @@ class Transfer:
             )
             return
         # Quiet again, so that a duplicate of this answer can't pass for the echo of the next write.
-        item.state, item.attempt, item.heard_echo = _State.WRITE, 0, False
-        item.due_s = time_s + self.timing.quiet_s
+        item.state, item.attempt, item.heard_echo, item.quiet_since_s = _State.WRITE, 0, False, time_s
 
     def _expire(self, item: _Item) -> None:
         if item.last_write_s is None and item.task.write_to is not None:

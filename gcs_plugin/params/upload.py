@@ -12,7 +12,7 @@ commit that the vehicle neither took nor refused is left alone and said: only a 
 tell.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
@@ -21,11 +21,13 @@ from bridge.parameters import ACTIVE, COMMIT
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import Timing, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
+from gcs_plugin.params.round_trips import RoundTrips
 from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
 
 Crc = Callable[[Mapping[str, float]], int]
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and a try a second, once in a million
+PROBES: Final = 16
 
 
 class Stage(Enum):
@@ -57,6 +59,7 @@ class Upload:
 
     def __init__(self, plan: Plan, source: Source, start_s: float, timing: Timing, crc: Crc) -> None:
         self._plan, self._source, self._timing = plan, source, timing
+        self._trips = RoundTrips(timing)
         present, changes = plan.present, plan.changes
         self._commits = COMMIT in present and ACTIVE in present
         staged = [name for name in present if is_staged(name)] if self._commits else []
@@ -125,7 +128,7 @@ class Upload:
         self._answered_s = time_s
         if self._stage in (Stage.COMMIT, Stage.LIVE):
             self._committed = False
-            self._enter_stage(time_s + self._timing.quiet_s)
+            self._enter_stage(time_s + self._trips.quiet_s)
         elif self._stage is not Stage.DONE:
             self._transfer.on_reboot(time_s)
 
@@ -156,6 +159,8 @@ class Upload:
         """What to send now."""
         if self._stage is Stage.DONE:
             return []
+        if self._trips.known and self._transfer.waits:
+            self._answered_s = time_s  # nothing was asked
         if self.unanswered_s(time_s) >= UNANSWERED_S:
             self._transfer.abort(
                 f"the vehicle has answered nothing for {UNANSWERED_S:.0f} s: the link may carry one way only, "
@@ -183,16 +188,18 @@ class Upload:
         if source == self._source:
             self._answered_s = time_s
 
-    def _transfer_of(self, tasks: Iterable[Task], start_s: float) -> Transfer:
+    def _transfer_of(self, tasks: Iterable[Task], start_s: float, probes: Sequence[str] = ()) -> Transfer:
         # A transfer that begins too late still asks for a moment, and ends with its own sentence.
-        allowed_s = max(self._end_s - start_s, self._timing.quiet_s)
-        return Transfer(tasks, self._source, start_s, replace(self._timing, deadline_s=allowed_s))
+        timing = replace(self._timing, deadline_s=max(self._end_s - start_s, self._timing.quiet_s))
+        return Transfer(tasks, self._source, start_s, timing, round_trips=self._trips, probes=probes)
 
     def _enter_stage(self, time_s: float) -> None:
         tasks = [write(name, value) for name, value in self._direct.items()]
         if self._needs_commit:
             tasks += [confirm(n, v) for n, v in self._new_set.items() if n not in self._direct]
-        self._stage, self._transfer = Stage.STAGE, self._transfer_of(tasks, time_s)
+        named = {task.name for task in tasks}
+        probes = [name for name in self._plan.present if name not in named and name not in (COMMIT, ACTIVE)]
+        self._stage, self._transfer = Stage.STAGE, self._transfer_of(tasks, time_s, probes[:PROBES])
 
     def _advance(self, time_s: float) -> None:
         while self._stage is not Stage.DONE and self._transfer.done:
@@ -244,7 +251,7 @@ class Upload:
         before = self._plan.present
         names = [name for name in self._written if name != COMMIT]
         # Quiet first, so that a write still on its way can't arrive after the one that takes it back.
-        start_s = time_s + self._timing.quiet_s
+        start_s = time_s + self._trips.quiet_s
         self._stage, self._undoing = Stage.UNDO, True
         self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1, self._timing), start_s
         self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)

@@ -91,7 +91,7 @@ class WatchedLink:
         senders = [source for source, beat in self.beats.items() if not beat.is_station]
         if not senders:
             senders = [s for s in counts if s != GROUND_STATION and s not in self.beats]
-        return [self._row(source, counts[source], now_s) for source in senders]
+        return [self._row(source, counts.get(source, (0, 0)), now_s) for source in senders]
 
     def _row(self, source: Source, now: tuple[int, int], now_s: float) -> LinkRow:
         then_s, before = self._base(now_s)

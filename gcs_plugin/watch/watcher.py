@@ -146,8 +146,12 @@ class Watcher:
         return before is not None and before[0] == frame.raw and arrived_s - before[1] < TWICE_WITHIN_S
 
     def _link_rows(self, now_s: float, commander: int | None) -> tuple[LinkRow, ...]:
-        rows = [row for link in self._links.values() for row in link.rows(now_s)]
-        return tuple(sorted(rows, key=lambda r: (r.system != self.system, r.component != commander, r.lost)))
+        def place(row: LinkRow) -> tuple[bool, bool, float]:
+            # Of links that are lost the one that was heard last comes first: its age is the vehicle's.
+            silent_s = row.age_s if row.lost else 0.0
+            return row.system != self.system, row.component != commander, silent_s
+
+        return tuple(sorted((row for link in self._links.values() for row in link.rows(now_s)), key=place))
 
     def _tell(self, source: Source, severity: int, text: str) -> None:
         del source

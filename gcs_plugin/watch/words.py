@@ -7,6 +7,7 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame, decode
+from bridge.printable import printable
 
 PIECE_CHARACTERS: Final = 50
 LONGEST_CHARACTERS: Final = 1000
@@ -54,8 +55,3 @@ class StatusTexts:
         begun = self._begun.pop(source, None)
         if begun is not None and begun.text:
             self._tell(source, begun.severity, printable(begun.text))
-
-
-def printable(text: str) -> str:
-    """`text` without what could steer a terminal."""
-    return "".join(c for c in text if c.isprintable())

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from bridge.errors import LogError
+from bridge.plain import from_json
 from identify.batch.jobs import Result
 
 
@@ -56,7 +57,7 @@ class Cache:
 def _entry(line: bytes) -> tuple[str, Result] | None:
     """A line's result by its key; None for one that was cut or is none of ours."""
     try:
-        result = Result.from_json(json.loads(line))
+        result = Result.from_json(from_json(line))
     except (ValueError, TypeError):
         return None
     return result.key, result

@@ -1,7 +1,7 @@
 """What a crew accepts of a diagnosis: the model with its effects, and the parameters by which the feed-forward on board
 makes up for them; what it can't make up for, in sentences."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from bridge.vehicle.effect_coefficients import (
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Accepted, Found, Value
 from identify.diagnose.evidence import inverse
+from identify.diagnose.misfit import NONE, Misfit, misfit_of
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.search import Explanation
 from identify.diagnose.whitened import of_the_mean, whitened
@@ -48,7 +49,9 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
     """What accepting the causes comes to; `now` is the nominal model that was fitted together with them, so that what
     a refit absorbs is in it already.
     """
-    values, sentences = _linear([one.cause for one in found], now, shape)
+    quadratic = _braked(found)
+    misfit = misfit_of(now, quadratic)
+    values, sentences = _linear([one.cause for one in found], now, shape, misfit, quadratic)
     of_effects: dict[str, Value] = {}
     for one in found:
         coefficients = _coefficients(one, now.course)
@@ -64,12 +67,19 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
         elif not _includes(value, _absent(name)):
             values[name] = value
     effects = tuple(_effect(one) for one in found)
-    return Accepted(values, effects, tuple(dict.fromkeys(sentences)))
+    doubts = tuple(one for one in misfit.doubts if not values.keys().isdisjoint(one.about))
+    return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
 
 def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
     """Masses and dampings that were fitted beside all the causes, whether these are accepted or not."""
     return _linear(found.causes, found.now, shape)[0]
+
+
+def _braked(found: Sequence[Found]) -> tuple[int, ...]:
+    """The degrees of freedom in which a quadratic drag is among the causes."""
+    told = {name for one in found if one.name == "quadratic_drag" for name in one.parameters}
+    return tuple(dof for dof, name in enumerate(QUADRATIC) if name in told)
 
 
 def _absent(name: str) -> float:
@@ -93,10 +103,16 @@ def _effect(one: Found) -> AcceptedEffect:
 
 
 def _linear(
-    causes: Sequence[Cause], now: Nominal, shape: Configuration
+    causes: Sequence[Cause],
+    now: Nominal,
+    shape: Configuration,
+    misfit: Misfit = NONE,
+    quadratic: Collection[int] = (),
 ) -> tuple[dict[str, Value], list[str]]:
-    """The linear model's coefficients, axis by axis, where the dive tells them, and where identify would not doubt
-    them: a closed loop through a reading that was not recorded biases a fit of its axis."""
+    """The linear model's coefficients, axis by axis, where the dive tells them, with intervals that hold the misfit.
+
+    Left out are those that a closed loop through a reading that was not recorded biases. Where a `quadratic` drag
+    brakes, there may be no linear damping."""
     values, sentences = {}, []
     mass, damping = now.course.mass, now.course.damping
     kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
@@ -119,9 +135,12 @@ def _linear(
                 f"{MASSES[dof].name} and {DAMPINGS[dof].name} stay as the vehicle has them: {why}."
             )
             continue
-        for coefficient, (value, std) in axis.items():
-            wide = float(np.exp(Z95 * std))
-            values[coefficient.name] = Value(float(value), coefficient.unit, value / wide, value * wide)
+        for (coefficient, (value, std)), row in zip(axis.items(), (dof, 6 + dof), strict=True):
+            reach = Z95 * float(np.hypot(std, misfit.off[row]))
+            low, high = value * np.exp(-reach), value * np.exp(reach)
+            if dof in quadratic and coefficient is DAMPINGS[dof] and reach >= 1.0:
+                low, high = 0.0, value * (1.0 + reach)
+            values[coefficient.name] = Value(float(value), coefficient.unit, float(low), float(high))
     return values, sentences
 
 

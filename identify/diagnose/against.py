@@ -15,8 +15,10 @@ from bridge.vehicle.config import VehicleFile
 from identify.diagnose import answer
 from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.diagnosis import Diagnosis, Found, Value, Verdict
+from identify.diagnose.probability import LIKELY
 from identify.diagnose.shrink import CHANCE
 from identify.diagnose.simulator import lasting, priors_of, simulator_of
+from identify.diagnose.words import sorted_by_likelihood
 from identify.dive import Dive
 from identify.identification import Z95
 
@@ -36,12 +38,13 @@ LEAST_DRIFT = 1.2
 @dataclass(frozen=True)
 class Difference:
     """A number that the simulator has otherwise than the vehicle. of: the effect it belongs to, "" for the nominal
-    model's."""
+    model's. probability: that this effect is there in both, 1 for the nominal model's."""
 
     of: str
     name: str
     simulator: Value
     vehicle: Value
+    probability: float = 1.0
 
     @property
     def share(self) -> float:
@@ -53,14 +56,16 @@ class Difference:
 class Against:
     """vehicle: the diagnosis of the real dive, its gap the simulator's. simulator: that of its own recording.
 
-    lacks: effects that it must gain; spare: effects of its own that the real dive does not show; differences: numbers
-    that must change; stories: causes that would make masses and dampings differ so; untold: degrees of freedom whose
-    numbers one of the recordings does not tell.
+    lacks: effects that it must gain; has: effects of the dive that it has already, each as probable as it is in the
+    recording that shows it less; spare: effects of its own that the real dive does not show; differences: numbers that
+    must change; stories: causes that would make masses and dampings differ so; untold: degrees of freedom whose numbers
+    one of the recordings does not tell. What is less probable than not is no more than possible in all of them.
     """
 
     vehicle: Diagnosis
     simulator: Diagnosis
     lacks: tuple[Found, ...]
+    has: tuple[Found, ...]
     spare: tuple[Found, ...]
     differences: tuple[Difference, ...]
     stories: tuple[Found, ...]
@@ -73,14 +78,9 @@ class Against:
         return tuple(found for found in self.vehicle.found if id(found) in mine)
 
     @property
-    def has(self) -> tuple[Found, ...]:
-        """Effects of the dive that the simulator has already."""
-        lacks = {id(found) for found in self.lacks}
-        return tuple(
-            found
-            for found in self.vehicle.found
-            if id(found) not in lacks and not found.cause.effect.refit_absorbs
-        )
+    def off(self) -> tuple[Difference, ...]:
+        """The numbers that are off, but for those of effects that are no more than possible."""
+        return tuple(each for each in self.differences if each.probability >= LIKELY)
 
     @property
     def verdict(self) -> Verdict:
@@ -88,7 +88,7 @@ class Against:
         number is off beyond doubt, this dive can't tell which of them it is."""
         if self.vehicle.verdict == "unknown":
             return "unknown"
-        if self.causes or self.differences:
+        if self.causes or self.off:
             return "ambiguous" if any(found.also for found in self.causes) else "explained"
         return "no_gap" if self.vehicle.gap.before < 1.0 + CHANCE else "ambiguous"
 
@@ -124,12 +124,14 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     structural = [one for one in vehicle.found if not one.cause.effect.refit_absorbs]
     both = [(mine, _same(mine, simulator.found)) for mine in structural]
     lacks = tuple(mine for mine, its in both if its is None)
-    shared = {id(its) for _, its in both if its is not None}
+    pairs = [(mine, its) for mine, its in both if its is not None]
+    has = tuple(replace(mine, probability=min(mine.probability, its.probability)) for mine, its in pairs)
+    shared = {id(its) for _, its in pairs}
     spare = tuple(its for its in simulator.found if id(its) not in shared and lasting(its.cause))
     differences = [
-        Difference(mine.name, name, its.parameters[name], value)
-        for mine, its in both
-        if its is not None and its.name == mine.name and lasting(mine.cause)
+        Difference(mine.name, name, its.parameters[name], value, min(mine.probability, its.probability))
+        for mine, its in pairs
+        if its.name == mine.name and lasting(mine.cause)
         for name, value in mine.parameters.items()
         if name in its.parameters and differ(its.parameters[name], value)
     ]
@@ -147,31 +149,32 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
         if any(one.name not in its or one.name not in mine for one in (MASSES[dof], DAMPINGS[dof]))
     )
     stories = tuple(one for one in vehicle.found if one.cause.effect.refit_absorbs) if nominal else ()
-    return Against(vehicle, simulator, lacks, spare, (*nominal, *differences), stories, untold)
+    return Against(vehicle, simulator, lacks, has, spare, (*nominal, *differences), stories, untold)
 
 
 def plain(one: Against) -> dict[str, Any]:
     """The answer on the simulator's gap as plain data, and beside it, under `against`, what the simulator must change;
-    `has`: effects of the dive that it has already."""
+    `has`: effects of the dive that it has already; `possible`: what of all that is less probable than not."""
     gap = one.vehicle.gap
     after = [drift.total for drift in gap.after if drift.horizon_s == DRIFT_S]
+    told = {"lacks": one.lacks, "has": one.has, "spare": one.spare, "stories": one.stories}
+    halves = {key: sorted_by_likelihood(found) for key, found in told.items()}
     return answer.plain(replace(one.vehicle, verdict=one.verdict, found=one.causes)) | {
         "against": {
             "simulator": one.simulator.dive,
-            "lacks": [found.name for found in one.lacks],
-            "has": [found.name for found in one.has],
             "drift": {"before": gap.before, "after": after[0] if after else None, "floor": 1},
-            "spare": [found.name for found in one.spare],
+            **{key: [found.name for found in likely] for key, (likely, _) in halves.items()},
+            "possible": {key: [found.name for found in possible] for key, (_, possible) in halves.items()},
             "differences": [
                 {
                     "of": each.of,
                     "name": each.name,
                     "simulator": vars(each.simulator),
                     "vehicle": vars(each.vehicle),
+                    "probability": each.probability,
                 }
                 for each in one.differences
             ],
-            "stories": [found.name for found in one.stories],
             "untold": list(one.untold),
         }
     }

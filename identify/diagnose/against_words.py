@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 from identify.diagnose import words
 from identify.diagnose.against import Against, Difference
+from identify.diagnose.diagnosis import Found
+from identify.diagnose.probability import LIKELY
 from identify.report.text import significant
 
 NAMED = 3
@@ -13,21 +15,28 @@ NAMED = 3
 def verdict_sentence(one: Against) -> str:
     """Which effects the simulator must gain, which of its numbers must change, and what that makes of its drift; under
     what provisos."""
-    its = (f"Of the simulator: {proviso}" for proviso in one.simulator.provisos)
-    return " ".join((_verdict(one), *one.vehicle.provisos, *its))
+    both = (*one.simulator.first, *one.simulator.provisos)
+    its = (f"Of the simulator: {proviso}" for proviso in both)
+    return " ".join((*one.vehicle.first, _verdict(one), *one.vehicle.provisos, *its))
 
 
 def _verdict(one: Against) -> str:
     gap = one.vehicle.gap
-    numbers = _numbers(one.differences)
-    if one.lacks:
-        causes = words.listed([words.name_of(found) for found in one.lacks])
-        also = f" {_capital(numbers)}." if numbers else ""
-        told = (
-            f"Your simulator must gain {causes}: {words.where_sentence(gap, 'the gap')}{_falls(one)}.{also}"
-        )
+    numbers = _numbers(one.off)
+    lacks, possible = words.sorted_by_likelihood(one.lacks)
+    may_lack = words.listed([_with_probability(found) for found in possible])
+    where = words.gap_sentence(gap, "the gap")
+    if lacks:
+        causes = words.listed([words.name_of(found) for found in lacks])
+        told = f"Your simulator must gain {causes}: {where}{_falls(one)}."
+        told += f" {_capital(numbers)}." if numbers else ""
+        told += f" It may lack {may_lack}, too." if possible else ""
     elif numbers:
-        told = f"Your simulator lacks no effect that this dive shows, but {numbers}{_falls(one)}."
+        shows = "surely shows" if possible else "shows"
+        told = f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_falls(one)}."
+        told += f" It may lack {may_lack}, too." if possible else ""
+    elif possible:
+        told = f"Your simulator may lack {may_lack}: {where}{_falls(one)}."
     elif one.vehicle.verdict == "unknown":
         return f"Your simulator lacks something that no candidate explains: {words.where_sentence(gap, 'the gap')}."
     elif one.verdict == "no_gap":
@@ -48,22 +57,22 @@ def _verdict(one: Against) -> str:
 
 def cause_lines(one: Against) -> tuple[str, ...]:
     """What the real dive shows, cause by cause, and which of it the simulator has already."""
+    has = {found.cause.key: found.probability for found in one.has}
     told = zip(one.vehicle.found, words.cause_lines(one.vehicle), strict=True)
-    lacks = {id(found) for found in one.lacks}
-    return tuple(
-        line
-        if id(found) in lacks or found.cause.effect.refit_absorbs
-        else f"Your simulator has it already: {line}"
-        for found, line in told
-    )
+    return tuple(_already(has.get(found.cause.key)) + line for found, line in told)
+
+
+def _already(probability: float | None) -> str:
+    """What stands before a cause that the simulator has, or may have; None for one that it lacks."""
+    if probability is None:
+        return ""
+    if probability < LIKELY:
+        return f"Your simulator may have it already ({words.percent_sure(probability)} probable): "
+    return "Your simulator has it already: "
 
 
 def lines(one: Against) -> tuple[str, ...]:
     """What else there is to say: each number that must change, effects that the dive does not show, axes untold."""
-    spare = [
-        f"Its own recording shows {words.name_of(found)}, which this dive does not: look whether it should be there."
-        for found in one.spare
-    ]
     untold = (
         [
             f"In {words.listed(one.untold)} nothing is said of masses and dampings: one of the recordings hardly tells "
@@ -72,13 +81,31 @@ def lines(one: Against) -> tuple[str, ...]:
         if one.untold
         else []
     )
-    stories = [
-        f"{_capital(words.name_of(found))} would make masses and dampings differ so: {found.cause.effect.sentence} "
-        f"({', '.join(words.value_words(name, value) for name, value in words.told_parameters(found).items())})."
-        for found in one.stories
-    ]
     numbers = [f"{_capital(difference_sentence(each))}." for each in one.differences]
-    return (*numbers, *stories, *spare, *untold)
+    return (*numbers, *map(_story, one.stories), *map(_spare, one.spare), *untold)
+
+
+def _story(found: Found) -> str:
+    would = (
+        f"{words.name_of(found)} would make"
+        if found.probability >= LIKELY
+        else f"{_with_probability(found)} may make"
+    )
+    values = ", ".join(words.value_words(name, value) for name, value in words.told_parameters(found).items())
+    return f"{_capital(would)} masses and dampings differ so: {found.cause.effect.sentence} ({values})."
+
+
+def _spare(found: Found) -> str:
+    shows = (
+        f"shows {words.name_of(found)}"
+        if found.probability >= LIKELY
+        else f"may show {_with_probability(found)}"
+    )
+    return f"Its own recording {shows}, which this dive does not: look whether it should be there."
+
+
+def _with_probability(found: Found) -> str:
+    return f"{words.name_of(found)} ({words.percent_sure(found.probability)} probable)"
 
 
 def difference_sentence(one: Difference) -> str:
@@ -92,7 +119,10 @@ def difference_sentence(one: Difference) -> str:
 
 def _off(one: Difference) -> str:
     whose = f"its {words.words(one.of)}'s {words.parameter(one.name)}" if one.of else f"its {one.name}"
-    return f"{whose} is {words.percent(abs(one.share))} too {'large' if one.share > 0 else 'small'}"
+    off = f"{words.percent(abs(one.share))} too {'large' if one.share > 0 else 'small'}"
+    if one.probability >= LIKELY:
+        return f"{whose} is {off}"
+    return f"{whose} may be {off} ({words.words(one.of)} is {words.percent_sure(one.probability)} probable)"
 
 
 def _numbers(differences: Sequence[Difference]) -> str:

@@ -14,7 +14,7 @@ from identify.diagnose.ground import Fitted
 from identify.diagnose.likeness import alike_of
 from identify.diagnose.missing import Missing
 from identify.diagnose.periods import ends_of
-from identify.diagnose.probability import probability
+from identify.diagnose.probability import LIKELY, probability
 from identify.diagnose.rest import Rest
 from identify.diagnose.search import (
     LEAST_GAIN,
@@ -45,7 +45,7 @@ NEAR = 1e-3
 
 
 def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
-    """The causes with parameters, whose covariance (k, k) gives the intervals, the one that saves most first."""
+    """The causes with parameters, whose covariance (k, k) gives the intervals, the strongest first."""
     told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
@@ -66,7 +66,17 @@ def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[F
         )
     if HEARD & set(found.now.doubted):
         out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, HEARD_OTHERWISE, {}, 0.0))
-    return tuple(sorted(out, key=lambda one: -one.gain_nats))
+    return strongest_first(out)
+
+
+def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
+    """Those that are accepted before those that are only possible; then by the probability that is told, in whole per
+    cent, then by the nats that they save: some causes rest on another test and save none."""
+
+    def place(one: Found) -> tuple[bool, int, float]:
+        return one.probability < LIKELY, -round(100 * one.probability), -one.gain_nats
+
+    return tuple(sorted(causes, key=place))
 
 
 def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:

@@ -1,5 +1,6 @@
 """The diagnosis of a dive: where its gap lies, what causes it, how far it shrinks. No I/O."""
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -15,7 +16,7 @@ from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.diagnose import borne_out, likely
 from identify.diagnose.accept import beside_all, log_stds
-from identify.diagnose.candidates import HEARD, found_of, tried_of
+from identify.diagnose.candidates import HEARD, found_of, strongest_first, tried_of
 from identify.diagnose.changed import changed, shift_of
 from identify.diagnose.character import character_of
 from identify.diagnose.depends import depends_on
@@ -26,11 +27,12 @@ from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoil
 from identify.diagnose.further import further
 from identify.diagnose.generic import Left, left_over
 from identify.diagnose.known import held, holding, known_of, since
-from identify.diagnose.mirrored import mounting_hints
+from identify.diagnose.mirrored import mounted_otherwise
 from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.predict import predict, windows_of
-from identify.diagnose.probability import BESIDE_UNKNOWN
+from identify.diagnose.probability import BESIDE_UNKNOWN, LIKELY
+from identify.diagnose.pushed import refuse_unpushed
 from identify.diagnose.search import Explanation, explain
 from identify.diagnose.shrink import held_out, overstated
 from identify.diagnose.simulator import Simulator
@@ -87,7 +89,7 @@ def diagnose(
     With a `simulator` the gap before is that of its model, not of the nominal one that fits this dive best; with values
     `accepted` earlier it is that of the nominal model with these, and what has changed since is among the causes. With
     `effects_accepted` that model holds these effects, too.
-    Raises FitError where the recording can't be diagnosed: no velocity, no pulses, too short, another vehicle.
+    Raises FitError where the recording can't be diagnosed: no velocity, no pulses, no push, too short, another's.
     """
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
@@ -118,15 +120,15 @@ def diagnose(
         missing = beyond_refit(missing, wrench_of(found.causes, found.now.course), found.now, EACH)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
-    gap = _gap(found, missing, left, before, after)
     causes = found_of(found, covariance, missing)
+    gap = _gap(found, missing, left, before, after, causes)
     if is_unknown(left):
         causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
     trials = tried_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)
         new, more = changed(shift, found, missing)
-        causes = _in_order((*causes, *new))
+        causes = strongest_first((*causes, *new))
         trials = (*trials, *more)
     heldout = held_out(found, plain, floors[FIVE_S], rng)
     prediction = None
@@ -170,9 +172,9 @@ def diagnose(
         beside_all(found, shape),
         (
             *_unjudged(nominal),
-            *mounting_hints(nominal.mirrored, nominal.swapped),
             *((spikes_said(spiky),) if many else ()),
         ),
+        mounted_otherwise(nominal.mirrored, nominal.swapped),
     )
 
 
@@ -186,10 +188,17 @@ def beside(found: Explanation, nominal: Nominal) -> tuple[Flown, Flown]:
 
 
 def _gap(
-    found: Explanation, missing: Missing, left: Left, before: tuple[Drift, ...], after: tuple[Drift, ...]
+    found: Explanation,
+    missing: Missing,
+    left: Left,
+    before: tuple[Drift, ...],
+    after: tuple[Drift, ...],
+    causes: Sequence[Found],
 ) -> Gap:
     now, misheard = found.now, HEARD & set(found.now.doubted)
-    told_by_causes = missing.power.any()
+    # Where a wrong log is all that is accepted, the gap lies where it is, not where what is only possible would act.
+    likely = any(one.probability >= LIKELY and one.cause.effect.place != "log" for one in causes)
+    told_by_causes = missing.power.any() and (likely or is_unknown(left))
     power, phases = missing.power, phases_of(now.course, EACH)
     unexplained: tuple[Share, ...] = ()
     if is_unknown(left):
@@ -215,11 +224,8 @@ def _gap(
         slices_of(power, now.course, EACH),
         depends_on(missing, now.course, EACH),
         unexplained,
+        shares_of(power_of_drift(before[FIVE_S], missing.time_s, range(6)), phases),
     )
-
-
-def _in_order(causes: tuple[Found, ...]) -> tuple[Found, ...]:
-    return tuple(sorted(causes, key=lambda one: -one.gain_nats))
 
 
 def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
@@ -246,14 +252,15 @@ def _able(dive: Dive, least_s: float) -> None:
         cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
         mend = "copy the whole file, or " if cut else ""
         raise FitError(
-            f"{dive.source}: {cut}lasts {dive.duration_s:.0f} s, too short to tell one cause from another; {mend}"
-            f"record {least_s:.0f} s or more, with starts, stops and turns"
+            f"{dive.source}: {cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
+            f"{mend}record {least_s:.0f} s or more, with starts, stops and turns"
         )
 
 
 def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
-    """The nominal fit of a dive of that vehicle. Raises FitError where it is another's."""
+    """The nominal fit of a dive of that vehicle. Raises FitError where it is another's, or none pushed."""
     try:
+        refuse_unpushed(dive, file, configuration)
         nominal = nominal_of(dive, file, configuration)
     except FitError as error:
         # Two recordings of one name are told apart by where they lie.
@@ -272,8 +279,8 @@ def _short_dive(dive: Dive) -> tuple[str, ...]:
     if dive.duration_s >= TELLING_S:
         return ()
     return (
-        f"The dive lasts {dive.duration_s:.0f} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small cause can "
-        f"hardly be told from chance; dive {TELLING_S:.0f} s or more.",
+        f"The dive lasts {math.floor(dive.duration_s)} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small "
+        f"cause can hardly be told from chance; dive {TELLING_S:.0f} s or more.",
     )
 
 
@@ -282,7 +289,7 @@ def _short(check: Dive | None) -> tuple[str, ...]:
     if check is None or check.duration_s >= TELLING_CHECK_S:
         return ()
     return (
-        f"The check dive lasts {check.duration_s:.0f} s, too short to tell how far the gap shrinks; dive "
+        f"The check dive lasts {math.floor(check.duration_s)} s, too short to tell how far the gap shrinks; dive "
         f"{TELLING_CHECK_S:.0f} s or more to check on.",
     )
 

@@ -11,6 +11,7 @@ from bridge.effects.accepted import AcceptedEffect
 from identify.diagnose.cause import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.generic import Parity, Timing, Variable
+from identify.identification import Doubt
 
 Array = NDArray[np.float64]
 
@@ -103,7 +104,8 @@ class Dependence:
 class Gap:
     """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s, after: the same once the causes
     are in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap;
-    unexplained: of what no candidate explains, where that is told."""
+    unexplained: of what no candidate explains, where that is told. drifted: of what the squared 5 s drift is beyond its
+    floor."""
 
     before: float
     drifts: tuple[Drift, ...]
@@ -113,6 +115,7 @@ class Gap:
     slices: tuple[Slice, ...]
     depends_on: tuple[Dependence, ...]
     unexplained: tuple[Share, ...] = ()
+    drifted: tuple[Share, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -168,11 +171,13 @@ class Next:
 class Accepted:
     """What accepting the causes comes to. values: by coefficient, those of the linear model and, behind them, of the
     feed-forward's effects, with 95 % intervals. effects: all that were found. sentences: what the feed-forward can't
-    make up for, and what else to know."""
+    make up for, and what else to know. doubts: what the fit beside the causes says against values of the linear model.
+    """
 
     values: dict[str, Value]
     effects: tuple[AcceptedEffect, ...]
     sentences: tuple[str, ...]
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def tells(self) -> bool:
@@ -188,7 +193,7 @@ class Diagnosis:
     """The answer to where, what, and how far. heldout: the prediction for a further dive; check: measured on one;
     None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond.
     numbers: masses and dampings that were fitted beside all that was found, accepted or not. provisos: sentences
-    without which the verdict would mislead."""
+    without which the verdict would mislead. first: those before it, that leave nothing of it to rely on."""
 
     dive: str
     vehicle: str
@@ -207,3 +212,4 @@ class Diagnosis:
     accepted: Accepted = NOTHING
     numbers: Mapping[str, Value] = field(default_factory=dict)
     provisos: tuple[str, ...] = ()
+    first: tuple[str, ...] = ()

@@ -42,18 +42,30 @@ def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
     )
 
 
+def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """What comes before any verdict on such a dive; nothing where all goes as thrust pushes."""
+    hints = mounting_hints(dofs, pairs)
+    if not hints:
+        return ()
+    return (
+        "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
+        "mended.",
+        *hints,
+    )
+
+
 def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
     """A sentence for each of those."""
     crossed = tuple(
         f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
         f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
-        "check both (seatrial doctor --wet tells of them) before you rely on any cause."
+        "check both (seatrial doctor --wet tells of them)."
         for one, other in pairs
     )
     return crossed + tuple(
         f"In {DOFS[dof]} the recorded {'velocity' if dof < 3 else 'rate of turn'} runs against the thrust: the "
         f"mounting of the {'DVL' if dof < 3 else 'gyro'}, or the sign of the thrusters, is not as the vehicle file has "
-        "it; check both (seatrial doctor --wet tells of them) before you rely on any cause."
+        "it; check both (seatrial doctor --wet tells of them)."
         for dof in dofs
     )
 

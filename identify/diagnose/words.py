@@ -5,14 +5,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bridge.effects.effect import Effect
-from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import borne_out
 from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
 from identify.diagnose.probability import LIKELY
-from identify.diagnose.shrink import CHANCE
+from identify.diagnose.shrink import CHANCE, LEAST_GAP
 from identify.diagnose.where import LEAST_SPEED_M_S
 from identify.report.text import fixed, significant, unit, with_interval
 
@@ -61,8 +58,9 @@ SINCE = "since it was accepted"
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """The verdict, where the gap lies and how far it shrinks, and under what provisos."""
-    return " ".join((_verdict(diagnosis), *diagnosis.provisos))
+    """The verdict, where the gap lies and how far it shrinks, and under what provisos; before it what would make all of
+    that worthless."""
+    return " ".join((*diagnosis.first, _verdict(diagnosis), *diagnosis.provisos))
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
@@ -92,8 +90,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
         if possible:
             causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
     causes += borne_out.clause(diagnosis.heldout, diagnosis.check)
-    shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it")
-    return f"{_capital(causes)}: {where_sentence(gap, 'what shows' if no_gap else 'it')}{shrink}."
+    shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
+    where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
+    return f"{_capital(causes)}: {where}{shrink}."
 
 
 def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
@@ -225,6 +224,15 @@ def unit_after(text: str) -> str:
     return "" if text in UNITLESS else f" {unit(text)}"
 
 
+def gap_sentence(gap: Gap, whole: str = "it") -> str:
+    """Where the gap lies: by drift, which it is measured by, where that is another degree of freedom than by force."""
+    by_force = where_sentence(gap, whole)
+    if not drifts_elsewhere(gap):
+        return by_force
+    by_drift = where_sentence(replace(gap, where=gap.drifted, slices=()), whole)
+    return f"by drift {by_drift} (by force {where_sentence(replace(gap, slices=()), whole)})"
+
+
 def where_sentence(gap: Gap, whole: str = "it") -> str:
     """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` says of what."""
     if not gap.where:
@@ -240,20 +248,24 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
     return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
 
 
+def drifts_elsewhere(gap: Gap) -> bool:
+    """Whether the model drifts most in another degree of freedom than in that which lacks most force; where it drifts
+    no more than noise may, it does so nowhere."""
+    by_force, by_drift = shares_by_dof(gap.where), shares_by_dof(gap.drifted)
+    if not by_force or not by_drift or gap.before <= 1.0 + CHANCE:
+        return False
+    return max(by_force, key=lambda dof: by_force[dof]) != max(by_drift, key=lambda dof: by_drift[dof])
+
+
 def where_note(gap: Gap) -> str:
-    """Where the most of the squared drift is in another degree of freedom than the most of the gap: that it is. ""
-    where both agree."""
-    at = [one.by_axis**2 for one in gap.drifts if one.horizon_s == DRIFT_S]
-    by_dof = shares_by_dof(gap.where)
-    if not at or not by_dof or gap.before <= 1.0 + CHANCE:
+    """That the gap by drift is in another degree of freedom than by force; "" where both agree."""
+    if not drifts_elsewhere(gap):
         return ""
-    k = int(np.nanargmax(at[0]))
-    share = float(at[0][k] / np.nansum(at[0]))
-    if share <= MOST_OF_THAT or DOFS[k] == max(by_dof, key=lambda name: by_dof[name]):
-        return ""
+    by_drift = shares_by_dof(gap.drifted)
+    dof = max(by_drift, key=lambda name: by_drift[name])
     return (
-        f"By drift it is another: {percent(share)} of the squared {DRIFT_S:g} s drift, in floors, is in {DOFS[k]}. "
-        "Shares are of the missing force, over the disturbance there."
+        f"By drift it is another: {percent(by_drift[dof])} of what the squared {DRIFT_S:g} s drift is beyond noise, in "
+        f"floors, is in {dof}. Shares are of the missing force, over the disturbance there."
     )
 
 
@@ -330,31 +342,33 @@ def _whole(diagnosis: Diagnosis) -> str:
     return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
 
 
-def _drifts(diagnosis: Diagnosis) -> tuple[float, float, str] | None:
+def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
     """What drifts before and after, and where: by the best evidence there is, the check dive, pieces held out, the dive
     itself."""
     if diagnosis.check is not None:
-        return diagnosis.check.before, diagnosis.check.after, " on the check dive"
+        return diagnosis.check, " on the check dive"
     if diagnosis.heldout is not None:
-        return diagnosis.heldout.before, diagnosis.heldout.after, " on pieces held out"
+        return diagnosis.heldout, " on pieces held out"
+    before = diagnosis.gap.before
     at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
-    return (diagnosis.gap.before, at[0], "") if at else None
+    closed = before - at[0] if at and before - 1.0 > LEAST_GAP else math.nan
+    return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
 
 
 def _opens_none(diagnosis: Diagnosis) -> bool:
-    """Whether what was found makes no drift that noise alone would not: with it or without, it is the same."""
+    """Whether what was found makes no drift that noise alone would not, so that there is nothing to shrink."""
     found = _drifts(diagnosis)
-    if found is None or max(found[0], diagnosis.gap.before) > 1.0 + CHANCE:
+    if found is None or max(found[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
         return False
-    return significant(found[0], 2) == significant(found[1], 2)
+    return not math.isfinite(found[0].value)
 
 
-def _falls(diagnosis: Diagnosis, causes: str) -> str:
+def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     """What the drift falls to."""
     found = _drifts(diagnosis)
     if found is None:
         return ""
-    before, after, where = found
+    (before, after), where = (found[0].before, found[0].after), found[1]
     told = significant(before, 2), significant(after, 2)
     if all(one.cause.effect.place == "log" for one in diagnosis.found):
         return (
@@ -364,6 +378,9 @@ def _falls(diagnosis: Diagnosis, causes: str) -> str:
     if told[0] == told[1]:
         drift = f"{_floors(after)}{where}{_no_more(before)}"
         return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
+    if no_gap:
+        drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_no_more(before)}"
+        return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
     goes = "falls" if after < before else "goes"
     change = f"{goes} from {told[0]} to {_floors(after)}{where}{_no_more(before)}"
     return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"

@@ -21,7 +21,14 @@ AREA_M2 = math.pi / 4 * math.pi ** (2 / 3) * SPHERE_M**2
 """pi/4 (3/4 V)^(2/3) of V = 4/3 pi r^3, as SIM_Submarine.h has it."""
 DENSITY_KG_M3, TURNING_DENSITY_KG_M3 = 1023.6, 1000.0
 PORT = 9002
+OWN_LINEAR_DRAG, OWN_TURNING_DRAG = (1.4, 1.8, 2.0), (1.05, 1.05, 1.05)
+"""Drag coefficients that SIM_Submarine.h has itself."""
 
+_KNOW = "identify it, or put it into the vehicle file's model"
+_UNDAMPED = (
+    "`plant` is undamped there, and names it as unknown; `frame_property` keeps the drag that ArduSub's own submarine "
+    f"has there; {_KNOW}"
+)
 _OWN = "ArduSub's own submarine has {0}; the model's stands in `plant`"
 REASONS = {
     "model": "ArduPilot reads no file of a submarine: `plant` is for the physics process that answers its JSON "
@@ -36,7 +43,11 @@ REASONS = {
     "least": _OWN.format("a dead zone of 25 us instead"),
     "effects": "neither ArduSub's own submarine nor `plant` has them; the rest of the model was fitted beside them",
     "curve": _OWN.format("a quadratic thrust curve of 400 us"),
-    "mass_by_axis": _OWN.format("one mass for all directions, the mean, {model.mean_mass_kg:.4g} kg"),
+    "mass_by_axis": _OWN.format("one mass for all directions: {model.mean_mass_told}, is written"),
+    "unknown_mass": f"`plant` has the rigid body's own there, with no added mass, and names it as unknown; {_KNOW}",
+    "unknown_inertia": f"`plant` has the rigid body's own there, and names it as unknown; {_KNOW}",
+    "undamped_moving": _UNDAMPED,
+    "undamped_turning": _UNDAMPED,
     "added": _OWN.format("no Coriolis force and no added mass but in its weight"),
     "moving_damping": _OWN.format("quadratic drag alone"),
     "turning_damping": _OWN.format(
@@ -77,13 +88,18 @@ def _parameters(model: Model) -> dict[str, float]:
 def _frame_property(model: Model) -> dict[str, object]:
     along = DENSITY_KG_M3 / 2 * AREA_M2
     about = TURNING_DENSITY_KG_M3 / 2 * AREA_M2 * SPHERE_M
+    own = (*OWN_LINEAR_DRAG, *OWN_TURNING_DRAG)
+    drag = [
+        own[i] if i in model.undamped else q / (along if i < 3 else about)
+        for i, q in enumerate(model.quadratic)
+    ]
     return {
         # `mass` divides SIM_BUOYANCY and `weight` every other force.
         "weight": model.mean_mass_kg,
         "mass": model.mean_mass_kg,
         "thrust": max(_column(model.curve, 1), default=0.0),
-        "linear_drag_coefficient": [q / along for q in model.quadratic[:3]],
-        "angular_drag_coefficient": [q / about for q in model.quadratic[3:]],
+        "linear_drag_coefficient": drag[:3],
+        "angular_drag_coefficient": drag[3:],
     }
 
 
@@ -116,6 +132,7 @@ def _plant(model: Model) -> dict[str, object]:
             }
             for i, t in enumerate(model.thrusters, start=1)
         ],
+        "unknown": list(model.unknown),
         "intervals_95": {name: list(pair) for name, pair in model.intervals.items()},
     }
 

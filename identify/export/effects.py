@@ -5,7 +5,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from bridge.effects.accepted import AcceptedEffect
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Vector3
+from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, Group
 from identify.export.model import Model, Propeller, six
 
 IN_COEFFICIENTS = ("added_payload", "entrained_water", "fouling (since the last time)", "thrust_gain")
@@ -13,6 +15,16 @@ IN_COEFFICIENTS = ("added_payload", "entrained_water", "fouling (since the last 
 are as much larger as it is weaker."""
 
 ALL_ABOVE = "all above it"
+
+
+HELD: frozenset[Group] = frozenset({"quadratic_drag", "thruster_gain", "reverse_loss", "dead_zone"})
+"""Groups of the feed-forward's coefficients that stand for an effect which every model has a place for."""
+
+
+def is_held(coefficient: str) -> bool:
+    """Whether a model has a place for what a coefficient of the feed-forward says, and so for its interval."""
+    of_effect = OF_ANY_VEHICLE.get(coefficient)
+    return coefficient in BY_NAME if of_effect is None else of_effect.group in HELD
 
 
 def with_effects(model: Model, effects: Sequence[AcceptedEffect]) -> Model:

@@ -31,7 +31,13 @@ PROPELLER_KG, PROPELLER_KGM2, PROPELLER_M = 1e-3, 1e-6, 0.1
 """A propeller needs a link with a mass: so much is taken from the hull's. Its diameter only spins it."""
 STEP_S = 1e-3
 
+_KNOW = "identify it, or put it into the vehicle file's model"
 REASONS = {
+    "unknown_mass": "the rigid body's own is written, with no added mass, so that it takes less thrust to start and "
+    f"stop there than in the water; {_KNOW}",
+    "unknown_inertia": f"the rigid body's own is written, with no added inertia; {_KNOW}",
+    "undamped_moving": f"zero is written: the simulator is undamped there; {_KNOW}",
+    "undamped_turning": f"zero is written: the simulator is undamped there; {_KNOW}",
     "lag": "Gazebo's Thruster applies a commanded force at once; send it commands through a first-order filter of "
     "{model.lag_s:g} s",
     "gain": "Gazebo's Thruster takes the force itself; multiply what is sent to cmd_thrust by the gain",

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.effect_coefficients import QUADRATIC
 from identify.export.model import Model
-
-QUADRATIC_NAMES = ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")
 
 
 @dataclass(frozen=True)
@@ -30,9 +29,7 @@ def parts(model: Model) -> dict[str, str]:
     """The parts of a model that are there and that not every simulator has, in words with their numbers."""
     moving, turning = range(3), range(3, 6)
     linear = [f"{c.name} {value:.4g}" for c, value in zip(DAMPINGS, model.linear, strict=True)]
-    squared = [
-        f"{name} {value:.4g}" for name, value in zip(QUADRATIC_NAMES, model.quadratic, strict=True) if value
-    ]
+    squared = [f"{name} {value:.4g}" for name, value in zip(QUADRATIC, model.quadratic, strict=True) if value]
     told = {
         "model": "the model as a file",
         "shape": "the hull's shape",
@@ -44,15 +41,22 @@ def parts(model: Model) -> dict[str, str]:
         "least": _by_thruster("least thrust in N", [t.least_n for t in model.thrusters], 0.0),
         "curve": "thrust over pulse width" if model.curve else "",
         "mass_by_axis": _masses(model),
+        "unknown_mass": _listed("unknown mass", [c.name for c in MASSES[:3] if c.name in model.unknown]),
+        "unknown_inertia": _listed(
+            "unknown inertia", [c.name for c in MASSES[3:] if c.name in model.unknown]
+        ),
+        "undamped_moving": _listed("unknown damping", [DOFS[i] for i in model.undamped if i in moving]),
+        "undamped_turning": _listed(
+            "unknown damping of turns", [DOFS[i] for i in model.undamped if i in turning]
+        ),
         "added": "added mass" if any(model.added) else "",
         "moving_damping": _listed("linear damping", [linear[i] for i in moving if model.linear[i]]),
         "turning_damping": _listed(
             "damping of turns",
-            [linear[i] for i in turning if model.linear[i]]
-            + [s for s in squared if s[:4] in QUADRATIC_NAMES[3:]],
+            [linear[i] for i in turning if model.linear[i]] + [s for s in squared if s[:4] in QUADRATIC[3:]],
         ),
         "oblique": "drag across the axes" if any((*model.linear[:3], *model.quadratic[:3])) else "",
-        "quadratic": _listed("quadratic drag", [s for s in squared if s[:4] in QUADRATIC_NAMES[:3]]),
+        "quadratic": _listed("quadratic drag", [s for s in squared if s[:4] in QUADRATIC[:3]]),
         "righting": "centres of gravity and buoyancy"
         if model.centre_of_gravity_m != model.centre_of_buoyancy_m
         else "",
@@ -85,7 +89,10 @@ def _listed(words: str, items: list[str]) -> str:
 
 
 def _masses(model: Model) -> str:
-    if len(set(model.total[:3])) == 1:
+    told = [
+        "unknown" if c.name in model.unknown else f"{value:.4g} kg"
+        for c, value in zip(MASSES[:3], model.total, strict=False)
+    ]
+    if len(set(model.total[:3])) == 1 and "unknown" not in told:
         return ""
-    masses = zip(MASSES, model.total, strict=True)
-    return _listed("mass by direction", [f"{c.name} {value:.4g} kg" for c, value in masses if c.dof < 3])
+    return _listed("mass by direction", [f"{c.name} {one}" for c, one in zip(MASSES, told, strict=False)])

@@ -1,14 +1,14 @@
 """`Model`: all that is known of a vehicle's dynamics, as another simulator is to have it. Body frame FRD, earth NED.
 
 M nu_dot + C(nu) nu + (D + D_q |nu|) nu + g(eta) = tau, with diagonal M, D and D_q about the origin (Fossen 2011,
-eqs 6.1 to 6.3). What nothing is known of is zero.
+eqs 6.1 to 6.3). What nothing is known of is zero, and named where it is a mass or a damping.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bridge.errors import ConfigError
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, Vector3, VehicleFile
 from bridge.vehicle.thrusters import Curve, thrust_curve
 
@@ -52,7 +52,8 @@ class Model:
     `centre_of_gravity_m`, `centre_of_buoyancy_m`: from the origin, FRD. `current_m_s`: velocity of the water, NED.
     `curve`: thrust (N) over pulse width (us) before gains. `forward_n_s2`: T = k n |n| with n in rev/s. `intervals`:
     95 % intervals by coefficient, where there are any. `unheld`: accepted effects that have no place here. `notes`:
-    what a reader must know of these values, whatever the target.
+    what a reader must know of these values, whatever the target. `unknown`: the masses and dampings that nothing is
+    known of; there stand the rigid body's own, and zero.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Model:
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     unheld: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
 
     @property
     def rigid(self) -> Six:
@@ -88,8 +90,26 @@ class Model:
 
     @property
     def mean_mass_kg(self) -> float:
-        """Mean of the total masses along x, y and z, for a simulator that has one for all directions."""
-        return sum(self.total[:3]) / 3
+        """Mean of the total masses that are known along x, y and z, for a simulator that has one for all directions;
+        the dry mass where none is."""
+        known = self._known_masses_kg
+        return sum(known) / len(known) if known else self.dry_mass_kg
+
+    @property
+    def mean_mass_told(self) -> str:
+        """What `mean_mass_kg` is, in words."""
+        known = len(self._known_masses_kg)
+        what = {0: "the dry mass, for none is known", 3: "the mean"}.get(known, "the mean of what is known")
+        return f"{what}, {self.mean_mass_kg:.4g} kg"
+
+    @property
+    def undamped(self) -> tuple[int, ...]:
+        """The degrees of freedom in which no damping is known, neither linear nor quadratic."""
+        return tuple(c.dof for c in DAMPINGS if c.name in self.unknown and not self.quadratic[c.dof])
+
+    @property
+    def _known_masses_kg(self) -> list[float]:
+        return [self.total[c.dof] for c in MASSES[:3] if c.name not in self.unknown]
 
     @property
     def buoyancy_n(self) -> float:
@@ -116,14 +136,14 @@ def model_of(
 ) -> Model:
     """The model of a configuration with identified `values`; what lacks comes from the vehicle file's own `model`.
 
-    Where that lacks it too, there is no added mass or no damping, and the notes say so. Raises ConfigError for a thrust
-    table that can't be read.
+    Where that lacks it too, it is `unknown`, and the notes say so. Raises ConfigError for a thrust table that can't be
+    read.
     """
     shape = file.vehicle.configurations[configuration]
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
-    notes: list[str] = []
-    totals = six([_value(c.name, values, shape, shape.rigid_body(c.dof)[0], notes) for c in MASSES])
-    damping = six([_value(c.name, values, shape, 0.0, notes) for c in DAMPINGS])
+    known, notes = _known(values, shape)
+    totals = six([known.get(c.name, shape.rigid_body(c.dof)[0]) for c in MASSES])
+    damping = six([known.get(c.name, 0.0) for c in DAMPINGS])
     added = six([total - shape.rigid_body(dof)[0] for dof, total in enumerate(totals)])
     for dof, more in enumerate(added):
         if more < 0:
@@ -149,20 +169,22 @@ def model_of(
         forward_n_s2=file.vehicle.thrust_curve.forward_n_s2,
         intervals=dict(intervals or {}),
         notes=tuple(notes),
+        unknown=tuple(c.name for c in COEFFICIENTS if c.name not in known),
     )
 
 
-def _value(
-    name: str, values: Mapping[str, float], shape: Configuration, otherwise: float, notes: list[str]
-) -> float:
-    if name in values:
-        return values[name]
-    if name in shape.model:
-        notes.append(f"{name} was not identified: {shape.model[name]:g} is the vehicle file's own")
-        return shape.model[name]
-    lacks = "no damping" if name.startswith("D") else "nothing added to the rigid body"
-    notes.append(f"{name} was not identified and the vehicle file's model has none: {lacks}")
-    return otherwise
+def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str, float], list[str]]:
+    """Masses and dampings, identified or else the vehicle file's own, and a note on each that was not identified."""
+    known, notes = {}, []
+    for name in (c.name for c in COEFFICIENTS):
+        if name in values:
+            known[name] = values[name]
+        elif name in shape.model:
+            known[name] = shape.model[name]
+            notes.append(f"{name} was not identified: {shape.model[name]:g} is the vehicle file's own")
+        else:
+            notes.append(f"{name} was not identified and the vehicle file's model has none: it is unknown")
+    return known, notes
 
 
 def _propellers(shape: Configuration, curve: Curve) -> tuple[Propeller, ...]:

@@ -27,10 +27,14 @@ START_DEPTH_M = 5.0
 STEEP = 1e-3
 """A table can't jump: share of the least thrust within which it rises to it."""
 
+_KNOW = "identify it, or put it into the vehicle file's model"
 REASONS = {
+    "unknown_inertia": f"the rigid body's own is written; {_KNOW}",
+    "undamped_moving": "zero is written: the simulator is undamped there, for Stonefish has coefficients of its own "
+    f"for all three directions or for none; {_KNOW}",
     "shape": "seatrial does not know it; the body is a cube of the right volume: with a mesh of your own in its place, "
     "drag changes",
-    "mass_by_axis": "Stonefish has one mass for all directions: the mean, {model.mean_mass_kg:.4g} kg, is written, "
+    "mass_by_axis": "Stonefish has one mass for all directions: {model.mean_mass_told}, is written, "
     "with physics floating so that none is added from the geometry; the Munk moment is lost with the differences",
     "turning_damping": "Stonefish computes moments of drag from the faces of the body, here a cube, with the "
     "coefficients of its translation",

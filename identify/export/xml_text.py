@@ -26,9 +26,11 @@ def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: 
 
 
 def told(parent: ET.Element, model: Model, sentence: str) -> None:
-    """A comment: what the file is of, and the intervals, for which there is no element."""
+    """A comment: what the file is of, what is unknown, and the intervals, for which there is no element."""
     intervals = ", ".join(f"{name} {low:.4g} to {high:.4g}" for name, (low, high) in model.intervals.items())
-    words = f"{model.name}: {sentence}" + (f" 95 % intervals: {intervals}." if intervals else "")
+    words = f"{model.name}: {sentence}"
+    words += f" Unknown: {', '.join(model.unknown)}." if model.unknown else ""
+    words += f" 95 % intervals: {intervals}." if intervals else ""
     parent.append(ET.Comment(f" {words.replace('--', '- -')} "))
 
 

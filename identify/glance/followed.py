@@ -1,18 +1,16 @@
-"""How a dive followed its reference, axis by axis, as curves of few points (the source paper's Figs 10 to 17)."""
+"""How a dive followed its reference: curves of one axis, of few points, and their form in a file."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import Vector3
-from identify.dive import Array, Dive, Signal
-from identify.validate import AXES, LEAST_SPEED
+Array = NDArray[np.float64]
 
-POINTS: Final = 600
-FINE_S: Final = 0.05
+CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
 DIGITS: Final = 4
 
 
@@ -31,74 +29,22 @@ class Followed:
     tau_pid: Array
 
     def to_json(self) -> dict[str, Any]:
-        step_s = float(self.time_s[1] - self.time_s[0])
-        curves = {name: getattr(self, name) for name in ("reference", "measured", "tau_ff", "tau_pid")}
+        """Plain data, null for NaN."""
         return {
             "axis": self.axis,
             "unit": self.unit,
             "wrench_unit": self.wrench_unit,
             "start_s": float(self.time_s[0]),
-            "step_s": step_s,
-            **{name: [_short(value) for value in curve.tolist()] for name, curve in curves.items()},
+            "step_s": float(self.time_s[1] - self.time_s[0]),
+            **{name: [_short(value) for value in getattr(self, name).tolist()] for name in CURVES},
         }
 
-
-def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINTS) -> tuple[Followed, ...]:
-    """The axes that the reference moves along; `lever_m`: the DVL's transducer in body axes."""
-    reference = dive.nu_ref
-    if reference is None or len(reference) < 2:
-        return ()
-    first_s, last_s = reference.time_s[0], reference.time_s[-1]
-    step_s = max((last_s - first_s) / points, FINE_S)
-    edges_s = first_s + step_s * np.arange(math.floor((last_s - first_s) / step_s) + 1)
-    if len(edges_s) < 3:
-        return ()
-    return tuple(
-        Followed(
-            DOFS[dof],
-            "m/s" if dof < 3 else "rad/s",
-            "N" if dof < 3 else "N m",
-            (edges_s[:-1] + edges_s[1:]) / 2 - dive.span_s[0],
-            _means(reference, dof, edges_s),
-            _means(_measured(dive, dof, lever_m), 0, edges_s),
-            _means(dive.tau_ff, dof, edges_s),
-            _means(dive.tau_pid, dof, edges_s),
-        )
-        for dof in AXES
-        if (np.abs(reference.value[:, dof]) > LEAST_SPEED).any()
-    )
-
-
-def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
-    """(n, 1): the DVL carried to the origin; in yaw the fibre-optic gyro, or else the IMU's."""
-    if dof >= 3:
-        if dive.fog is not None and len(dive.fog):
-            return dive.fog
-        return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, dof - 3 : dof - 2])
-    if dive.velocity is None:
-        return None
-    time_s, value = dive.velocity.time_s, dive.velocity.value
-    if dive.gyro is not None and any(lever_m):
-        value = value - np.cross(dive.gyro.at(time_s), lever_m)
-    return Signal(time_s, value[:, dof : dof + 1])
-
-
-def _means(signal: Signal | None, column: int, edges_s: Array) -> Array:
-    """Mean of the finite samples between each two edges; where steps are finer than samples, the last one held."""
-    out = np.full(len(edges_s) - 1, np.nan)
-    if signal is None or not len(signal):
-        return out
-    known = np.isfinite(signal.value[:, column])
-    time_s, value = signal.time_s[known], signal.value[known, column]
-    count, _ = np.histogram(time_s, edges_s)
-    total, _ = np.histogram(time_s, edges_s, weights=value)
-    some = count > 0
-    out[some] = total[some] / count[some]
-    period_s = 1.5 / signal.rate_hz if signal.rate_hz else 0.0
-    before = np.searchsorted(time_s, edges_s[:-1], side="right") - 1
-    held = ~some & (before >= 0) & (edges_s[:-1] - time_s[np.maximum(before, 0)] <= period_s)
-    out[held] = value[before[held]]
-    return out
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> "Followed":
+        """What `to_json` wrote. Raises KeyError, TypeError or ValueError for anything else."""
+        curves = [np.array([math.nan if v is None else float(v) for v in data[name]]) for name in CURVES]
+        time_s = data["start_s"] + data["step_s"] * np.arange(len(curves[0]))
+        return cls(str(data["axis"]), str(data["unit"]), str(data["wrench_unit"]), time_s, *curves)
 
 
 def _short(value: float) -> float | None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.ingest.frames import Frames, load_frames
-from identify.ingest.messages import vehicle_messages
+from identify.ingest.messages import vehicle_system
 from identify.ingest.walk import Rows
 
 ROUND: Final = 256
@@ -41,7 +41,7 @@ class Loss:
 def loss_of(paths: Sequence[Path], source: str) -> Loss:
     """Of the vehicle in one or more `.tlog`, by its components that say much. Raises LogError as `read_dive` does."""
     frames = load_frames(paths)
-    own = np.flatnonzero(frames.system == vehicle_messages(frames, source).system)
+    own = np.flatnonzero(frames.system == vehicle_system(frames, source)[0])
     by_component = [own[frames.component[own] == c] for c in np.unique(frames.component[own])]
     parts = [_of_component(frames, rows) for rows in by_component if len(rows) >= LEAST_SHARE * len(own)]
     return Loss(sum(p.received for p in parts), sum(p.lost for p in parts))

@@ -15,6 +15,7 @@ from bridge.errors import LogError
 from bridge.tlog import load_bytes
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.tame import tame
 
 MAGIC = b"\xa3\x95"
 FMT, FMT_BYTES = 0x80, 89
@@ -28,11 +29,12 @@ _LETTERS: dict[str, tuple[str, float]] = {
     "c": ("<i2", 0.01), "C": ("<u2", 0.01), "e": ("<i4", 0.01), "E": ("<u4", 0.01), "L": ("<i4", 1e-7),
     "n": ("S4", 1), "N": ("S16", 1), "Z": ("S64", 1), "a": ("V64", 1),
 }  # fmt: skip
+_NO_NUMBERS = "nNZa"  # text, and arrays
 
 
 @dataclass(frozen=True)
 class _Format:
-    """How the body of one record type is laid out."""
+    """How the body of one record type is laid out; `scales` of those columns that are numbers."""
 
     name: str
     layout: np.dtype[Any]
@@ -101,13 +103,20 @@ def _learn(body: bytes, formats: dict[int, _Format], lengths: dict[int, int]) ->
     name, letters, columns = (
         part.split(b"\0")[0].decode("ascii", "replace") for part in (body[2:6], body[6:22], body[22:86])
     )
-    lengths.setdefault(kind, length)
+    if lengths.setdefault(kind, length) != length:
+        return
     names = columns.split(",") if columns else []
     if len(names) != len(letters) or any(letter not in _LETTERS for letter in letters):
         return
+    if len(set(names)) < len(names) or "" in names:
+        return
     layout = np.dtype([(column, _LETTERS[letter][0]) for column, letter in zip(names, letters, strict=True)])
     if layout.itemsize == length - HEADER_BYTES:
-        scales = {column: _LETTERS[letter][1] for column, letter in zip(names, letters, strict=True)}
+        scales = {
+            column: _LETTERS[letter][1]
+            for column, letter in zip(names, letters, strict=True)
+            if letter not in _NO_NUMBERS
+        }
         formats[kind] = _Format(name, layout, scales)
 
 
@@ -122,16 +131,21 @@ class _Log:
         kind = next((k for k in self.starts if self.formats[k].name == name), None)
         if kind is None:
             return None
-        layout = self.formats[kind].layout
+        layout, scales = self.formats[kind].layout, self.formats[kind].scales
         index = np.array(self.starts[kind])[:, None] + np.arange(layout.itemsize)
         body = np.ascontiguousarray(self.data[index]).view(layout)[:, 0]
         for field, value in equal.items():
-            if field in (layout.names or ()):
+            if field in scales:
                 body = body[body[field] == value]
-        if "TimeUS" not in (layout.names or ()) or len(body) == 0:
+        if "TimeUS" not in scales:
             return None
-        time_s, first = np.unique(body["TimeUS"].astype(np.float64) * 1e-6, return_index=True)
-        return _Table(time_s, body[first], self.formats[kind].scales)
+        stated_s = body["TimeUS"].astype(np.float64) * 1e-6
+        among = tame(stated_s)
+        body, stated_s = body[among], stated_s[among]
+        if len(body) == 0:
+            return None
+        time_s, first = np.unique(stated_s, return_index=True)
+        return _Table(time_s, body[first], scales)
 
     def signal(self, name: str, columns: tuple[str, ...], scale: float = 1.0, **equal: int) -> Signal | None:
         table = self.table(name, **equal)
@@ -189,7 +203,10 @@ def _pwm(log: _Log) -> Signal | None:
     table = log.table("RCOU")
     if table is None:
         return None
-    pwm_us = table.columns(*(f"C{i}" for i in range(1, 15) if f"C{i}" in table.scales))
+    outputs = [f"C{i}" for i in range(1, 15) if f"C{i}" in table.scales]
+    if not outputs:
+        return None
+    pwm_us = table.columns(*outputs)
     idle = np.flatnonzero(~(pwm_us > 0).any(axis=0))
     width = int(idle[0]) if len(idle) else pwm_us.shape[1]
     return Signal(table.time_s, pwm_us[:, :width]) if width else None

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.tlog import of_those_that_hold_frames
 from identify.ingest.salvage import locate
 from identify.ingest.walk import Bytes, Rows, copy_field
 
@@ -87,10 +88,12 @@ class Fields:
 def load_frames(paths: Sequence[Path]) -> Frames:
     """All good frames of a recording in one or more `.tlog` or `.tlog.gz` files, in their order.
 
-    Raises LogError where one can't be read, is empty or holds no frame.
+    Raises LogError where one can't be read, or none holds a frame. `counts` has those without as "files empty".
     """
-    files = [locate(path) for path in paths]
+    files = list(of_those_that_hold_frames(paths, locate))
     counts: Counter[str] = Counter()
+    if len(files) < len(paths):
+        counts["files empty"] = len(paths) - len(files)
     for file in files:
         counts.update(file.counts)
     if len(files) == 1:

@@ -14,6 +14,7 @@ import numpy as np
 from bridge.errors import LogError
 from identify.dive import Array
 from identify.ingest.frames import Fields, Frames
+from identify.ingest.tame import WILD_S, tame
 from identify.ingest.walk import Rows
 
 GROUND_STATION = 6
@@ -21,6 +22,7 @@ CLEARLY_MORE = 5.0
 REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
+MOST_RUNS = 20  # looked at; a recording of two vehicles' messages seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
 
 # Sent by what is aboard alone, so that whoever sends them is a vehicle.
@@ -39,10 +41,11 @@ TIMED = (
 
 @dataclass(frozen=True)
 class _ClockOffset:
-    """Time of arrival minus boot time as a function of the row, in seconds."""
+    """Time of arrival minus boot time as a function of the row, in seconds; `last_s` is the latest boot time."""
 
     row: Array
     offset_s: Array
+    last_s: float
 
     def at(self, rows: Rows) -> Array:
         return np.interp(rows, self.row, self.offset_s)
@@ -62,14 +65,20 @@ class Batch:
 
 @dataclass(frozen=True)
 class Messages:
-    """One vehicle's messages; `taken` are the rows of its longest run without a restart."""
+    """One vehicle's messages; `taken` are the rows of one run without a restart, in boot time `span_s` long."""
 
     frames: Frames
     system: int
     primary: int
     taken: slice
+    span_s: float
     clocks: dict[int, _ClockOffset]
     notes: tuple[str, ...]
+
+    @property
+    def began_unix_s(self) -> float:
+        """When its first message arrived."""
+        return float(self.frames.arrival_s[self.taken.start])
 
     def get(self, name: str, **equal: Any) -> Batch | None:
         """The messages called `name`; None where there are none.
@@ -128,6 +137,7 @@ class Messages:
             return by_arrival
         shift = own_clock.at(fields.rows) - self.clocks[self.primary].at(fields.rows)
         stated = stated_s(fields) + shift
+        stated[stated > own_clock.last_s + shift + WILD_S] = np.nan
         if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
             stated += np.round((by_arrival - stated) / WRAP_S) * WRAP_S
         return np.where(np.isfinite(stated), stated, by_arrival)
@@ -143,26 +153,36 @@ def stated_s(fields: Fields) -> Array:
     return np.where(time_s < LONGEST_BOOT_S, time_s, np.nan)
 
 
-def vehicle_messages(frames: Frames, source: str) -> Messages:
-    """The messages of the one vehicle in `frames`. Raises LogError where there is none, or more than one."""
-    system, system_notes = _vehicle_system(frames, source)
+def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
+    """The messages of the one vehicle in `frames`, each run from start to restart apart, in their order.
+
+    Only the `MOST_RUNS` longest. Raises LogError where there is no vehicle, or more than one.
+    """
+    system, system_notes = vehicle_system(frames, source)
     timed = {component: _timed_rows(frames, system, component) for component in _components(frames, system)}
+    stating = sum(len(rows) for rows, _ in timed.values())
+    timed = {component: _tame(frames, *rows_times) for component, rows_times in timed.items()}
     timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
+    wild = stating - sum(len(rows) for rows, _ in timed.values())
+    wild_notes = (f"{wild} messages state a time that can't be; when they arrived is taken.",) if wild else ()
     if not timed:
         raise LogError(
             f"{source}: none of system {system}'s messages carries a boot time; record its full telemetry"
         )
     primary = max(timed, key=lambda component: len(timed[component][0]))
-    taken, restart_notes = _longest_run(len(frames), *timed[primary])
-    clocks = {}
-    for component, (rows, time_s) in timed.items():
-        inside = (rows >= taken.start) & (rows < taken.stop)
-        if inside.any():
-            clocks[component] = _clock(frames, rows[inside], time_s[inside])
-    return Messages(frames, system, primary, taken, clocks, system_notes + restart_notes)
+    made = []
+    for taken, span_s in _runs(len(frames), *timed[primary]):
+        clocks = {}
+        for component, (rows, time_s) in timed.items():
+            inside = (rows >= taken.start) & (rows < taken.stop)
+            if inside.any():
+                clocks[component] = _clock(frames, rows[inside], time_s[inside])
+        made.append(Messages(frames, system, primary, taken, span_s, clocks, system_notes + wild_notes))
+    return tuple(made)
 
 
-def _vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
+def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
+    """The system that is the vehicle, and notes. Raises LogError where there is none, or more than one."""
     rows = np.concatenate([frames.rows(name) for name in TELEMETRY])
     systems, counts = np.unique(frames.system[rows], return_counts=True)
     if len(systems) == 0:
@@ -205,27 +225,30 @@ def _timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Arra
     return joined[order], times[order]
 
 
-def _longest_run(total: int, rows: Rows, time_s: Array) -> tuple[slice, tuple[str, ...]]:
-    """The rows of the longest stretch without boot time running back."""
+def _tame(frames: Frames, rows: Rows, time_s: Array) -> tuple[Rows, Array]:
+    """Without the few whose time lies far from where those around them put it: a restart moves all that follow."""
+    among = tame(frames.arrival_s[rows] - time_s)
+    return rows[among], time_s[among]
+
+
+def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
+    """The stretches without boot time running back: their rows, and how long each is in s."""
     back = np.flatnonzero(np.diff(time_s) < -REBOOT_S) + 1
-    if len(back) == 0:
-        return slice(0, total), ()
-    starts, ends = np.concatenate(([0], back)), np.concatenate((back, [len(rows)]))
-    spans = [time_s[a:b].max() - time_s[a:b].min() for a, b in zip(starts, ends, strict=True)]
-    best = int(np.argmax(spans))
-    first = 0 if best == 0 else int(rows[starts[best]])
-    last = total if best == len(spans) - 1 else int(rows[ends[best]])
-    return slice(first, last), (
-        f"The vehicle restarted {len(back)} time{'s' if len(back) > 1 else ''} during the recording; "
-        f"the longest run, {spans[best]:.0f} s, is used.",
-    )
+    starts, ends = [0, *back.tolist()], [*back.tolist(), len(rows)]
+    edges = [0, *rows[back].tolist(), total]
+    spans_s = [float(np.ptp(time_s[a:b])) for a, b in zip(starts, ends, strict=True)]
+    longest = sorted(np.argsort(spans_s, kind="stable")[-MOST_RUNS:].tolist())
+    return [(slice(edges[i], edges[i + 1]), spans_s[i]) for i in longest]
 
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
     offset = frames.arrival_s[rows] - time_s
-    blocks = max(1, int((time_s.max() - time_s.min()) / BLOCK_S))
+    # Never more than there are rows: the span is what a recording claims.
+    blocks = min(max(1, int((time_s.max() - time_s.min()) / BLOCK_S)), len(rows))
     starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
-    return _ClockOffset(rows[starts].astype(np.float64), np.minimum.reduceat(offset, starts))
+    return _ClockOffset(
+        rows[starts].astype(np.float64), np.minimum.reduceat(offset, starts), float(time_s.max())
+    )
 
 
 def _rising(time_s: Array, fields: Fields) -> Batch:

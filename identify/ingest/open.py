@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
+from bridge.ring.whole import standing_for
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.ingest.commands import with_known_commands
@@ -19,6 +20,8 @@ from identify.ingest.repeated import without_repeated
 from identify.ingest.table import column_map, read_table
 from identify.ingest.tlog import read_tlog
 
+LONGEST_DIVE_S = 30 * 86_400.0
+"""What is made of a dive counts its seconds, so that a time that can't be would fill the memory."""
 FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
@@ -36,19 +39,29 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
     columns = beside if columns is None and beside.exists() else columns
     fields, known_by = _fields(files, columns, str(path)), identity_of(files)
     whole = Dive(_name(path), path, known_by.sha256, opening=known_by.opening, **fields)
+    start_s, end_s = whole.span_s
+    if not end_s - start_s <= LONGEST_DIVE_S:
+        raise LogError(
+            f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
+            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
+        )
     possible = with_known_commands(without_impossible(whole), _thrusters(vehicle))
     dive = without_frozen(without_repeated(possible))
     return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
 
 
 def recording_files(path: Path) -> list[Path]:
-    """The files of one recording: itself, or a dive folder's recordings as they were begun. Raises LogError."""
+    """The files of one recording: itself, or a dive folder's: the one that was made whole, else all as they were begun.
+
+    Raises LogError.
+    """
     if not path.exists():
         raise LogError(f"{path}: no such file or folder; check the name")
     if not path.is_dir():
         return [path]
     found = sorted(file for file in path.iterdir() if file.name.endswith((".tlog", ".tlog.gz")))
-    own = sorted((file for file in found if file.name.startswith("telemetry")), key=_number) or found
+    ours = sorted((file for file in found if file.name.startswith("telemetry")), key=_number)
+    own = standing_for(ours) or found
     if len(own) > 1 and own is found:
         names = ", ".join(file.name for file in found)
         raise LogError(f"{path}: holds several recordings ({names}); name one of them")

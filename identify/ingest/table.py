@@ -110,6 +110,11 @@ class ColumnMap:
             if len(columns.columns) != width:
                 raise ValueError(f"{name}: needs {width} columns, {len(columns.columns)} are given")
 
+    @property
+    def names(self) -> set[str]:
+        """All columns that a signal is taken from."""
+        return {name for source in self.signals().values() for name in source.columns}
+
     def signals(self) -> dict[str, Columns]:
         return {
             field.name: value
@@ -133,14 +138,14 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     """The fields of a Dive (all but its name, source and hash) in a table. Raises LogError.
 
     A row that leaves all cells of a signal empty has no sample of it; one that says `nan` has one that is unknown.
+    Rows of one time are one row where what they fill does not clash.
     """
     header, cells, empty, notes = _cells(path)
     time_s = _column(path, header, cells, columns.time.column) * TIME_UNITS[columns.time.unit]
-    known = np.isfinite(time_s)
-    rising, first = np.unique(time_s[known], return_index=True)
-    if len(rising) < len(time_s):
-        notes += (f"{len(time_s) - len(rising)} rows without a time of their own were left out.",)
-    rows = np.flatnonzero(known)[first]
+    used = np.array(sorted({header.index(name) for name in columns.names if name in header}), np.intp)
+    rows, taken = _merged(time_s, cells, empty, used)
+    if taken < len(time_s):
+        notes += (f"{len(time_s) - taken} rows without a time of their own were left out.",)
     signals = {}
     for name, source in columns.signals().items():
         told = rows[_told(header, empty[rows], source)]
@@ -155,8 +160,32 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
         **signals,
         "velocity_is_filtered": columns.velocity_is_filtered,
         "notes": notes + columns.notes,
-        "counts": {"rows": len(rising)},
+        "counts": {"rows": len(rows)},
     }
+
+
+def _merged(time_s: Array, cells: Array, empty: Mask, used: NDArray[np.intp]) -> tuple[NDArray[np.intp], int]:
+    """The first row of every time, in order of time, and how many rows went into these.
+
+    `cells` and `empty` (rows, columns) of the first rows are filled in place with what later ones of the same time say
+    in the columns `used`: of each that says something more and nothing else than what is there by then.
+    """
+    known = np.flatnonzero(np.isfinite(time_s))
+    known = known[np.argsort(time_s[known], kind="stable")]
+    starts = np.flatnonzero(np.diff(time_s[known], prepend=-np.inf) > 0)
+    first = np.repeat(starts, np.diff([*starts, len(known)]))
+    place = np.arange(len(known)) - first
+    taken = len(starts)
+    for k in range(1, int(place.max(initial=0)) + 1):
+        to, row = known[first[place == k]], known[place == k]
+        (there, had), (here, says) = ((~empty[np.ix_(at, used)], cells[np.ix_(at, used)]) for at in (to, row))
+        clash = here & there & (had != says) & ~(np.isnan(had) & np.isnan(says))
+        new = here & ~there & ~clash.any(axis=1, keepdims=True)
+        which, column = np.nonzero(new)
+        cells[to[which], used[column]] = says[which, column]
+        empty[to[which], used[column]] = False
+        taken += int(new.any(axis=1).sum())
+    return known[starts], taken
 
 
 def _cells(path: Path) -> tuple[list[str], Array, Mask, tuple[str, ...]]:

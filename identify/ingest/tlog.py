@@ -11,7 +11,8 @@ from bridge.vehicle.config import GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
 from identify.ingest.frames import Frames, load_frames, message_name
-from identify.ingest.messages import Batch, Messages, vehicle_messages
+from identify.ingest.messages import Batch, Messages, vehicle_runs
+from identify.ingest.runs import Run, chosen, driven_s
 
 CONTRACT_VERSION = 1
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
@@ -32,7 +33,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     Raises LogError where they hold no frame, no vehicle, or several; `source` names the recording there.
     """
     frames = load_frames(paths)
-    messages = vehicle_messages(frames, source)
+    messages, restart_notes = _most_driven(vehicle_runs(frames, source))
     signals: dict[str, Signal | None] = _contract(messages)
     filtered = False
     for field, signal in _ardusub(messages).items():
@@ -47,9 +48,25 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
-        "notes": messages.notes + _damage(frames),
+        "notes": messages.notes + restart_notes + _damage(frames),
         "counts": _counts(frames, messages.system),
     }
+
+
+def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]:
+    """The run that the thrusters moved the most, and a note where there are several."""
+    if len(runs) == 1:
+        return runs[0], ()
+    best, notes = chosen([Run(run.began_unix_s, run.span_s, _driven_s(run)) for run in runs])
+    return runs[best], notes
+
+
+def _driven_s(run: Messages) -> float:
+    pwm = _outputs(run.get("ACTUATOR_OUTPUT_STATUS"))
+    if pwm is None:
+        pwm = _servos(run.get("SERVO_OUTPUT_RAW", port=0))
+    tau = run.by_name("DEBUG_FLOAT_ARRAY").get("TAU_CMD") if pwm is None else None
+    return driven_s(pwm, None if tau is None else Signal(tau.time_s, _data(tau, 6)), _armed(run))
 
 
 def _contract(messages: Messages) -> dict[str, Signal | None]:
@@ -260,6 +277,10 @@ def _damage(frames: Frames) -> tuple[str, ...]:
             f"{lost} stretches ({skipped} bytes) are damaged or of another dialect and were skipped; "
             f"{len(frames)} messages were read."
         )
+    empty = frames.counts.get("files empty", 0)
+    if empty:
+        files = f"{empty} of its files hold" if empty > 1 else "1 of its files holds"
+        notes.append(f"{files} nothing, and the others are used.")
     if frames.counts.get("cut"):
         notes.append("The recording ends in the middle of a record; what comes before is used.")
     return tuple(notes)

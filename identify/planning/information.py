@@ -63,40 +63,6 @@ def of_axis(
     return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
 
 
-def of_forces(
-    step_s: float, forces: Array, mass: float, damping: float, noise: AxisNoise, stiffness: float = 0.0
-) -> Array:
-    """(k, k) information of what changes the forces on an axis by `forces` (n, k), from balance to balance.
-
-    `stiffness` is that of its righting moment by its angle, which is known.
-    """
-    frequency = np.asarray(np.fft.rfftfreq(len(forces), step_s), dtype=np.float64)
-    told = (frequency > 0) & (frequency <= TELLING_HZ)
-    w = 2 * np.pi * frequency[told]
-    spectra = np.fft.rfft(forces, axis=0)[told] * step_s
-    impedance = (mass * w - stiffness / w) ** 2 + damping**2
-    weight = 2.0 / (impedance * _read(w, noise) + _pushed(w, noise)) / (len(forces) * step_s)
-    return np.asarray((spectra.conj().T @ (spectra * weight[:, None])).real)
-
-
-def of_swinging(seconds: float, mass: float, damping: float, noise: AxisNoise, stiffness: float) -> Array:
-    """(2, 2) information of log M and log D in how an axis that is righted swings by itself, disturbed for so long.
-
-    Its righting moment is known, and so is then the mass that swings on it at the period that it shows (Whittle 1953).
-    Strength and time constant of the disturbance are fitted with them.
-    """
-    w = 2 * np.pi * np.arange(1.0, TELLING_HZ * seconds) / seconds
-    free = mass * w - stiffness / w
-    impedance, read, pushed = free**2 + damping**2, _read(w, noise), _pushed(w, noise)
-    swings = pushed / (impedance * read + pushed)
-    slope = 2 * swings * np.array([-mass * w * free / impedance, -(damping**2) / impedance])
-    slow = (w * noise.time_constant_s) ** 2
-    strength = swings * np.array([np.full(len(w), 2.0), 1.0 - 2.0 * slow / (1.0 + slow)])
-    shared = slope @ strength.T
-    told: Array = slope @ slope.T - shared @ np.linalg.solve(strength @ strength.T, shared.T)
-    return told
-
-
 def _read(w: Array, noise: AxisNoise) -> Array:
     """Density of the noise on a velocity that is read, and read once more as the slope of its integral."""
     return np.asarray(1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position)))

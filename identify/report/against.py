@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from identify.diagnose import against_words, words
 from identify.diagnose.against import Against, Difference
-from identify.report.diagnosis import diagnosis_report, unbroken
+from identify.report.diagnosis import sections, subtitle, unbroken
 from identify.report.page import Report, Section, Table
 from identify.report.text import MISSING, unit, with_interval
 
@@ -18,29 +18,29 @@ HOW = (
 
 def against_report(one: Against) -> Report:
     """The page's verdict and parts."""
-    of = diagnosis_report(one.vehicle)
     return Report(
         f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
-        of.subtitle,
+        subtitle(one.vehicle),
         unbroken(against_words.verdict_sentence(one)),
-        (_change(one), *of.sections, _own(one)),
+        (_change(one), *sections(replace(one.vehicle, verdict=one.verdict)), _own(one)),
     )
 
 
 def _change(one: Against) -> Section:
     """What to change in the simulator."""
-    rows = [*_gained(one), *(_row(each) for each in one.differences)]
+    rows = [*_gained(one), *(_row(each) for each in one.off)]
     columns = ("What", "Simulator has", "Vehicle has", "95 % interval", "Unit", "Off by")
     table = (
         (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
     )
-    text = [HOW, *against_words.lines(replace(one, differences=()))]
+    possible = tuple(each for each in one.differences if each not in one.off)
+    text = [HOW, *against_words.lines(replace(one, differences=possible))]
     return Section("What to change in the simulator", "\n\n".join(text), table)
 
 
 def _gained(one: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for found in one.lacks:
+    for found in words.sorted_by_likelihood(one.lacks)[0]:
         cause = words.effect_words(found.cause.effect)
         told = words.told_parameters(found)
         for name, value in told.items():

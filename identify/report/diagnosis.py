@@ -22,6 +22,10 @@ FLOOR = (
     "is as good as a model gets; what is below it is chance, most of all in a single degree of freedom or over a few "
     "windows."
 )
+NOWHERE = (
+    "There is no gap, so it lies nowhere: the model drifts no further than noise drives it, and nothing that could be "
+    "shared out over what the vehicle did is missing."
+)
 SHARED_OUT = (
     "What is shared out is force, not drift: the squares of what is missing beyond what masses and dampings take up, "
     "over those of the disturbance in that degree of freedom (of a spoilt reading, over its sensor's noise; of what no "
@@ -30,9 +34,10 @@ SHARED_OUT = (
 )
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
-    f"cause as without it. A cause is accepted from {LEAST_GAIN:g} nats on (about "
-    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1), counted beside the accepted ones: what one of these makes up "
-    "for, in whatever form, is no evidence for another."
+    f"cause as without it. A cause is named from {LEAST_GAIN:g} nats on (about "
+    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1), counted beside the others that are named: what one of these "
+    "makes up for, in whatever form, is no evidence for another. It is accepted where it is likelier there than not; "
+    "else it is possible."
 )
 LIKENESS = (
     "Likeness: at 1 no method could tell the two apart in this dive, at 0 they have nothing in common. The "
@@ -57,15 +62,25 @@ def diagnosis_page(diagnosis: Diagnosis) -> str:
 def diagnosis_report(diagnosis: Diagnosis) -> Report:
     """The page's verdict and parts."""
     d = diagnosis
-    sections = [_where(d), _by_dof(d), _depends(d), _what(d), _candidates(d), _how_far(d), _next(d)]
-    if d.notes:
-        sections.append(Section("Notes", "\n\n".join(d.notes)))
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
-        f"Configuration {d.configuration}, computed in {seconds(d.seconds)}. {FLOOR}",
+        subtitle(d),
         unbroken(words.verdict_sentence(d)),
-        tuple(section for section in sections if section is not None),
+        sections(d),
     )
+
+
+def subtitle(d: Diagnosis) -> str:
+    """Of which configuration it is, and what its unit means."""
+    return f"Configuration {d.configuration}, computed in {seconds(d.seconds)}. {FLOOR}"
+
+
+def sections(d: Diagnosis) -> tuple[Section, ...]:
+    """Where, what, how far, what next."""
+    parts = [_where(d), _by_dof(d), _depends(d), _what(d), _candidates(d), _how_far(d), _next(d)]
+    if d.notes:
+        parts.append(Section("Notes", "\n\n".join(d.notes)))
+    return tuple(part for part in parts if part is not None)
 
 
 def unbroken(sentence: str) -> str:
@@ -76,6 +91,8 @@ def unbroken(sentence: str) -> str:
 def _where(d: Diagnosis) -> Section:
     if not d.gap.where:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
+    if d.verdict == "no_gap":
+        return Section("1. Where it lies", NOWHERE)
     largest = "; ".join(words.where_lines(d))
     text = " ".join(
         filter(
@@ -91,7 +108,7 @@ def _where(d: Diagnosis) -> Section:
 
 
 def _depends(d: Diagnosis) -> Section | None:
-    if not d.gap.depends_on:
+    if not d.gap.depends_on or d.verdict == "no_gap":
         return None
     rows = tuple(
         (words.variable(one.variable), one.dof, one.parity or MISSING, words.percent(one.strength))
@@ -111,20 +128,25 @@ def _by_dof(d: Diagnosis) -> Section:
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
-    rows = tuple(
-        (
-            DOFS[i],
-            words.percent(shares.get(DOFS[i], 0.0)),
-            _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m"),
-            *(_before_after(d, k, i) for k in range(len(d.gap.drifts))),
+    drifts = {i: tuple(_before_after(d, k, i) for k in range(len(d.gap.drifts))) for i in present}
+    if d.verdict == "no_gap":
+        rows = tuple((DOFS[i], *drifts[i]) for i in present)
+        table = Table(("Degree of freedom", *horizons), rows, "Drift of the simulated velocity.")
+    else:
+        rows = tuple(
+            (
+                DOFS[i],
+                words.percent(shares.get(DOFS[i], 0.0)),
+                _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m"),
+                *drifts[i],
+            )
+            for i in present
         )
-        for i in present
-    )
-    caption = (
-        "Share of the squared gap, of force as above; missing force or moment, root mean square; drift of the "
-        "simulated velocity without → with the causes."
-    )
-    table = Table(("Degree of freedom", "Share", "Missing", *horizons), rows, caption)
+        caption = (
+            "Share of the squared gap, of force as above; missing force or moment, root mean square; drift of the "
+            "simulated velocity without → with the causes."
+        )
+        table = Table(("Degree of freedom", "Share", "Missing", *horizons), rows, caption)
     time = figures.over_time(d)
     drawn = (*((time,) if time else ()), figures.growth(d.gap)) if d.gap.drifts else ()
     return Section("1.1 How large it is", "", (table,), drawn)
@@ -136,7 +158,7 @@ def _force(value: float, of: str) -> str:
 
 def _before_after(d: Diagnosis, k: int, dof: int) -> str:
     before = fixed(float(d.gap.drifts[k].by_axis[dof]), 1)
-    if before == MISSING or k >= len(d.gap.after):
+    if before == MISSING or k >= len(d.gap.after) or d.verdict == "no_gap":
         return before
     return f"{before} → {fixed(float(d.gap.after[k].by_axis[dof]), 1)}"
 
@@ -173,8 +195,8 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
 def _candidates(d: Diagnosis) -> Section | None:
     if not d.tried:
         return None
-    drawn, weaker = figures.candidates(d.tried)
-    return Section("2.1 All candidates", NATS + _by_other_tests(d), weaker, (drawn,))
+    text, drawn, weaker = figures.candidates(d.tried, d.found)
+    return Section("2.1 All candidates", f"{NATS}{_by_other_tests(d)}{text}", weaker, drawn)
 
 
 def _by_other_tests(d: Diagnosis) -> str:
@@ -231,7 +253,7 @@ def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
     if predicted is None or measured is None or not math.isfinite(predicted.value - measured.value):
         return ""
     points = fixed(100 * abs(predicted.value - measured.value), 0)
-    return f"What was predicted and what was measured are {points} points apart."
+    return f"What was predicted and what was measured are {points} point{'' if points == '1' else 's'} apart."
 
 
 def _next(d: Diagnosis) -> Section | None:

@@ -1,7 +1,7 @@
 """The figures of a diagnosis: the map of where, its slices, the candidates, the drifts before and after."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import words
-from identify.diagnose.diagnosis import Diagnosis, Gap, Slice, Tried
+from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Slice, Tried
 from identify.diagnose.drift import Drift
 from identify.dive import Array
 from identify.report.bars import Bar, bars
@@ -112,8 +112,14 @@ def _bearing(one: Slice) -> float:
     return round(math.degrees(one.low), 6) % 360.0
 
 
-def candidates(tried: Sequence[Tried]) -> tuple[Figure, tuple[Table, ...]]:
-    """The evidence for each candidate of the library, in its best form: the strongest drawn, the others in a table."""
+def candidates(
+    tried: Sequence[Tried], found: Sequence[Found]
+) -> tuple[str, tuple[Figure, ...], tuple[Table, ...]]:
+    """The evidence for each candidate of the library, in its best form: the strongest drawn, the others in a table;
+    where none has any to speak of, only a sentence that says so.
+
+    Of those that were found, what is less probable than not is called possible, with its probability.
+    """
     best: dict[tuple[str, str], Tried] = {}
     for one in sorted(tried, key=lambda t: (-t.accepted, -t.gain_nats)):
         best.setdefault((one.name, _thruster(one)), one)
@@ -121,12 +127,16 @@ def candidates(tried: Sequence[Tried]) -> tuple[Figure, tuple[Table, ...]]:
     longest = math.log1p(max((max(one.gain_nats, 0.0) for one in order), default=0.0))
     told = [one for one in order if one.accepted or one.gain_nats > LEAST_TOLD]
     few = len(order) - len(told)
+    if not told:
+        return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
+    _, unlikely = words.sorted_by_likelihood(found)
+    possible = {one.cause.effect.label: words.percent_sure(one.probability) for one in unlikely}
     rows = [
         Bar(
-            words.label_words(one.name, one.label) + (f" ({one.why})" if one.why else ""),
+            words.label_words(one.name, one.label) + _aside(one, possible),
             math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
             f"{_nats(one.gain_nats)} nats",
-            "accepted" if one.accepted else "",
+            "accepted" if one.accepted and one.label not in possible else "",
         )
         for one in told
     ]
@@ -139,13 +149,20 @@ def candidates(tried: Sequence[Tried]) -> tuple[Figure, tuple[Table, ...]]:
     )
     drawn = Figure(
         "candidates",
-        "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled) beside "
-        "the other accepted ones, any other (light) on top of them all. Of several forms of one the best is shown. "
-        f"Bars grow with the logarithm of the nats.{others}",
+        "What each candidate saves on pieces of the dive that it was not fitted to: an accepted one (filled), or a "
+        "possible one, which is less probable than not, beside the others of these; any other on top of them all. Of "
+        f"several forms of one the best is shown. Bars grow with the logarithm of the nats.{others}",
         stack([bars(rows[:first])]),
     )
     weaker = tuple((bar.name, bar.told) for bar in rows[first:])
-    return drawn, (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
+    return "", (drawn,), (Table(("Weaker candidate", "Saves"), weaker),) if weaker else ()
+
+
+def _aside(one: Tried, possible: Mapping[str, str]) -> str:
+    """What stands behind a candidate's name; `possible`: probabilities by label."""
+    if one.accepted and one.label in possible:
+        return f" (possible: {possible[one.label]} probable)"
+    return f" ({one.why})" if one.why else ""
 
 
 def _thruster(one: Tried) -> str:

@@ -1,9 +1,11 @@
 """What a page rests on: recordings and vehicle file by their hashes, versions, settings. It ends every page."""
 
+import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
@@ -13,19 +15,29 @@ from identify.report.text import MISSING, seconds
 PACKAGES = ("seatrial", "numpy", "scipy", "numba", "torch", "matplotlib")
 
 
+@dataclass(frozen=True)
+class Read:
+    """A recording that was read elsewhere; `duration_s` is NaN where nobody told it."""
+
+    name: str
+    source: Path
+    sha256: str
+    duration_s: float
+
+
 def with_provenance(
-    report: Report, dives: Sequence[Dive], file: VehicleFile, settings: Mapping[str, str]
+    report: Report, dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]
 ) -> Report:
     """The report with what it rests on as its last part."""
     return replace(report, sections=(*report.sections, provenance(dives, file, settings)))
 
 
-def provenance(dives: Sequence[Dive], file: VehicleFile, settings: Mapping[str, str]) -> Section:
+def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]) -> Section:
     """Each recording once and the vehicle file by SHA-256; versions of what computed; settings as they were given."""
     seen = {dive.sha256: dive for dive in dives}
     sources = (
         *(
-            (dive.name, dive.source.name, seconds(dive.duration_s), "recording", sha)
+            (dive.name, dive.source.name, _length(dive.duration_s), "recording", sha)
             for sha, dive in seen.items()
         ),
         (file.vehicle.name, file.path.name, MISSING, "vehicle file", file.sha256),
@@ -38,6 +50,10 @@ def provenance(dives: Sequence[Dive], file: VehicleFile, settings: Mapping[str, 
     if settings:
         tables.append(Table(("Setting", "Value"), tuple(settings.items()), "As given on the command line."))
     return Section("Provenance", tables=tuple(tables))
+
+
+def _length(duration_s: float) -> str:
+    return seconds(duration_s) if math.isfinite(duration_s) else MISSING
 
 
 def _version(package: str) -> str:

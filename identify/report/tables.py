@@ -1,12 +1,13 @@
 """The tables of a report, each from a type of the chain to one `Table`."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS
 from identify.dive import Dive, Signal
-from identify.identification import NEGLIGIBLE_CORRELATION, Estimate
+from identify.identification import NEGLIGIBLE_CORRELATION, Z95, Estimate
 from identify.report.page import Table
 from identify.report.text import (
     MISSING,
@@ -53,7 +54,7 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
         told = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
         share = f"{100 * e.share_from_prior:.0f} %" if e.share_from_prior else MISSING
-        error = _percent(e.relative_std) if known else MISSING
+        error = _percent(standard_error(e)) if known else MISSING
         sure = (error, _partner(e), *((share,) if priors else ()))
         rows.append((e.symbol, value, interval, unit(e.unit), *told, *sure, ". ".join(filter(None, words))))
     columns = (
@@ -65,6 +66,17 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
         "Identified parameters, digits as their intervals allow. Partner: what each is most correlated with, where "
         f"by more than {NEGLIGIBLE_CORRELATION:g}.",
     )
+
+
+def standard_error(e: Estimate) -> float:
+    """What the wider side of a 95 % interval is worth as a share of the value: what decides whether it may be used.
+
+    In logarithms, as coefficients are fitted; an interval that reaches zero, and that of an added mass, has none.
+    """
+    below, above = e.value - e.low95, e.high95 - e.value
+    if e.name in BY_NAME and 0.0 < e.low95 <= e.value:
+        return math.log(max(e.value / e.low95, e.high95 / e.value)) / Z95
+    return max(below, above) / Z95 / abs(e.value) if e.value else math.nan
 
 
 def _percent(share: float) -> str:

@@ -3,7 +3,8 @@
 import html
 import math
 import re
-import unicodedata
+
+from bridge.printable import printable
 
 MISSING = "—"
 MINUS = "−"
@@ -11,10 +12,7 @@ MINUS = "−"
 
 def safe(text: str) -> str:
     """`text` for HTML, quotes escaped; control, direction and surrogate characters become a visible mark."""
-    kept = "".join(
-        c if c in "\n\t" or unicodedata.category(c)[0] != "C" else "\N{REPLACEMENT CHARACTER}" for c in text
-    )
-    return html.escape(kept, quote=True)
+    return html.escape(printable(text, "\N{REPLACEMENT CHARACTER}", "\n\t"), quote=True)
 
 
 def decimals_for(spread: float) -> int:

@@ -61,7 +61,7 @@ th, td { text-align: left; vertical-align: baseline; padding: .32em 1.1em .32em 
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; line-height: 1.25; }
 .number { text-align: right; }
 .number, .short { white-space: nowrap; }
-table:not(.wide) thead th { white-space: normal; }
+.scroll thead th { white-space: normal; }
 .scroll { overflow-x: auto; margin: 1.2em 0; }
 tbody th { font-weight: 600; }
 figure { display: flow-root; margin: 1.4em 0 2em; }

@@ -73,7 +73,12 @@ def test_all_dives_identified_is_done(done):
     assert (trend["count"], trend["first_s"] < trend["last_s"]) == (3, True)
     with (out / "all.csv").open(encoding="utf-8") as file:
         assert [row["dive"] for row in csv.DictReader(file)] == ["dive-0", "dive-1", "dive-2"]
-    assert "Configuration hovering" in (out / "trends.html").read_text(encoding="utf-8")
+    page = (out / "trends.html").read_text(encoding="utf-8")
+    assert "Configuration hovering" in page
+    *_, rests_on = page.partition("<h2>Provenance</h2>")
+    assert all(row["sha256"] in rests_on for row in found["dives"])
+    assert found["vehicle"]["sha256"] in rests_on
+    assert str(out) not in rests_on
 
 
 def test_the_vehicle_files_priors_do_not_pull_the_dives_together(dives, done):

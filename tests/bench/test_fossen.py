@@ -1,16 +1,20 @@
 """Two runs of a simulated vehicle: what the one holds that the other does not, on runs whose cause is known."""
 
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bench.fossen.__main__ import command
+from bench.fossen.__main__ import command, said
+from bench.fossen.answer import answer
 from bench.fossen.candidates import ALONE, BIAS, CURRENT
+from bench.fossen.evidence import judged, nats
 from bench.fossen.fit import Pair, weigh
 from bench.fossen.runs import load_run
 from bridge.errors import LogError
+from identify.diagnose.probability import probability
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 RUNS = SHARED / "data" / "fossen_simulator"
@@ -28,7 +32,8 @@ def test_a_command_without_a_folder_or_with_one_that_can_t_be_says_so(tmp_path, 
     assert f"{taken}: is no folder to write into" in caplog.text
 
 
-def otter(seed, north=0.0, east=0.0):
+@cache
+def otter(seed, north=0.0, east=0.0, gain=1.0):
     """A surge, sway and yaw of its own, with two propellers, in a current."""
     rng = np.random.default_rng(seed)
     push = np.repeat(rng.uniform(-60.0, 90.0, (COUNT // 50, 2)), 50, axis=0)
@@ -42,7 +47,7 @@ def otter(seed, north=0.0, east=0.0):
             u_water = np.cos(psi) * north + np.sin(psi) * east
             v_water = np.cos(psi) * east - np.sin(psi) * north
             u, v, r = nu[0] - u_water, nu[1] - v_water, nu[2]
-            thrust = [1e-4 * one * abs(one) for one in (left, right)]
+            thrust = [gain * 1e-4 * one * abs(one) for one in (left, right)]
             rates = (
                 sum(thrust) - 0.3 * u - 0.5 * u * abs(u) + v * r + r * v_water,
                 -0.6 * v - 0.4 * u * r - r * u_water,
@@ -65,6 +70,40 @@ def test_two_runs_of_the_same_still_water_hold_no_current():
     assert found.values == pytest.approx([0.0, 0.0], abs=0.003)
 
 
+def test_of_two_runs_the_one_in_a_current_is_named_with_how_probable_that_is():
+    found = judged("otter", {"a": otter(1), "b": otter(2, north=0.2, east=-0.1)})
+    assert (found.verdict, found.run) == ("explained", "b")
+    assert list(found.probabilities) == ["steady_current"]
+    best_without = min(
+        (one for one in found.weighed if "steady_current" not in one.candidate.causes),
+        key=lambda one: one.mean_square,
+    )
+    ratio = best_without.mean_square / found.found.mean_square
+    assert nats(found.found, best_without) == pytest.approx(1.5 * 8 * np.log(ratio))
+    sure = probability(nats(found.found, best_without))
+    assert 0.5 < found.probabilities["steady_current"] == pytest.approx(sure)
+    told = answer(found)
+    assert told["run"] == "b"
+    assert told["effects"][0]["parameters"]["north"]["value"] == pytest.approx(0.2, abs=0.003)
+    assert told["gap"]["force"] == {"surge": None, "sway": None, "yaw": None}
+    assert min(told["gap"]["acceleration"].values()) > 0
+
+
+def test_weaker_propellers_in_one_run_are_told_and_that_it_may_be_either_run():
+    found = judged("otter", {"a": otter(1), "b": otter(2, gain=0.7)})
+    assert (found.verdict, found.run) == ("explained", None)
+    assert list(found.probabilities) == ["thrust_gain"]
+    assert answer(found)["shrink"]["heldout"]["value"] > 0.9
+    assert "one of the runs, which can't be told, holds" in said(found)
+
+
+def test_two_runs_of_the_same_hold_nothing():
+    found = judged("otter", {"a": otter(1), "b": otter(2)})
+    assert (found.verdict, found.run, found.probabilities) == ("no_gap", None, {})
+    told = answer(found)
+    assert (told["effects"], told["shrink"]["heldout"]) == ([], None)
+
+
 def test_a_run_without_the_actuators_states_is_refused(tmp_path):
     (tmp_path / "otter_a.csv").write_text("t,x\n0.0,1.0\n0.1,1.0\n")
     with pytest.raises(LogError, match="no column 'z'"):
@@ -84,3 +123,7 @@ def test_the_answers_kept_are_those_that_the_runs_give(vehicle, run, north, east
     assert kept["run"] == run
     assert [one["name"] for one in kept["effects"]] == ["steady_current"]
     assert kept["effects"][0]["parameters"]["north"]["value"] == pytest.approx(found.values[0], abs=1e-4)
+    left = {name: np.mean(np.square([*one.values()])) for name, one in kept["tried"].items()}
+    without = min(one for name, one in left.items() if "current" not in name)
+    margin = 1.5 * found.pieces * np.log(without / left["steady_current"])
+    assert kept["effects"][0]["probability"] == pytest.approx(probability(margin), abs=1e-6)

@@ -32,13 +32,13 @@ WAVES = AcceptedEffect("waves", "waves", {"force_amplitude": 1.0})
 LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}\n"
 
 
-def written(tmp_path, verdict="explained"):
+def written(tmp_path, verdict="explained", doubts=(), dive=None):
     """The file, and what was said of it."""
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
-    accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",))
+    accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
     found = SimpleNamespace(accepted=accepted, configuration="hovering", verdict=verdict)
     path = tmp_path / "out.param"
-    return path, accept(path, found, Dive("planted", tmp_path, "ab" * 32), FILE)
+    return path, accept(path, found, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
 
 
 @pytest.fixture
@@ -124,6 +124,9 @@ def test_it_is_exported_with_its_effects(param, tmp_path, capsys):
     plant = json.loads(out.read_text(encoding="utf-8"))["plant"]
     assert plant["quadratic_damping"][0] == 60.0
     assert plant["thrusters"][1]["gain"] == 0.75
+    assert plant["intervals_95"]["X_uu"] == pytest.approx([59.9, 60.1])
+    assert {"M_u", "D_u", "T_start", "T2_gain"} <= set(plant["intervals_95"])
+    assert "N_v" not in plant["intervals_95"]
     assert "accepted effects (waves)" in capsys.readouterr().out
     assert cli.main([*line[:2], *line[4:]]) == exit_codes.BAD_INPUT
 
@@ -184,6 +187,24 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
     assert read_sidecar(path).doubted == {"D_u": "the DVL is late"}
     with pytest.raises(UsageError, match="data and model disagree"):
         targets_of(path, Leave())
+
+
+def test_what_the_fit_beside_the_causes_gets_wrong_is_in_the_sidecar_and_stops_an_upload(tmp_path):
+    late = Doubt(("M_u", "D_u"), "In surge thrust acts late: mend the lag.", Outcome.DISAGREES)
+    path, told = written(tmp_path, doubts=(late,))
+    assert "M_u is doubted: in surge thrust acts late" in told
+    assert told[-1].endswith("with --despite-doubts, because the model does not fit the dive")
+    assert read_sidecar(path).doubted == dict.fromkeys(("M_u", "D_u"), "in surge thrust acts late")
+    with pytest.raises(UsageError, match="data and model disagree"):
+        targets_of(path, Leave())
+
+
+def test_masses_by_a_velocity_that_the_autopilot_filtered_are_doubted_where_they_are_sent(tmp_path):
+    path, _ = written(tmp_path, dive=replace(Dive("planted", tmp_path, "ab" * 32), velocity_is_filtered=True))
+    assert list(read_sidecar(path).doubted) == ["M_u"]
+    assert "M_u is doubted: velocity comes from the autopilot's own filter" in " ".join(
+        targets_of(path, Leave()).notes
+    )
 
 
 def test_a_log_that_lacks_what_the_controller_used_leaves_nothing_to_send(tmp_path):

@@ -134,6 +134,83 @@ def test_a_replay_of_nothing(complaint, tmp_path):
     assert "no.tlog: no such file" in sentence
 
 
+RUBBISH = bytes(range(255, 0, -1))
+OF_NO_USE = {
+    ("tui", "--unrecorded", "--link", "udpin:127.0.0.1:0", "--keymap", "FILE.yaml"): (
+        "no such file; check the name",
+        "is a folder; give a YAML file",
+        "is no text; give a YAML file",
+    ),
+    ("diagnose", "DIVE", "--vehicle", VEHICLE, "--columns", "FILE.yaml"): (
+        "no such column map; give a YAML file, or one of bolt,",
+        "is a folder; give a YAML file",
+        "is no text; give a YAML file",
+    ),
+    ("prior", "FILE.json", "--vehicle", VEHICLE): (
+        "no such file; check the name",
+        "is a folder; give the file that --json wrote",
+        "is no text; give the file that --json wrote",
+    ),
+    ("prior", "FILE.param", "--vehicle", VEHICLE): (
+        "no such file; check the name",
+        "is a folder; give the JSON of `seatrial identify`, or a .param with its sidecar",
+        "has no sidecar that tells its intervals; give the JSON of `seatrial identify`",
+    ),
+    ("plan", "--vehicle", f"{VEHICLE}:survey", "--after", "FILE.json"): (
+        "no such file; check the name",
+        "is a folder; give what identify --json wrote",
+        "is no text; give what identify --json wrote",
+    ),
+    ("params", "diff", "FILE.param", "--link", "udpin:127.0.0.1:0"): (
+        "no such file; check the name",
+        "is a folder; give a .param file",
+        "is no text; give a .param file",
+    ),
+    ("conditions", "FILE"): (
+        "no such dive folder; check the name",
+        "holds no telemetry.tlog and no dive.yaml; give the folder of a dive",
+        "is a file; give the folder of a dive",
+    ),
+    ("note", "--dive", "FILE", "hello"): (
+        "no such dive folder; check the name",
+        "holds no telemetry.tlog and no dive.yaml; give the folder of a dive",
+        "is a file; give the folder of a dive",
+    ),
+}
+
+
+@pytest.mark.parametrize(("line", "sentences"), OF_NO_USE.items(), ids=" ".join)
+def test_a_file_that_is_missing_a_folder_or_rubbish_says_which_and_what_to_give(
+    tmp_path, capsys, line, sentences
+):
+    table = tmp_path / "dive.csv"
+    table.write_text("a,b\n1,2\n")
+    words = [word.replace("DIVE", str(table)).replace("FILE", str(tmp_path / "bad")) for word in line]
+    bad = next(Path(word) for word in words if "/bad" in word)
+    makes = (lambda: None, bad.mkdir, lambda: (bad.rmdir(), bad.write_bytes(RUBBISH)))
+    for make, sentence in zip(makes, sentences, strict=True):
+        make()
+        assert cli.main(words) == exit_codes.BAD_INPUT
+        assert f"{bad}: {sentence}" in " ".join(capsys.readouterr().err.split())
+
+
+def test_an_empty_file_asks_for_keys_and_values(tmp_path, capsys):
+    bad = tmp_path / "empty.yaml"
+    bad.touch()
+    assert cli.main(["identify", "dive.tlog", "--vehicle", str(bad)]) == exit_codes.BAD_INPUT
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{bad}: expected keys and values, found nothing; give lines such as 'name: value'" in said
+
+
+def test_a_folder_in_place_of_stored_parameters_stays_where_it_is(tmp_path, capsys):
+    line = ["--vehicle", VEHICLE, "--parameters", str(tmp_path)]
+    for verb in (["simulate", "--mission", "survey"], ["bridge", "--link", "udpout:127.0.0.1:9"]):
+        assert cli.main([*verb, *line]) == exit_codes.BAD_INPUT
+        said = " ".join(capsys.readouterr().err.split())
+        assert f"--parameters {tmp_path}: is a folder; name a file" in said
+    assert tmp_path.is_dir()
+
+
 MISPLACED = [
     ("identify", "no.tlog", "--vehicle", "nobody", "--json", "OUT/x.json"),
     ("identify", "no.tlog", "--vehicle", "nobody", "--report", "OUT/x.html"),

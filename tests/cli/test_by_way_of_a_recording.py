@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from waiting import until
 
 from bridge.errors import LinkError
 from bridge.framing import Encoder, decode
@@ -18,11 +19,12 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import About, new_folder
 from gcs_plugin.holder import Holding, held, state_file, write_holding
 from gcs_plugin.hub import Hub
+from gcs_plugin.link_names import same_link
 from gcs_plugin.recorder import Recorder
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes
 from tui.exit_codes import UsageError
-from tui.links import link_for, same_link
+from tui.links import link_for
 from tui.simulated import afloat, server
 
 LINK = "udpin:127.0.0.1:14550"
@@ -262,17 +264,6 @@ class Recording:
 
     def __exit__(self, *_):
         self.thread.join(20)
-
-
-def until(found):
-    """What `found` finds, as soon as it does."""
-    looking = threading.Event()
-    for _ in range(2000):
-        result = found()
-        if result:
-            return result
-        looking.wait(0.005)
-    raise AssertionError("it did not come")
 
 
 def now():

@@ -7,6 +7,8 @@ import pytest
 
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.recording import tlog_of
+from identify.diagnose import diagnose
+from identify.diagnose.diagnosis import Diagnosis, Gap
 from tui import cli, exit_codes
 
 
@@ -50,3 +52,18 @@ def test_a_column_map_is_refused_where_no_recording_is_a_table(
     code, said = refused(dive, dive.parent, capsys, "--columns", "nosuch")
     assert code == exit_codes.BAD_INPUT
     assert f"--columns nosuch: {dive} is no table (.csv), and needs no column map; leave it out" in said
+
+
+def test_bytes_that_belong_to_no_message_are_told_once(
+    dive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nothing = Gap(1.0, (), (), {}, (), (), ())
+    found = Diagnosis("d", "v", "c", "no_gap", nothing, (), (), None, None, None, None, (), 1.0)
+    monkeypatch.setattr(diagnose, "diagnose", lambda *_, **__: found)
+    spoilt = tmp_path / "dive.tlog"
+    spoilt.write_bytes(gzip.decompress(dive.read_bytes()) + b"nothing of the kind, " * 200)
+    cli.main(["diagnose", str(spoilt), "--vehicle", str(dive.parent / "vehicle.yaml")])
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("dive.tlog: 4200 bytes at its end belong to no message and were left out.") == 1
+    cli.main(["diagnose", str(dive), "--vehicle", str(dive.parent / "vehicle.yaml")])
+    assert "belong to no message" not in capsys.readouterr().out

@@ -9,6 +9,7 @@ import pytest
 from bridge.framing import Encoder
 from bridge.messages.readings import Reading, encode
 from bridge.tlog import TlogWriter
+from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import About, DiveFolder, Event
 from tui import cli, dive_list, exit_codes
 from tui.dive_list import GLANCE, Glance, letters, row_of, short_name
@@ -145,6 +146,69 @@ def test_a_vehicle_given_judges_dives_that_name_none(dives, vehicle, tmp_path, c
     assert row["excitation"][0]["identifiable"]
 
 
+def test_a_vehicle_otherwise_judges_only_dives_whose_own_is_not_known(dives, tmp_path, capsys):
+    gone = dives / "2026-11-20T1030Z-gone"
+    gone.mkdir()
+    (gone / "telemetry.tlog").write_bytes((dives / "2026-11-20T1015Z-nobody" / "telemetry.tlog").read_bytes())
+    DiveFolder(gone).describe(About("elsewhere.yaml", "", "only"))
+    (dives / "2026-11-20T1015Z-nobody" / "dive.yaml").unlink()
+    light = tmp_path / "light.yaml"
+    light.write_text(SURGE_FILE.replace("name: one-axis", "name: light"), encoding="utf-8")
+    used = {}
+
+    def load(name):
+        used[Path(name).name] = used.get(Path(name).name, 0) + 1
+        return load_vehicle(name)
+
+    for folder in (dives / "2026-11-20T0912Z-hovering", dives / "2026-11-20T1015Z-nobody", gone):
+        assert row_of(folder, otherwise=str(light), load=load).glance.relative_std["M_u"] < 0.1
+    assert used == {"one-axis.yaml:only": 1, "light.yaml": 2}
+    assert cli.main(["dives", str(gone), "--otherwise", "nowhere.yaml"]) == exit_codes.BAD_INPUT
+    assert "nowhere.yaml: no such file" in capsys.readouterr().err
+
+
+def test_a_dive_one_file_of_which_holds_nothing_is_listed(dives):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    (folder / "telemetry.2.tlog").touch()
+    assert row_of(folder).glance.stray == ""
+    assert row_of(folder).glance.error == ""
+
+
+RUBBISH = b"nothing of the kind, " * 200
+
+
+@pytest.mark.parametrize(
+    ("part", "count", "where"),
+    [
+        (lambda data: data, 0, ""),
+        (lambda data: data + RUBBISH, 4200, "at its end"),
+        (
+            lambda data: data[: len(data) // 2] + RUBBISH + data[len(data) // 2 :],
+            4200,
+            "between its messages",
+        ),
+        (lambda data: RUBBISH + data + RUBBISH, 8400, "between its messages and at its end"),
+    ],
+)
+def test_bytes_that_belong_to_no_message_are_told_with_their_number_and_place(
+    tmp_path, capsys, part, count, where
+):
+    record = Encoder(1, 1).frame(*encode(Reading("dvl", 1.0, (0.1, 0.0, 0.0, 0.004))))
+    whole = tmp_path / "whole.tlog"
+    with TlogWriter(whole) as writer:
+        for k in range(100):
+            writer.write(BOOT_US + 100_000 * k, record)
+    folder = tmp_path / "2026-11-20T0912Z-lake"
+    folder.mkdir()
+    (folder / "telemetry.tlog").write_bytes(part(whole.read_bytes()))
+    told = (
+        f"2026-11-20T0912Z-lake/telemetry.tlog: {count} bytes {where} belong to no message and were left out"
+    )
+    assert row_of(folder).glance.stray == (told if count else "")
+    cli.main(["dives", str(folder)])
+    assert (f"lake: {told}." in " ".join(capsys.readouterr().out.split())) == bool(count)
+
+
 def test_the_second_list_reads_no_recording(dives, looks, capsys):
     cli.main(["dives", str(dives)])
     first = capsys.readouterr().out
@@ -211,3 +275,19 @@ def test_names_are_what_follows_the_date():
     assert short_name(Path("lake-42")) == "lake-42"
     assert short_name(Path("2026-11-20T0912Z")) == "2026-11-20T0912Z"
     assert Glance().relative_std is None
+
+
+def test_a_restart_within_a_recording_and_the_run_that_is_used_are_told(tmp_path, capsys):
+    folder = tmp_path / "2026-11-20T0912Z-lake"
+    folder.mkdir()
+    encoder = Encoder(1, 1)
+    with TlogWriter(folder / "telemetry.tlog") as writer:
+        for start, seconds in ((0, 30), (60, 90)):
+            for k in range(10 * seconds):
+                record = encoder.frame(*encode(Reading("dvl", 0.1 * k, (0.1, 0.0, 0.0, 0.004))))
+                writer.write(BOOT_US + 1_000_000 * start + 100_000 * k, record)
+    cli.main(["dives", str(folder), "--json", str(tmp_path / "list.json")])
+    told = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))[0]["restarts"]
+    assert "of 2 runs the one that began at " in told
+    assert told.endswith("is used (it is the longest); the other lasts 30 s.")
+    assert f"lake: {told}" in " ".join(capsys.readouterr().out.split())

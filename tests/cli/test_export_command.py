@@ -84,6 +84,8 @@ def test_what_did_not_fit_is_written_as_json_too(tmp_path, capsys):
     assert "thruster lag 0.05 s" in [part["what"] for part in data["left_out"]]
     assert all(part["reason"] for part in data["left_out"])
     assert any("M_w" in note for note in data["notes"])
+    assert "M_w" in data["unknown"]
+    assert "M_u" not in data["unknown"]
     capsys.readouterr()
     assert (
         export(path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", out, "--json", "-")

@@ -190,13 +190,27 @@ def test_control_c_ends_off_and_says_how_far_it_came(vehicle, monkeypatch, capsy
     assert vehicle.closed
 
 
-def test_of_two_vehicles_with_one_address_off_is_never_called_done(vehicle, capsys):
-    vehicle.twin = VehicleAtTheEnd()
-    vehicle.twin.clock = vehicle.clock
+def twin_of(vehicle, mode):
+    twin = VehicleAtTheEnd()
+    twin.clock = vehicle.clock
+    twin.give_a_model()
+    twin.server.write("FF_MODE", mode, armed=False)
     for _ in range(100):
-        vehicle.twin._encoder.frame(0, bytes(9))
+        twin._encoder.frame(0, bytes(9))
+    return twin
+
+
+def test_of_two_vehicles_with_one_address_off_is_not_done_while_one_says_otherwise(vehicle, capsys):
+    vehicle.twin = twin_of(vehicle, 3.0)
     assert run("off", "--seconds", "40") == exit_codes.NO
     assert "two vehicles beat as system 1" in capsys.readouterr().out
+
+
+def test_of_two_vehicles_with_one_address_off_is_done_as_answered_and_says_that_two_answer(vehicle, capsys):
+    vehicle.twin = twin_of(vehicle, 0.0)
+    assert run("off", "--seconds", "40") == exit_codes.DONE
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "vehicle 1: off, as answered; but two vehicles answer: memory:vehicle: two vehicles beat" in shown
 
 
 @pytest.mark.parametrize(("word", "mode"), [("shadow", 1), ("only", 2), ("both", 3)])

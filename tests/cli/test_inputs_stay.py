@@ -55,6 +55,8 @@ VEHICLE = ("--vehicle", "our.yaml")
         (("simulate", *VEHICLE, "--mission", "m.yaml", "--parameters", "our.yaml"), "our.yaml"),
         (("params", "diff", "a.param", "--link", "udpin:127.0.0.1:1", "--json", "a.param"), "a.param"),
         (("doctor", *VEHICLE, "--json", "our.yaml"), "our.yaml"),
+        (("dives", "dives", "--otherwise", "our.yaml", "--json", "our.yaml"), "our.yaml"),
+        (("dives", "dives", "--json", "dives/one/telemetry.tlog"), "dives/one/telemetry.tlog"),
     ],
 )
 def test_a_target_that_is_an_input_is_refused_and_left_as_it_was(place, capsys, line, read):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from waiting import until
 
 from bridge.clock import SystemClock
 from bridge.framing import Encoder, Framer
@@ -18,17 +19,6 @@ from gcs_plugin.conditions import Conditions
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.holder import held
 from tui import cli, exit_codes
-
-
-def until(found):
-    """What `found` finds, as soon as it does."""
-    looking = threading.Event()
-    for _ in range(4000):
-        result = found()
-        if result:
-            return result
-        looking.wait(0.005)
-    raise AssertionError("it did not come")
 
 
 def now():

@@ -5,54 +5,13 @@ import threading
 from pathlib import Path
 
 import pytest
-from pymavlink.dialects.v20 import ardupilotmega as dialect
+from parameter_vehicle import VEHICLE, GroundKilledError, VehicleAtTheEnd, dying_at
 
-from bridge.clock import SimulatedClock
-from bridge.framing import Encoder, Framer, decode
-from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import cli, exit_codes, told
 from tui.parameter_files import write_identified
-
-VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
-
-
-class VehicleAtTheEnd:
-    """A link whose far end is a parameter server; reading it lets simulated time pass."""
-
-    name = "memory:vehicle"
-
-    def __init__(self):
-        self.clock = SimulatedClock()
-        self.server = ParameterServer(None, vehicle_table(load_vehicle(VEHICLE).vehicle))
-        self.armed = False
-        self.mute = False
-        self.stuck = set()
-        self._framer, self._encoder = Framer(), Encoder(1, 1)
-        self._out = []
-        self._beat_s = 0.0
-
-    def read(self, timeout_s):
-        self.clock.advance_to(self.clock.now_s + max(timeout_s, 0.001))
-        if self.mute:
-            return b""
-        if self.clock.now_s >= self._beat_s:
-            self._beat_s += 1.0
-            self._out.append(dialect.MAVLink_heartbeat_message(12, 0, 128 if self.armed else 0, 0, 4, 3))
-        messages, self._out = self._out + self.server.step(20), []
-        return b"".join(self._encoder.encode(message) for message in messages)
-
-    def write(self, data):
-        for frame in self._framer.feed(data):
-            message = decode(frame)
-            if message.get_type() == "PARAM_SET" and message.param_id in self.stuck:
-                continue
-            self._out += self.server.handle(message, self.armed)
-
-    def close(self):
-        pass
 
 
 @pytest.fixture
@@ -558,3 +517,116 @@ def test_an_effect_that_a_model_takes_back_is_a_line_that_can_be_chosen(vehicle,
     capsys.readouterr()
     assert run("upload", file, "--yes", "--only", "FF1_Y_VV") == exit_codes.BAD_INPUT
     assert "nothing of FF1_Y_VV is to be changed" in capsys.readouterr().err
+
+
+def test_a_clock_that_was_set_back_leaves_the_newest_upload_the_newest(vehicle, file):
+    assert run("upload", file, "--yes", "--only", "FF1_M_U") == exit_codes.DONE
+    vehicle.clock.unix_at_boot_s -= 86_400.0
+    assert run("upload", file, "--yes", "--only", "FF1_D_U") == exit_codes.DONE
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert (vehicle.server.value("FF1_M_U"), vehicle.server.value("FF1_D_U")) == (111.5, 0.0)
+
+
+def killed(vehicle, write, *line):
+    """Run a command whose ground dies as it sends that write."""
+    with dying_at(vehicle, write, ("PARAM_SET",)), pytest.raises(GroundKilledError):
+        run(*line)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+
+
+NEVER_FINISHED = "was never finished: of its 2 values 1 are on the vehicle, and none of them flies: set"
+
+
+def test_a_ground_that_was_killed_in_an_upload_is_told_of_it_and_finishes_it(vehicle, file, tmp_path, capsys):
+    with_intervals(file)
+    killed(vehicle, 2, "upload", file, "--yes")
+    (receipt,) = (tmp_path / "receipts").glob("*-receipt.json")
+    assert json.loads(receipt.read_text("utf-8"))["outcome"] == "begun"
+    assert run("show", "FF1_M_U") == exit_codes.DONE
+    said = capsys.readouterr().err
+    assert NEVER_FINISHED in " ".join(said.split())
+    (wanted,) = (tmp_path / "receipts").glob("*-wanted.param")
+    assert f"finish it: params upload receipts/{wanted.name}" in " ".join(said.split())
+    assert run("upload", str(wanted), "--yes") == exit_codes.DONE
+    assert {k: v for k, v in vehicle.server.active(1).items() if v} == {"M_u": 111.5, "D_u": 56.25}
+    (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
+    assert read_sidecar(accepted).intervals["FF1_M_U"].high95 == 121.5
+    capsys.readouterr()
+    run("diff", file)
+    assert "never finished" not in capsys.readouterr().out
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert not any(vehicle.server.active(1).values())
+
+
+def test_a_ground_that_was_killed_in_an_upload_goes_back_in_one_step(vehicle, file, capsys):
+    assert run("upload", file, "--yes", "--only", "FF1_D_U") == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    killed(vehicle, 2, "upload", file, "--yes", "--only", "FF1_M_U")
+    capsys.readouterr()
+    assert vehicle.server.value("FF1_M_U") == 111.5
+    run("diff", file)
+    assert "or go back: params rollback" in " ".join(capsys.readouterr().out.split())
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert vehicle.server.active(1)["D_u"] == 56.25
+    capsys.readouterr()
+    run("diff", file)
+    assert "never finished" not in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_what_was_to_be_written_is_kept_no_longer_than_the_upload_lasts(file, tmp_path):
+    with_intervals(file)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert [*(tmp_path / "receipts").glob("*-wanted*")] == []
+
+
+def test_an_implausible_value_stops_all_and_is_taken_by_name_alone(vehicle, file, capsys):
+    wide = Interval("M_u", "kg", 111.5 - 300.0, 111.5 + 300.0)
+    write_sidecar(
+        Path(file), Sidecar("d", "v", "hovering", "likelihood", "1", {"FF1_M_U": wide}, "ruvifist", "lake")
+    )
+    assert run("diff", file) == exit_codes.NO
+    assert "1 changed, 1 implausible" in capsys.readouterr().out
+    assert run("upload", file, "--yes") == exit_codes.NO
+    said = " ".join(capsys.readouterr().err.split())
+    assert "FF1_M_U: its standard deviation, 153.1, is as large as the value" in said
+    assert "--accept-implausible FF1_M_U" in said
+    assert run("upload", file, "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.NO
+    assert vehicle.server.active(1) == {}
+    assert run("upload", file, "--yes", "--only", "FF1_D_U") == exit_codes.DONE
+    assert run("upload", file, "--yes", "--accept-implausible", "FF1_M_U") == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 111.5
+
+
+def test_a_change_that_what_was_accepted_last_speaks_against_stops_all_but_a_roll_back(
+    vehicle, file, tmp_path, capsys
+):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    typed = tmp_path / "typed.param"
+    typed.write_text("FF1_D_U,562.5\n", encoding="utf-8")
+    assert run("upload", str(typed), "--yes") == exit_codes.NO
+    assert "56.25 was accepted last: this is 10 times as much" in " ".join(capsys.readouterr().err.split())
+    assert run("upload", str(typed), "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.DONE
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1)["D_u"] == 56.25
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_with_a_vehicle_file_a_total_mass_below_its_dry_mass_stops_all(tmp_path, capsys):
+    light = tmp_path / "light.param"
+    dry_kg = load_vehicle(VEHICLE).vehicle.configurations["hovering"].dry_mass_kg
+    light.write_text(f"FF1_M_U,{dry_kg / 2}\n", encoding="utf-8")
+    assert run("diff", str(light)) == exit_codes.NO
+    assert "1 changed" in capsys.readouterr().out
+    assert run("upload", str(light), "--vehicle", VEHICLE, "--yes") == exit_codes.NO
+    assert "below the rigid body's own" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_parameter_file_of_another_vehicle_than_the_one_given_is_refused(vehicle, file, capsys):
+    with_sidecar(file, "converged")
+    assert run("upload", file, "--vehicle", VEHICLE, "--yes") == exit_codes.BAD_INPUT
+    assert "is of vehicle 'ruvifist'" in capsys.readouterr().err
+    assert vehicle.server.active(1) == {}
+    assert run("upload", file, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE

@@ -1,6 +1,7 @@
 """Every table at 80 columns, with the longest names and numbers there are: whole, and no wider."""
 
 import argparse
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
 from identify.comparison import compare
 from identify.dive import Dive, Signal
+from identify.estimators.said import too_little
 from identify.identification import Identification, Outcome, Partner, added_mass, estimate
 from identify.validate import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
 from tui import demo, identified, show
@@ -107,7 +109,21 @@ def test_demo_shows_tracking_errors_beside_the_papers(printed):
 def test_identify(printed):
     identified.tell(show.results(), dive(), identification())
     out = printed()
-    assert "D_r 1235 1000 1501 N m/(rad/s) 8.0 M_v -0.87 100 yes" in cells(out)
+    assert "D_r 1235 1000 1501 N m/(rad/s) 11 M_v -0.87 100 yes" in cells(out)
+
+
+def test_an_error_in_the_table_is_the_one_that_the_reason_names(printed):
+    """Where the likelihood falls slowly on one side, that side decides."""
+    low, high = 15.5 * math.exp(-1.96 * 0.3), 15.5 * math.exp(1.96 * 0.74)
+    reason = too_little("I_q", "pitch", 0.74, 0.0, 15.5, "")
+    loose = estimate("I_q", 15.5, 0.18 * 15.5, low, high, reason)
+    found = identification()
+    others = tuple(replace(p, identifiable=True, reason="") for p in found.parameters if p.name != "I_q")
+    identified.tell(show.results(), dive(), replace(found, parameters=(*others, loose)))
+    out = printed()
+    (row,) = [line for line in cells(out) if line.startswith("I_q")]
+    assert " 74 " in row
+    assert "1: the dive says too little of pitch: the relative standard error is 74 %" in out
 
 
 def test_identify_with_a_second_method(printed):

@@ -111,6 +111,79 @@ def test_what_both_show_is_said_to_be_in_the_simulator_already():
     assert lacked.startswith("Weak thruster 2, ")
 
 
+def possible(one: Found, probability: float = 0.42) -> Found:
+    return replace(one, probability=probability)
+
+
+def test_an_effect_less_probable_than_not_is_one_that_the_simulator_may_lack():
+    drag, zone = possible(found("quadratic_drag")), found("dead_zone")
+    one = compared(diagnosis(drag), diagnosis())
+    assert against_words.verdict_sentence(one) == (
+        "Your simulator may lack quadratic drag (42 % probable): 100 % of the gap is in surge, steady; with the "
+        "vehicle's numbers its 5 s drift goes from 4.0 to 1.1 floors."
+    )
+    data = plain(one)
+    assert data["against"]["lacks"] == []
+    assert data["against"]["possible"]["lacks"] == ["quadratic_drag"]
+    assert data["effects"][0]["probability"] == 0.42
+    both = compared(diagnosis(zone, drag), diagnosis(values={"M_u": 88.0}))
+    said = against_words.verdict_sentence(both)
+    assert said.startswith("Your simulator must gain dead zone: ")
+    assert said.endswith(" Its M_u is 12 % too small. It may lack quadratic drag (42 % probable), too.")
+    page = render_report(against_report(both))
+    assert "dead zone, half width</th>" in page
+    assert "quadratic drag, X_uu</th>" not in page
+    numbers = against_words.verdict_sentence(compared(diagnosis(drag), diagnosis(values={"M_u": 88.0})))
+    assert numbers.startswith(
+        "Your simulator lacks no effect that this dive surely shows, but its M_u is 12 % too small; "
+    )
+    assert numbers.endswith(". It may lack quadratic drag (42 % probable), too.")
+
+
+def test_a_cause_at_half_is_told_as_a_cause():
+    one = compared(diagnosis(possible(found("dead_zone"), 0.5)), diagnosis())
+    assert against_words.verdict_sentence(one).startswith("Your simulator must gain dead zone: ")
+
+
+def test_what_the_simulator_s_own_recording_hardly_shows_it_may_have():
+    drag = found("quadratic_drag")
+    one = compared(diagnosis(drag), diagnosis(possible(drag)))
+    (line,) = against_words.cause_lines(one)
+    assert line.startswith(
+        "Your simulator may have it already (42 % probable): Quadratic drag, 99 % probable: "
+    )
+    assert plain(one)["against"]["has"] == []
+    assert plain(one)["against"]["possible"]["has"] == ["quadratic_drag"]
+    spare = compared(diagnosis(), diagnosis(possible(drag)))
+    assert (
+        "Its own recording may show quadratic drag (42 % probable), which this dive does not: look whether it should "
+        "be there."
+    ) in against_words.lines(spare)
+    assert plain(spare)["against"]["spare"] == []
+    assert plain(spare)["against"]["possible"]["spare"] == ["quadratic_drag"]
+
+
+def test_a_number_of_an_effect_less_probable_than_not_may_be_off():
+    one = compared(diagnosis(possible(found("thruster_lag", size=2.0))), diagnosis(found("thruster_lag")))
+    (each,) = one.differences
+    assert (each.probability, one.off) == (0.42, ())
+    assert "time constant" not in against_words.verdict_sentence(one)
+    assert "Its thruster lag's time constant may be " in against_words.lines(one)[0]
+    assert "too small (thruster lag is 42 % probable): " in against_words.lines(one)[0]
+    assert plain(one)["against"]["differences"][0]["probability"] == 0.42
+    page = render_report(against_report(one))
+    assert "thruster lag, time constant</th>" not in page
+    assert "time constant may be" in page
+
+
+def test_a_story_less_probable_than_not_may_make_the_numbers_differ():
+    one = compared(diagnosis(possible(found("added_payload"))), diagnosis(values={"M_u": 88.0}))
+    assert against_words.lines(one)[1].startswith(
+        "Added payload (42 % probable) may make masses and dampings differ so: "
+    )
+    assert plain(one)["against"]["possible"]["stories"] == ["added_payload"]
+
+
 def test_the_water_of_a_simulator_s_run_is_not_its_own():
     sim = diagnosis(found("steady_current"), found("tether"), found("quadratic_drag"))
     assert [cause.effect.name for cause in simulator_of(sim).causes] == ["quadratic_drag"]

@@ -20,6 +20,7 @@ from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.pushed import refuse_unpushed
 from identify.diagnose.words import percent_sure
 from identify.dive import Signal
 from tui.cli import main
@@ -144,6 +145,39 @@ def test_a_dive_without_velocity_is_refused(case):
 
 def test_a_dive_without_thruster_pulses_is_refused(case):
     assert "no thruster pulses" in refused(case, replace(dive_of(case), pwm=None))
+
+
+def with_pulses(dive, of_neutral):
+    """The dive with other pulses (n, k), as made from how far they were off neutral; the wrench not recorded."""
+    off = dive.pwm.value - 1500.0
+    return replace(dive, pwm=Signal(dive.pwm.time_s, 1500.0 + of_neutral(off)), tau_cmd=None)
+
+
+def test_a_dive_in_which_no_thruster_pushed_is_refused(case):
+    for still in (np.zeros_like, lambda off: np.sign(off)):
+        assert "no thruster pushed in all the dive" in refused(case, with_pulses(dive_of(case), still))
+
+
+def test_a_check_dive_in_which_no_thruster_pushed_is_refused(case):
+    still = with_pulses(check_of(case), np.zeros_like)
+    with pytest.raises(FitError, match="no thruster pushed"):
+        diagnose(dive_of(case), case.file, case.configuration, check=still, effects=SMALL, progress=quiet)
+
+
+def test_thrust_that_can_not_have_moved_the_vehicle_is_refused_and_any_more_is_not(case):
+    def one_command(off_us):
+        def pulses(off):
+            out = np.zeros_like(off)
+            out[100] = off_us
+            return out
+
+        return with_pulses(dive_of(case), pulses)
+
+    assert (
+        "the thrusters hardly pushed: by them alone the vehicle never goes faster than 2.2 mm/s"
+        in refused(case, one_command(30.0))
+    )
+    refuse_unpushed(one_command(100.0), case.file, case.configuration)
 
 
 def test_twenty_seconds_are_refused(case):

@@ -1,17 +1,22 @@
 """Causes that are less probable than not are not accepted, nor are the masses and dampings fitted beside them."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
+from identify.diagnose import diagnose as module
+from identify.diagnose.candidates import strongest_first
 from identify.diagnose.cause import Cause
-from identify.diagnose.diagnose import diagnose
+from identify.diagnose.diagnose import TELLING_S, diagnose
 from identify.diagnose.diagnosis import Found
 from identify.diagnose.likely import accepted
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explained_by
+from identify.dive import Dive, Signal
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +44,23 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
     plain = explained_by([], nominal, library).now
     assert none.values["D_u"].value == pytest.approx(float(plain.course.damping[0]))
     assert none.values["D_u"].value > 1.02 * whole.values["D_u"].value
+
+
+def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves():
+    def one(probability: float, gain_nats: float) -> Found:
+        return Found(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, probability, {}, gain_nats)
+
+    heard, possible, strong, stronger = one(0.9, 0.0), one(0.499, 80.0), one(0.972, 40.0), one(0.968, 60.0)
+    half = one(0.5, 1.0)
+    given = (possible, half, heard, strong, stronger)
+    assert strongest_first(given) == (stronger, strong, heard, half, possible)
+
+
+def test_a_dive_just_too_short_is_not_told_to_last_as_long_as_it_should():
+    dive = Dive("d", Path("d"), "", velocity=Signal(np.array([0.0, TELLING_S - 0.1]), np.zeros((2, 3))))
+    (note,) = module._short_dive(dive)
+    assert note.startswith(f"The dive lasts {TELLING_S - 1:.0f} s: ")
+    assert note.endswith(f"dive {TELLING_S:.0f} s or more.")
 
 
 def test_a_short_dive_is_told_to_be_one(case):

@@ -48,7 +48,9 @@ def test_what_was_not_identified_comes_from_the_vehicle_files_model_or_is_none_a
     assert model.added[4] == 0.0
     assert [note.split()[0] for note in model.notes] == ["I_q", "D_p", "D_q"]
     assert "7 is the vehicle file's own" in model.notes[1]
-    assert "no damping" in model.notes[2]
+    assert "it is unknown" in model.notes[2]
+    assert model.unknown == ("I_q", "D_q")
+    assert model.undamped == (4,)
 
 
 def test_a_total_mass_below_the_rigid_bodys_is_kept_and_told(file):

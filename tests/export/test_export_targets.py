@@ -273,7 +273,9 @@ def test_a_vehicle_without_thrusters_is_written_without_any(model, target):
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_every_reason_is_one_that_a_rich_model_meets_or_a_plain_one(rich, target):
-    exported = export(rich, target)
+    unknown = ("M_w", "I_p", "D_w", "D_p")
+    gappy = replace(rich, unknown=unknown, quadratic=(12.0, 24.0, 0.0, 0.0, 2.0, 3.0))
+    exported = export(gappy, target)
     assert len(exported.left_out) == len(TARGETS[target].reasons)
     assert all("{" not in part.reason and part.what for part in exported.left_out)
 
@@ -290,6 +292,53 @@ def test_what_did_not_fit_is_told_with_its_numbers_and_what_to_do(model, rich):
     assert "quadratic drag (X_uu 12, Y_vv 24, Z_ww 48)" in whats(rich, "stonefish")
     assert "quadratic drag (X_uu 12, Y_vv 24, Z_ww 48)" not in whats(rich, "gazebo")
     assert "linear damping (D_u 56.2, D_v 70.1, D_w 0.3333)" in whats(model, "ardusub-json")
+
+
+@pytest.fixture
+def planar():
+    """Only what a dive in the horizontal plane tells."""
+    known = {name: value for name, value in VALUES.items() if name[-1] in "uvr"}
+    return model_of(known, load_vehicle("ruvifist:hovering"), "hovering")
+
+
+def test_an_unknown_mass_is_no_part_of_the_one_mass_for_all_directions(planar):
+    mean_kg = (111.6 + 112.41) / 2
+    hull = xml(planar, "stonefish").find("robot/base_link")
+    own = json.loads(export(planar, "ardusub-json").text)["frame_property"]
+    assert float(hull.find("mass").get("value")) == own["mass"] == own["weight"] == pytest.approx(mean_kg)
+    masses = "mass by direction (M_u 111.6 kg, M_v 112.4 kg, M_w unknown)"
+    for target in ("stonefish", "ardusub-json"):
+        assert "the mean of what is known, 112 kg, is written" in whats(planar, target)[masses]
+
+
+def test_where_no_mass_is_known_the_dry_mass_is_written_and_called_that():
+    bare = model_of({"D_u": 56.2}, load_vehicle("ruvifist:hovering"), "hovering")
+    told = whats(bare, "stonefish")["mass by direction (M_u unknown, M_v unknown, M_w unknown)"]
+    assert "the dry mass, for none is known, 72 kg, is written" in told
+
+
+def test_where_no_damping_is_known_the_simulator_is_told_to_be_undamped(planar):
+    gazebo, stonefish_told = whats(planar, "gazebo"), whats(planar, "stonefish")
+    assert "undamped there" in gazebo["unknown damping (heave)"]
+    assert "undamped there" in gazebo["unknown damping of turns (roll, pitch)"]
+    assert "no added mass" in gazebo["unknown mass (M_w)"]
+    assert "no added inertia" in gazebo["unknown inertia (I_p, I_q)"]
+    assert "undamped there" in stonefish_told["unknown damping (heave)"]
+    braked = replace(planar, quadratic=(0.0, 0.0, 48.0, 0.0, 0.0, 0.0))
+    assert "unknown damping (heave)" not in whats(braked, "gazebo")
+
+
+def test_ardusubs_own_submarine_keeps_its_drag_where_none_is_known(planar):
+    data = json.loads(export(planar, "ardusub-json").text)
+    assert data["frame_property"]["linear_drag_coefficient"] == [0.0, 0.0, 2.0]
+    assert data["frame_property"]["angular_drag_coefficient"] == [1.05, 1.05, 0.0]
+    assert data["plant"]["unknown"] == ["M_w", "I_p", "I_q", "D_w", "D_p", "D_q"]
+
+
+@pytest.mark.parametrize("target", ["gazebo", "stonefish"])
+def test_what_is_unknown_stands_in_a_comment(planar, model, target):
+    assert "Unknown: M_w, I_p, I_q, D_w, D_p, D_q." in export(planar, target).text
+    assert "Unknown" not in export(model, target).text
 
 
 @pytest.mark.parametrize("target", ["gazebo", "stonefish"])

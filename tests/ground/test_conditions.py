@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bridge.errors import ConfigError
-from gcs_plugin.asked_conditions import TITLES, last_conditions, of_texts, texts_of
+from gcs_plugin.asked_conditions import TITLES, last_conditions, mistakes, of_texts, texts_of
 from gcs_plugin.conditions import NAMES, NOTHING_SAID, Conditions
 from gcs_plugin.folder import About, DiveFolder
 from gcs_plugin.seawater import density_kg_m3
@@ -69,11 +69,24 @@ def test_a_decimal_comma_is_read_and_blanks_are_nothing():
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [("salty", "salinity: 'salty' is no number"), ("99", "salinity must lie from 0 to 42")]
+    ("text", "words"),
+    [("salty", "salinity: 'salty' is no number"), ("99", "salinity: must lie from 0 to 42, it is 99")],
 )
 def test_a_mistake_is_named(text, words):
     with pytest.raises(ConfigError, match=words):
         of_texts({"salinity": text})
+
+
+def test_all_mistakes_are_told_each_by_its_field():
+    texts = {"salinity": "salty", "tether_out_m": "nan", "weather": "99", "ballast_kg": "2"}
+    wrong = {
+        "salinity": "'salty' is no number; give one such as 12.5, or leave it empty",
+        "tether_out_m": "must lie from 0 to 10000, it is nan; mend it, or leave it empty",
+    }
+    assert mistakes(texts) == wrong
+    with pytest.raises(ConfigError) as caught:
+        of_texts(texts)
+    assert str(caught.value) == ". ".join(f"{name}: {sentence}" for name, sentence in wrong.items())
 
 
 def dive(root, name, conditions=NOTHING_SAID):

@@ -330,19 +330,42 @@ def test_the_vehicle_that_is_named_is_the_only_one_that_is_sent_anything(clock):
     assert (one.sets, one.server.mode, other.server.mode) == ([], 3, 0)
 
 
-def test_of_two_vehicles_with_one_address_nobody_says_that_it_is_done(clock):
+def twins_on(clock):
     one, other = Craft(clock), Craft(clock, phase_s=0.5, booted_s=-40.0)
-    other.stuck = True
     link = Both(one, other)
+    return one, other, link, Twins(link)
+
+
+def test_of_two_vehicles_with_one_address_it_is_not_off_while_either_says_otherwise(clock):
+    one, other, link, twins = twins_on(clock)
+    other.stuck = True
     switch = Switch(Mode.OFF)
-    twins = Twins(link)
     assert not drive(switch, link, clock, 30.0, twins)
     assert "two vehicles beat as system 1" in switch.words
-    before = switch.sent
+    assert "as answered" not in switch.words
     other.stuck = False
-    assert not drive(switch, link, clock, 10.0, twins)
+    assert drive(switch, link, clock, 10.0, twins)
     assert (one.server.mode, other.server.mode) == (0, 0)
-    assert switch.sent - before == pytest.approx(10.0 / SEND_EVERY_S, abs=1)
+    assert switch.words.startswith(
+        "vehicle 1: off, as answered; but two vehicles answer: both:: two vehicles beat as system 1"
+    )
+
+
+def test_of_two_vehicles_with_one_address_another_mode_than_off_is_never_done(clock):
+    one, other, link, twins = twins_on(clock)
+    drive(Switch(Mode.OFF, system=9), link, clock, 5.0, twins)
+    assert twins.fault()
+    switch = Switch(Mode.SHADOW)
+    assert not drive(switch, link, clock, 20.0, twins)
+    assert (one.server.mode, other.server.mode) == (1, 1)
+    assert switch.sent == pytest.approx(20.0 / SEND_EVERY_S, abs=2)
+
+
+def test_one_vehicle_that_is_taken_for_two_is_off_once_it_has_answered(clock):
+    switch = Switch(Mode.OFF)
+    switch.twins = "udp: two vehicles beat as system 1"
+    assert drive(switch, Craft(clock), clock, 6.0)
+    assert switch.words == f"vehicle 1: off, as answered; but two vehicles answer: {switch.twins}"
 
 
 def test_a_ground_station_is_no_vehicle():

@@ -7,9 +7,15 @@ from pathlib import Path
 import pytest
 
 from gcs_plugin.params.compared import compared
-from gcs_plugin.params.last_accepted import AcceptedValue, keep_accepted, last_accepted, newest_before
+from gcs_plugin.params.last_accepted import (
+    AcceptedValue,
+    keep_accepted,
+    last_accepted,
+    newest_before,
+    unfinished,
+)
 from gcs_plugin.params.plan import make_plan
-from gcs_plugin.params.receipt import Line, Receipt
+from gcs_plugin.params.receipt import Line, Receipt, next_number
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
 from gcs_plugin.params.transfer import Outcome
 
@@ -29,16 +35,17 @@ SIDECAR = Sidecar(
 
 
 class Receipts:
-    """A folder of receipts, an upload a minute."""
+    """A folder of receipts, an upload a minute, or one a minute before the last by a clock that is set back."""
 
-    def __init__(self, path):
-        self.path, self.minute = path, 0
+    def __init__(self, path, minutes=1):
+        self.path, self.minute, self.minutes, self.count = path, 30, minutes, 0
 
     def keep(self, outcome=Outcome.APPLIED, system=1, restores="", sidecar=SIDECAR, **values):
-        self.minute += 1
+        self.minute += self.minutes
+        self.count += 1
         before = self.path / f"2026-11-21T06{self.minute:02d}00Z-before.param"
         lines = tuple(Line(name, 1.0, value, value, outcome, "") for name, value in values.items())
-        receipt = Receipt(outcome, "", system, 1, lines, before, None, "2026", 1.0, restores)
+        receipt = Receipt(outcome, "", system, 1, lines, before, None, "2026", 1.0, restores, self.count)
         text = json.dumps(receipt.to_json())
         self.path.mkdir(exist_ok=True)
         before.with_name(before.name.replace("-before.param", "-receipt.json")).write_text(text, "utf-8")
@@ -49,9 +56,13 @@ class Receipts:
         return {name: one.value for name, one in last_accepted(self.path, system).items()}
 
 
-@pytest.fixture
-def receipts(tmp_path):
-    return Receipts(tmp_path / "receipts")
+@pytest.fixture(params=[1, -1], ids=["clock goes on", "clock set back"])
+def receipts(request, tmp_path):
+    return Receipts(tmp_path / "receipts", request.param)
+
+
+def time_of(before):
+    return before.name.removesuffix("-before.param")
 
 
 def test_nothing_is_accepted_where_nothing_was_uploaded(receipts):
@@ -61,9 +72,9 @@ def test_nothing_is_accepted_where_nothing_was_uploaded(receipts):
 
 def test_each_parameter_is_as_it_was_accepted_last(receipts):
     receipts.keep(FF1_M_U=100.0, FF1_D_U=45.0)
-    receipts.keep(FF1_M_U=104.0)
+    later = receipts.keep(FF1_M_U=104.0)
     found = last_accepted(receipts.path)
-    assert found["FF1_M_U"] == AcceptedValue(104.0, MASS, "2026-11-21T060200Z")
+    assert found["FF1_M_U"] == AcceptedValue(104.0, MASS, time_of(later))
     assert found["FF1_D_U"].value == 45.0
 
 
@@ -119,6 +130,59 @@ def test_vehicles_are_told_apart(receipts):
     receipts.keep(system=2, FF1_M_U=50.0)
     assert (receipts.accepted(1), receipts.accepted(2)) == ({"FF1_M_U": 100.0}, {"FF1_M_U": 50.0})
     assert newest_before(receipts.path, 1) == first
+
+
+def test_an_upload_that_was_never_finished_is_what_a_roll_back_goes_back_to(receipts):
+    first = receipts.keep(FF1_M_U=100.0)
+    assert unfinished(receipts.path) is None
+    begun = receipts.keep(Outcome.BEGUN, FF1_M_U=104.0)
+    receipts.keep(Outcome.ROLLED_BACK, FF1_M_U=105.0)
+    left = unfinished(receipts.path, 1)
+    assert (left.time, left.preimage, left.targets) == (time_of(begun), begun, {"FF1_M_U": 104.0})
+    assert unfinished(receipts.path, 2) is None
+    assert newest_before(receipts.path) == begun
+    receipts.keep(restores=str(begun), FF1_M_U=100.0)
+    assert unfinished(receipts.path) is None
+    assert newest_before(receipts.path) == first
+
+
+@pytest.mark.parametrize("outcome", [Outcome.APPLIED, Outcome.SAME])
+def test_an_upload_that_finishes_another_is_rolled_back_to_what_was_before_both(receipts, outcome):
+    receipts.keep(FF1_M_U=100.0)
+    begun = receipts.keep(Outcome.BEGUN, FF1_M_U=104.0)
+    receipts.keep(Outcome.BEGUN, FF1_M_U=104.0)
+    receipts.keep(outcome, FF1_M_U=104.0)
+    assert unfinished(receipts.path) is None
+    assert newest_before(receipts.path) == begun
+    assert receipts.accepted() == {"FF1_M_U": 104.0}
+
+
+def test_what_was_so_already_of_other_lines_finishes_nothing(receipts):
+    begun = receipts.keep(Outcome.BEGUN, FF1_M_U=104.0)
+    receipts.keep(Outcome.SAME, FF1_D_U=45.0)
+    assert unfinished(receipts.path).preimage == begun
+
+
+def test_a_roll_back_that_was_never_finished_is_told_and_takes_nothing_back(receipts):
+    first = receipts.keep(FF1_M_U=100.0)
+    receipts.keep(Outcome.BEGUN, restores=str(first), FF1_M_U=1.0)
+    assert unfinished(receipts.path).restores == str(first)
+    assert newest_before(receipts.path) == first
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+def test_receipts_of_before_they_had_numbers_are_older_than_any_that_has_one(tmp_path):
+    receipts = Receipts(tmp_path, -1)
+    receipts.count = -1
+    first = receipts.keep(FF1_M_U=100.0)
+    path = first.with_name(f"{time_of(first)}-receipt.json")
+    data = json.loads(path.read_text("utf-8"))
+    del data["number"]
+    path.write_text(json.dumps(data), "utf-8")
+    assert next_number(tmp_path) == 1
+    second = receipts.keep(FF1_M_U=104.0)
+    assert newest_before(tmp_path) == second
+    assert next_number(tmp_path) == 2
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"vehicle": 3}', '{"vehicle": {"system": 1}}', "\xff"])

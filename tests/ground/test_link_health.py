@@ -1,7 +1,7 @@
 """Loss, age and rate as seen on one link."""
 
 from bridge.framing import Frame
-from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.link_health import MOST_KINDS, MOST_SOURCES, LinkHealth
 
 
 def heard(sequences, step_s=0.1, known=True):
@@ -39,3 +39,25 @@ def test_age_and_rate_of_each_message_are_told():
     assert abs(health.messages[0].rate_hz - 10.0) < 1e-6
     assert abs(health.age_s(0) - 0.1) < 1e-6
     assert health.age_s(99) == float("inf")
+
+
+def test_made_up_addresses_fill_no_memory_and_take_nobodys_place():
+    health = LinkHealth()
+    health.on_frame(Frame(b"", 0, 1, 1, 0, True), 0.0)
+    for made_up in range(10_000):
+        health.on_frame(Frame(b"", 0, made_up % 250 + 2, made_up // 250, 0, True), 1.0)
+    health.on_frame(Frame(b"", 0, 1, 1, 3, True), 2.0)
+    told = health.snapshot(2.0)
+    assert len(told.sources) == len(told.messages) == MOST_SOURCES
+    assert told.left_out == 10_001 - MOST_SOURCES
+    assert (told.sources[0].received, told.sources[0].lost) == (2, 2)
+
+
+def test_made_up_kinds_of_messages_fill_no_memory_and_are_counted():
+    health = LinkHealth()
+    for kind in range(10_000):
+        health.on_frame(Frame(b"", kind, 1, 1, kind % 256, True), 1.0)
+    told = health.snapshot(2.0)
+    assert len(told.messages) == MOST_KINDS
+    assert told.left_out == 10_000 - MOST_KINDS
+    assert (told.sources[0].received, told.sources[0].lost) == (10_000, 0)

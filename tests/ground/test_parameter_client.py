@@ -383,7 +383,7 @@ def test_a_vehicle_that_beats_and_answers_nothing_is_given_up_with_the_cause(veh
     begun_s, before = clock.now_s, truth(vehicle)
     vehicle.server.handle = lambda *_: []
     receipt = client.apply(plan, tmp_path / "before.param")
-    assert clock.now_s - begun_s < 50.0
+    assert clock.now_s - begun_s < 55.0
     assert receipt.outcome is Outcome.UNVERIFIED
     assert receipt.sentence == (
         "the vehicle has answered nothing for 20 s: the link may carry one way only, or what keeps its parameters "

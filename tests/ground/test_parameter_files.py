@@ -101,9 +101,9 @@ def test_what_is_no_parameter_file_is_said_in_a_sentence(tmp_path):
     with pytest.raises(ParamRejected, match="holds no parameters"):
         read_parameters(tmp_path / "empty.param")
     (tmp_path / "binary.param").write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(ParamRejected, match="can't be read as text"):
+    with pytest.raises(ParamRejected, match="is no text; give"):
         read_parameters(tmp_path / "binary.param")
-    with pytest.raises(ParamRejected, match="can't be read"):
+    with pytest.raises(ParamRejected, match="is a folder; give"):
         read_parameters(tmp_path)
     (tmp_path / "vast.param").write_bytes(b"A 1\n" * 1_100_000)
     with pytest.raises(ParamRejected, match="too long"):

@@ -38,7 +38,7 @@ def test_forty_values_arrive_over_a_link_that_loses_a_third_each_way(seed):
 def test_a_vehicle_that_echoes_one_value_and_stores_another_is_found_out(seed):
     faults = Faults(**BAD_LINK, stores_other={"P_03": 127.0, "P_20": 0.0}, coalesces=True)
     vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), faults, seed)
-    transfer = transfer_to(vehicle)
+    transfer = transfer_to(vehicle, timing=Timing(deadline_s=300.0))
     never_false(vehicle, transfer)
     assert {n for n, r in transfer.results.items() if r.outcome is not Outcome.APPLIED} == {"P_03", "P_20"}
     assert transfer.results["P_03"].sentence == "P_03 = 4.5 refused: the vehicle keeps 127"
@@ -81,12 +81,12 @@ def test_a_vehicle_that_stores_writes_and_never_echoes_them_is_read_back(seed, l
 def test_two_writes_without_an_echo_are_read_back_and_a_third_follows_a_difference():
     transfer = Transfer([write("A", 2.0)], SOURCE, 0.0, Timing())
     set_a, read_a = SetValue("A", 2.0), ReadValue("A")
-    sent = [(t / 20, send) for t in range(60) for send in transfer.tick(t / 20)]
-    assert sent[:3] == [(0.0, set_a), (0.5, set_a), (1.5, read_a)]
-    transfer.on_value("A", 1.0, SOURCE, 3.0)
+    sent = [(t / 20, send) for t in range(220) for send in transfer.tick(t / 20)]
+    assert sent == [(0.0, set_a), (0.5, set_a), (10.5, read_a)]
+    transfer.on_value("A", 1.0, SOURCE, 11.0)
     assert not transfer.done
-    assert transfer.tick(3.9) == []
-    assert transfer.tick(4.0) == [set_a]
+    assert transfer.tick(19.9) == []
+    assert transfer.tick(27.0) == [set_a]
 
 
 def test_a_write_that_is_never_answered_ends_at_the_deadline_as_unverified():
@@ -122,12 +122,40 @@ def test_the_echo_alone_proves_nothing():
     transfer.on_value("A", 0.699999988079071, SOURCE, 0.1)
     transfer.on_value("A", 0.699999988079071, SOURCE, 0.2)
     assert not transfer.done
-    assert transfer.tick(0.9) == []
-    transfer.on_value("A", 0.699999988079071, SOURCE, 0.95)
+    assert transfer.tick(3.1) == []
+    transfer.on_value("A", 0.699999988079071, SOURCE, 3.15)
     assert not transfer.done
-    assert transfer.tick(1.0) == [ReadValue("A")]
-    transfer.on_value("A", 0.699999988079071, SOURCE, 1.1)
+    assert transfer.tick(3.2) == [ReadValue("A")]
+    transfer.on_value("A", 0.699999988079071, SOURCE, 3.3)
     assert transfer.succeeded
+
+
+@pytest.mark.parametrize("count", [1, 3, 12])
+@pytest.mark.parametrize("delay_s", [0.6, 0.75, 1.0, 2.0, 4.0])
+def test_no_echo_passes_for_a_read_back_however_long_it_was_under_way(count, delay_s):
+    names = NAMES[:count]
+    for seed in range(12):
+        faults = Faults(loss=0.1, duplicate=0.2, delay_s=delay_s, stores_other={names[0]: 127.0})
+        vehicle = LossyVehicle(dict.fromkeys(names, 0.0), faults, seed, commits=False)
+        transfer = transfer_to(vehicle, {name: TARGETS[name] for name in names}, PATIENT)
+        assert transfer.results[names[0]].outcome is Outcome.REFUSED, seed
+        assert transfer.results[names[0]].seen == 127.0
+        assert all(transfer.results[name].outcome is Outcome.APPLIED for name in names[1:]), seed
+
+
+def test_an_answer_that_shows_the_link_to_be_slow_puts_off_what_was_asked_too_soon():
+    transfer = Transfer([write("A", 2.0), write("B", 3.0)], SOURCE, 0.0, Timing())
+    transfer.tick(0.0)
+    transfer.on_value("A", 2.0, SOURCE, 0.05)
+    assert transfer.tick(0.5) == [SetValue("B", 3.0)]
+    assert transfer.tick(1.75) == [ReadValue("A")]
+    transfer.on_value("B", 3.0, SOURCE, 1.9)
+    transfer.on_value("A", 2.0, SOURCE, 2.0)
+    assert transfer.results == {}
+    assert transfer.tick(9.9) == []
+    assert transfer.tick(10.0) == [ReadValue("A")]
+    transfer.on_value("A", 2.0, SOURCE, 10.1)
+    assert transfer.results["A"].outcome is Outcome.APPLIED
 
 
 def test_one_bit_of_difference_is_a_difference():

@@ -170,7 +170,7 @@ def test_a_commit_that_nobody_answered_is_said_with_the_number_to_look_for():
 def test_a_vehicle_that_answers_nothing_more_holds_nobody_up(cut_s):
     vehicle = LossyVehicle(OLD, Faults(delay_s=0.1, cut_s=cut_s), seed=1)
     upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0, QUICK, crc_of)
-    assert vehicle.run(upload, lambda: upload.ending is not None, cut_s + 45.0)
+    assert vehicle.run(upload, lambda: upload.ending is not None, cut_s + 55.0)
     assert "answered nothing for 20 s" in upload.ending.sentence
 
 
@@ -183,7 +183,7 @@ def test_a_vehicle_that_starts_anew_at_every_commit_ends_at_the_deadline():
             upload.on_reboot(vehicle.now_s)
         return upload.ending is not None
 
-    assert vehicle.run(upload, ended, 70.0)
+    assert vehicle.run(upload, ended, 90.0)
     the_truth_is_told(vehicle, upload.ending)
 
 

@@ -189,7 +189,7 @@ def test_a_disk_that_fails_though_it_has_space_is_tried_ever_less_often():
 
 
 def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.recorder.MOST_WAITING_BYTES", 10 * len(frames_of(2)[1]))
+    monkeypatch.setattr("gcs_plugin.recorded_files.MOST_WAITING_BYTES", 10 * len(frames_of(2)[1]))
     ground = Ground()
     ground.disk.full, ground.disk.free = True, 0
     for raw in frames_of(60):

@@ -54,6 +54,15 @@ def test_damage_takes_its_own_frames_alone(tmp_path):
     assert times == [0.0, 1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0]
 
 
+def test_a_file_that_holds_nothing_is_left_out(tmp_path):
+    (tmp_path / "empty.tlog").write_bytes(b"")
+    first, second = record(tmp_path / "a.tlog", range(3)), record(tmp_path / "b.tlog", range(5, 7))
+    reel = Reel([tmp_path / "empty.tlog", first, tmp_path / "empty.tlog", second])
+    assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [0.0, 1.0, 2.0, 5.0, 6.0]
+    with pytest.raises(LogError, match="is empty"):
+        Reel([tmp_path / "empty.tlog"])
+
+
 def test_a_file_that_can_t_be_read_is_said(tmp_path):
     with pytest.raises(LogError, match="no such file"):
         Reel([tmp_path / "none.tlog"])

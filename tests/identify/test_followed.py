@@ -1,5 +1,6 @@
 """The curves of a dive: few points, true to the recording, honest where it has gaps."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from test_validate import dive
 
 from identify.dive import Signal
-from identify.glance.followed import followed
+from identify.glance.followed import Followed
+from identify.glance.following import followed
 
 
 def test_only_axes_that_the_reference_moves_along_have_curves() -> None:
@@ -60,3 +62,17 @@ def test_they_are_written_in_few_digits() -> None:
     assert len(data["reference"]) == len(surge.time_s)
     (surge,) = followed(replace(dive(), tau_pid=None), points=50)
     assert set(surge.to_json()["tau_pid"]) == {None}
+
+
+def test_what_was_written_is_read_back_and_a_gap_stays_one() -> None:
+    whole = dive(offset_m_s=1 / 3)
+    assert whole.velocity is not None
+    value = whole.velocity.value.copy()
+    value[len(value) // 2 :] = np.nan
+    (surge,) = followed(replace(whole, velocity=Signal(whole.velocity.time_s, value)), points=50)
+    again = Followed.from_json(json.loads(json.dumps(surge.to_json())))
+    assert (again.axis, again.unit, again.wrench_unit) == ("surge", "m/s", "N")
+    assert again.time_s == pytest.approx(surge.time_s)
+    assert again.tau_pid == pytest.approx(surge.tau_pid)
+    assert again.measured == pytest.approx(surge.measured, abs=1e-3, nan_ok=True)
+    assert np.isnan(again.measured).any()

@@ -73,6 +73,31 @@ def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
     assert any("1 rows" in note for note in dive.notes)
 
 
+def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) -> None:
+    rows = (
+        "0,50,-20,,,,,,\n0,,,100,,,,,\n0,,,,90,,,,\n0,,,,,1500,1600,3,1\n100,50,-20,,,,,,\n100,,,100,90,,,,\n"
+    )
+    dive = read_dive(*table(tmp_path, rows))
+    whole = read_dive(*table(tmp_path, "0,50,-20,100,90,1500,1600,3,1\n100,50,-20,100,90,,,,\n"))
+    assert dive.notes == whole.notes
+    assert dive.counts == whole.counts
+    for name in ("velocity", "attitude", "gyro", "pwm", "tau_cmd"):
+        one, other = getattr(dive, name), getattr(whole, name)
+        assert one.time_s.tolist() == other.time_s.tolist()
+        assert one.value.tolist() == other.value.tolist()
+
+
+def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(tmp_path: Path) -> None:
+    first, clash, fits = "0,50,-20,,,,,,\n", "0,60,-20,100,90,,,,\n", "0,50,-20,,,1500,1600,,\n"
+    dive = read_dive(*table(tmp_path, f"{first}{clash}{fits}100,50,-20,,,1500,1600,,\n"))
+    assert dive.velocity is not None
+    assert dive.velocity.value[0, 0] == 0.5
+    assert dive.attitude is None or len(dive.attitude) == 0
+    assert dive.pwm is not None
+    assert dive.pwm.time_s.tolist() == [0.0, 0.1]
+    assert any("1 rows without a time of their own" in note for note in dive.notes)
+
+
 @pytest.mark.parametrize(
     ("rows", "said"),
     [

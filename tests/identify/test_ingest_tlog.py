@@ -227,6 +227,55 @@ def test_a_restart_leaves_the_longest_run(tmp_path: Path) -> None:
     assert any("restarted 1 time" in note for note in dive.notes)
 
 
+def run_of(arrived_s: float, seconds: int, pwm: float, armed: bool = True) -> list[Stamped]:
+    """A vehicle that starts when its first message arrives, and drives one thruster all the time."""
+    said: list[Stamped] = []
+    for k in range(10 * seconds):
+        t = k / 10
+        said.append((arrived_s + t, 1, 1, odometry(t, (0.1, 0.0, 0.0))))
+        said.append((arrived_s + t, 1, 1, outputs(t, [1500.0, pwm])))
+        if k % 10 == 0:
+            said.append((arrived_s + t, 1, 1, heartbeat(armed=armed)))
+    return said
+
+
+@pytest.mark.parametrize("afloat", [(1500.0, True), (1600.0, False), (0.0, True), (NAN, False)])
+def test_a_dive_is_used_rather_than_the_longer_time_afloat_after_a_restart(
+    tmp_path: Path, afloat: tuple[float, bool]
+) -> None:
+    dive = read_dive(
+        write(tmp_path / "a.tlog", recording([*run_of(0.0, 12, 1600.0), *run_of(60.0, 40, *afloat)]))
+    )
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 120
+    assert (
+        "The vehicle restarted 1 time during the recording; of 2 runs the one that began at 14:13 UTC, 12 s, is used "
+        "(its thrusters moved it the most, for 12 s); the other lasts 40 s."
+    ) in dive.notes
+
+
+def test_where_no_run_was_driven_the_longest_is_used(tmp_path: Path) -> None:
+    idle = [*run_of(0.0, 12, 1500.0), *run_of(60.0, 20, 1500.0), *run_of(120.0, 5, 1500.0)]
+    dive = read_dive(write(tmp_path / "a.tlog", recording(idle)))
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 200
+    assert any("(it is the longest); the others last 12 s, 5 s." in note for note in dive.notes)
+
+
+def test_an_output_that_stands_off_1500_while_disarmed_is_at_its_neutral_there(tmp_path: Path) -> None:
+    afloat = run_of(60.0, 10, 1100.0, armed=False)
+    later = [
+        (60.0 + k / 10, 1, 1, message)
+        for k in range(100, 400)
+        for message in (
+            odometry(k / 10, (0.0, 0.0, 0.0)), outputs(k / 10, [1500.0, 1100.0]), heartbeat(armed=True)
+        )
+    ]  # fmt: skip
+    dive = read_dive(write(tmp_path / "a.tlog", recording([*run_of(0.0, 12, 1600.0), *afloat, *later])))
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 120
+
+
 def ardusub_dive(boot_s: float = 0.0) -> list[Stamped]:
     """Ten seconds of an ArduSub that moves north at 1 m/s while it heads east."""
     said: list[Stamped] = []
@@ -362,6 +411,55 @@ def test_a_missing_file_and_an_empty_folder_are_named(tmp_path: Path) -> None:
         read_dive(tmp_path / "nowhere.tlog")
     with pytest.raises(LogError, match="holds no recording"):
         read_dive(tmp_path)
+
+
+@pytest.mark.parametrize("nothing", [b"", bytes(5), bytes(100)])
+def test_a_file_that_was_begun_and_holds_nothing_takes_no_dive_with_it(
+    tmp_path: Path, nothing: bytes
+) -> None:
+    write(tmp_path / "telemetry.tlog", nothing)
+    write(tmp_path / "telemetry.2.tlog", recording(contract_dive(4)))
+    write(tmp_path / "telemetry.3.tlog", recording(contract_dive(8)[380:]))
+    dive = read_dive(tmp_path)
+    assert dive.velocity is not None
+    assert len(dive.velocity) == 80
+    assert "1 of its files holds nothing, and the others are used." in dive.notes
+    for name in ("telemetry.2.tlog", "telemetry.3.tlog"):
+        write(tmp_path / name, nothing)
+    with pytest.raises(LogError, match=r"telemetry\.tlog: (is empty|holds no MAVLink frame)"):
+        read_dive(tmp_path)
+
+
+def test_one_wild_time_moves_nothing_but_its_own_message(tmp_path: Path) -> None:
+    said = contract_dive()
+    honest = read_dive(write(tmp_path / "honest.tlog", recording(said)))
+    wild = next(k for k, item in enumerate(said) if item[0] > 9.0)
+    said[wild] = (*said[wild][:3], odometry(9e8, (0.4, 0.2, -0.1)))
+    dive = read_dive(write(tmp_path / "wild.tlog", recording(said)))
+    assert dive.velocity is not None
+    assert honest.velocity is not None
+    assert dive.velocity.time_s == pytest.approx(honest.velocity.time_s, abs=0.03)
+    assert dive.span_s == honest.span_s
+    assert "1 messages state a time that can't be; when they arrived is taken." in dive.notes
+    assert not any("restarted" in note for note in dive.notes)
+
+
+def test_a_wild_time_of_a_message_that_sets_no_clock_is_when_it_arrived(tmp_path: Path) -> None:
+    said = contract_dive()
+    said = [
+        (t, s, c, array(9e8, "TAU_CMD", range(6)) if t > 14.9 and m.id == 350 else m) for t, s, c, m in said
+    ]
+    dive = read_dive(write(tmp_path / "wild.tlog", recording(said)))
+    assert dive.tau_cmd is not None
+    assert dive.tau_cmd.time_s[-1] == pytest.approx(14.9, abs=0.03)
+
+
+def test_times_that_lie_years_apart_are_refused_in_one_sentence(tmp_path: Path) -> None:
+    said = [(t if t < 10 else t + 4e8, s, c, m) for t, s, c, m in contract_dive() if m.id in (0, 331)]
+    late = [(t, s, c, odometry(t, (0, 0, 0)) if m.id == 331 else m) for t, s, c, m in said]
+    with pytest.raises(LogError, match=r"late\.tlog: its times lie 4\.63e\+03 days apart") as caught:
+        read_dive(write(tmp_path / "late.tlog", recording(late)))
+    assert "\n" not in str(caught.value)
 
 
 def test_a_folder_of_several_dives_is_not_taken_for_one(tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
             "kg m²",
             "16.00",
             "OUTSIDE",
-            "1.6 %",
+            "1.7 %",
             "—",
             "total inertia in yaw: rigid body plus added",
         ),
@@ -165,7 +165,7 @@ def test_a_parameter_tells_its_partner_and_what_came_from_the_prior():
     mass = replace(MASS, partner=Partner("D_u", -0.5), share_from_prior=0.25)
     (table, _) = identification_section(identification(mass, INERTIA)).tables
     assert table.columns[4:7] == ("Standard error", "Partner", "From prior")
-    assert [row[4:7] for row in table.rows] == [("0.63 %", "D_u −0.50", "25 %"), ("1.6 %", "—", "—")]
+    assert [row[4:7] for row in table.rows] == [("0.63 %", "D_u −0.50", "25 %"), ("1.7 %", "—", "—")]
 
 
 def test_a_partner_of_no_correlation_is_a_dash():

@@ -1,18 +1,11 @@
 """One MAVProxy with two vehicles, a link each: the simulated one (system 1), a bridge without devices (system 2)."""
 
-import dataclasses
-import socket
 import subprocess
-import threading
 
 import pytest
 from console import MAVPROXY, Console
+from second_vehicle import SecondVehicle, free_port
 
-from bridge.clock import SystemClock
-from bridge.link.open import open_link
-from bridge.parameters import ParameterServer, vehicle_table
-from bridge.service import Bridge
-from bridge.vehicle.config import load_vehicle
 from gcs_plugin.job import seatrial_command
 from tui import cli, exit_codes
 
@@ -22,35 +15,6 @@ legs:
   - {name: rest, phase: rest, duration_s: 3}
   - {name: surge, duration_s: 3, push_surge_n: 24, alternate: 8}
 """
-STEP_S = 0.05
-
-
-def free_port():
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        return sock.getsockname()[1]
-
-
-class SecondVehicle:
-    """A bridge of system 2 without any device, in a thread."""
-
-    def __init__(self, link):
-        vehicle = dataclasses.replace(load_vehicle("ruvifist").vehicle, system_id=2)
-        self.server = ParameterServer(None, vehicle_table(vehicle), system=2)
-        self.link = open_link(link)
-        self.bridge = Bridge(vehicle, SystemClock(), [self.link], self.server)
-        self.stop = threading.Event()
-        self.thread = threading.Thread(target=self.run, daemon=True)
-        self.thread.start()
-
-    def run(self):
-        while not self.stop.wait(STEP_S):
-            self.bridge.step()
-
-    def close(self):
-        self.stop.set()
-        self.thread.join()
-        self.link.close()
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from console import write
+from waiting import until
 
 from bridge.tlog import read_tlog
 from gcs_plugin.folder import load_folder
@@ -26,23 +27,42 @@ def test_commands_are_completed_and_help_names_each(mavproxy, folder):
     mavproxy.ask("seatrial hlep", r"usage: seatrial status \| record")
 
 
-def test_a_recording_holds_what_was_heard_and_what_was_sent_and_the_notes(mavproxy, folder):
+def frames_of(dive):
+    return [frame for path in dive.telemetry() for _, frame in read_tlog(path)]
+
+
+def heard_of(mavproxy, vehicle):
+    """How many frames came from a vehicle so far."""
+    said = rf"{vehicle}/1 on \S+: heard \d+\.\d s ago, (\d+) frames, .*\n"
+    return int(mavproxy.ask("seatrial status", rf"{said}(?s:.*)meant: ")[1])
+
+
+def test_a_recording_holds_what_was_heard_and_sent_and_the_notes_and_goes_on_in_a_next_dive(mavproxy, folder):
     made = mavproxy.ask("seatrial record start one", r"recording into (one/\S+):")[1]
+    heard = {vehicle: heard_of(mavproxy, vehicle) for vehicle in (1, 2)}
     mavproxy.ask("seatrial record note the current comes from the north", "noted in")
-    mavproxy.until("seatrial status", r"recording into .* [1-9]\d{2,} frames")
+    # The one sends two hundred frames a second, the other three: each must have been heard since.
+    for vehicle, before in heard.items():
+        until(lambda vehicle=vehicle, before=before: heard_of(mavproxy, vehicle) > before)
     upload_like = write(folder, "recorded.param", FF0_D_U=41)
     mavproxy.ask(f"seatrial params diff {upload_like}", "1 parameters: ")
-    mavproxy.ask("seatrial record stop", rf"recorded \d+ frames, \d+ kB: {made}")
+    over = rf"recorded \d+ frames, \d+ kB: {made}\nrecording into (one/\S+):"
+    following = mavproxy.ask("seatrial record next", over)[1]
+    mavproxy.until("seatrial status", rf"recording into {following}: .* [1-9]\d{{2,}} frames")
+    mavproxy.ask("seatrial record stop", rf"recorded \d+ frames, \d+ kB: {following}")
     dive = load_folder(folder / made)
     assert [event.text for event in dive.about().events] == ["the current comes from the north"]
-    frames = [frame for path in dive.telemetry() for _, frame in read_tlog(path)]
-    assert {frame.system for frame in frames} == {1, 2, 255}
+    of_both = [frames_of(dive), frames_of(load_folder(folder / following))]
+    assert {frame.system for frame in of_both[0]} == {1, 2, 255}
+    assert 1 in {frame.system for frame in of_both[1]}
+    frames = [frame for one in of_both for frame in one]
     for vehicle in (1, 2):
         numbers = [frame.sequence for frame in frames if frame.system == vehicle]
         assert numbers == [(numbers[0] + i) % 256 for i in range(len(numbers))], "a frame was not recorded"
     asked = [frame for frame in frames if frame.system == 255 and frame.message_id == 21]
     assert asked, "the recording lacks the PARAM_REQUEST_LIST that was sent"
     mavproxy.ask("seatrial record stop", "nothing is being recorded")
+    mavproxy.ask("seatrial record next", "nothing is being recorded that could go on in a new dive")
 
 
 def test_an_upload_asks_for_its_code_and_is_read_back_and_rolled_back_in_one_step(mavproxy, folder):

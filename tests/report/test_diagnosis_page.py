@@ -30,6 +30,7 @@ from identify.diagnose.diagnosis import (
     Value,
 )
 from identify.diagnose.drift import Drift
+from identify.diagnose.mirrored import mounted_otherwise
 from identify.report.bars import Bar, bars
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
 from identify.report.heatmap import heatmap
@@ -204,6 +205,24 @@ def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
     assert "No candidate of the library explains anything that noise would not." in read(quiet)
 
 
+def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_picture():
+    weak = (Tried("waves", "waves", 1.9, False), Tried("dvl_bias", "dvl_bias", 0.0, False))
+    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), tried=weak, check=None)
+    page = read(quiet)
+    assert "There is no gap, so it lies nowhere" in page
+    assert "What the missing force goes with" not in page
+    assert "Missing" not in page
+    assert "surge\n1.0\n1.0\n1.0" in page
+    assert "Here none of 2 candidates saves more than 2 nats." in page
+    names = {figure.name for part in diagnosis_report(quiet).sections for figure in part.figures}
+    assert names == {"drift over the dive", "drift by horizon"}
+    assert "There is no gap, so it lies nowhere" not in read(diagnosis())
+
+
+def test_a_table_of_many_columns_breaks_its_headings_before_it_leaves_the_page():
+    assert ".scroll thead th { white-space: normal; }" in diagnosis_page(diagnosis())
+
+
 def test_what_no_candidate_explains_is_described():
     said = diagnosis(verdict="unknown", character=UNKNOWN)
     assert words.verdict_sentence(said) == (
@@ -247,10 +266,32 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
     )
     assert said.startswith("Thruster lag shows, but opens no gap: ")
     assert "% of what shows is in " in said
+    chance = words.verdict_sentence(
+        diagnosis(found=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
+    )
+    assert chance.startswith("Thruster lag shows, but opens no gap: ")
+    assert chance.endswith(
+        "; without it the model's 5 s drift is 0.98 floors, with it 0.91 floors on pieces held out, where noise alone "
+        "would give 1 (0.8 to 1.2 by chance)."
+    )
+    closes = diagnosis(found=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
+    assert words.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
     wide = words.verdict_sentence(
         diagnosis(found=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert wide.startswith("Thruster lag explains the gap: ")
+
+
+def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
+    first = mounted_otherwise((0,), ())
+    said = words.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
+    assert said.startswith(
+        "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
+        "mended. In surge the recorded velocity runs against the thrust: "
+    )
+    assert said.index("Quadratic drag explains") > said.index("check both")
+    assert said.endswith(" Heave was not judged.")
+    assert mounted_otherwise((), ()) == ()
 
 
 def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
@@ -299,12 +340,16 @@ def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
 def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
     assert words.where_note(gap()) == ""
     sway = replace(gap(), where=(Share("sway", "steady", 0.8), Share("surge", "steady", 0.2)))
-    off, floor = np.ones((20, 6)) * [3.0, 1.0, 1.0, 1.0, 1.0, 1.0], np.full(6, np.nan)
-    floor[:2] = 1.0
-    sway = replace(sway, drifts=tuple(Drift(h, np.arange(20.0), off, floor) for h in (1.0, 5.0, 20.0)))
+    drifted = (Share("surge", "turning", 0.6), Share("sway", "steady", 0.3), Share("surge", "rest", 0.1))
+    sway = replace(sway, drifted=drifted)
     assert words.where_note(sway).startswith(
-        "By drift it is another: 90 % of the squared 5 s drift, in floors, is in surge."
+        "By drift it is another: 70 % of what the squared 5 s drift is beyond noise, in floors, is in surge."
     )
+    assert words.verdict_sentence(diagnosis(gap=sway, check=None)).startswith(
+        "Quadratic drag explains the gap: by drift 60 % of it is in surge, turning (by force 80 % of it is in sway, "
+        "steady); with it the model's"
+    )
+    assert "by drift" not in words.verdict_sentence(diagnosis(gap=replace(sway, drifted=sway.where)))
     assert "What is shared out is force, not drift" in read(diagnosis())
     assert "By drift it is another" in read(diagnosis(gap=sway))
     assert words.where_note(replace(sway, before=1.1)) == ""
@@ -452,6 +497,15 @@ def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_ma
     assert any("2.7 times as likely" in line for line in page.lines)
 
 
+def test_a_candidate_that_is_less_probable_than_not_is_possible_and_not_accepted():
+    drag = replace(found("quadratic_drag"), probability=0.42)
+    page = Text(diagnosis_page(diagnosis(found=(drag,))))
+    assert page.lines[page.lines.index("quadratic drag (possible: 42 % probable)") + 1] == "61 nats"
+    assert not [line for line in page.lines if line.endswith(": accepted")]
+    half = replace(drag, probability=0.5)
+    assert "quadratic drag: accepted" in Text(diagnosis_page(diagnosis(found=(half,)))).lines
+
+
 def places(key: tuple[str, int]) -> list[int]:
     """Where the forms of one candidate stand in the library."""
     return [k for k, one in enumerate(LIBRARY) if (one.name, one.number) == key]
@@ -508,6 +562,8 @@ def test_predicted_and_measured_shrink_stand_side_by_side():
     assert "predicted: pieces held out\n3.40\n1.25\n90 %\n84 % to 94 %" in page
     assert "measured: the check dive\n3.10\n1.30\n86 %\n79 % to 92 %" in page
     assert "What was predicted and what was measured are 4 points apart." in page
+    near = diagnosis(heldout=Shrink(3.0, 1.0, 0.99, NAN, NAN), check=Shrink(3.0, 1.0, 0.98, NAN, NAN))
+    assert "are 1 point apart." in read(near)
 
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():

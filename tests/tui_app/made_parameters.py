@@ -96,14 +96,21 @@ def told_lines(count, share):
 
 
 class FakeVehicle:
-    """Answers `params diff`, a dry roll back, and writes; `waits` makes a write wait after it told `tells`."""
+    """Answers `params diff`, a dry roll back, and writes; `waits` makes a write wait after it told `tells`.
 
-    def __init__(self, compared=None, back=None, written=None, code=0, said=(), tells=(), waits=False):
+    `silent` makes a reading wait.
+    """
+
+    def __init__(
+        self, compared=None, back=None, written=None, code=0, said=(), tells=(), waits=False, silent=False
+    ):
         self.compared = plan() if compared is None else compared
         self.back = way_back() if back is None else back
         self.written = receipt() if written is None else written
         self.code, self.said, self.tells, self.waits = code, said, tells, waits
-        self.words, self.go = [], asyncio.Event()
+        self.words, self.go, self.speaks = [], asyncio.Event(), asyncio.Event()
+        if not silent:
+            self.speaks.set()
 
     @property
     def writes(self):
@@ -112,6 +119,7 @@ class FakeVehicle:
     async def __call__(self, words, hear):
         self.words.append(words)
         if "--yes" not in words:
+            await self.speaks.wait()
             result = self.back if words[1] == "rollback" else self.compared
             return Done(0 if result else 3, result or None, self.said)
         for told in self.tells:

@@ -81,7 +81,7 @@ def _known(app):
     letters, legend = {}, {}
     for role in ROLES:
         segments = [Segment("x", widget.get_component_rich_style(f"line--{role}"))]
-        for line_filter in app._filters:
+        for line_filter in app.get_line_filters():
             segments = line_filter.apply(segments, Color.parse("black"))
         look = _look(segments[0].style)
         if look not in letters:
@@ -93,7 +93,7 @@ def _look(style):
     """A style in words, without what does not show."""
     if style is None:
         return "none"
-    words = [name for name in ("bold", "italic", "underline", "reverse") if getattr(style, name)]
+    words = [name for name in ("bold", "dim", "italic", "underline", "reverse") if getattr(style, name)]
     colours = [colour.name if colour else "default" for colour in (style.color, style.bgcolor)]
     return " ".join([*words, " on ".join(colours)])
 

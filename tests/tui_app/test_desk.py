@@ -161,9 +161,12 @@ def test_the_vehicle_of_a_dive_is_the_one_that_it_names(tmp_path):
     assert desk.vehicle_of(dive(tmp_path, "c", gone)) == f"{CONFIGS / 'vehicles' / 'ruvifist.yaml'}:hovering"
 
 
-def test_a_dive_that_names_none_is_of_the_vehicle_of_the_app(tmp_path):
+def test_a_dive_that_names_none_or_one_that_is_gone_is_of_the_vehicle_of_the_app(tmp_path):
     desk = Desk("ruvifist:survey")
     assert desk.vehicle_of(dive(tmp_path, "a")) == "ruvifist:survey"
+    gone = dive(tmp_path, "d", About("/elsewhere/mine.yaml", "", "hovering"))
+    assert desk.vehicle_of(gone) == "ruvifist:survey"
+    assert Desk().vehicle_of(gone) == ""
     damaged = dive(tmp_path, "b")
     (damaged / "dive.yaml").write_text("notes: [", encoding="utf-8")
     assert desk.vehicle_of(damaged) == "ruvifist:survey"

@@ -69,6 +69,26 @@ def test_causes_are_ranked_with_evidence_probability_and_what_they_are_mistaken_
     assert lines[-1].startswith("  weak thruster 5")  # a DVL bias that gains 0.03 nats is left out
 
 
+def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
+    one, other = diagnosis()["effects"]
+    lines = text(made.which(found(effects=[one, other | {"probability": 0.42}]), 80))
+    heads = [n for n, line in enumerate(lines) if line.startswith(("cause ", "possible", "tried as well"))]
+    accepted, possible = lines[heads[0] : heads[1]], lines[heads[1] : heads[2]]
+    assert possible[0].startswith("possible, not accepted ")
+    assert possible[1].startswith("2 thruster lag or command del")
+    assert possible[1].endswith("37 nats      42 %")
+    assert not any("thruster lag" in line for line in accepted)
+
+
+def test_where_no_cause_is_likely_none_is_accepted_and_the_possible_ones_are_named():
+    lines = text(
+        made.which(found(effects=[one | {"probability": 0.49} for one in diagnosis()["effects"]]), 80)
+    )
+    assert lines[0] == "No candidate of the library is accepted as a cause."
+    assert lines[2].startswith("possible, not accepted ")
+    assert lines[3].startswith("1 quadratic drag")
+
+
 def test_evidence_bars_grow_with_evidence_and_the_strongest_fills_its_place():
     bars = [line.count("█") for line in text(made.which(found(), 80)) if "nats" in line]
     assert bars[0] == made.BAR_CELLS - 8

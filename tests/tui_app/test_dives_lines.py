@@ -4,9 +4,8 @@ import math
 from pathlib import Path
 
 import pytest
-from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive, excitation
+from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive
 
-from bridge.vehicle.coefficients import COEFFICIENTS
 from tui.app.dives_lines import details, known_to, row_under, table, window
 from tui.app.lines import width
 from tui.app.listed import listed, usual
@@ -26,10 +25,6 @@ def test_dives_are_listed_the_newest_first():
 def test_the_newest_that_could_identify_anything_is_meant():
     assert usual(listed(DIVES), None) == HOVERING_DIVE.folder
     assert usual(listed([DECK, DAMAGED]), Path("other")) == Path("other")
-    rocking = DECK | {
-        "excitation": excitation(**{c.name: math.inf for c in COEFFICIENTS} | {"I_p": 0.1, "D_q": 0.1})
-    }
-    assert usual(listed([rocking, HOVERING]), None) == HOVERING_DIVE.folder
 
 
 def test_what_a_dive_could_tell_is_in_percent_or_no_or_unknown():
@@ -132,3 +127,13 @@ def test_what_could_not_be_judged_says_why():
     still = listed([DECK | {"why_not": "no thrust"}])[0]
     assert "nothing to identify: no thrust" in said(details(still, False, 80))
     assert "is being recorded: this is what it holds so far" in said(details(still, True, 80))
+
+
+def test_bytes_that_belong_to_no_message_are_told():
+    (spoilt,) = listed([HOVERING | {"stray": "telemetry.tlog: 9 bytes at its end belong to no message"}])
+    assert "telemetry.tlog: 9 bytes at its end belong to no message." in said(details(spoilt, False, 80))
+
+
+def test_a_restart_and_the_run_that_is_used_are_told():
+    (restarted,) = listed([HOVERING | {"restarts": "The vehicle restarted 1 time; of 2 runs one is used."}])
+    assert "The vehicle restarted 1 time; of 2 runs one is used." in said(details(restarted, False, 80))

@@ -92,7 +92,7 @@ def test_the_list_is_read_again_whenever_the_screen_is_opened():
         await shown(app, pilot)
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
-    assert verbs.words == [("dives", "dives")] * 3
+    assert verbs.words == [("dives", "dives", "--otherwise", "ruvifist:hovering")] * 3
 
 
 def test_a_folder_that_can_t_be_listed_says_why():
@@ -146,6 +146,23 @@ def test_a_note_that_can_t_be_written_says_why(tmp_path):
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
 
 
+def test_a_note_that_could_not_be_written_is_offered_again_as_it_was_typed(tmp_path):
+    folder = tmp_path / "2026-11-21T0352Z-hovering"
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "n", "!", "enter")
+        await shown(app, pilot)
+        folder.mkdir()
+        await pressed(pilot, "n", "enter")
+        await shown(app, pilot)
+        assert "can't be written" not in text(app)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert DiveFolder(folder).about().notes == "new propellers at the quay!"
+
+
 def dives_on_disk(tmp_path):
     """A desk whose list is of two folders that are there: the earlier one was made in salt water."""
     older, newer = tmp_path / "2026-11-20T0252Z-hovering", tmp_path / "2026-11-21T0452Z-deck"
@@ -173,15 +190,88 @@ def test_conditions_are_asked_with_the_dive_befores_filled_in_and_kept(tmp_path)
     assert folder.about().conditions == Conditions(9.5, 35.0, 40.0)
 
 
+def test_a_bad_number_is_told_at_its_line_and_all_that_was_typed_stays_until_it_is_mended(tmp_path):
+    folder, at = dives_on_disk(tmp_path)
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "home", "c", "x", "down", "down", *"40", *["down"] * 4, *"swell")
+        lines = text(app).splitlines()
+        line = next(n for n, row in enumerate(lines) if "water temperature" in row)
+        assert "▲ '11x' is no number; give one such as 12.5, or leave it empty" in lines[line + 1]
+        await pressed(pilot, "enter")
+        assert isinstance(app.screen, FormScreen)
+        assert app.screen.focused.name == "water_temperature_c"
+        assert [one.value for one in app.screen.query(Input)] == ["11x", "35", "40", "", "", "", "swell"]
+        assert folder.about().conditions == Conditions()
+        await pressed(pilot, "backspace")
+        assert "no number" not in text(app)
+        await pressed(pilot, "enter")
+        await shown(app, pilot)
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+    assert folder.about().conditions == Conditions(11.0, 35.0, 40.0, weather="swell")
+
+
 def test_conditions_that_can_not_be_are_named_and_escape_changes_nothing(tmp_path):
     folder, at = dives_on_disk(tmp_path)
 
     async def work(app, pilot):
         await opened(app, pilot)
         await pressed(pilot, "home", "c", *"00", "enter")
-        await shown(app, pilot)
-        assert "water_temperature_c must lie from -2 to 40, it is 1100" in text(app)
-        await pressed(pilot, "c", *"00", "escape")
+        assert "▲ must lie from -2 to 40, it is 1100; mend it" in text(app)
+        await pressed(pilot, "escape")
+        assert isinstance(app.screen, DivesScreen)
 
     run(made(FixedViews(), desk=at), NARROW, work)
     assert folder.about().conditions == Conditions()
+
+
+def test_conditions_that_can_not_be_written_stay_in_the_form(tmp_path):
+    folder, at = dives_on_disk(tmp_path)
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "home", "c", *["down"] * 6, *"calm")
+        folder.path.rmdir()
+        await pressed(pilot, "enter")
+        assert "dive.yaml: can't be written" in " ".join(text(app).split())
+        assert "calm" in text(app)
+        folder.path.mkdir()
+        await pressed(pilot, "enter")
+        await shown(app, pilot)
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+    assert folder.about().conditions == Conditions(11.0, 35.0, weather="calm")
+
+
+@pytest.mark.parametrize("key", ["n", "c"])
+def test_what_lies_over_the_screen_hides_none_of_it_and_the_room_is_given_back(key, tmp_path):
+    _, at = dives_on_disk(tmp_path)
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        before = text(app).splitlines()
+        await pressed(pilot, key)
+        await shown(app, pilot)
+        assert all(
+            any(line.startswith(head) for line in text(app).splitlines()) for head in ("DIVES ───", "▶")
+        )
+        assert "deck" in text(app)
+        assert "Widget" not in text(app)
+        await pressed(pilot, "escape")
+        await shown(app, pilot)
+        assert text(app).splitlines() == before
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+
+
+def test_keys_that_have_no_room_are_counted_beside_the_help_and_none_is_cut():
+    async def work(app, pilot):
+        await opened(app, pilot)
+        assert text(app).splitlines()[-1].endswith("^x FF off  ? Help, 3 more")
+        await pilot.resize_terminal(120, 24)
+        await pilot.pause()
+        assert text(app).splitlines()[-1].endswith("? Help  ^p Palette  t Theme  ^q Quit")
+
+    run(made(FixedViews(), desk=desk()), NARROW, work)

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from made_dives import HOVERING, FakeVerbs, desk
+from made_dives import DECK, HOVERING, FakeVerbs, desk
 from made_identified import leave, passes
 from made_view import UNIX_S, FixedViews
 from screen_text import check, made, pressed, run, text
@@ -186,3 +186,78 @@ def test_a_dive_that_was_not_identified_says_which_key_does(dive):
         assert isinstance(app.screen, DivesScreen)
 
     run(made(FixedViews(), desk=desk(WAITING(), dive=dive)), NARROW, work)
+
+
+def on_watch(dives, work, **what):
+    verbs = FakeVerbs({"dives": dives, "identify": {}}, leave=leave)
+
+    async def begin(app, pilot):
+        await work(app, pilot)
+        await ended(app, pilot)
+        assert isinstance(app.screen, IdentifyScreen)
+        return [notice.message for notice in app._notifications]
+
+    said = run(made(FixedViews(), desk=desk(verbs, **what)), NARROW, begin)
+    return verbs.words[-1][1], said
+
+
+def test_one_key_on_watch_identifies_the_dive_just_made_wherever_the_mark_stood(dive):
+    older = HOVERING | {"folder": str(dive.with_name("older")), "name": "older", "began_unix_s": 0.0}
+
+    async def work(app, pilot):
+        await pressed(pilot, "2", "end", "enter", "1")
+        await shown(app, pilot)
+        assert app.desk.dive == Path(older["folder"])
+        await pressed(pilot, "i")
+        await ended(app, pilot)
+
+    assert on_watch([older, HOVERING | {"folder": str(dive)}], work) == (str(dive), [])
+
+
+def test_of_a_dive_that_is_still_recorded_it_identifies_what_is_there(dive):
+    async def work(app, pilot):
+        await pressed(pilot, "i")
+        await ended(app, pilot)
+
+    named, _ = on_watch([HOVERING | {"folder": str(dive)}], work, recorded=lambda: dive)
+    assert named == str(dive)
+
+
+def test_a_newer_recording_that_can_tell_nothing_is_said_to_be_passed_over(dive):
+    async def work(app, pilot):
+        await pressed(pilot, "i")
+        await ended(app, pilot)
+
+    named, said = on_watch([HOVERING | {"folder": str(dive)}, DECK], work)
+    assert named == str(dive)
+    assert said == ["hovering; deck, recorded since, can tell nothing yet"]
+
+
+def test_leaving_while_the_dives_are_listed_begins_nothing_later(dive):
+    verbs = FakeVerbs({})
+
+    async def work(app, pilot):
+        await pressed(pilot, "i", "1")
+        verbs.results["dives"] = [HOVERING | {"folder": str(dive)}]
+        app.desk.jobs.cancel("dives")
+        await pressed(pilot, "2")
+        await ended(app, pilot)
+        assert isinstance(app.screen, DivesScreen)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert {words[0] for words in verbs.words} == {"dives"}
+
+
+def test_a_second_one_is_not_begun_while_one_runs(dive):
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(dive)}]}, tells=passes())
+
+    async def work(app, pilot):
+        for _ in range(2):
+            await pressed(pilot, "1", "i")
+            while app.desk.jobs.runs("dives"):
+                await pilot.pause()
+            await shown(app, pilot)
+        assert isinstance(app.screen, IdentifyScreen)
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert [words[0] for words in verbs.words].count("identify") == 1

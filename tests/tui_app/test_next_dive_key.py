@@ -100,6 +100,20 @@ def test_the_question_names_the_dive_and_escape_leaves_it():
     assert boat.asked == []
 
 
+def test_a_recording_begun_since_the_question_was_asked_is_not_ended_by_its_answer():
+    boat = Boat()
+
+    async def answer(app, pilot):
+        boat.recorded = Path(SECOND["folder"])
+        await pressed(pilot, *"END", "enter")
+        await app.workers.wait_for_complete()
+        return [notice.message for notice in app._notifications]
+
+    _, said = after(["ctrl+e"], boat, then=answer)
+    assert said == ["the recording of 2026-11-21T0452Z-deck is over already; nothing was ended"]
+    assert boat.asked == []
+
+
 def test_dives_marks_the_dive_that_is_over_and_the_new_one_is_recorded():
     async def look(app, pilot):
         await settled(app, pilot)

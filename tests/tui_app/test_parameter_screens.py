@@ -1,14 +1,19 @@
 """The screen Parameters: what it shows, what is chosen, and what has to be typed before anything is written."""
 
+import json
 from dataclasses import replace
 
 import pytest
 from made_parameters import BEFORE, PARAM, FakeVehicle, desk, plan, receipt, told_lines
 from made_view import FixedViews, view
 from screen_text import check, made, pressed, run, text
+from textual import events
 from textual.widgets import Input
 
 from gcs_plugin.watch.picture import Armed
+from tui.app import parameter_lines as lines
+from tui.app.desk import Desk
+from tui.app.screens.parameters import ParametersScreen
 from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
@@ -144,6 +149,28 @@ def test_an_enter_alone_or_another_number_writes_nothing(keys):
 
     on_screen(vehicle, work)
     assert vehicle.writes == []
+
+
+def test_a_refusal_is_forgotten_once_something_is_written():
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "2", "enter", "backspace", "7", "enter")
+        assert "nothing was sent" not in text(app)
+
+    on_screen(vehicle, work)
+    assert len(vehicle.writes) == 1
+
+
+def test_a_screen_that_is_not_composed_yet_offers_no_upload_and_takes_no_key():
+    """Keys in a burst come to a screen before its widgets do."""
+
+    async def work(_app, _pilot):
+        screen = ParametersScreen("Parameters", ())
+        assert not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
+        assert not await screen.take(events.Key("u", "u"))
+
+    run(made(views(), desk=desk(FakeVehicle())), NARROW, work)
 
 
 def test_escape_asks_no_longer_and_writes_nothing():
@@ -379,3 +406,147 @@ def test_a_click_goes_to_a_line_and_a_second_one_chooses_it():
         assert line_of(app, "FF1_I_R").startswith("▶□")
 
     on_screen(FakeVehicle(), work)
+
+
+async def burst(app, pilot, *keys):
+    """Keys that come at once, as a slow link brings them."""
+    await pilot.pause()
+    for key in keys:
+        app.post_message(events.Key(key, key if len(key) == 1 else None))
+    await done(app, pilot)
+    await pilot.pause()
+
+
+def test_a_number_that_comes_at_once_with_its_key_is_typed_and_opens_no_screen():
+    vehicle = FakeVehicle()
+
+    async def work(app, pilot):
+        await burst(app, pilot, "u", "7", "enter")
+        assert isinstance(app.screen, ParametersScreen)
+        await done(app, pilot)
+
+    on_screen(vehicle, work)
+    assert len(vehicle.writes) == 1
+
+
+@pytest.mark.parametrize("key", ["u", "r"])
+def test_what_is_typed_while_the_vehicle_is_still_read_waits_in_the_line_and_is_sent_by_an_enter_after_it(
+    key,
+):
+    vehicle = FakeVehicle(silent=True)
+
+    async def work(app, pilot):
+        await pressed(pilot, "5", key, "1", "2", "backspace", "backspace", "7", "enter")
+        assert isinstance(app.screen, ParametersScreen)
+        assert "still being read: nothing was sent" in text(app)
+        assert app.screen.query_one(Input).value == "7"
+        vehicle.speaks.set()
+        await done(app, pilot)
+        await done(app, pilot)
+        assert "type 7 and Enter" in text(app)
+        assert vehicle.writes == []
+        await typed(app, pilot, "enter")
+
+    run(made(views(), desk=desk(vehicle)), NARROW, work)
+    assert [words[1] for words in vehicle.writes] == ["upload" if key == "u" else "rollback"]
+
+
+def test_no_key_begins_anything_else_while_the_vehicle_is_read():
+    vehicle = FakeVehicle(silent=True)
+
+    async def work(app, pilot):
+        await pressed(pilot, "5", "a", "space", "r", "1", "2", "r", "i", "t", "question_mark")
+        assert isinstance(app.screen, ParametersScreen)
+        assert app.theme == "dark"
+
+    run(made(views(), desk=desk(vehicle)), NARROW, work)
+    assert {words[0] for words in vehicle.words} == {"params"}
+
+
+def test_a_vehicle_that_could_not_be_read_leaves_what_was_typed_in_the_line():
+    vehicle = FakeVehicle({}, said=("seatrial: no vehicle's HEARTBEAT within 5 s",), silent=True)
+
+    async def work(app, pilot):
+        await pressed(pilot, "5", "u", "1")
+        vehicle.speaks.set()
+        await done(app, pilot)
+        await pressed(pilot, "2", "enter")
+        assert isinstance(app.screen, ParametersScreen)
+        assert "no vehicle's HEARTBEAT" in text(app)
+
+    run(made(views(), desk=desk(vehicle)), NARROW, work)
+    assert vehicle.writes == []
+
+
+def test_lines_that_have_no_room_are_counted_and_a_question_hides_none():
+    async def work(app, pilot):
+        assert "lines above" not in text(app)
+        await typed(app, pilot, "u")
+        assert all(row["name"] in text(app) for row in plan()["parameters"])
+        await typed(app, pilot, "escape")
+        await pilot.resize_terminal(80, 15)
+        await typed(app, pilot, "end")
+        shown = [row["name"] for row in plan()["parameters"] if f"{row['name']}  " in text(app)]
+        assert f"{len(plan()['parameters']) - len(shown)} lines above, 0 below" in text(app)
+
+    on_screen(FakeVehicle(), work)
+
+
+def test_an_upload_that_was_never_finished_is_told_as_the_app_begins(tmp_path):
+    begun = {
+        "outcome": "begun",
+        "vehicle": {"system": 1, "component": 1},
+        "parameters": [{"name": "FF1_M_U", "target": 96.5, "outcome": "begun"}],
+        "active_crc": 13247,
+    }
+    receipt = tmp_path / "2026-11-20T101500Z-receipt.json"
+    receipt.write_text(json.dumps(begun), encoding="utf-8")
+
+    async def look(app, pilot):
+        await pilot.pause()
+        (notice,) = app._notifications
+        assert notice.message == (
+            "warning: the upload that was begun at 2026-11-20T101500Z was never finished; Parameters tells more"
+        )
+
+    run(made(views(), desk=Desk(receipts=tmp_path)), NARROW, look)
+
+
+WHY = "its standard deviation, 153, is as large as the value: the dive did not tell it"
+
+
+def with_an_implausible_mass():
+    first, *others = plan()["parameters"]
+    return plan(parameters=[first | {"verdict": "implausible", "reason": WHY}, *others])
+
+
+def test_an_implausible_line_says_why_and_is_left_out_of_an_upload():
+    vehicle = FakeVehicle(with_an_implausible_mass())
+    name = plan()["parameters"][0]["name"]
+
+    async def work(app, pilot):
+        assert lines.LEFT in line_of(app, name)
+        assert WHY in " ".join(text(app).replace("│", " ").split())
+        await typed(app, pilot, "u")
+        await typed(app, pilot, "6", "enter")
+
+    on_screen(vehicle, work)
+    (words,) = vehicle.writes
+    assert name not in words
+    assert words.count("--only") == 1
+    assert "--accept-implausible" not in words
+
+
+def test_an_implausible_line_that_is_chosen_is_written_for_a_harder_word():
+    vehicle = FakeVehicle(with_an_implausible_mass())
+    name = plan()["parameters"][0]["name"]
+
+    async def work(app, pilot):
+        await typed(app, pilot, "space", "u")
+        assert "type DOUBTED 7 and Enter" in text(app)
+        await typed(app, pilot, *"DOUBTED7", "enter")
+
+    on_screen(vehicle, work)
+    (words,) = vehicle.writes
+    assert words[-2:] == ("--accept-implausible", name)
+    assert "--only" not in words

@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
-from made_dives import desk
+from made_dives import OUT, desk
 from made_view import FixedViews, view
 from screen_text import made, pressed, run
 
 from bridge.errors import LinkError
+from tui.app.view import Forcing
 
 SIZE = (80, 24)
 SILENT = replace(view(), recording=None)
@@ -60,3 +61,43 @@ def test_the_off_key_leaves_one_that_runs_as_it_is():
     begun = []
     assert said_after_the_key(view(), lambda: begun.append(1), "ctrl+x") == []
     assert begun == []
+
+
+def begun_after(*shown, end=None):
+    """How often a recording was begun, the off key pressed at the first of these views, and then the others came."""
+    begun = []
+
+    async def work(app, pilot):
+        await pressed(pilot, "ctrl+x")
+        if end is not None:
+            await pressed(pilot, "ctrl+e", *end, "enter")
+        for one in (*shown[1:], *shown[-1:]):
+            app._views.shown = one
+            app._refresh_view()
+            await app.workers.wait_for_complete()
+            await pilot.pause()
+        return len(begun)
+
+    orders = {"recorded": lambda: OUT, "end_recording": lambda: OUT, "record": lambda: begun.append(1)}
+    return run(made(FixedViews(shown[0]), desk=desk(**orders)), SIZE, work)
+
+
+ASKED = Forcing("vehicle 1: sent 4 times, no answer for 2.0 s", 4, False)
+RUNS, DEAD = replace(view(), forcing=ASKED), replace(SILENT, forcing=ASKED)
+
+
+def test_the_off_key_begins_one_where_it_dies_unnoticed_or_before_off_is_acknowledged():
+    assert begun_after(view(), RUNS, DEAD) == 1
+
+
+def test_one_press_begins_no_second_one_where_that_dies_too():
+    assert begun_after(view(), DEAD, RUNS, DEAD) == 1
+
+
+def test_none_is_begun_where_off_was_acknowledged_before_it_died():
+    done = Forcing("vehicle 1: off, as read back", 5, True)
+    assert begun_after(view(), replace(view(), forcing=done), replace(SILENT, forcing=done)) == 0
+
+
+def test_none_is_begun_where_the_crew_itself_ended_it():
+    assert begun_after(RUNS, DEAD, end="END") == 0

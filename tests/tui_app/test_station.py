@@ -4,11 +4,13 @@ import time
 
 import pytest
 from made_view import SENSORS, picture
+from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
 from gcs_plugin.station import GROUND_STATION, ground_heartbeat
+from gcs_plugin.watch.watcher import Watcher
 from tui.app.source import LinkSource
 from tui.app.station import Station
 from tui.app.view import Recording
@@ -211,10 +213,8 @@ def test_the_thread_reads_until_it_is_stopped_and_closes_the_link():
 class FakeLink:
     """Gives what is put in, or is lost."""
 
-    name = "fake:1"
-
-    def __init__(self, data):
-        self.data = list(data)
+    def __init__(self, data, name="fake:1"):
+        self.data, self.name = list(data), name
         self.written = []
 
     def read(self, timeout_s):
@@ -263,4 +263,28 @@ def test_a_source_sends_and_loses_what_is_sent_while_its_link_is_away():
         if link.written:
             break
     assert b"x" in link.written
+    source.close()
+
+
+def test_a_recording_begun_anew_leaves_no_lost_link_behind_and_the_age_told_is_its_own():
+    clock, encoder = SimulatedClock(), Encoder(1, 1)
+    beats = [
+        encoder.encode(
+            mav.MAVLink_heartbeat_message(
+                mav.MAV_TYPE_SUBMARINE, mav.MAV_AUTOPILOT_GENERIC, 0, 0, mav.MAV_STATE_ACTIVE, 3
+            )
+        )
+        for _ in range(3)
+    ]
+    hubs = [FakeLink([beat], f"tcp:127.0.0.1:{port}") for port, beat in enumerate(beats, 40001)]
+    source, watcher = LinkSource(lambda: hubs.pop(0), "the recording", clock), Watcher(None)
+    for _ in beats:
+        for frame in frames_until(source, clock, 1):
+            arrived_s = frame[0]
+            watcher.feed(frame[2], arrived_s, frame[1])
+        clock.advance_to(clock.now_s + 60.0)
+        (row,) = watcher.picture(clock.now_s).links
+        assert row.lost
+        assert row.age_s == pytest.approx(clock.now_s - arrived_s)
+        assert watcher.picture(arrived_s + 0.5).links[0].age_s == pytest.approx(0.5)
     source.close()

@@ -107,6 +107,20 @@ def test_the_off_switch_stays_until_it_is_acknowledged():
     assert role_of(first(done, 160), "FF OFF, vehicle 1: off") == "strong"
 
 
+@pytest.mark.parametrize(
+    "forcing",
+    [
+        Forcing("vehicle 1: sent 14 times, no answer for 9.0 s", 14, False),
+        Forcing("vehicle 1: off, as read back", 5, True),
+    ],
+)
+@pytest.mark.parametrize("armed", Armed)
+def test_the_hours_of_the_disk_stay_while_the_off_switch_is_told(armed, forcing):
+    words = joined(first(replace(with_picture(armed=armed, armed_age_s=4.0), forcing=forcing)))
+    assert "41 h left" in words
+    assert "FF OFF" in words
+
+
 @pytest.mark.parametrize("cells", [60, 80, 100, 160])
 @pytest.mark.parametrize("armed", Armed)
 @pytest.mark.parametrize(

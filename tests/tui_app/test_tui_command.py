@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import threading
 from dataclasses import replace
 
 import pytest
@@ -79,8 +80,8 @@ def test_options_are_checked(words, capsys):
 def test_where_a_recording_runs_its_hub_is_the_link(monkeypatch):
     monkeypatch.setattr("gcs_plugin.holder.held", lambda _: HOLDING)
     monkeypatch.setattr(recorder, "begin", None)
-    assert tui._open(arguments())[0] == HOLDING.hub
-    assert tui._open(arguments("--link", HOLDING.links[0]))[0] == HOLDING.hub
+    assert tui._open(arguments())[0] == tui.OF_RECORDING
+    assert tui._open(arguments("--link", HOLDING.links[0]))[0] == tui.OF_RECORDING
 
 
 def test_a_recording_that_serves_nobody_is_no_link(monkeypatch):
@@ -100,7 +101,7 @@ def test_where_none_runs_one_is_begun_with_the_links_that_are_given(monkeypatch)
     monkeypatch.setattr("gcs_plugin.holder.held", lambda _: None)
     monkeypatch.setattr(recorder, "begin", lambda options, *_: begun.append(options) or HOLDING)
     words = ["--link", HOLDING.links[0], "--out", "here", "--vehicle", "ruvifist"]
-    assert tui._open(arguments(*words))[0] == HOLDING.hub
+    assert tui._open(arguments(*words))[0] == tui.OF_RECORDING
     assert begun == [words]
 
 
@@ -109,6 +110,7 @@ class FakeProcess:
 
     def __init__(self, code=None, words=b""):
         self.code, self.words, self.looks = code, words, 0
+        self.waited_for = threading.Event()
 
     def __call__(self, command, *, stderr, start_new_session, **_):
         self.command, self.detached = command, start_new_session
@@ -119,6 +121,9 @@ class FakeProcess:
     def poll(self):
         self.looks += 1
         return self.code if self.looks > 2 else None
+
+    def wait(self):
+        self.waited_for.set()
 
 
 @pytest.fixture
@@ -146,6 +151,7 @@ def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
     assert begin(lambda now_s: HOLDING if now_s > 2.0 else None) == HOLDING
     assert started.detached
     assert started.command[1:] == ["-m", "tui", "record", "--link", "x"]
+    assert started.waited_for.wait(10.0), "one that is killed stays among the processes"
 
 
 def test_a_recording_that_does_not_start_says_why(process):

@@ -1,58 +1,22 @@
 """The app for real: in tmux, against the frames of a recording that is replayed, driven by keys and read back."""
 
 import os
-import shutil
+import re
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
 from replayed_vehicle import ReplayedVehicle, free_port, record
+from tmux import NEEDS_TMUX, PATIENCE_S, Tmux, alone
 
 from gcs_plugin.holder import held
 
-ROOT = Path(__file__).resolve().parents[2]
-PATIENCE_S = 60.0
+BARE = frozenset({"", "0", "1", "2", "4", "7", "22", "24", "27"})
+"""What sets and resets bold, dim, underline and inverse; all else of `CSI ... m` is a colour, or another style."""
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(shutil.which("tmux") is None, reason="tmux is not installed"),
-]
-
-
-class Tmux:
-    """One terminal of its own server."""
-
-    def __init__(self, name, columns, rows, command, environment):
-        self._base = ["tmux", "-L", name]
-        size = ["-x", str(columns), "-y", str(rows)]
-        subprocess.run(
-            [*self._base, "-f", "/dev/null", "new-session", "-d", *size, command], env=environment, check=True
-        )
-
-    def keys(self, *keys):
-        subprocess.run([*self._base, "send-keys", *keys], check=True)
-
-    def screen(self):
-        done = subprocess.run([*self._base, "capture-pane", "-p"], capture_output=True, text=True, check=True)
-        return done.stdout
-
-    def until(self, *words, without=()):
-        """The screen once all `words` are on it; fails with the screen that is there instead."""
-        until_s = time.monotonic() + PATIENCE_S
-        while time.monotonic() < until_s:
-            screen = self.screen()
-            if all(word in screen for word in words) and not any(word in screen for word in without):
-                return screen
-        pytest.fail(f"{words} not seen within {PATIENCE_S:.0f} s:\n{screen}")
-
-    def resize(self, columns, rows):
-        subprocess.run([*self._base, "resize-window", "-x", str(columns), "-y", str(rows)], check=True)
-
-    def close(self):
-        subprocess.run([*self._base, "kill-server"], check=False, capture_output=True)
+pytestmark = [pytest.mark.slow, NEEDS_TMUX]
 
 
 @pytest.fixture
@@ -62,15 +26,7 @@ def port():
 
 @pytest.fixture
 def app(tmp_path, port):
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(ROOT),
-        "XDG_STATE_HOME": str(tmp_path),
-        "XDG_CONFIG_HOME": str(tmp_path),
-        "LANG": "C.UTF-8",
-    }
-    environment.pop("NO_COLOR", None)
-    terminal = Tmux(f"seatrial-{os.getpid()}-{port}", 80, 24, "sh", environment)
+    terminal = Tmux(f"seatrial-{os.getpid()}-{port}", 80, 24, "sh", alone(tmp_path))
     terminal.line = f"{sys.executable} -m tui tui --link udpin:127.0.0.1:{port}"
     yield terminal
     terminal.close()
@@ -142,3 +98,41 @@ def test_the_recording_that_the_app_began_outlives_it(app, vehicle, tmp_path, mo
         app.until("ended again with 0")
     finally:
         os.kill(holding.pid, signal.SIGTERM)
+
+
+def test_with_no_color_not_one_byte_of_colour_is_sent(tmp_path, port, vehicle):
+    kept = tmp_path / "bytes"
+    environment = alone(tmp_path) | {"NO_COLOR": "1"}
+    terminal = Tmux(f"seatrial-bare-{os.getpid()}-{port}", 80, 24, "sh", environment)
+    line = f"{sys.executable} -m tui tui --link udpin:127.0.0.1:{port}"
+    try:
+        terminal.keys("clear", "Enter")
+        terminal.keep(kept)
+        vehicle.start()
+        terminal.keys(f"{line} --unrecorded --out {tmp_path}; echo ended with $?", "Enter")
+        terminal.until("■ ARMED", "FF both", "surge u")
+        for key, word in (
+            ("2", "DIVES"),
+            ("3", "dive"),
+            ("4", "dive"),
+            ("5", "dive"),
+            ("6", "dive"),
+            ("?", "Everywhere"),
+        ):
+            terminal.keys(key)
+            terminal.until(word)
+        terminal.keys("Escape")
+        terminal.until("6 Validate", without=("Everywhere",))
+        terminal.keys("C-x", "t", "C-p")
+        terminal.until("FF OFF", "Search for commands")
+        terminal.keys("C-c", "Escape")
+        terminal.until("6 Validate", without=("Search for commands",))
+        terminal.keys("1")
+        terminal.until("FF OFF", "surge u")
+        terminal.keys("C-q")
+        terminal.until("ended with 0")
+    finally:
+        terminal.close()
+    sent = re.findall(rb"\x1b\[([0-9;:]*)m", kept.read_bytes())
+    assert len(sent) > 100
+    assert {one for code in sent for one in code.decode().split(";")} <= BARE

@@ -54,7 +54,7 @@ def healthy(watcher):
 class Played:
     """A link that gives a chunk a step, each a tenth of a second after the one before, and then stops its reader."""
 
-    name = "played"
+    name, fault = "played", ""
 
     def __init__(self, chunks, clock, stop):
         self.chunks, self.clock, self.stop = list(chunks), clock, stop
@@ -173,7 +173,7 @@ def console_text(picture):
 def on_link(monkeypatch):
     """Chunks that the link of `watch` will give, one a step; the verb ends after the last."""
     chunks, clock, stop = [], SimulatedClock(), threading.Event()
-    monkeypatch.setattr("tui.links.link_for", lambda _: Played(chunks, clock, stop))
+    monkeypatch.setattr("tui.links.link_for", lambda *_: Played(chunks, clock, stop))
     monkeypatch.setattr("tui.links.holding_now", lambda: None)
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: clock)
     monkeypatch.setattr(

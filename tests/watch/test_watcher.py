@@ -126,6 +126,18 @@ def test_a_link_is_lost_three_seconds_after_the_last_heartbeat(watcher, vehicle)
     assert row.age_s == pytest.approx(3.5)
 
 
+def test_of_links_the_one_that_is_there_comes_first_and_where_all_are_lost_the_one_heard_last(
+    watcher, vehicle
+):
+    radio = OnAir(watcher, link="radio")
+    vehicle.beats(1.0)
+    radio.beats(30.0)
+    assert [row.name for row in watcher.picture(30.5).links] == ["radio", LINK]
+    first, second = watcher.picture(40.0).links
+    assert (first.name, first.age_s) == ("radio", pytest.approx(10.0))
+    assert (second.name, second.age_s) == (LINK, pytest.approx(39.0))
+
+
 def test_loss_and_rate_are_those_of_the_last_seconds(watcher, vehicle):
     vehicle.beats(0.0)
     for k in range(1, 400):

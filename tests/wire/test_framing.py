@@ -3,10 +3,12 @@
 import random
 
 import pytest
+from fastcrc.crc16 import mcrf4xx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge import framing
 from bridge.framing import ESC_STATUS, LONGEST_FRAME, Encoder, Framer, decode
 
 BATTERY = [16000] + [65535] * 9
@@ -222,3 +224,46 @@ def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one() -> None:
     assert take([a + strange + damaged + c]) == [a, strange, c]
     assert take([a + damaged + strange + c]) == [a, strange, c]
     assert take([a + damaged + strange + damaged + c]) == [a, c]
+
+
+def hostile(rng: random.Random, size: int) -> bytes:
+    """Bytes of which nearly every one could begin a frame, with frames of known and unknown ids among them."""
+    data = b""
+    while len(data) < size:
+        data += bytes(rng.choices(b"\xfd\xfe\x00\x01\xff", k=rng.randrange(1, 300)))
+        data += rng.choice((b"", *stream(3), unknown_frame(bytes(rng.choices(b"\xfd\xfe\x00", k=40)))))
+    return data
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_among_hostile_bytes_too_the_frames_are_the_same_however_the_stream_is_split(seed: int) -> None:
+    rng = random.Random(seed)
+    data = hostile(rng, 4000)
+    whole = take([data])
+    assert len(whole) > 5
+    for largest in (1, 20, 600):
+        chunks, at = [], 0
+        while at < len(data):
+            chunks.append(data[at : at + rng.randrange(1, largest + 1)])
+            at += len(chunks[-1])
+        assert take(chunks) == whole
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [b"\xfe\x40", b"\xfe" * 5 + b"\x6e" * 5, b"\xfe" * 5 + b"\xc9" * 5, b"\xfd\xfd\x00\x00", b"\xfd", None],
+)
+def test_no_stream_makes_it_check_a_start_more_than_twice(
+    pattern: bytes | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked = 0
+
+    def counting(data: bytes) -> int:
+        nonlocal checked
+        checked += 1
+        return int(mcrf4xx(data))
+
+    monkeypatch.setattr(framing, "mcrf4xx", counting)
+    data = hostile(random.Random(1), 20_000) if pattern is None else pattern * (20_000 // len(pattern))
+    _feed_in_pieces(data, 500)
+    assert checked <= 2 * (data.count(b"\xfd") + data.count(b"\xfe"))

@@ -2,18 +2,23 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from textual import events
 from textual.actions import ActionParseResult
 from textual.app import App
 from textual.binding import Binding
 from textual.dom import DOMNode
+from textual.filter import LineFilter
+from textual.notifications import SeverityLevel
 
 from bridge.errors import SeatrialError
+from gcs_plugin.params.last_accepted import unfinished
+from gcs_plugin.params.unfinished import told
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
@@ -26,11 +31,13 @@ from tui.app.palette import ActionProvider
 from tui.app.screens.ask import AskScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import HelpScreen, help_lines
-from tui.app.screens.parameters import WRITE
 from tui.app.screens.table import OPENING, PLACES, SCREENS, Row, tabs
 from tui.app.terminal import AnsweringDriver
+from tui.app.transfer import WRITE
 from tui.app.view import Views
 from tui.app.widgets.top_line import TopLine
+from tui.app.without_colour import WithoutColour
+from tui.show import harmless
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)
 
@@ -74,6 +81,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}
+        self._off_may_record = False
         self._told_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
@@ -85,11 +93,30 @@ class SeatrialApp(App[None], inherit_bindings=False):
     def get_theme_variable_defaults(self) -> dict[str, str]:
         return themes.variables(themes.ORDER[0])
 
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """With NO_COLOR no colour is left."""
+        return [WithoutColour()] if self.no_color else super().get_line_filters()
+
     def on_mount(self) -> None:
         if isinstance(self._driver, AnsweringDriver):
             self._driver.answered = partial(self.call_later, self._answered)
         self.switch_mode(SCREENS[0].id)
+        left = unfinished(self.desk.receipts)
+        if left is not None:
+            self.notify(f"{told(left, {})[0]}; Parameters tells more", severity="warning", timeout=TELL_S)
         self.call_after_refresh(self._refresh_view)
+
+    def notify(
+        self,
+        message: str,
+        *,
+        title: str = "",
+        severity: SeverityLevel = "information",
+        timeout: float | None = None,
+        markup: bool = False,
+    ) -> None:
+        """Tell something: as it stands, whatever a name in it looks like."""
+        super().notify(harmless(message), title=title, severity=severity, timeout=timeout, markup=markup)
 
     async def run_action(
         self,
@@ -104,6 +131,11 @@ class SeatrialApp(App[None], inherit_bindings=False):
                 self.notify(VIEW_ONLY_WORDS, severity="warning")
                 return True
         return await super().run_action(action, default_namespace, namespaces)
+
+    async def on_key(self, event: events.Key) -> None:
+        """A key that no widget took: a screen that asks for something takes it before any binding does."""
+        if isinstance(self.screen, StationScreen) and await self.screen.take(event):
+            event.prevent_default()
 
     async def action_open(self, screen: str) -> None:
         """Show a screen; whatever the one before had opened is closed. The next key is for this screen already."""
@@ -122,10 +154,17 @@ class SeatrialApp(App[None], inherit_bindings=False):
     def action_force_off(self) -> None:
         """Force the feed-forward off. No question is asked; it goes by the recording's links, so one is begun."""
         self._views.force_off()
-        begun = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
-        if self.desk.record is not None and self._views.view().recording is None and not begun:
-            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+        self._off_may_record = True
+        if self._views.view().recording is None:
+            self._record_for_off()
         self._show()
+
+    def _record_for_off(self) -> None:
+        """Begin the recording that an off goes by; once for each time that the key is pressed."""
+        begun = any(worker.group == "record" and not worker.is_finished for worker in self.workers)
+        if self._off_may_record and self.desk.record is not None and not begun:
+            self._off_may_record = False
+            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
 
     async def action_quit(self) -> None:
         """Leave; not while parameters are being written, and only when asked twice while a verb is long at work.
@@ -179,7 +218,10 @@ class SeatrialApp(App[None], inherit_bindings=False):
             return
 
         def answered(typed: str | None) -> None:
-            if typed is not None and agrees(typed, END):
+            if typed is not None and self.desk.recorded() != recorded:
+                self.notify(f"the recording of {recorded.name} is over already; nothing was ended")
+            elif typed is not None and agrees(typed, END):
+                self._off_may_record = False
                 self.run_worker(self._order(end, "NOTHING is recorded any more"), group=ORDERS)
             elif typed is not None:
                 self.notify(f"'{typed}' is not {END}: the recording goes on", severity="warning")
@@ -231,6 +273,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     def _refresh_view(self) -> None:
         now_s = self._clock()
+        self._watch_over_off()
         if self._pace.may_draw(now_s):
             self._show()
             if isinstance(self._driver, AnsweringDriver) and self._pace.may_ask():
@@ -239,6 +282,12 @@ class SeatrialApp(App[None], inherit_bindings=False):
         period_s = self._pace.period_s(now_s)
         self._views.set_period(period_s)
         self.set_timer(period_s, self._refresh_view)
+
+    def _watch_over_off(self) -> None:
+        """Begin a recording where it died before off was acknowledged, or had died unnoticed before the key."""
+        view = self._views.view()
+        if view.forcing is not None and not view.forcing.done and view.recording is None:
+            self._record_for_off()
 
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())

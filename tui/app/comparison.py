@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 CHANGED: Final = "changed"
+IMPLAUSIBLE: Final = "implausible"
 READ_ONLY: Final = "read-only"
 CONVERGED: Final = "converged"
 ACTING: Final = (2, 3)
@@ -38,6 +39,16 @@ class Entry:
         """Whether an upload would write it."""
         return self.verdict == CHANGED
 
+    @property
+    def implausible(self) -> bool:
+        """Whether an upload would write it only where it is accepted by name."""
+        return self.verdict == IMPLAUSIBLE
+
+    @property
+    def choosable(self) -> bool:
+        """Whether it can be written: an implausible one is, once it is chosen."""
+        return self.changes or self.implausible
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -68,9 +79,19 @@ class Comparison:
         """The lines that an upload of all would write."""
         return tuple(entry.name for entry in self.entries if entry.changes)
 
+    @property
+    def choosable(self) -> tuple[str, ...]:
+        """The lines that can be written."""
+        return tuple(entry.name for entry in self.entries if entry.choosable)
+
     def only(self, chosen: Collection[str]) -> tuple[str, ...]:
         """What `--only` is to name for these lines; nothing for all of them."""
-        return () if set(chosen) == set(self.changed) else tuple(n for n in self.changed if n in chosen)
+        lines = self.choosable
+        return () if set(chosen) == set(lines) else tuple(name for name in lines if name in chosen)
+
+    def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
+        """Those of these lines that are written although they are implausible."""
+        return tuple(entry.name for entry in self.entries if entry.implausible and entry.name in chosen)
 
 
 def comparison(data: Any) -> Comparison | None:

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError
-from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import DiveFolder, list_folders
 from tui.app.jobs import Jobs
 from tui.app.replay import Replay
+from tui.dive_vehicle import vehicle_named
 
 DIVES: Final = Path("dives")
 RECEIPTS: Final = Path("receipts")
@@ -54,17 +54,8 @@ class Desk:
         return next(reversed(finished or dives), None)
 
     def vehicle_of(self, dive: Path) -> str:
-        """The vehicle file that a dive's `dive.yaml` names, with its configuration; else that of the app; "" for none.
-
-        A file that is not where it was is looked for among those that come with the program.
-        """
+        """The vehicle file that a dive's `dive.yaml` names, with its configuration; else the app's; "" for none."""
         try:
-            about = DiveFolder(dive).about()
+            return vehicle_named(DiveFolder(dive).about(), self.vehicle)
         except ConfigError:
             return self.vehicle
-        if not about.vehicle_file:
-            return self.vehicle
-        named = Path(about.vehicle_file)
-        bundled = CONFIGS / "vehicles" / named.name
-        file = bundled if bundled.exists() and not named.exists() else named
-        return ":".join(filter(None, (str(file), about.configuration)))

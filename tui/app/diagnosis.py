@@ -25,7 +25,7 @@ VERDICTS: Final = {
 
 @dataclass(frozen=True)
 class Cause:
-    """An accepted cause in words; `gain_nats` NaN where the file does not tell it."""
+    """A cause in words, accepted or possible; `gain_nats` NaN where the file does not tell it."""
 
     name: str
     probability: float

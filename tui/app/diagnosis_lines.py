@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.probability import LIKELY
 from tui.app.diagnosis import PHASES, Answer, Cause, Fall, Tried
 from tui.app.lines import Line, Lines, Role, apart, cut
 from tui.app.shown import NOTHING, number
@@ -86,19 +87,24 @@ def _percent(share: float) -> str:
 
 
 def which(answer: Answer, cells: int) -> Lines:
-    """Accepted causes, the strongest first, then candidates that saved something and were not accepted."""
+    """Accepted causes, the strongest first, then possible ones, then candidates that saved something and are none."""
     tried = [one for one in answer.tried if one.gain_nats >= LEAST_NATS][:MOST_TRIED]
     nats = [one.gain_nats for one in answer.causes] + [one.gain_nats for one in tried]
     most = max(filter(math.isfinite, nats), default=LEAST_NATS)
+    likely = [one for one in answer.causes if one.probability >= LIKELY]
+    possible = [one for one in answer.causes if one.probability < LIKELY]
+    columns: Line = (("evidence on held-out pieces  probable", "quiet"),)
     lines: list[Line] = []
-    if answer.causes:
-        lines.append(
-            apart((("cause", "quiet"),), (("evidence on held-out pieces  probable", "quiet"),), cells)
-        )
-    for place, one in enumerate(answer.causes, 1):
-        lines += _cause(place, one, most, cells)
-    if not answer.causes:
+    if likely:
+        lines.append(apart((("cause", "quiet"),), columns, cells))
+    for place, one in enumerate(likely, 1):
+        lines += _cause(place, one, most, cells, "accent")
+    if not likely:
         lines += wrapped("No candidate of the library is accepted as a cause.", "plain", cells)
+    if possible:
+        lines += [(), apart((("possible, not accepted", "warn"),), columns, cells)]
+    for place, one in enumerate(possible, len(likely) + 1):
+        lines += _cause(place, one, most, cells, "faded")
     for line in answer.character:
         lines += wrapped(line, "warn", cells)
     if tried:
@@ -107,10 +113,11 @@ def which(answer: Answer, cells: int) -> Lines:
     return tuple(lines)
 
 
-def _cause(place: int, one: Cause, most: float, cells: int) -> Lines:
+def _cause(place: int, one: Cause, most: float, cells: int, role: Role) -> Lines:
     told = "over 99 %" if one.probability >= 0.995 else f"{100 * one.probability:.0f} %"
     head: Line = ((f"{place} ", "quiet"), (cut(one.name, cells - 44), "strong"))
-    lines: list[Line] = [apart(head, (*_evidence(one.gain_nats, most), (f"{told:>10}", "strong")), cells)]
+    evidence = _evidence(one.gain_nats, most, role)
+    lines: list[Line] = [apart(head, (*evidence, (f"{told:>10}", "strong")), cells)]
     for value in one.values:
         lines += wrapped(value, "accent", cells, "  ")
     lines += wrapped(one.sentence, "plain", cells, "  ") if one.sentence else ()
@@ -124,7 +131,7 @@ def _tried(one: Tried, most: float, cells: int) -> Line:
     return apart((("  " + cut(name, cells - 41), "plain"),), right, cells)
 
 
-def _evidence(nats: float, most: float, role: Role = "accent") -> Line:
+def _evidence(nats: float, most: float, role: Role) -> Line:
     """A bar of what held-out pieces gain by a cause, by its logarithm, and the number."""
     if not math.isfinite(nats):
         return ((" " * (BAR_CELLS - 8), role), ("evidence " + NOTHING, "quiet"))

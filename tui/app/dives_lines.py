@@ -1,7 +1,6 @@
 """The dives as lines: a table of them, and all that is known of one."""
 
 import math
-import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
@@ -10,6 +9,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from tui.app.lines import Line, Lines, Role, Span, apart, cut, heading, width
 from tui.app.listed import ListedDive
 from tui.app.shown import NOTHING, SHOWN_IN, day, number, stopwatch
+from tui.app.wrapped import hanging
 from tui.dive_list import FAIR, letters
 
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
@@ -88,27 +88,31 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
     """
     lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
     if recorded:
-        lines += wrapped("is being recorded: this is what it holds so far", "warn", cells)
+        lines += hanging("is being recorded: this is what it holds so far", "warn", cells)
     if dive.error:
-        lines += wrapped(f"can't be read: {dive.error}", "bad", cells)
+        lines += hanging(f"can't be read: {dive.error}", "bad", cells)
     else:
         lines += _axes(dive)
     if dive.why_not:
         unknown = (
             "what it could identify is not known" if dive.relative_std is None else "nothing to identify"
         )
-        lines += wrapped(f"{unknown}: {dive.why_not}", "warn", cells)
+        lines += hanging(f"{unknown}: {dive.why_not}", "warn", cells)
+    if dive.stray:
+        lines += hanging(f"{dive.stray}.", "warn", cells)
+    if dive.restarts:
+        lines += hanging(dive.restarts, "warn", cells)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
-        lines += wrapped(f"conditions: {dive.conditions}{asks}", "plain", cells)
+        lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)
     else:
-        lines += wrapped(f"conditions: not noted{asks}", "quiet", cells)
+        lines += hanging(f"conditions: not noted{asks}", "quiet", cells)
     if dive.notes:
-        lines += wrapped(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
+        lines += hanging(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
     for event in dive.events:
-        lines += wrapped(f"noted at {' '.join(event.split())}", "plain", cells)
+        lines += hanging(f"noted at {' '.join(event.split())}", "plain", cells)
     for one in dive.learnt:
-        lines += wrapped(one, "quiet", cells)
+        lines += hanging(one, "quiet", cells)
     return tuple(lines)
 
 
@@ -149,9 +153,3 @@ def known_to(relative_std: float) -> Span:
     if relative_std > FAIR:
         return "no", "warn"
     return f"{100 * relative_std:.1f} %", "strong"
-
-
-def wrapped(text: str, role: Role, cells: int) -> Lines:
-    """A sentence in as many lines as it needs, the further ones indented."""
-    pieces = textwrap.wrap(text, max(cells - 1, 10), subsequent_indent="  ") or [""]
-    return tuple(((piece, role),) for piece in pieces)

@@ -1,6 +1,5 @@
 """What was identified from a dive, as `seatrial identify --json` left it beside it, and what was accepted before."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError
+from bridge.plain import from_json
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import coefficient_of
@@ -76,7 +76,7 @@ def found(dive: Path, receipts: Path) -> Found | None:
     """What was identified from it; None where nothing was, or the file is something else."""
     at = places(dive)
     try:
-        data = json.loads(at["--json"].read_text(encoding="utf-8"))
+        data = from_json(at["--json"].read_text(encoding="utf-8"))
         written = at["--json"].stat()
         param = _no_older(at["--param"], written.st_mtime_ns)
         return _found(data, accepted_before(at["--param"], receipts), param, written.st_mtime)

@@ -134,7 +134,7 @@ def _recording(view: View) -> Piece:
     lasts = left(recording.disk_left_s)
     if recording.disk_left_s < SHORT_DISK_S:
         return Piece(7, "lost", (f" {clock}  {lasts} ", f" REC {lasts} "))
-    return Piece(6, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", clock))
+    return Piece(6, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", f"REC {lasts}"))
 
 
 def _feedforward(view: View) -> Piece:
@@ -186,4 +186,4 @@ def _alert(view: View) -> str:
         return view.picture.twins
     if view.recording is not None and view.recording.lost:
         return f"{view.recording.lost} frames could not be recorded: check the disk"
-    return view.trouble
+    return view.trouble or (view.recording.trouble if view.recording else "")

@@ -7,11 +7,11 @@ from typing import Final
 from bridge.vehicle.coefficients import BY_NAME
 from tui import exit_codes
 from tui.app.converging import converging, passes_of
-from tui.app.dives_lines import wrapped
 from tui.app.found import COEFFICIENTS, Found, Value
 from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, Role, cut, heading, width
 from tui.app.shown import day, number, stopwatch
+from tui.app.wrapped import hanging
 from tui.show import number as significant
 from tui.told import Told
 
@@ -85,11 +85,11 @@ def ended(state: JobState, cells: int) -> Lines:
         return ()
     if state.cancelled:
         took = stopwatch((state.ended_s or state.began_s) - state.began_s)
-        return wrapped(
+        return hanging(
             f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
         )
     said = " ".join(line.removeprefix("seatrial: ") for line in done.said[-2:])
-    return wrapped(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
+    return hanging(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
 
 
 def result(found: Found, cells: int) -> Lines:
@@ -98,19 +98,19 @@ def result(found: Found, cells: int) -> Lines:
     lines: list[Line] = [
         heading(f"{found.dive} {found.configuration}", f"{day(found.written_unix_s)} UTC", cells)
     ]
-    lines += wrapped(_outcome(found), "strong" if good else "warn", cells)
+    lines += hanging(_outcome(found), "strong" if good else "warn", cells)
     for sentence in found.beside[1:]:
-        lines += wrapped(sentence, "plain", cells)
+        lines += hanging(sentence, "plain", cells)
     for doubt in found.doubts:
-        lines += wrapped(f"▲ {doubt}", "warn", cells)
+        lines += hanging(f"▲ {doubt}", "warn", cells)
     reasons = list(dict.fromkeys(one.reason for one in found.values if one.reason))
     if found.told:
         lines.append(((cut(COLUMNS, cells), "quiet"),))
         lines += [_row(one, reasons) for one in found.values]
     for n, reason in enumerate(reasons, start=1):
-        lines += wrapped(f"{n}: {reason}", "warn", cells)
+        lines += hanging(f"{n}: {reason}", "warn", cells)
     for note in found.notes:
-        lines += wrapped(note, "quiet", cells)
+        lines += hanging(note, "quiet", cells)
     return tuple(lines)
 
 

@@ -1,9 +1,10 @@
 """Results that verbs left beside a dive, read again only where they were written anew."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, TypeVar
+
+from bridge.plain import from_json
 
 T = TypeVar("T")
 
@@ -39,6 +40,6 @@ def newer(path: Path, than: Path) -> bool:
 
 def _json(path: Path) -> Any:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return from_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None

@@ -4,11 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from tui.dive_list import FAIR
-
-RIGHTING_THEMSELVES: Final = ("_p", "_q")
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class Span:
 class ListedDive:
     """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
 
-    `spans` by axis ("surge"). `why_not` and `error` are sentences, "" for none.
+    `spans` by axis ("surge"). `why_not`, `error`, `stray` and `restarts` are sentences, "" for none.
     """
 
     folder: Path
@@ -41,12 +39,13 @@ class ListedDive:
     events: tuple[str, ...]
     learnt: tuple[str, ...]
     conditions: str = ""
+    stray: str = ""
+    restarts: str = ""
 
     @property
     def identifiable(self) -> bool:
-        """Whether it could identify anything of the axes that thrusters drive: afloat on deck a vehicle rocks, too."""
-        told = self.relative_std or {}
-        return any(std <= FAIR for name, std in told.items() if not name.endswith(RIGHTING_THEMSELVES))
+        """Whether it could identify anything."""
+        return any(std <= FAIR for std in (self.relative_std or {}).values())
 
     @property
     def worked_on(self) -> str:
@@ -86,6 +85,8 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         tuple(map(str, data["events"])),
         tuple(map(str, data["learnt"])),
         str(data["conditions"]),
+        str(data.get("stray", "")),
+        str(data.get("restarts", "")),
     )
 
 

@@ -6,13 +6,12 @@ from typing import Final
 from tui.app.comparison import Comparison, Entry
 from tui.app.lines import Line, Lines, Role, Span, cut, heading
 from tui.app.shown import NOTHING
-from tui.app.wrapped import bar, wrapped
+from tui.app.wrapped import wrapped
 
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
 EQUAL: Final = "read back equal"
 DIGITS: Final = 5
-BAR_CELLS: Final = 24
 WIDE: Final = 90  # cells from which units have a column
 ALIKE, FAR = 1.0, 3.0
 """A change within the interval is no news; one of three halves of it is worth a second look."""
@@ -42,22 +41,31 @@ def table(
     back: bool = False,
 ) -> Lines:
     """A heading and so many lines of the table that the one at `at` is among them; `became` tells of those written."""
-    room = max(rows - 1, 1)
-    first = max(0, min(at - room // 2, len(shown.entries) - room))
+    first, room = _window(len(shown.entries), at, rows)
     entries = shown.entries[first : first + room]
     body = tuple(
         _row(entry, entry.name in chosen, first + n == at, became.get(entry.name, ""), cells)
         for n, entry in enumerate(entries)
     )
-    return (_head(cells, back, bool(became)), *body)
+    above, below = first, len(shown.entries) - first - len(entries)
+    left_out = f"   … {above} lines above, {below} below"
+    more: Lines = (((left_out, "warn"),),) if above or below else ()
+    return (_head(cells, back, bool(became)), *body, *more)
+
+
+def _window(count: int, at: int, rows: int) -> tuple[int, int]:
+    """The first of the entries that are shown, and of how many there is room; a row says where some are left out."""
+    room = max(rows - 1, 1)
+    if count > room:
+        room = max(room - 1, 1)
+    return max(0, min(at - room // 2, count - room)), room
 
 
 def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
     """Which entry line `y` of the table shows; None for its heading and below the last."""
-    room = max(rows - 1, 1)
-    first = max(0, min(at - room // 2, count - room))
+    first, room = _window(count, at, rows)
     entry = first + y - 1
-    return entry if y >= 1 and entry < count else None
+    return entry if 1 <= y <= room and entry < count else None
 
 
 def _head(cells: int, back: bool, written: bool) -> Line:
@@ -68,8 +76,8 @@ def _head(cells: int, back: bool, written: bool) -> Line:
 
 
 def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int) -> Line:
-    mark = (CHOSEN if chosen else LEFT) if entry.changes else NOT_ASKED
-    lively: Role = "strong" if entry.changes and chosen else "plain" if entry.changes else "quiet"
+    mark = (CHOSEN if chosen else LEFT) if entry.choosable else NOT_ASKED
+    lively: Role = "strong" if chosen else "plain" if entry.choosable else "quiet"
     unit: tuple[Span, ...] = ((f"{cut(entry.unit, UNIT - 1):<{UNIT}}", "quiet"),) if cells >= WIDE else ()
     change = NOTHING if entry.change is None else f"{entry.change:+.1f}"
     far: Role = "quiet" if entry.change is None or abs(entry.change) <= ALIKE else "plain"
@@ -139,7 +147,7 @@ def top(shown: Comparison, chosen: Collection[str], cells: int, *, back: bool) -
         title = f"ROLL BACK to the values before {_when(shown.file.name)}"
     else:
         title = f"{shown.file.name} OF {shown.of}" if shown.of else str(shown.file)
-    count = f"{len(chosen)} of {len(shown.changed)} chosen"
+    count = f"{len(chosen)} of {len(shown.choosable)} chosen"
     lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
     if shown.doubted:
         lines += wrapped(
@@ -158,9 +166,3 @@ def asking(shown: Comparison, count: int, needed: str, *, armed: bool, back: boo
             *wrapped(sentence, "strong", cells),
         )
     return wrapped(sentence, "strong", cells)
-
-
-def progress(share: float, words: str, cells: int) -> Line:
-    """A bar, the share, and what goes on."""
-    done: Line = ((bar(share, BAR_CELLS), "accent"), (f" {share:4.0%} ", "strong"))
-    return (*done, (cut(f" {words}", cells - BAR_CELLS - 6), "plain"))

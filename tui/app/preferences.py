@@ -5,6 +5,7 @@ import json
 import os
 from pathlib import Path
 
+from bridge.plain import from_json
 from tui.app import themes
 
 
@@ -17,7 +18,7 @@ def state_file() -> Path:
 def load_theme() -> str:
     """The theme of last time; `dark` where there is none."""
     try:
-        kept = json.loads(state_file().read_text(encoding="utf-8"))
+        kept = from_json(state_file().read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return themes.ORDER[0]
     name = kept.get("theme") if isinstance(kept, dict) else None

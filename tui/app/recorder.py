@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -26,7 +27,7 @@ def recording(now_unix_s: float) -> Recording | None:
 
 def as_recording(holding: Holding) -> Recording:
     """What the top line tells of a recording."""
-    return Recording(holding.began_unix_s, holding.disk_left_s, holding.lost)
+    return Recording(holding.began_unix_s, holding.disk_left_s, holding.lost, holding.trouble)
 
 
 def recorded() -> Path | None:
@@ -47,10 +48,11 @@ def hub() -> str:
     return holding.hub
 
 
-def options(links: Sequence[str], out: str, vehicle: str) -> list[str]:
+def options(links: Sequence[str], out: str, vehicle: str, sign_key: str = "") -> list[str]:
     """What `seatrial record` is told."""
     named = ["--vehicle", vehicle] if vehicle else []
-    return [*(word for link in links for word in ("--link", link)), "--out", out, *named]
+    key = ["--sign-key", sign_key] if sign_key else []
+    return [*(word for link in links for word in ("--link", link)), "--out", out, *named, *key]
 
 
 def begin_again(arguments: Sequence[str]) -> None:
@@ -102,6 +104,8 @@ def begin(
             stderr=words,
             start_new_session=True,
         )
+    # One that was killed would else stand among the processes, as if it ran, until this one ends.
+    threading.Thread(target=process.wait, name="end of the recording", daemon=True).start()
     until_s = clock.boot_s() + PATIENCE_S
     while clock.boot_s() < until_s:
         holding = find(clock.unix_s())

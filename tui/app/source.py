@@ -32,17 +32,27 @@ class Source(Protocol):
 
 
 class LinkSource:
-    """One link, opened by `factory` aside, again and again where it is lost."""
+    """One link, opened by `factory` aside, again and again where it is lost.
 
-    def __init__(self, factory: Callable[[], Link], name: str, clock: Clock) -> None:
-        self._clock = clock
+    It is called `name` throughout: one that takes its place goes on with it, and leaves no lost one behind.
+    `refused` says what to do where it is signed and lets nothing in.
+    """
+
+    def __init__(
+        self,
+        factory: Callable[[], Link],
+        name: str,
+        clock: Clock,
+        refused: Callable[[], str] = lambda: "",
+    ) -> None:
+        self._clock, self._name, self._refused = clock, name, refused
         self._link = Reconnecting(Aside(factory, name), clock, name)
         self._framer = Framer()
         self._data_s = clock.boot_s()
 
     @property
     def trouble(self) -> str:
-        return self._link.fault
+        return self._link.fault or self._refused()
 
     def frames(self) -> list[tuple[float, str, Frame]]:
         data = self._link.read(WAIT_S)
@@ -54,7 +64,7 @@ class LinkSource:
             found = self._framer.flush()
         else:
             return []
-        return [(now_s, self._link.name, frame) for frame in found]
+        return [(now_s, self._name, frame) for frame in found]
 
     def send(self, data: bytes) -> None:
         self._link.write(data)

@@ -59,8 +59,18 @@ SUNLIGHT: Final[dict[Role, Look]] = {
     "tab": (_PAPER, _INK, "bold"),
 }
 ORDER: Final = ("dark", "light", "sunlight")
-WITHOUT_COLOUR: Final = {"warn": "bold underline", "bad": "bold reverse"}
-"""Text styles under NO_COLOR, where a red is only a dark grey."""
+WITHOUT_COLOUR: Final[dict[Role, str]] = {
+    "rule": "dim",
+    "stale": "dim",
+    "faded": "dim",
+    "warn": "bold underline",
+    "bad": "bold reverse",
+    "lost": "bold reverse",
+    "armed": "bold reverse",
+    "failsafe": "bold reverse underline",
+    "tab": "bold underline",
+}
+"""Text styles under NO_COLOR, where no colour is sent at all."""
 _LOOKS: Final = {"dark": DARK, "light": LIGHT, "sunlight": SUNLIGHT}
 _BACKGROUNDS: Final = {"dark": "#10151b", "light": "#f6f8f9", "sunlight": _PAPER}
 

@@ -5,9 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-import numpy as np
-
-from gcs_plugin.watch.picture import Array
+from identify.glance.followed import Followed
 
 ROWS: Final = {
     "acceleration": "Acceleration",
@@ -20,7 +18,6 @@ EFFORTS: Final = {
     "pid_magnitude": "steady |PID|",
     "pid_minus_ff": "steady |PID - FF|",
 }
-CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
 
 
 @dataclass(frozen=True)
@@ -42,20 +39,6 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Curves:
-    """One axis over the dive, (n,) each, SI; NaN where nothing is known."""
-
-    axis: str
-    unit: str
-    wrench_unit: str
-    time_s: Array
-    reference: Array
-    measured: Array
-    tau_ff: Array
-    tau_pid: Array
-
-
-@dataclass(frozen=True)
 class Run:
     """One dive. `errors` by axis, then by ROWS and EFFORTS; NaN for what does not occur."""
 
@@ -64,7 +47,7 @@ class Run:
     verdict: Verdict | None
     units: Mapping[str, str]
     errors: Mapping[str, Mapping[str, float]]
-    curves: tuple[Curves, ...]
+    curves: tuple[Followed, ...]
 
 
 def runs(data: Any) -> tuple[Run, ...] | None:
@@ -88,7 +71,7 @@ def _run(data: Mapping[str, Any]) -> Run:
         verdict,
         {one["axis"]: str(one["unit"]) for one in data["axes"]},
         {one["axis"]: {key: _number(one[key]) for key in (*ROWS, *EFFORTS)} for one in data["axes"]},
-        tuple(_curves(one) for one in data.get("curves", ())),
+        tuple(Followed.from_json(one) for one in data.get("curves", ())),
     )
 
 
@@ -96,12 +79,6 @@ def _short(label: str, dive: str) -> str:
     rest = label.removeprefix(dive)
     hour = dive.partition("T")[2][:5]
     return f"{hour}{rest}" if rest != label and hour else label
-
-
-def _curves(data: Mapping[str, Any]) -> Curves:
-    values = [np.array([_number(value) for value in data[key]]) for key in CURVES]
-    time_s = data["start_s"] + data["step_s"] * np.arange(len(values[0]))
-    return Curves(str(data["axis"]), str(data["unit"]), str(data["wrench_unit"]), time_s, *values)
 
 
 def _number(value: Any) -> float:

@@ -7,10 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from identify.glance.followed import CURVES, Followed
 from tui.app.curves import Curve, plot
 from tui.app.lines import Line, Lines, Role, Span, apart, cut
 from tui.app.shown import SHOWN_IN, number
-from tui.app.validation import CURVES, EFFORTS, ROWS, Curves, Judged, Run
+from tui.app.validation import EFFORTS, ROWS, Judged, Run
 from tui.app.wrapped import wrapped
 
 MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
@@ -100,7 +101,7 @@ def curves(run: Run, axis: str, cells: int, rows: int) -> Lines:
     )
 
 
-def _moving(whole: Curves) -> Curves:
+def _moving(whole: Followed) -> Followed:
     """The part in which the axis's reference moves, and a little before and after."""
     moves = np.flatnonzero(np.nan_to_num(whole.reference))
     step_s = float(whole.time_s[1] - whole.time_s[0])
@@ -109,7 +110,7 @@ def _moving(whole: Curves) -> Curves:
     return replace(whole, **{name: getattr(whole, name)[part] for name in ("time_s", *CURVES)})
 
 
-def _speed(found: Curves, cells: int, rows: int) -> Lines:
+def _speed(found: Followed, cells: int, rows: int) -> Lines:
     unit, factor = SHOWN_IN.get(found.unit, (found.unit, 1.0))
     measured, reference = (
         Curve("measured", factor * found.measured),
@@ -119,13 +120,13 @@ def _speed(found: Curves, cells: int, rows: int) -> Lines:
     return plot(title, found.time_s, measured, reference, LEAST_SPANS[unit], cells, rows)
 
 
-def _difference(found: Curves, cells: int, rows: int) -> Lines:
+def _difference(found: Followed, cells: int, rows: int) -> Lines:
     unit, factor = SHOWN_IN.get(found.unit, (found.unit, 1.0))
     error = Curve("measured less reference", factor * (found.measured - found.reference))
     return plot(f"{found.axis} error, {unit}", found.time_s, error, None, LEAST_SPANS[unit], cells, rows)
 
 
-def _wrench(found: Curves, cells: int, rows: int) -> Lines:
+def _wrench(found: Followed, cells: int, rows: int) -> Lines:
     unit = found.wrench_unit
     title = f"{found.axis} {'force' if unit == 'N' else 'moment'}, {unit}"
     fed, pid = Curve("feed-forward", found.tau_ff), Curve("PID", found.tau_pid)

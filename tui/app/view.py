@@ -9,11 +9,15 @@ from tui.app.replay import Replayed
 
 @dataclass(frozen=True)
 class Recording:
-    """The recording that runs; `disk_left_s` is inf where nothing comes."""
+    """The recording that runs; `disk_left_s` is inf where nothing comes.
+
+    `trouble` says what to do where its signed link lets nothing in.
+    """
 
     began_unix_s: float
     disk_left_s: float
     lost: int
+    trouble: str = ""
 
 
 @dataclass(frozen=True)

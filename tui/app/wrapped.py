@@ -8,10 +8,16 @@ from tui.app.lines import Lines, Role
 EIGHTHS: Final = " ▏▎▍▌▋▊▉█"
 
 
-def wrapped(text: str, role: Role, cells: int, indent: str = "") -> Lines:
-    """A sentence in as many lines as it needs."""
+def wrapped(text: str, role: Role, cells: int, indent: str = "", further: str = "") -> Lines:
+    """A sentence in as many lines as it needs; `further` indents those after the first."""
     room = max(cells - len(indent), 10)
-    return tuple(((indent + piece, role),) for piece in textwrap.wrap(text, room) or [""])
+    pieces = textwrap.wrap(text, room, subsequent_indent=further) or [""]
+    return tuple(((indent + piece, role),) for piece in pieces)
+
+
+def hanging(text: str, role: Role, cells: int) -> Lines:
+    """One of several sentences below each other: its further lines are indented, so that the next is told from it."""
+    return wrapped(text, role, cells - 1, further="  ")
 
 
 def bar(share: float, cells: int) -> str:

@@ -1,6 +1,7 @@
 """`seatrial batch`: many dives identified, one table of parameters over dives, and how they drift."""
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -149,7 +150,8 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
     from identify.batch.page import batch_report
     from identify.batch.rows import by_configuration, to_json
     from identify.report.page import write_report
-    from tui import show
+    from identify.report.provenance import Read, with_provenance
+    from tui import pages, show
     from tui.batch_tables import drifts_to_json
 
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
@@ -167,7 +169,13 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
         arguments.json,
     )
     page = Path(arguments.out) / PAGE
-    write_report(page, batch_report(file.vehicle.name, arguments.method, rows, twins, drifts))
+    report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts)
+    read = [
+        Read(row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s)
+        for row in rows
+        if row.sha256
+    ]
+    write_report(page, with_provenance(report, read, file, pages.settings(arguments)))
     show.say(show.words(), f"trends: {page}")
     identified = sum(bool(row.values) for row in rows)
     if identified == len(rows):
@@ -201,10 +209,10 @@ def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
     """Write the table to a file, or to standard output for `-`. Raises LogError where it can't be written."""
     from bridge.errors import LogError
     from identify.batch.rows import to_csv
-    from tui.show import STANDARD_OUTPUT
+    from tui.show import STANDARD_OUTPUT, harmless
 
     if target == STANDARD_OUTPUT:
-        sys.stdout.write(to_csv(rows))
+        sys.stdout.write(harmless(to_csv(rows)))
     elif target is not None:
         try:
             Path(target).write_text(to_csv(rows), encoding="utf-8")

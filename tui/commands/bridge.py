@@ -5,13 +5,16 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import bridge_ring, exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     import threading
+    from collections.abc import Callable, Sequence
 
     from bridge.clock import Clock
+    from bridge.ground import Ground
     from bridge.link.base import Link
+    from bridge.signing.gate import Trouble
     from bridge.vehicle.config import Vehicle
 
 EXAMPLE = "seatrial bridge --vehicle ruvifist:hovering --link serial:/dev/ttyS0:115200"
@@ -29,34 +32,73 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="where the vehicle keeps its parameters (default: ~/.local/state/seatrial/VEHICLE.json)",
     )
+    bridge_ring.add_arguments(parser)
+    parser.add_argument(
+        "--ground",
+        type=ground,
+        metavar="SYSTEM[:COMPONENT]",
+        help="whose orders and parameter writes are taken (default: 255, any component)",
+    )
+    secured.add_argument(parser)
     parser.add_argument(
         "--seconds", type=numbers.seconds, metavar="N", help="stop after so long (default: at Ctrl-C)"
     )
 
 
+def ground(text: str) -> "Ground":
+    """The MAVLink address that `text` names: SYSTEM or SYSTEM:COMPONENT, each from 1 to 255."""
+    from bridge.ground import Ground
+
+    given = [int(part) if part.isdecimal() else 0 for part in text.split(":")]
+    if len(given) > 2 or not all(1 <= number <= 255 for number in given):
+        raise argparse.ArgumentTypeError(f"'{text}' is no SYSTEM or SYSTEM:COMPONENT, each from 1 to 255")
+    return Ground(*given)
+
+
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.ground import Ground
     from bridge.parameters import ParameterServer, vehicle_table
     from bridge.ports import run_ports
     from bridge.service import Bridge
     from bridge.vehicle.config import load_vehicle
     from tui import show
-    from tui.outputs import check_folder
+    from tui.outputs import check_folder, check_no_folder
     from tui.running import until_stopped
 
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
+        check_no_folder("--parameters", arguments.parameters)
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
     configuration = file.configuration or next(iter(vehicle.configurations))
     clock = SystemClock()
-    links = [lasting(spec, clock) for spec in arguments.link]
+    ring = bridge_ring.ring_for(arguments, clock)
+    words = show.words()
+
+    def refused(trouble: "Trouble") -> None:
+        show.say(words, f"warning: {trouble.sentence}")
+        # Who has no key hears it all the same: what the vehicle says can be read by everyone.
+        bridge.say(trouble.brief)
+
+    opener = secured.Opener(arguments.sign_key, clock, refused)
+    links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
     parameters = ParameterServer(
         store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
     )
-    bridge = Bridge(vehicle, clock, links, parameters, veh_cfg=vehicle.veh_cfg(configuration))
-    words = show.words()
+    files = bridge_ring.files_for(arguments, clock)
+    station = arguments.ground or Ground()
+    bridge = Bridge(
+        vehicle,
+        clock,
+        links,
+        parameters,
+        veh_cfg=vehicle.veh_cfg(configuration),
+        ground=station,
+        ring=ring,
+        files=files,
+    )
     if parameters.trouble:
         show.say(words, f"warning: {parameters.trouble}")
     told: dict[str, str] = {}
@@ -65,8 +107,13 @@ def run(arguments: argparse.Namespace) -> int:
         show.say(
             words,
             f"{vehicle.name}, configuration {configuration}: streaming on {', '.join(arguments.link)}; "
-            f"parameters in {store}; Ctrl-C ends it",
+            f"parameters in {store}; {bridge_ring.words(arguments)}; Ctrl-C ends it",
         )
+        show.say(words, f"orders are taken from {station} alone")
+        for sentence in sockets(arguments.link, vehicle):
+            show.say(words, sentence)
+        if opener.way:
+            show.say(words, opener.way)
         run_ports(bridge, vehicle, clock, stop)
 
     def each(_: float) -> None:
@@ -79,9 +126,15 @@ def run(arguments: argparse.Namespace) -> int:
         told.clear()
         told.update(faults)
 
+    if ring is not None:
+        ring.begin()
     try:
         until_stopped(work, clock, arguments.seconds, each)
     finally:
+        if files is not None:
+            files.close()
+        if ring is not None:
+            ring.close()
         for link in links:
             link.close()
     devices = vehicle.sensors.present()
@@ -91,13 +144,26 @@ def run(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE
 
 
-def lasting(spec: str, clock: "Clock") -> "Link":
+def sockets(links: "Sequence[str]", vehicle: "Vehicle") -> list[str]:
+    """What is open on networks, a sentence each: links, and the devices that speak TCP."""
+    from bridge.drivers import speaks_tcp
+    from bridge.ports import port_spec
+    from tui.sockets import of_link, of_links
+
+    devices = [
+        of_link(port_spec(device), f"the {slot}")
+        for slot, device in vehicle.sensors.present().items()
+        if device.port and speaks_tcp(device)
+    ]
+    return [*of_links(links, "a link to the ground"), *(one for found in devices for one in found)]
+
+
+def lasting(spec: str, clock: "Clock", open_one: "Callable[[str], Link]") -> "Link":
     """A link that must open now, and comes back by itself later, without the sensors waiting. Raises LinkError."""
-    from bridge.link.open import open_link
     from bridge.link.reconnecting import Aside, Reconnecting
 
-    first = [open_link(spec)]
-    again = Aside(lambda: open_link(spec), spec)
+    first = [open_one(spec)]
+    again = Aside(lambda: open_one(spec), spec)
     return Reconnecting(lambda: first.pop() if first else again(), clock, spec)
 
 

@@ -66,15 +66,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _folder(given: str | None) -> "DiveFolder":
-    """The dive that is meant. Raises UsageError where there is none."""
-    from gcs_plugin.folder import DiveFolder, list_folders
+    """The dive that is meant. Raises LogError or UsageError where there is none."""
+    from gcs_plugin.folder import DiveFolder, find_folder, list_folders
     from tui.links import holding_now
 
     if given is not None:
-        folder = DiveFolder(Path(given))
-        if not folder.path.is_dir():
-            raise exit_codes.UsageError(f"{given}: no such dive folder; check the name")
-        return folder
+        return find_folder(Path(given))
     holding = holding_now()
     if holding is not None:
         return DiveFolder(Path(holding.folder))

@@ -79,6 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.columns import column_map_for
     from tui.diagnosis_told import with_words
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
+    from tui.stray_bytes import stray_bytes
     from tui.under_conditions import under_conditions
 
     if arguments.against:
@@ -105,6 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
         check, told = read_dive(Path(arguments.check), columns, other), (*told, *beside)
     if check is not None:
         refuse_the_same(check, dive)
+    told = (*told, *filter(None, map(stray_bytes, map(Path, recordings))))
     configuration = configuration_of(dive, file)
     before = (
         accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
@@ -172,20 +174,41 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
             *found.accepted.sentences,
             f"{path} was not written: nothing is left of it that could be sent.",
         )
-    doubts = [
+    of_recording = [
         one
         for one in doubts_of_recording(dive, file.vehicle.water)
         if {*one.about} & {*found.accepted.values}
     ]
+    doubts = [*of_recording, *found.accepted.doubts]
     doubted = {name: why for name, why in clauses(doubts, BY_NAME).items() if name in found.accepted.values}
     outcome = worst(one.outcome for one in doubts)
     write_accepted(path, found, dive, file, doubted, outcome)
-    how = f"accepted: {path}; seatrial params upload {path} sends it to the vehicle"
+    how = f"accepted: {path}; {_sends(path, found)}"
     if found.verdict == "unknown":
         how += " with --despite-doubts, because something is left that no cause explains"
     elif outcome is not Outcome.CONVERGED:
-        how += " with --despite-doubts, because the recording contradicts itself"
+        contradicted = worst(one.outcome for one in of_recording) is not Outcome.CONVERGED
+        why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
+        how += f" with --despite-doubts, because {why}"
     return (*found.accepted.sentences, *told(doubted, tuple(doubted)), how)
+
+
+def _sends(path: Path, found: "Diagnosis") -> str:
+    """What an upload of the file comes to on board."""
+    from bridge.vehicle.coefficients import BY_NAME
+    from identify.diagnose.words import sorted_by_likelihood
+
+    likely, _ = sorted_by_likelihood(found.found)
+    upload = f"seatrial params upload {path} sends"
+    by_masses = any(one.cause.effect.feedforward == "nominal" for one in likely)
+    if by_masses or any(name not in BY_NAME for name in found.accepted.values):
+        return f"{upload} it to the vehicle"
+    if not found.accepted.values:
+        return "nothing in it is for the vehicle; export and simulate --accepted take it"
+    return (
+        "the feed-forward can make up for none of its causes; "
+        f"{upload} only the masses and dampings that were fitted beside them"
+    )
 
 
 def effects_without(names: "Sequence[str]", configuration: str, file: "VehicleFile") -> "tuple[Effect, ...]":
@@ -216,14 +239,24 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
     lines = (
         *words.cause_lines(found),
         *words.character_lines(found),
-        *(f"Where: {line}." for line in words.where_lines(found)),
-        *filter(None, (words.where_note(found.gap),)),
+        *_where(found),
         *words.shrink_lines(found),
+        *words.gain_lines(found),
         *words.next_lines(found),
         *found.notes,
     )
     for line in lines:
         show.say(console, f"  {line}")
+
+
+def _where(found: "Diagnosis") -> tuple[str, ...]:
+    """The largest parts of the gap, where there is one."""
+    from identify.diagnose import words
+
+    if found.verdict == "no_gap":
+        return ()
+    lines = (f"Where: {line}." for line in words.where_lines(found))
+    return (*lines, *filter(None, (words.where_note(found.gap),)))
 
 
 def _write(path: Path, text: str) -> None:

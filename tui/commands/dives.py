@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 EXAMPLE = "seatrial dives dives --vehicle ruvifist"
 LEGEND = (
     "mass, damping: what each dive could identify by itself of u v w p q r: a capital letter to 10 %, a small one to "
-    "30 % (one standard error), a dot not at all; as foretold from its thrust with the vehicle file's values"
+    "30 % (one standard error), a dot not at all; roll and pitch are promised only where thrusters pushed them"
 )
 
 
@@ -28,6 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE[:CONFIGURATION]",
         help="the vehicle file to judge by (default: the one that each dive names)",
     )
+    parser.add_argument(
+        "--otherwise",
+        metavar="FILE[:CONFIGURATION]",
+        default="",
+        help="the vehicle file for a dive that names none, or one that is not there",
+    )
     parser.add_argument("--json", metavar="FILE", help="write the list as JSON; - for standard output")
 
 
@@ -39,8 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_file("--json", arguments.json)
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
+    if arguments.otherwise:
+        load_vehicle(arguments.otherwise)
     with show.progress("dives") as progress:
-        rows = rows_of(Path(arguments.folder), file, progress)
+        rows = rows_of(Path(arguments.folder), file, arguments.otherwise, progress)
     console = show.results(arguments.json)
     if rows:
         show.put(console, table_of(rows))
@@ -95,6 +103,10 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
             if glance.relative_std is None
             else (f"nothing to identify: {glance.why_not}")
         )
+    if glance.stray:
+        yield f"{glance.stray}."
+    if glance.restarts:
+        yield glance.restarts
     yield from row.learnt
     if row.conditions:
         yield f"conditions: {row.conditions}"
@@ -134,6 +146,8 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "axes": [vars(span) for span in glance.spans],
         "why_not": glance.why_not,
         "error": glance.error,
+        "stray": glance.stray,
+        "restarts": glance.restarts,
         "notes": row.notes,
         "conditions": row.conditions,
         "events": list(row.events),

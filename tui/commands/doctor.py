@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SPEC",
         help="the link to the vehicle; without it, that of the recording that runs, else the ports of its devices",
     )
+    secured.add_argument(parser)
     parser.add_argument(
         "--out", default="dives", metavar="FOLDER", help="where recordings go (default: dives)"
     )
@@ -67,9 +68,11 @@ def run(arguments: argparse.Namespace) -> int:
     if file is not None and not linked:
         return tell(arguments, [vehicle_file(file), disk(Path(arguments.out)), *ports(file.vehicle)])
     clock = SystemClock()
-    link = link_for(arguments.link)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+    link = link_for(arguments.link, opener.open)
     try:
         found, observed = dry(arguments, file, link, clock)
+        found += signing(opener)
         if arguments.wet and file is not None:
             against = findings_against_wet(found)
             found += against or wet(arguments, file, observed, link, clock)
@@ -125,6 +128,18 @@ def wet(
             bar(done / total, f"thruster {min(done + 1, total)} of {total}")
 
         return wet_check(file, configuration, link, clock, client.thrusters, Path(arguments.out), progress)
+
+
+def signing(opener: secured.Opener) -> list["Finding"]:
+    """Whether all that came on a signed link was let in."""
+    from gcs_plugin.doctor.findings import ok, warn
+
+    return [
+        warn("signing", f"{name}: {gate.words}")
+        if gate.words
+        else ok("signing", f"{name}: {opener.way}; nothing was refused")
+        for name, gate in opener.gates.items()
+    ]
 
 
 def vehicle_file(file: "VehicleFile") -> "Finding":

@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     exported = export(model, arguments.to)
     console = show.words() if arguments.out is None else show.results(arguments.json)
     if arguments.out is None:
-        sys.stdout.write(exported.text)
+        sys.stdout.write(show.harmless(exported.text))
     else:
         Path(arguments.out).write_text(exported.text, encoding="utf-8")
     for line in told(doubted, tuple(doubted)):
@@ -73,6 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
             "file": arguments.out,
             "left_out": [vars(part) for part in exported.left_out],
             "notes": exported.notes,
+            "unknown": model.unknown,
             "doubted": doubted,
         },
         arguments.json,
@@ -153,7 +154,7 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
 def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
     from bridge.vehicle.coefficients import BY_NAME
     from bridge.vehicle.config import load_vehicle
-    from identify.export.effects import with_effects
+    from identify.export.effects import is_held, with_effects
     from identify.export.model import model_of
     from tui.parameter_files import accepted_model
 
@@ -163,7 +164,7 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, 
         )
     accepted = accepted_model(path, load_vehicle(vehicle), leave)
     values = {name: value for name, value in accepted.values.items() if name in BY_NAME}
-    intervals = {name: pair for name, pair in accepted.intervals.items() if name in BY_NAME}
+    intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
     model = model_of(values, accepted.file, accepted.configuration, intervals)
     doubted = {name: why for name, why in accepted.doubted.items() if name in values}
     return with_effects(model, accepted.effects), doubted

@@ -3,7 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     from bridge.clock import Clock
@@ -31,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--link", metavar="SPEC", help="the link to the vehicle (default: that of the recording that runs)"
     )
+    secured.add_argument(parser)
     parser.add_argument(
         "--system",
         type=int,
@@ -56,16 +57,18 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_file("--json", arguments.json)
     mode = next(mode for mode, word in WORDS.items() if word == arguments.mode)
-    clock, link = SystemClock(), link_for(arguments.link)
+    clock = SystemClock()
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+    link = link_for(arguments.link, opener.open)
     if mode is Mode.OFF:
-        return switch_off(arguments, link, clock)
+        return switch_off(arguments, link, clock, opener)
     try:
         return switch_to(mode, arguments, link, clock)
     finally:
         link.close()
 
 
-def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int:
+def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", opener: secured.Opener) -> int:
     """Off, whatever comes: nothing but the vehicle's own word, the user or --seconds ends it."""
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.ff_switch import Switch
@@ -84,7 +87,7 @@ def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock") -> i
 
     with Course(switch, clock, arguments.seconds) as course:
         try:
-            drive_on(line_on(link), course.over, lambda: line_on(link_for(arguments.link)), tell)
+            drive_on(line_on(link), course.over, lambda: line_on(link_for(arguments.link, opener.open)), tell)
         except KeyboardInterrupt:
             course.stopped = True
     return course.told(arguments.json)

@@ -17,10 +17,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.printable import printable
     from gcs_plugin.folder import DiveFolder, load_folder
     from tui import show
     from tui.links import holding_now
-    from tui.status_texts import printable
 
     text = printable(" ".join(arguments.text)).strip()
     if not text:

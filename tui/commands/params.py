@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -51,7 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             nargs = "?" if name == "rollback" else None
             action.add_argument("file", metavar="FILE", help=FILES[name], nargs=nargs)
         if name in ("diff", "upload"):
-            action.add_argument("--vehicle", metavar="FILE", help="the vehicle file, where FILE is JSON")
+            action.add_argument(
+                "--vehicle", metavar="FILE", help="the vehicle file; needed where FILE is JSON"
+            )
             action.add_argument("--only", nargs="+", metavar="NAME", help="these parameters alone")
             action.add_argument(
                 "--any-vehicle", action="store_true", help="take what was identified of another vehicle"
@@ -59,6 +61,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name == "upload":
             action.add_argument(
                 "--despite-doubts", action="store_true", help="take an identification that did not converge"
+            )
+            action.add_argument(
+                "--accept-implausible",
+                dest="accepts",
+                nargs="+",
+                default=[],
+                metavar="NAME",
+                help="write these although their intervals, or what was accepted last, speak against them",
             )
         if name in ("upload", "rollback"):
             action.add_argument("--yes", action="store_true", help="do not ask")
@@ -70,18 +80,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 action="store_true",
                 help="write to an armed vehicle too, while its feed-forward is off",
             )
-        if name != "show":
-            action.add_argument(
-                "--receipts",
-                default="receipts",
-                metavar="FOLDER",
-                help="where values before, receipts and what was accepted lie (default: receipts)",
-            )
+        action.add_argument(
+            "--receipts",
+            default="receipts",
+            metavar="FOLDER",
+            help="where values before, receipts and what was accepted lie (default: receipts)",
+        )
         action.add_argument(
             "--link",
             metavar="SPEC",
             help="the link to the vehicle (default: that of the recording that runs)",
         )
+        secured.add_argument(action)
         action.add_argument("--system", type=int, metavar="N", help="its MAVLink system, where several beat")
         action.add_argument(
             "--seconds", type=numbers.seconds, default=5.0, metavar="N", help="wait so long for it"
@@ -110,7 +120,7 @@ def targets_for(arguments: argparse.Namespace) -> "Targets":
     leave = Leave(getattr(arguments, "any_vehicle", True), getattr(arguments, "despite_doubts", True))
     if path.suffix == ".json" and arguments.action != "rollback":
         return targets_of_identification(path, arguments.vehicle, leave, only)
-    return targets_of(path, leave, only)
+    return targets_of(path, leave, only, getattr(arguments, "vehicle", None))
 
 
 class Watch:
@@ -153,12 +163,12 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
-    from tui.parameter_plan import newest, planned, planned_back
+    from tui.parameter_plan import left_behind, newest, planned, planned_back
 
     check_outputs(arguments)
     targets = targets_for(arguments)
     clock, watch = SystemClock(), Watch()
-    link = link_for(arguments.link)
+    link = link_for(arguments.link, secured.Opener(arguments.sign_key, clock, secured.on_words).open)
     try:
         # A vehicle that listens on UDP learns from this where the ground is.
         link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
@@ -166,9 +176,11 @@ def run(arguments: argparse.Namespace) -> int:
         with watch.bar("looking for the vehicle"):
             client.find_vehicle(arguments.seconds, arguments.system)
             present = client.read_all()
-        if arguments.action == "show":
-            return show_values(arguments, present)
         receipts, system = Path(arguments.receipts), client.vehicle[0]
+        if arguments.action == "show":
+            for note in left_behind(receipts, system, present):
+                show.say(show.words(), note)
+            return show_values(arguments, present)
         if arguments.file is None:
             arguments.file = str(newest(receipts, system))
             targets = targets_for(arguments)
@@ -176,7 +188,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.action == "rollback":
             plan = planned_back(file, targets, present, receipts, system)
         else:
-            plan = planned(file, targets, present, arguments.only, receipts, system)
+            accepts = getattr(arguments, "accepts", ())
+            plan = planned(file, targets, present, arguments.only, receipts, system, accepts)
         for note in plan.notes:
             show.say(show.results(arguments.json), note)
         if arguments.action == "diff" or arguments.dry_run:
@@ -234,12 +247,10 @@ def apply(
     arguments: argparse.Namespace, client: "ParameterClient", watch: Watch, planned: "Planned", unix_s: float
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
-    from dataclasses import replace
-    from datetime import UTC, datetime
-
     from bridge.errors import ParamError
-    from gcs_plugin.params.last_accepted import BEFORE, RECEIPT, keep_accepted
+    from gcs_plugin.params.last_accepted import keep_accepted
     from gcs_plugin.params.plan import Verdict
+    from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
     from tui import show
 
     plan = planned.plan
@@ -248,12 +259,16 @@ def apply(
     if plan.changes and not arguments.yes and not agreed(client, f"write {len(plan.changes)} parameters?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
-    time = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
-    before = Path(arguments.receipts) / f"{time}{BEFORE}"
+    before = new_preimage(Path(arguments.receipts), unix_s)
+    back = arguments.action == "rollback"
     with watch.bar("uploading"):
-        receipt = client.apply(plan, before, even_armed=arguments.armed)
-    if arguments.action == "rollback":
-        receipt = replace(receipt, restores=arguments.file)
+        receipt = client.apply(
+            plan,
+            before,
+            even_armed=arguments.armed,
+            restores=arguments.file if back else "",
+            sidecar=planned.targets.sidecar if planned.whole and not back else None,
+        )
     console = show.results(arguments.json)
     rows = [
         (line.name, _text(line.before), _text(line.after), _became(line))
@@ -264,9 +279,7 @@ def apply(
         columns = ("name", "before", "now", "what became of it")
         show.put(console, show.table("", columns, rows, numbers=columns[1:3]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
-    kept = before.with_name(f"{time}{RECEIPT}")
-    show.write_json(receipt.to_json(), str(kept))
-    show.say(console, f"receipt: {kept}\nvalues before: {before}")
+    show.say(console, f"receipt: {path_of(before, RECEIPT)}\nvalues before: {before}")
     try:
         accepted = keep_accepted(receipt, planned.targets.sidecar, planned.whole)
         if accepted is not None:

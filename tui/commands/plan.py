@@ -1,7 +1,6 @@
 """`seatrial plan`: what to dive next, and how well each parameter would be known after it."""
 
 import argparse
-import json
 import math
 from itertools import groupby
 from pathlib import Path
@@ -146,10 +145,19 @@ def check_plan(path: str) -> None:
 
 
 def identification(path: str) -> dict[str, Any]:
-    """The JSON of one identification."""
+    """The JSON of one identification. Raises UsageError for another file."""
+    from bridge.plain import from_json
+    from bridge.schema import why_unread
+
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (ValueError, UnicodeDecodeError):
+        data = from_json(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise exit_codes.UsageError(f"--after {path}: no such file; check the name") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise exit_codes.UsageError(
+            f"--after {path}: {why_unread(error)}; give what identify --json wrote"
+        ) from None
+    except ValueError:
         raise exit_codes.UsageError(f"--after {path}: is no JSON; give what identify --json wrote") from None
     if isinstance(data, list):
         raise exit_codes.UsageError(f"--after {path}: holds several dives; identify one, and give that")

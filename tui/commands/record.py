@@ -5,14 +5,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     import threading
+    from collections.abc import Sequence
 
     from bridge.clock import Clock
     from gcs_plugin.hub import Hub
-    from gcs_plugin.recorder import Notice, Recorder
+    from gcs_plugin.recorded import Notice
+    from gcs_plugin.recorder import Recorder
     from tui.recorded_dives import RecordedDive
 
 EXAMPLE = "seatrial record --link udpin:127.0.0.1:14550 --out dives"
@@ -46,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="beat as a ground station, for a vehicle that waits to hear one",
     )
+    secured.add_argument(parser)
     parser.add_argument(
         "--hub",
         type=hub_port,
@@ -112,11 +115,10 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
 def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> int:
     """Record until told to stop, and say what came of it."""
     from bridge.errors import LogError
-    from bridge.link.open import open_link
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin import orders
     from gcs_plugin.folder import About, about_vehicle
-    from gcs_plugin.recorder import Notice
+    from gcs_plugin.recorded import Notice
     from gcs_plugin.station import GROUND_STATION
     from tui import show
     from tui.recorded_dives import RecordedDives
@@ -125,18 +127,34 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     from tui.status_texts import TellingRecorder
 
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
-    links = [open_link(spec) for spec in arguments.link]
+    opener = secured.Opener(
+        arguments.sign_key, clock, lambda trouble: warn(trouble.sentence), lambda said: warn(said)
+    )
+    links = [opener.open(spec) for spec in arguments.link]
     configuration = (file.configuration or "") if file else ""
     about = about_vehicle(file, configuration) if file else About()
     name, same = arguments.name or configuration, arguments.same_conditions
     dives = RecordedDives(Path(arguments.out), name, about, clock, same_conditions=same)
     words = show.words()
-    state = RecordingState(clock, tuple(arguments.link), dives.folder.path, hub.address if hub else "")
+    state = RecordingState(
+        clock,
+        tuple(arguments.link),
+        dives.folder.path,
+        hub.address if hub else "",
+        opener,
+        arguments.sign_key or "",
+    )
     orders.forget()
 
     def notice(said: "Notice") -> None:
         state.notice(said)
         show.say(words, f"{said.level}: {said.sentence}")
+
+    def warn(sentence: str) -> None:
+        notice(Notice(recorder.unix_us(), "warning", sentence))
+
+    def refused() -> str:
+        return "; ".join(filter(None, map(opener.words, arguments.link)))
 
     recorder: TellingRecorder = TellingRecorder(
         lambda text: show.say(words, text),
@@ -145,7 +163,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
         clock,
         dives.free_bytes,
         notice,
-        open_link,
+        opener.open,
         GROUND_STATION if arguments.heartbeat else None,
         hub,
         lambda: state.tell(recorder),
@@ -155,6 +173,10 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
         def work(stop: "threading.Event") -> None:
             show.say(words, f"recording into {dives.folder.path}; Ctrl-C ends it")
             show.say(words, state.way)
+            for sentence in sockets(arguments.link, hub):
+                show.say(words, sentence)
+            if opener.way:
+                show.say(words, opener.way)
             recorder.run(stop)
 
         def each(since_s: float) -> bool:
@@ -174,6 +196,8 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
             state.end()
     last = dives.end(recorder.count)
     show.say(show.results(arguments.json), last.words)
+    if refused():
+        show.say(words, f"frames refused: {refused()}")
     show.write_json(summary(recorder, dives.finished, clock.boot_s()), arguments.json)
     if last.folder is None:
         path = dives.folder.path
@@ -184,7 +208,16 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
         )
     if all(dive.folder is None for dive in dives.finished):
         return exit_codes.LINK
-    return exit_codes.NO if any(dive.count.lost for dive in dives.finished) else exit_codes.DONE
+    lost = recorder.lost_here or any(dive.count.lost for dive in dives.finished)
+    return exit_codes.NO if lost else exit_codes.DONE
+
+
+def sockets(links: "Sequence[str]", hub: "Hub | None") -> list[str]:
+    """What is open on networks, a sentence each."""
+    from tui.sockets import of_links, of_served
+
+    served = [of_served(hub.address)] if hub else []
+    return [*of_links(links, "a link that is recorded"), *served]
 
 
 def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> dict[str, Any]:
@@ -192,6 +225,7 @@ def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> 
     *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
     return last | {
         "earlier": earlier,
+        "lost_here": recorder.lost_here,
         "links": {
             name: [asdict(source) for source in health.snapshot(now_s).sources]
             for name, health in recorder.health.items()

@@ -4,7 +4,7 @@ import argparse
 from itertools import chain
 from pathlib import Path
 
-from tui import exit_codes
+from tui import exit_codes, secured
 
 EXAMPLE = "seatrial replay dives/2026-11-20T0912Z-hovering --link udpout:127.0.0.1:14550 --speed 4"
 
@@ -12,6 +12,7 @@ EXAMPLE = "seatrial replay dives/2026-11-20T0912Z-hovering --link udpout:127.0.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dive", metavar="DIVE", help="a dive folder, a .tlog or a .tlog.gz")
     parser.add_argument("--link", required=True, metavar="SPEC", help="where to send it")
+    secured.add_argument(parser)
     parser.add_argument("--speed", type=float, default=1.0, metavar="N", help="times real time (default: 1)")
     parser.add_argument(
         "--from", type=float, default=0.0, dest="start_s", metavar="S", help="seconds into it"
@@ -22,8 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
     import time
 
     from bridge.clock import SystemClock
-    from bridge.link.open import open_link
-    from bridge.tlog import read_tlog
+    from bridge.tlog import of_those_that_hold_frames, read_tlog
     from gcs_plugin.folder import load_folder
     from gcs_plugin.replay import Pace, Player
     from tui import show
@@ -31,18 +31,19 @@ def run(arguments: argparse.Namespace) -> int:
     pace = Pace(arguments.speed, arguments.start_s)
     path = Path(arguments.dive)
     files = load_folder(path).telemetry() if path.is_dir() else [path]
-    records = list(chain.from_iterable(read_tlog(file) for file in files))
+    records = list(chain.from_iterable(of_those_that_hold_frames(files, read_tlog)))
     first_us, last_us = records[0][0], records[-1][0]
     start_us, length_us = first_us + arguments.start_s * 1e6, max(last_us - first_us, 1)
     if start_us > last_us:
         raise exit_codes.UsageError(
             f"--from {arguments.start_s:g}: {path} is {length_us / 1e6:.0f} s long; name an earlier second"
         )
-    link = open_link(arguments.link)
+    clock = SystemClock()
+    link = secured.Opener(arguments.sign_key, clock, secured.on_words).open(arguments.link)
     sent = 0
     try:
         with show.progress(f"replay {path.name}") as tell:
-            for stamp_us, frame in Player(records, SystemClock(), time.sleep, pace):
+            for stamp_us, frame in Player(records, clock, time.sleep, pace):
                 link.write(frame.raw)
                 sent += 1
                 tell((stamp_us - first_us) / length_us, f"{(stamp_us - first_us) / 1e6:.0f} s")

@@ -4,15 +4,16 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     import threading
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from bridge.clock import SystemClock
     from bridge.link.base import Link
     from bridge.parameters import ParameterServer
+    from bridge.signing.gate import Trouble
     from bridge.simulator.missions import Mission
     from bridge.vehicle.config import VehicleFile
 
@@ -56,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the vehicle truly is the .param of diagnose --accept, effects included",
     )
     parser.add_argument("--link", action="append", default=[], metavar="SPEC", help="also stream there")
+    secured.add_argument(parser)
     parser.add_argument(
         "--speed", type=speed, metavar="N|max", help="times real time (default: max, with --link 1)"
     )
@@ -74,15 +76,15 @@ def speed(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.errors import ConfigError
-    from bridge.link.open import open_link
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
     from tui import simulated
-    from tui.outputs import check_file, check_folder
+    from tui.outputs import check_file, check_folder, check_no_folder
 
     check_file("--json", arguments.json)
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
+        check_no_folder("--parameters", arguments.parameters)
     if arguments.mission != IDLE:
         check_folder("--out", arguments.out)
     file = load_vehicle(arguments.vehicle)
@@ -102,14 +104,27 @@ def run(arguments: argparse.Namespace) -> int:
     )
     store = Path(arguments.parameters) if arguments.parameters else None
     parameters = simulated.server(file, store)
-    links = [open_link(spec) for spec in arguments.link]
+    clock, troubles = SystemClock(), Troubles()
+    opener = secured.Opener(arguments.sign_key, clock, troubles)
+    links = [opener.open(spec) for spec in arguments.link]
     try:
         if mission is None:
-            return idle(arguments, file, configuration, parameters, links, SystemClock())
-        return dive(arguments, file, configuration, mission, parameters, links, SystemClock().unix_s())
+            return idle(arguments, file, configuration, parameters, links, clock, troubles)
+        return dive(arguments, file, configuration, mission, parameters, links, clock.unix_s())
     finally:
         for link in links:
             link.close()
+
+
+class Troubles:
+    """Tells of systems that are refused: here, and by `say` to the ground, once there is a vehicle that can."""
+
+    def __init__(self) -> None:
+        self.say: Callable[[str], None] = lambda _: None
+
+    def __call__(self, trouble: "Trouble") -> None:
+        secured.on_words(trouble)
+        self.say(trouble.brief)
 
 
 def configuration_of(file: "VehicleFile", mission: str) -> str:
@@ -186,21 +201,26 @@ def idle(
     parameters: "ParameterServer",
     links: "Sequence[Link]",
     clock: "SystemClock",
+    troubles: "Troubles",
 ) -> int:
     """Lie afloat and disarmed, and answer on the links, until the user ends it."""
     from bridge.simulator.body import Start
     from bridge.simulator.dive import SimulatedVehicle, real_time
     from tui import show
     from tui.running import until_stopped
+    from tui.sockets import of_links
 
     if not links:
         raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")
     start = Start(arguments.seed, IDLE_DEPTH_M, unix_at_boot_s=clock.unix_s())
     vehicle = SimulatedVehicle(file, configuration, links, start, parameters)
+    troubles.say = vehicle.bridge.say
     words = show.words()
 
     def work(stop: "threading.Event") -> None:
         show.say(words, f"{file.vehicle.name} is afloat on {', '.join(arguments.link)}; Ctrl-C ends it")
+        for sentence in of_links(arguments.link, "a link to the ground"):
+            show.say(words, sentence)
         pace = real_time(arguments.speed or 1.0)
         while not stop.is_set():
             vehicle.rest()

@@ -6,13 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     from bridge.link.base import Link
 
 EXAMPLE = "seatrial tui --link udpin:127.0.0.1:14550 --vehicle ruvifist"
 MOST_FPS = 30.0
+OF_RECORDING = "the recording"
+"""The name of the link that a recording serves, of whichever runs: its port is another each time."""
 PASSED_ON = ("vehicle", "out", "receipts", "fps", "theme", "keymap")
 """Options that the app of each browser gets too; its link is the recording's."""
 
@@ -25,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SPEC",
         help="a link to record and to show; may be given again (default: what is being recorded)",
     )
+    secured.add_argument(parser)
     parser.add_argument(
         "--vehicle", metavar="FILE[:CONFIGURATION]", help="the vehicle file: what must be heard"
     )
@@ -74,10 +77,12 @@ def _serve(arguments: argparse.Namespace) -> int:
     import asyncio
     import sys
 
+    from bridge.clock import SystemClock
     from tui import show
     from tui.app.keymap import load_keymap
     from tui.app.screens.table import PLACES
-    from tui.links import holding_now
+    from tui.links import holding_now, words_of
+    from tui.sockets import listening, of_links, of_served
     from tui.web.server import PageServer
     from tui.web.visitors import in_url, warning
 
@@ -88,6 +93,8 @@ def _serve(arguments: argparse.Namespace) -> int:
     load_keymap(arguments.keymap, PLACES)
     host = arguments.host or "127.0.0.1"
     port = 8000 if arguments.port is None else arguments.port
+    # A key that can't be had is told before anything is begun.
+    secured.Opener(arguments.sign_key, SystemClock(), secured.on_words)
     _open(arguments)
     command = [sys.executable, "-m", "tui", "tui"]
     for name in PASSED_ON:
@@ -98,16 +105,12 @@ def _serve(arguments: argparse.Namespace) -> int:
     def tell(sockets: list[tuple[str, int]]) -> None:
         words, what = show.words(), "with every control" if arguments.control else "view-only"
         for address, number in sockets:
-            show.say(
-                words, f"open: {address} port {number}: the page, {what}: http://{in_url(address)}:{number}/"
-            )
+            page = listening("TCP", address, number, f"the page, {what}")
+            show.say(words, f"{page}: http://{in_url(address)}:{number}/")
         if (holding := holding_now()) is not None:
-            show.say(
-                words,
-                f"open: {holding.hub}: what is recorded, by process {holding.pid}, which goes on by itself",
-            )
-            for link in holding.links:
-                show.say(words, f"open: {link}: a link of the recording")
+            show.say(words, f"{words_of(holding)} goes on by itself, and has")
+            for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
+                show.say(words, sentence)
         if danger := warning(host, arguments.control):
             show.say(words, f"warning: {danger}")
 
@@ -143,9 +146,11 @@ def _show(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             "the terminal app needs a terminal; `seatrial watch` writes lines to a pipe"
         )
-    name, factory = _open(arguments)
     clock = SystemClock()
-    source = LinkSource(factory, name, clock)
+    # What it would say is on the screen: see `refused`.
+    opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None)
+    name, factory = _open(arguments, opener.open)
+    source = LinkSource(factory, name, clock, lambda: opener.trouble(name))
     station = Station(
         Listening(source) if arguments.view_only else source,
         Watcher(vehicle),
@@ -198,10 +203,13 @@ def _again(arguments: argparse.Namespace) -> "Callable[[], None] | None":
     links = arguments.link or (holding.links if holding is not None else ())
     if arguments.unrecorded or arguments.view_only or not links:
         return None
-    return partial(recorder.begin_again, recorder.options(links, arguments.out, arguments.vehicle or ""))
+    key = arguments.sign_key or (holding.sign_key if holding is not None else "")
+    return partial(recorder.begin_again, recorder.options(links, arguments.out, arguments.vehicle or "", key))
 
 
-def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
+def _open(
+    arguments: argparse.Namespace, open_one: "Callable[[str], Link] | None" = None
+) -> "tuple[str, Callable[[], Link]]":
     """The link to look at: of the recording that runs, or of one that is begun; with --unrecorded the link itself."""
     import time
 
@@ -216,7 +224,7 @@ def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
         if len(arguments.link) != 1:
             raise exit_codes.UsageError("--unrecorded looks at one link; give it with --link")
         spec = arguments.link[0]
-        return spec, lambda: open_link(spec)
+        return spec, lambda: (open_one or open_link)(spec)
     clock = SystemClock()
     holding = held(clock.unix_s())
     if holding is None:
@@ -228,7 +236,9 @@ def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
             raise exit_codes.UsageError(
                 "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
             )
-        options = recorder.options(arguments.link, arguments.out, arguments.vehicle or "")
+        options = recorder.options(
+            arguments.link, arguments.out, arguments.vehicle or "", arguments.sign_key or ""
+        )
         holding = recorder.begin(options, clock, time.sleep)
     if not holding.hub:
         raise LinkError(f"{words_of(holding)} serves nobody; end it first, and start it without --hub none")
@@ -237,4 +247,4 @@ def _open(arguments: argparse.Namespace) -> "tuple[str, Callable[[], Link]]":
         raise exit_codes.UsageError(
             f"{words_of(holding)} does not hold {', '.join(others)}; end it first, or leave --link out"
         )
-    return holding.hub, lambda: open_link(recorder.hub())
+    return OF_RECORDING, lambda: open_link(recorder.hub())

@@ -209,7 +209,7 @@ def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
 def _plain(
     label: str, dive: "Dive", found: "TrackingErrors", judged: "Raising | None", lever_m: "Vector3"
 ) -> dict[str, Any]:
-    from identify.glance.followed import followed
+    from identify.glance.following import followed
 
     return {
         "run": label,

@@ -4,15 +4,16 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui import exit_codes, numbers
+from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
     import threading
+    from collections.abc import Callable
 
     from rich.console import RenderableType
 
     from bridge.clock import Clock
-    from bridge.link.base import Link
+    from bridge.link.reconnecting import Reconnecting
     from bridge.vehicle.config import VehicleFile
     from gcs_plugin.holder import Holding
     from gcs_plugin.watch.picture import Picture
@@ -26,6 +27,7 @@ ONCE_S = 3.0
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--link", metavar="SPEC", help="a link (default: by way of the recording that runs)")
+    secured.add_argument(parser)
     parser.add_argument(
         "--vehicle",
         metavar="FILE[:CONFIGURATION]",
@@ -54,17 +56,18 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from gcs_plugin.watch.watcher import Watcher
     from tui import show, watched
-    from tui.links import holding_now, link_for
+    from tui.links import coming_back, holding_now, link_for
     from tui.outputs import check_file
 
     check_file("--json", arguments.json)
     holding = holding_now()
     file = _vehicle(arguments.vehicle, holding)
     clock = SystemClock()
-    link = link_for(arguments.link)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+    link = coming_back(link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
     try:
         watcher = Watcher(file, arguments.system, clock.unix_s() - clock.boot_s())
-        looked = Look(link, watcher, clock)
+        looked = Look(link, watcher, clock, lambda: opener.words(arguments.link or ""))
         if arguments.once:
             _quietly(looked, arguments.seconds or ONCE_S)
         else:
@@ -74,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     picture = looked.picture
     if arguments.once:
         console = show.results(arguments.json)
-        for sentence in watched.header(picture, holding_now()):
+        for sentence in watched.header(picture, holding_now(), looked.wrong()):
             show.say(console, sentence)
         for table in watched.tables(picture):
             show.put(console, table)
@@ -97,10 +100,23 @@ def code(frames: int, picture: "Picture", once: bool) -> int:
 class Look:
     """A link that is listened to, and the newest picture of it, made once a second."""
 
-    def __init__(self, link: "Link", watcher: "Watcher", clock: "Clock") -> None:
-        self._link, self._watcher, self._clock = link, watcher, clock
+    def __init__(
+        self,
+        link: "Reconnecting",
+        watcher: "Watcher",
+        clock: "Clock",
+        refused: "Callable[[], str]" = lambda: "",
+    ) -> None:
+        # One that takes the place of a lost one goes on under its name.
+        self._link, self._name, self._watcher, self._clock = link, link.name, watcher, clock
+        self._refused = refused
         self.frames = 0
+        self.fault = ""
         self.picture: Picture = watcher.picture(clock.boot_s())
+
+    def wrong(self) -> str:
+        """Why the link is away, and what it refused; "" for nothing."""
+        return "; ".join(filter(None, (self._link.fault, self._refused())))
 
     def listen(self, stop: "threading.Event") -> None:
         """Until `stop` is set."""
@@ -113,10 +129,10 @@ class Look:
             now_s = self._clock.boot_s()
             for frame in framer.feed(data):
                 self.frames += 1
-                self._watcher.feed(frame, now_s, self._link.name)
+                self._watcher.feed(frame, now_s, self._name)
             if now_s >= due_s:
                 due_s = max(due_s + EVERY_S, now_s)
-                self.picture = self._watcher.picture(now_s)
+                self.fault, self.picture = self.wrong(), self._watcher.picture(now_s)
         self.picture = self._watcher.picture(self._clock.boot_s())
 
 
@@ -148,7 +164,8 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
         def tell(_: float) -> None:
             if new():
-                show.say(console, f"{utc_text(clock.unix_s())} {watched.line(shown, holding_now())}")
+                line = watched.line(shown, holding_now(), looked.fault)
+                show.say(console, f"{utc_text(clock.unix_s())} {line}")
 
         until_stopped(looked.listen, clock, arguments.seconds, tell)
         return
@@ -156,20 +173,20 @@ def _shown(looked: Look, arguments: argparse.Namespace) -> None:
 
         def draw(_: float) -> None:
             if new():
-                live.update(screen(shown, holding_now(), console.width), refresh=True)
+                live.update(screen(shown, holding_now(), console.width, looked.fault), refresh=True)
 
         until_stopped(looked.listen, clock, arguments.seconds, draw)
 
 
-def screen(picture: "Picture", holding: "Holding | None", width: int) -> "RenderableType":
-    """The tables for a terminal, what is not fresh dimmed."""
+def screen(picture: "Picture", holding: "Holding | None", width: int, fault: str = "") -> "RenderableType":
+    """The tables for a terminal, what is not fresh dimmed; `fault` is why nothing comes."""
     from rich.text import Text
 
     from gcs_plugin.watch.picture import Freshness
     from tui import watched
 
     text = Text(no_wrap=True, overflow="ellipsis")
-    for number, sentence in enumerate(watched.header(picture, holding)):
+    for number, sentence in enumerate(watched.header(picture, holding, fault)):
         text.append(f"{sentence}\n", style="bold" if number == 0 else "")
     fresh = {
         "quantity": [trace.freshness for trace in picture.traces.values()],
@@ -196,6 +213,6 @@ def _vehicle(named: str | None, holding: "Holding | None") -> "VehicleFile | Non
 
     if named is None and holding is not None:
         about = DiveFolder(Path(holding.folder)).about()
-        if about.vehicle_file and Path(about.vehicle_file).exists():
+        if about.vehicle_path is not None:
             named = ":".join(filter(None, (about.vehicle_file, about.configuration)))
     return load_vehicle(named) if named else None

@@ -4,10 +4,10 @@ from typing import Final
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Input
 
 from tui.app.actions import Action, bindings
+from tui.app.screens.over import OverScreen
 
 ASKING: Final = (
     Action(
@@ -22,7 +22,7 @@ ASKING: Final = (
 )
 
 
-class AskScreen(ModalScreen[str | None]):
+class AskScreen(OverScreen[str | None]):
     """Answers what was typed once it is sent off with Enter; None where it was closed."""
 
     BINDINGS = bindings(ASKING)  # type: ignore[assignment]
@@ -32,7 +32,9 @@ class AskScreen(ModalScreen[str | None]):
         self._asked, self._value, self._hint, self._does = title, value, hint, does
 
     def compose(self) -> ComposeResult:
-        box = Vertical(Input(self._value, placeholder=self._hint, select_on_focus=False), id="ask-box")
+        box = Vertical(
+            Input(self._value, placeholder=self._hint, select_on_focus=False), id="ask-box", classes="box"
+        )
         box.border_title = self._asked
         box.border_subtitle = f"enter {self._does}, escape leaves it"
         yield box

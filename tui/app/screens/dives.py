@@ -1,7 +1,7 @@
 """Dives: the recordings, what each could identify before anyone fits anything, and what to do with one."""
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Final
 
@@ -10,11 +10,11 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
 
 from bridge.errors import SeatrialError
-from gcs_plugin.asked_conditions import TITLES, last_conditions, of_texts, texts_of
+from gcs_plugin.asked_conditions import TITLES, last_conditions, mistakes, of_texts, texts_of
 from gcs_plugin.conditions import NOTHING_SAID
 from gcs_plugin.folder import DiveFolder
 from tui.app.actions import Action, bindings
-from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table, wrapped
+from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table
 from tui.app.header import Tab
 from tui.app.lines import Line, Lines, heading
 from tui.app.listed import ListedDive, listed, usual
@@ -24,6 +24,7 @@ from tui.app.screens.form import FormScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.view import View
 from tui.app.widgets.drawn import Drawn
+from tui.app.wrapped import hanging
 
 VERB: Final = "dives"
 
@@ -94,6 +95,7 @@ class DivesScreen(StationScreen):
         self._stale = False
         self._then = ""
         self._trouble = self._unkept = ""
+        self._unwritten: dict[Path, str] = {}
 
     def body(self) -> ComposeResult:
         with Horizontal(id="dives"):
@@ -103,6 +105,15 @@ class DivesScreen(StationScreen):
 
     def on_screen_resume(self) -> None:
         self.action_again()
+
+    def on_screen_suspend(self) -> None:
+        self._then = ""
+
+    def begin(self) -> None:
+        """Identify the dive that the crew comes from, wherever the mark stood, once the list tells which."""
+        self._at = self._over = self._goes_on = self.desk.dive = None
+        self.action_again()
+        self._then = "identify"
 
     def show(self, view: View) -> None:
         recorded = self.desk.recorded() if view.recording is not None else None
@@ -118,7 +129,8 @@ class DivesScreen(StationScreen):
 
     def action_again(self) -> None:
         if not self.desk.jobs.runs(VERB):
-            self.desk.jobs.start(VERB, (VERB, str(self.desk.out)))
+            vehicle = ("--otherwise", self.desk.vehicle) if self.desk.vehicle else ()
+            self.desk.jobs.start(VERB, (VERB, str(self.desk.out), *vehicle))
 
     def action_go(self, rows: int) -> None:
         if self._dives:
@@ -146,9 +158,8 @@ class DivesScreen(StationScreen):
     def action_note(self) -> None:
         dive = self._dive()
         if dive is not None:
-            ask = AskScreen(
-                f"Note of {dive.name}", " ".join(dive.notes.split()), "what later explains the dive"
-            )
+            note = self._unwritten.get(dive.folder, " ".join(dive.notes.split()))
+            ask = AskScreen(f"Note of {dive.name}", note, "what later explains the dive")
             self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
 
     def action_replay(self) -> None:
@@ -172,6 +183,7 @@ class DivesScreen(StationScreen):
         dive = self._dive()
         if dive is None:
             return
+        self._unkept = ""
         try:
             known = DiveFolder(dive.folder).about().conditions
         except SeatrialError as error:
@@ -182,29 +194,23 @@ class DivesScreen(StationScreen):
         if known == NOTHING_SAID:
             known = last_conditions(dive.folder.resolve().parent, dive.folder)
             title += ", as in the dive before" if known != NOTHING_SAID else ""
-        self.app.push_screen(
-            FormScreen(title, TITLES, texts_of(known)), lambda texts: self._set_conditions(dive.folder, texts)
-        )
 
-    def _set_conditions(self, folder: Path, texts: dict[str, str] | None) -> None:
-        """Keep conditions; the list is read again as the screen comes back."""
-        if texts is None:
-            return
-        self._unkept = ""
-        try:
-            DiveFolder(folder).set_conditions(of_texts(texts))
-        except SeatrialError as error:
-            self._unkept = str(error)
+        def keep(texts: Mapping[str, str]) -> None:
+            DiveFolder(dive.folder).set_conditions(of_texts(texts))
+
+        # The list is read again as the screen comes back.
+        self.app.push_screen(FormScreen(title, TITLES, texts_of(known), mistakes, keep))
 
     def _note(self, folder: Path, text: str | None) -> None:
-        """Keep a note; the list is read again as the screen comes back."""
+        """Keep a note, or its text for the next try; the list is read again as the screen comes back."""
         if text is None:
             return
         self._unkept = ""
+        self._unwritten.pop(folder, None)
         try:
             DiveFolder(folder).note(text)
         except SeatrialError as error:
-            self._unkept = str(error)
+            self._unkept, self._unwritten[folder] = str(error), text
 
     def _take_list(self) -> None:
         """Take what the verb has listed, once it has."""
@@ -224,8 +230,16 @@ class DivesScreen(StationScreen):
             if self._at is None and self._dives:
                 self._at = self._dives[0].folder
         if self._then:
+            self._tell_skipped()
             self.call_later(self.action_begin, self._then)
             self._then = ""
+
+    def _tell_skipped(self) -> None:
+        """Say which newer dives are not the one that is meant, so that nobody takes an older one for the newest."""
+        skipped = [dive.name for dive in self._dives[: self._index()]]
+        if skipped:
+            newer = " and ".join(reversed(skipped))
+            self.notify(f"{self._dives[self._index()].name}; {newer}, recorded since, can tell nothing yet")
 
     def _index(self) -> int:
         return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), 0)
@@ -251,24 +265,25 @@ class DivesScreen(StationScreen):
 
     def _none(self, cells: int) -> tuple[Line, ...]:
         if self._trouble:
-            return wrapped(self._trouble.removeprefix("seatrial: "), "bad", cells)
+            return hanging(self._trouble.removeprefix("seatrial: "), "bad", cells)
         if self._list is None:
             return (((f"reading {self.desk.out}", "quiet"),),)
-        return wrapped(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
+        return hanging(f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells)
 
     def _reading(self) -> str:
         """How far the list is, for its heading."""
         state = self.desk.jobs.state(VERB)
         if state is None or not state.runs:
             return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
-        return state.told[-1].words if state.told else "reading"
+        reads = state.told[-1].words if state.told else "reading"
+        return f"{reads}, then {self._then}" if self._then else reads
 
     def _details(self, cells: int, rows: int) -> Lines:
         del rows
         dive = self._dive()
         if dive is None:
             return ((),)  # a widget of no height would not be asked again
-        unkept = wrapped(self._unkept, "bad", cells) if self._unkept else ()
+        unkept = hanging(self._unkept, "bad", cells) if self._unkept else ()
         return (
             *unkept,
             *details(dive, dive.folder == self._recorded, cells, self.key_of("dives.conditions")),

@@ -1,14 +1,15 @@
 """Lines to type, each under its title, over a screen whose top line stays bright and live."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
+from bridge.errors import SeatrialError
 from tui.app.actions import Action, bindings
+from tui.app.screens.over import OverScreen
 
 FILLING: Final = (
     Action(
@@ -26,27 +27,82 @@ FILLING: Final = (
     ),
 )
 
+UNKEPT: Final = "unkept"
 
-class FormScreen(ModalScreen[dict[str, str] | None]):
-    """Answers what stands in each line, by its name, once one is sent off with Enter; None where it was closed.
 
-    `titles` and `texts` are by name.
+class FormScreen(OverScreen[None]):
+    """Keeps what stands in all lines, by their names, once one is sent off with Enter; it stays until that is done.
+
+    `titles` and `texts` are by name. `mistakes` tells what is wrong with texts, by name: it stands below each line from
+    when that is left until it is mended. `keep` raises SeatrialError where they can't be kept, which is told too.
     """
 
     BINDINGS = bindings(FILLING)  # type: ignore[assignment]
 
-    def __init__(self, title: str, titles: Mapping[str, str], texts: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        title: str,
+        titles: Mapping[str, str],
+        texts: Mapping[str, str],
+        mistakes: Callable[[Mapping[str, str]], Mapping[str, str]],
+        keep: Callable[[Mapping[str, str]], None],
+    ) -> None:
         super().__init__()
         self._asked, self._titles, self._texts = title, titles, texts
+        self._mistakes, self._keep = mistakes, keep
 
     def compose(self) -> ComposeResult:
-        with VerticalScroll(id="form-box", can_focus=False) as box:
+        with VerticalScroll(id="form-box", classes="box", can_focus=False) as box:
             for name, title in self._titles.items():
                 with Horizontal(classes="form-line"):
-                    yield Label(title)
+                    yield Label(title, markup=False)
                     yield Input(self._texts.get(name, ""), "--", name=name, select_on_focus=False)
+                yield _Trouble(name)
+            yield _Trouble(UNKEPT)
         box.border_title = self._asked
         box.border_subtitle = "enter keeps all, escape leaves it, arrows go on"
 
+    def on_input_blurred(self, event: Input.Blurred) -> None:
+        self._judge(str(event.input.name))
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        name = str(event.input.name)
+        if self._trouble(name).display:
+            self._judge(name)
+
     def on_input_submitted(self) -> None:
-        self.dismiss({str(line.name): line.value for line in self.query(Input)})
+        for name in self._titles:
+            self._judge(name)
+        wrong = next((line for line in self.query(Input) if self._trouble(str(line.name)).display), None)
+        if wrong is not None:
+            wrong.focus()
+            return
+        try:
+            self._keep(self._typed())
+        except SeatrialError as error:
+            self._trouble(UNKEPT).say(str(error))
+            self.ask_for_room()
+        else:
+            self.dismiss()
+
+    def _typed(self) -> dict[str, str]:
+        return {str(line.name): line.value for line in self.query(Input)}
+
+    def _judge(self, name: str) -> None:
+        self._trouble(name).say(self._mistakes(self._typed()).get(name, ""))
+        self.ask_for_room()
+
+    def _trouble(self, name: str) -> "_Trouble":
+        return self.query_one(f"#trouble-{name}", _Trouble)
+
+
+class _Trouble(Label):
+    """What is wrong, there only while something is."""
+
+    def __init__(self, of: str) -> None:
+        super().__init__("", id=f"trouble-{of}", classes="trouble", markup=False)
+        self.display = False
+
+    def say(self, sentence: str) -> None:
+        self.update(f"▲ {sentence}")
+        self.display = bool(sentence)

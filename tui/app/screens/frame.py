@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from typing import ClassVar, Protocol, cast
 
+from textual import events
 from textual.app import ComposeResult
 from textual.screen import Screen
-from textual.widgets import Footer
+from textual.widgets import Static
 
 from tui.app.actions import Action
 from tui.app.desk import Desk
 from tui.app.header import Tab
 from tui.app.view import View
+from tui.app.widgets.key_line import KeyLine
 from tui.app.widgets.line_view import LineView
 from tui.app.widgets.top_line import TopLine
 
@@ -46,8 +48,9 @@ class StationScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         yield TopLine(self._tabs)
+        yield Static(id="room")
         yield from self.body()
-        yield Footer(show_command_palette=False)
+        yield KeyLine(show_command_palette=False)
 
     def body(self) -> ComposeResult:
         yield from ()
@@ -63,8 +66,19 @@ class StationScreen(Screen[None]):
         """Open another screen, and let it begin at once."""
         await cast(AtDesk, self.app).action_begin(screen)
 
+    async def take(self, event: events.Key) -> bool:
+        """Whether it took a key for itself that no widget took, before any binding does."""
+        del event
+        return False
+
     def close_up(self) -> None:
         """Close what the screen has opened of itself."""
+
+    def make_room(self, rows: int) -> None:
+        """Begin so many rows below the top, where something lies over them; 0 for nothing."""
+        taken = max((top.region.bottom for top in self.query(TopLine)), default=0)
+        for room in self.query("#room"):
+            room.styles.height = max(rows - taken, 0)
 
     def show(self, view: View) -> None:
         """Show a newer view in all that shows one."""

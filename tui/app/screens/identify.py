@@ -9,7 +9,6 @@ from textual.containers import VerticalScroll
 
 from tui.app.actions import Action, bindings
 from tui.app.converging import passes_of
-from tui.app.dives_lines import wrapped
 from tui.app.found import Found, found, places
 from tui.app.header import Tab
 from tui.app.identify_lines import curves, ended, progress, result, words_for
@@ -18,6 +17,7 @@ from tui.app.lines import Lines, heading
 from tui.app.screens.frame import StationScreen
 from tui.app.view import View
 from tui.app.widgets.drawn import Drawn
+from tui.app.wrapped import hanging
 from tui.told import Told
 
 VERB: Final = "identify"
@@ -71,8 +71,9 @@ class IdentifyScreen(StationScreen):
         super().show(view)
 
     def begin(self) -> None:
-        """Identify the chosen dive."""
-        self.action_begin()
+        """Identify the chosen dive, where nothing is being identified yet."""
+        if self.check_action("begin", ()):
+            self.action_begin()
 
     def action_begin(self) -> None:
         self._look()
@@ -81,7 +82,7 @@ class IdentifyScreen(StationScreen):
             self._refused = f"{self.desk.out}: holds no dive yet; a recording makes one"
         elif not (vehicle := self.desk.vehicle_of(self._dive)):
             self._refused = (
-                f"{self._dive}: names no vehicle file; leave the app and start it with --vehicle NAME"
+                f"{self._dive}: names no vehicle file that is there; start the app with --vehicle NAME"
             )
         else:
             self.desk.jobs.start(VERB, words_for(str(self._dive), vehicle, places(self._dive)))
@@ -158,15 +159,15 @@ class IdentifyScreen(StationScreen):
     def _result(self, cells: int, rows: int) -> Lines:
         del rows
         state = self._state()
-        lines = wrapped(self._refused, "bad", cells) if self._refused else ()
+        lines = hanging(self._refused, "bad", cells) if self._refused else ()
         if state is not None:
             lines = (*lines, *ended(state, cells))
         if self._found is not None:
             return (*lines, *result(self._found, cells))
         if self._dive is None:
-            return lines or wrapped(
+            return lines or hanging(
                 f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells
             )
         head = heading(self._dive.name, "", cells)
         words = f"not identified yet; {self.key_of('identify.begin')} identifies it"
-        return (head, *lines, *wrapped(words, "plain", cells))
+        return (head, *lines, *hanging(words, "plain", cells))

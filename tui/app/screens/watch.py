@@ -45,6 +45,13 @@ class WatchScreen(StationScreen):
     """Charts at the left, sensors and thrusters at the right, words below."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
+        Action(
+            "watch.identify",
+            "i",
+            "identify",
+            "Identify",
+            "identify the dive just made; of one that is still recorded, what is there",
+        ),
         Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", looks=True),
         Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", looks=True),
         *REPLAYING,
@@ -86,11 +93,16 @@ class WatchScreen(StationScreen):
                 yield Words()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "identify":
+            return self.desk.replay is None
         if action == "charts":
             return self.has_class("-narrow") and not self.has_class("-words")
         if action.startswith("replay_"):
             return self.desk.replay is not None
         return super().check_action(action, parameters)
+
+    async def action_identify(self) -> None:
+        await self.begin_on("dives")
 
     def action_charts(self) -> None:
         self.toggle_class("-first")

@@ -1,0 +1,39 @@
+"""The files that are handed out: a ring's segments by their names, and nothing else."""
+
+from pathlib import Path
+from typing import Protocol
+
+from bridge.ring.segments import segment_named, segments_in
+
+
+class Files(Protocol):
+    """Files in one folder. All raise OSError where the disk fails, FileNotFoundError for a name that is not there."""
+
+    def sizes(self) -> list[tuple[str, int]]:
+        """Name and size in bytes of each, in their order."""
+        ...
+
+    def read(self, name: str, offset: int, size: int) -> bytes:
+        """Up to `size` bytes from `offset` on; b"" at the end."""
+        ...
+
+
+class Segments:
+    """The segments of a ring in `folder`. A name that is no segment's is not there, so that no path leads out."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def sizes(self) -> list[tuple[str, int]]:
+        try:
+            return [(segment.name, size) for segment, size in segments_in(self._folder)]
+        except FileNotFoundError:  # nothing was kept yet
+            return []
+
+    def read(self, name: str, offset: int, size: int) -> bytes:
+        path = self._folder / name
+        if segment_named(name) is None or path.is_symlink():
+            raise FileNotFoundError(name)
+        with path.open("rb", buffering=0) as file:
+            file.seek(offset)
+            return file.read(size)

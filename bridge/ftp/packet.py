@@ -1,0 +1,107 @@
+"""A packet of MAVLink FTP, which rides in the 251 bytes of FILE_TRANSFER_PROTOCOL.
+
+Source: the MAVLink developer guide, File Transfer Protocol. Little-endian: sequence u16, session u8, opcode u8,
+size u8, request opcode u8, burst complete u8, padding u8, offset u32, then up to 239 bytes.
+"""
+
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+PAYLOAD_BYTES: Final = 251
+DATA_BYTES: Final = 239
+_HEAD: Final = struct.Struct("<HBBBBBBI")
+
+
+class Op(IntEnum):
+    """What is asked, and the two answers."""
+
+    NONE = 0
+    TERMINATE = 1
+    RESET = 2
+    LIST = 3
+    OPEN_READ = 4
+    READ = 5
+    CREATE = 6
+    WRITE = 7
+    REMOVE = 8
+    MAKE_FOLDER = 9
+    REMOVE_FOLDER = 10
+    OPEN_WRITE = 11
+    TRUNCATE = 12
+    RENAME = 13
+    CRC32 = 14
+    BURST = 15
+    ACK = 128
+    NAK = 129
+
+
+class Fault(IntEnum):
+    """Why something is refused: the first byte of a NAK's data."""
+
+    FAIL = 1
+    ERRNO = 2
+    SIZE = 3
+    SESSION = 4
+    NO_SESSIONS = 5
+    END = 6
+    UNKNOWN = 7
+    EXISTS = 8
+    PROTECTED = 9
+    NOT_FOUND = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """One packet. `size` is that of `data`, except where a read asks for so many bytes and carries none."""
+
+    sequence: int
+    session: int
+    op: int
+    size: int = 0
+    request: int = 0
+    complete: bool = False
+    offset: int = 0
+    data: bytes = b""
+
+    def encode(self) -> bytes:
+        """The bytes without the zeros that fill up the 251; MAVLink 2 would cut them again."""
+        head = (self.sequence, self.session, self.op, self.size, self.request, self.complete, 0, self.offset)
+        return _HEAD.pack(*head) + self.data
+
+
+def decode(payload: bytes) -> Packet:
+    """The packet in a payload of any length: what is missing is zero, and no more data is taken than `size` says."""
+    whole = payload[:PAYLOAD_BYTES].ljust(PAYLOAD_BYTES, b"\0")
+    sequence, session, op, size, request, complete, _, offset = _HEAD.unpack_from(whole)
+    data = whole[_HEAD.size : _HEAD.size + size]
+    return Packet(sequence, session, op, size, request, bool(complete), offset, data)
+
+
+def acknowledged(
+    asked: Packet, data: bytes = b"", offset: int | None = None, session: int | None = None
+) -> Packet:
+    """The answer to a request that is granted."""
+    return Packet(
+        asked.sequence + 1 & 0xFFFF,
+        asked.session if session is None else session,
+        Op.ACK,
+        len(data),
+        asked.op,
+        offset=asked.offset if offset is None else offset,
+        data=data,
+    )
+
+
+def refused(asked: Packet, fault: Fault) -> Packet:
+    """The answer to a request that is not."""
+    return Packet(
+        asked.sequence + 1 & 0xFFFF,
+        asked.session,
+        Op.NAK,
+        1,
+        asked.op,
+        offset=asked.offset,
+        data=bytes((fault,)),
+    )

@@ -1,0 +1,246 @@
+"""A server of MAVLink FTP that only lets read: packets with their time in, packets out. No thread, no clock of its own.
+
+A session is a name and nothing more, so that nothing is held open, and one that is asked for twice is one. Answers to
+each link keep within its pace, for telemetry goes first; what finds no room is dropped, and asked for again.
+"""
+
+import zlib
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from bridge.ftp.files import Files
+from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet, acknowledged, decode, refused
+
+Peer = tuple[int, int, int]
+"""The link's number, and who speaks there: system and component."""
+
+MOST_SESSIONS: Final = 16
+MOST_WAITING: Final = 256
+MOST_LISTINGS: Final = 8
+IDLE_S: Final = 30.0
+BURST_PACKETS: Final = 64
+CRC_BYTES_A_STEP: Final = 1 << 18
+LONGEST_SAVING_S: Final = 0.1
+FRAME_BYTES: Final = 27
+"""What a packet has around its data on the wire."""
+
+_WRITES: Final = frozenset(
+    (Op.CREATE, Op.WRITE, Op.REMOVE, Op.MAKE_FOLDER, Op.REMOVE_FOLDER, Op.OPEN_WRITE, Op.TRUNCATE, Op.RENAME)
+)
+
+
+@dataclass
+class _Session:
+    """A file that somebody reads. `burst` is the packet that asked for one, moved on to what is due next."""
+
+    peer: Peer
+    name: str
+    used_s: float
+    burst: Packet | None = None
+    left: int = 0
+
+
+@dataclass
+class _Lane:
+    """One link: what was asked there, and how many bytes may go out now."""
+
+    earned_s: float
+    allowed: float
+    asked: deque[tuple[Peer, Packet]] = field(default_factory=deque)
+
+
+@dataclass
+class _Sum:
+    """A checksum under way."""
+
+    peer: Peer
+    asked: Packet
+    name: str
+    offset: int = 0
+    crc: int = 0xFFFFFFFF
+
+
+class FileServer:
+    """Hands out `files`. `pace(link)` is how many bytes a second may go out on the link of that number."""
+
+    def __init__(self, files: Files, pace: Callable[[int], float]) -> None:
+        self._files, self._pace = files, pace
+        self._sessions: dict[int, _Session] = {}
+        self._lanes: dict[int, _Lane] = {}
+        self._listings: dict[Peer, list[str]] = {}
+        self._sums: list[_Sum] = []
+
+    def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
+        """A packet came; its answer is due later."""
+        lane = self._lanes.setdefault(peer[0], _Lane(now_s, self._most_saved(peer[0])))
+        if len(lane.asked) < MOST_WAITING:
+            lane.asked.append((peer, decode(payload)))
+
+    def due(self, now_s: float) -> list[tuple[Peer, bytes]]:
+        """What goes out now, and to whom."""
+        for number in [n for n, one in self._sessions.items() if one.used_s < now_s - IDLE_S]:
+            del self._sessions[number]
+        out: list[tuple[Peer, bytes]] = []
+        for link, lane in self._lanes.items():
+            earned = max(0.0, now_s - lane.earned_s) * self._pace(link)
+            lane.allowed = min(lane.allowed + earned, self._most_saved(link))
+            lane.earned_s = now_s
+            for peer, packet in self._lane_due(link, lane, now_s):
+                raw = packet.encode()
+                lane.allowed -= len(raw) + FRAME_BYTES
+                out.append((peer, raw))
+        return out + [(peer, packet.encode()) for peer, packet in self._summed()]
+
+    def _most_saved(self, link: int) -> float:
+        """How many bytes may go out at once: a packet, where the pace is slow."""
+        return max(self._pace(link) * LONGEST_SAVING_S, float(DATA_BYTES + FRAME_BYTES))
+
+    def _lane_due(self, link: int, lane: _Lane, now_s: float) -> Iterator[tuple[Peer, Packet]]:
+        while lane.asked and (lane.allowed > 0 or _is_free(lane.asked[0][1])):
+            peer, asked = lane.asked.popleft()
+            answer = self._answer(peer, asked, now_s)
+            if answer is not None:
+                yield peer, answer
+        bursting = deque(
+            number for number, one in self._sessions.items() if one.peer[0] == link and one.burst
+        )
+        while bursting and lane.allowed > 0:
+            number = bursting.popleft()
+            session = self._sessions[number]
+            yield session.peer, self._burst_next(session, now_s)
+            if session.burst is not None:
+                bursting.append(number)
+
+    def _answer(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
+        """The answer; None where there is none, or none yet."""
+        try:
+            if asked.op == Op.LIST:
+                return self._listed(peer, asked)
+            if asked.op == Op.OPEN_READ:
+                return self._opened(peer, asked, now_s)
+            if asked.op == Op.CRC32:
+                return self._begin_sum(peer, asked)
+            if asked.op in (Op.READ, Op.BURST, Op.TERMINATE):
+                return self._of_session(peer, asked, now_s)
+        except FileNotFoundError:
+            return refused(asked, Fault.NOT_FOUND)
+        except OSError:
+            return refused(asked, Fault.FAIL)
+        if asked.op == Op.RESET:
+            self._sessions = {n: one for n, one in self._sessions.items() if one.peer != peer}
+            return acknowledged(asked)
+        if asked.op in (Op.ACK, Op.NAK):  # never answered: two that do so would never end
+            return None
+        return refused(asked, Fault.PROTECTED if asked.op in _WRITES else Fault.UNKNOWN)
+
+    def _listed(self, peer: Peer, asked: Packet) -> Packet:
+        if _name(asked.data) not in ("", "."):
+            raise FileNotFoundError
+        # As it was when it was begun: one that changes meanwhile would make who lists it by index miss a file.
+        if asked.offset == 0 or peer not in self._listings:
+            if len(self._listings) >= MOST_LISTINGS:
+                self._listings.pop(next(iter(self._listings)), None)
+            self._listings[peer] = [f"F{name}\t{size}\0" for name, size in self._files.sizes()]
+        data = b""
+        for entry in self._listings[peer][asked.offset :]:
+            if len(data) + len(entry) > DATA_BYTES:
+                break
+            data += entry.encode("ascii")
+        return acknowledged(asked, data) if data else refused(asked, Fault.END)
+
+    def _opened(self, peer: Peer, asked: Packet, now_s: float) -> Packet:
+        name = _name(asked.data)
+        size = dict(self._files.sizes()).get(name)
+        if size is None:
+            raise FileNotFoundError
+        same = (n for n, one in self._sessions.items() if (one.peer, one.name) == (peer, name))
+        free = (n for n in range(MOST_SESSIONS) if n not in self._sessions)
+        # One whose end was lost on its way gives room to its own peer's next.
+        own = sorted((one.used_s, n) for n, one in self._sessions.items() if one.peer == peer)
+        number = next(same, next(free, own[0][1] if own else None))
+        if number is None:
+            return refused(asked, Fault.NO_SESSIONS)
+        self._sessions[number] = _Session(peer, name, now_s)
+        return acknowledged(asked, min(size, 0xFFFFFFFF).to_bytes(4, "little"), 0, number)
+
+    def _of_session(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
+        session = self._sessions.get(asked.session)
+        if asked.op == Op.TERMINATE:
+            if session is not None and session.peer == peer:
+                del self._sessions[asked.session]
+            return acknowledged(asked)
+        if session is None or session.peer != peer:
+            return refused(asked, Fault.SESSION)
+        if not 0 < asked.size <= DATA_BYTES:
+            return refused(asked, Fault.SIZE)
+        session.used_s = now_s
+        if asked.op == Op.BURST:
+            session.burst, session.left = asked, BURST_PACKETS
+            return None
+        data = self._files.read(session.name, asked.offset, asked.size)
+        return acknowledged(asked, data) if data else refused(asked, Fault.END)
+
+    def _burst_next(self, session: _Session, now_s: float) -> Packet:
+        asked = session.burst
+        assert asked is not None
+        session.used_s, session.burst = now_s, None
+        session.left -= 1
+        try:
+            data = self._files.read(session.name, asked.offset, asked.size)
+        except FileNotFoundError:
+            return refused(asked, Fault.NOT_FOUND)
+        except OSError:
+            return refused(asked, Fault.FAIL)
+        if not data:
+            return refused(asked, Fault.END)
+        complete = len(data) < asked.size or session.left == 0
+        if not complete:
+            session.burst = replace(
+                asked, sequence=asked.sequence + 1 & 0xFFFF, offset=asked.offset + len(data)
+            )
+        return replace(acknowledged(asked, data), complete=complete)
+
+    def _begin_sum(self, peer: Peer, asked: Packet) -> Packet | None:
+        name = _name(asked.data)
+        self._files.read(name, 0, 1)
+        if len(self._sums) >= MOST_LISTINGS:
+            return refused(asked, Fault.FAIL)
+        for one in self._sums:
+            if (one.peer, one.name) == (peer, name):  # asked again: what is done of it stays done
+                one.asked = asked
+                return None
+        self._sums.append(_Sum(peer, asked, name))
+        return None
+
+    def _summed(self) -> list[tuple[Peer, Packet]]:
+        """The first checksum a piece further; its answer where it is done."""
+        if not self._sums:
+            return []
+        work = self._sums[0]
+        try:
+            data = self._files.read(work.name, work.offset, CRC_BYTES_A_STEP)
+        except OSError:
+            del self._sums[0]
+            return [(work.peer, refused(work.asked, Fault.FAIL))]
+        work.crc, work.offset = zlib.crc32(data, work.crc), work.offset + len(data)
+        if data:
+            return []
+        del self._sums[0]
+        return [(work.peer, acknowledged(work.asked, (work.crc ^ 0xFFFFFFFF).to_bytes(4, "little")))]
+
+
+def crc32(data: bytes, crc: int = 0) -> int:
+    """The checksum of MAVLink FTP: that of zlib, begun at 0 and not turned over at the end; `crc` is that so far."""
+    return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF
+
+
+def _name(data: bytes) -> str:
+    """The name of a path at the root; what holds other bytes than ASCII is nobody's name."""
+    return data.split(b"\0")[0].decode("ascii", "replace").removeprefix("/")
+
+
+def _is_free(asked: Packet) -> bool:
+    """Whether it is refused at once, whatever the pace: nobody is to wait for that."""
+    return asked.op in _WRITES or (asked.op == Op.OPEN_READ and asked.data.startswith(b"@"))

@@ -1,0 +1,97 @@
+"""Plain data from YAML and JSON of whoever wrote it: no tags, and no more depth or values than a file of ours needs."""
+
+import json
+from typing import Any, Final
+
+import yaml
+
+MOST_BYTES: Final = 1_000_000
+MOST_VALUES: Final = 200_000
+DEEPEST: Final = 30
+MOST_DIGITS: Final = 300
+_STANDARD: Final = "tag:yaml.org,2002:"
+
+
+def from_yaml(text: str) -> Any:
+    """The data of one YAML document. Raises YAMLError, with its place, and ValueError for a date that is none."""
+    return yaml.load(text, _Loader)
+
+
+def from_json(text: str | bytes) -> Any:
+    """The data of a JSON text. Raises ValueError, also where it nests without end or a whole number is no float64."""
+    try:
+        return json.loads(text, parse_int=_whole)
+    except RecursionError:
+        raise ValueError("nests too deeply") from None
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > MOST_DIGITS:
+        raise ValueError(f"a number of {len(digits)} digits")
+    return int(digits)
+
+
+class _Loader(yaml.SafeLoader):
+    """A safe loader that takes a key written twice for the slip that it is, and no tag whatever.
+
+    A name (`&`) may be used again (`*`), as long as what all of them stand for stays of a bounded size.
+    """
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._depth = 0
+        self._values: dict[int, int] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        event = self.peek_event()  # type: ignore[no-untyped-call]
+        again = isinstance(event, yaml.AliasEvent)
+        tag = None if again else getattr(event, "tag", None)
+        if tag is not None:
+            raise _refusal(
+                f"the tag '{tag.replace(_STANDARD, '!!')}' is not read; write the plain value", event
+            )
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise _refusal(f"it nests deeper than {DEEPEST}", event)
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        if node is None:
+            return None
+        if again and id(node) not in self._values:
+            raise _refusal(f"'*{event.anchor}' stands for what it stands in", event)
+        if not again:
+            self._values[id(node)] = 1 + sum(self._values[id(child)] for child in _children(node))
+        if self._values[id(node)] > MOST_VALUES:
+            raise _refusal(f"it stands for more than {MOST_VALUES} values", event)
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if isinstance(key, str) and key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key '{key}' stands there twice", key_node.start_mark
+                )
+            if isinstance(key, str):
+                seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def _whole_of_yaml(loader: _Loader, node: yaml.ScalarNode) -> int:
+    if len(node.value) > MOST_DIGITS:
+        raise _refusal(f"a number of {len(node.value)} digits", node)
+    return int(loader.construct_yaml_int(node))
+
+
+_Loader.add_constructor(f"{_STANDARD}int", _whole_of_yaml)
+
+
+def _children(node: yaml.Node) -> list[yaml.Node]:
+    if isinstance(node, yaml.MappingNode):
+        return [child for pair in node.value for child in pair]
+    return node.value if isinstance(node, yaml.SequenceNode) else []
+
+
+def _refusal(problem: str, place: Any) -> yaml.constructor.ConstructorError:
+    return yaml.constructor.ConstructorError(None, None, problem, place.start_mark)

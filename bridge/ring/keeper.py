@@ -1,0 +1,152 @@
+"""The ring beside the bridge's loop: frames are taken over at once, and written in a thread of their own.
+
+A disk that is full, fails or stalls holds nothing up: what can't be written waits in memory up to a bound, then the
+oldest is lost and counted, and the crew is told when it begins and when it is over.
+"""
+
+import secrets
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from threading import Event, Lock, Thread
+from typing import Final, Protocol
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+from bridge.ring.files import Bounds, RingFiles
+
+MOST_WAITING_BYTES: Final = 8_000_000
+SYNC_EVERY_S: Final = 1.0
+RETRY_S: Final = 2.0
+ENDING_S: Final = 3.0
+IDENTITY_BITS: Final = 31  # a positive int32 on the wire
+
+
+class Files(Protocol):
+    """Where records go; `write` and `sync` raise LogError where that fails."""
+
+    def write(self, unix_us: int, boot_ms: int, raw: bytes) -> None: ...
+
+    def sync(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def new_identity() -> int:
+    """What tells this boot from all others."""
+    return secrets.randbits(IDENTITY_BITS) or 1
+
+
+def ring_in(folder: Path, bounds: Bounds, clock: Clock) -> "RingKeeper":
+    """The ring of this boot in a folder, not yet begun."""
+    identity = new_identity()
+    return RingKeeper(RingFiles(folder, bounds, identity), identity, clock)
+
+
+class RingKeeper:
+    """Keeps the frames of one boot, known by `identity`. `put` and `take_texts` never wait for the disk.
+
+    `begin` starts the thread that writes; without it, as in lock-step, `work` is called instead.
+    """
+
+    def __init__(self, files: Files, identity: int, clock: Clock) -> None:
+        self.identity = identity
+        self._files, self._clock = files, clock
+        self._waiting: deque[tuple[int, int, bytes]] = deque()
+        self._waiting_bytes = 0
+        self._lost = 0
+        self._failed = False
+        self._texts: list[str] = []
+        self._lock, self._wake, self._stop = Lock(), Event(), Event()
+        self._retry_s = self._sync_s = clock.boot_s()
+        self._thread: Thread | None = None
+
+    def begin(self) -> None:
+        """Write from now on, in a thread."""
+        self._thread = Thread(target=self._run, name="ring", daemon=True)
+        self._thread.start()
+
+    def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
+        """Take over whole frames that were sent at that time."""
+        boot_ms = round(boot_s * 1e3)
+        with self._lock:
+            for raw in frames:
+                self._waiting.append((unix_us, boot_ms, raw))
+                self._waiting_bytes += len(raw)
+            while self._waiting_bytes > MOST_WAITING_BYTES:
+                self._waiting_bytes -= len(self._waiting.popleft()[2])
+                self._lost += 1
+                if self._lost == 1:
+                    self._texts.append("ring: disk too slow or full, frames are lost")
+        self._wake.set()
+
+    def take_texts(self) -> list[str]:
+        """What the crew is to be told, since the last call."""
+        with self._lock:
+            texts, self._texts = self._texts, []
+        return texts
+
+    def work(self) -> None:
+        """Write what waits, as far as that can be done now, and once a second put it on the disk."""
+        now_s = self._clock.boot_s()
+        if now_s < self._retry_s:
+            return
+        try:
+            self._write()
+            if now_s >= self._sync_s:
+                self._sync_s = now_s + SYNC_EVERY_S
+                self._files.sync()
+        except LogError as error:
+            self._fail(str(error), now_s)
+
+    def close(self) -> None:
+        """Write what waits, and end. A disk that stalls is not waited for long."""
+        self._stop.set()
+        self._wake.set()
+        if self._thread is None:
+            self._end()
+        else:
+            self._thread.join(ENDING_S)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            self._wake.wait(SYNC_EVERY_S)
+            self._wake.clear()
+            self.work()
+        self._end()
+
+    def _end(self) -> None:
+        self._retry_s = self._sync_s = self._clock.boot_s()
+        self.work()
+        self._files.close()
+
+    def _write(self) -> None:
+        while True:
+            with self._lock:
+                if not self._waiting:
+                    return
+                record = self._waiting.popleft()
+                self._waiting_bytes -= len(record[2])
+            try:
+                self._files.write(*record)
+            except LogError:
+                with self._lock:
+                    self._waiting.appendleft(record)
+                    self._waiting_bytes += len(record[2])
+                raise
+            self._recover()
+
+    def _fail(self, fault: str, now_s: float) -> None:
+        self._retry_s = now_s + RETRY_S
+        if not self._failed:
+            self._failed = True
+            with self._lock:
+                self._texts.append(f"ring: not written, {fault}")
+
+    def _recover(self) -> None:
+        """Tell that nothing waits any more, after a failure or where some found no room."""
+        with self._lock:
+            if self._waiting or not (self._failed or self._lost):
+                return
+            lost, self._lost, self._failed = self._lost, 0, False
+            self._texts.append(f"ring: written again, {lost} frames lost")

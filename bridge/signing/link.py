@@ -1,0 +1,90 @@
+"""A link that wraps a link: outside all is signed, inside nothing is, and nobody without the key is heard."""
+
+from collections import Counter
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import FrameError
+from bridge.framing import Framer, measure
+from bridge.link.base import Link
+from bridge.link.receive_buffer import ReceiveBuffer
+from bridge.signing.gate import Gate
+
+LARGEST_WRITE: Final = 1400  # signed frames too must fit a datagram on every network
+MOST_REFUSED_A_READ: Final = 64
+PAUSE_S: Final = 0.5
+
+
+class SignedLink:
+    """Frames that come in are checked and handed on without their signature; what is written goes out signed.
+
+    Bytes that are no frame are not handed on, nor is a frame sent that can't be signed:
+    `counts["dropped"]` counts these.
+    """
+
+    def __init__(self, link: Link, gate: Gate, clock: Clock) -> None:
+        self.name = link.name
+        self.counts: Counter[str] = Counter()
+        self._link, self._gate, self._clock = link, gate, clock
+        self._framer = Framer()
+        self._heard_s = clock.boot_s()
+
+    @property
+    def contested(self) -> frozenset[tuple[int, int]]:
+        """What the link inside knows of sources as which several peers speak."""
+        return getattr(self._link, "contested", frozenset())
+
+    @property
+    def buffer(self) -> ReceiveBuffer | None:
+        """The receive buffer of the link inside, where it has one of its own."""
+        return getattr(self._link, "buffer", None)
+
+    def read(self, timeout_s: float) -> bytes:
+        # A stranger's datagrams must not keep those of the vehicle waiting.
+        for _ in range(MOST_REFUSED_A_READ):
+            data = self._link.read(timeout_s)
+            admitted = self._admitted(data)
+            if admitted or not data:
+                break
+            timeout_s = 0.0
+        self._gate.look()
+        return admitted
+
+    def write(self, data: bytes) -> None:
+        batch = b""
+        place = 0
+        while place < len(data):
+            size = measure(data, place)
+            if size <= 0 or place + size > len(data):
+                self.counts["dropped"] += 1
+                break
+            out = self._signed(data[place : place + size])
+            if len(batch) + len(out) > LARGEST_WRITE:
+                self._link.write(batch)
+                batch = b""
+            batch += out
+            place += size
+        if batch:
+            self._link.write(batch)
+
+    def close(self) -> None:
+        self._gate.close()
+        self._link.close()
+
+    def _admitted(self, data: bytes) -> bytes:
+        now_s = self._clock.boot_s()
+        if data:
+            self._heard_s = now_s
+            frames = self._framer.feed(data)
+        elif now_s - self._heard_s >= PAUSE_S:
+            frames = self._framer.flush()
+        else:
+            return b""
+        return b"".join(self._gate.admit(frame) for frame in frames)
+
+    def _signed(self, raw: bytes) -> bytes:
+        try:
+            return self._gate.out(raw)
+        except FrameError:
+            self.counts["dropped"] += 1
+            return b""

@@ -1,0 +1,115 @@
+"""The times of signatures: never the same twice, never back, kept over restarts.
+
+A frame is refused where its stream (system, component, link) said that time or a later one before, or where it is more
+than a minute behind the newest that is known here: this computer's clock, or a later time that was heard. What is sent
+takes the newest as well, so that a side whose clock is behind learns the time from the first frame that it takes.
+"""
+
+import json
+import os
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final
+
+from bridge.clock import Clock
+from bridge.plain import from_json
+
+EPOCH_UNIX_S: Final = 1_420_070_400  # 2015-01-01
+STEPS_A_S: Final = 100_000
+MINUTE: Final = 60 * STEPS_A_S
+LATEST: Final = (1 << 48) - 1
+KEEP_EVERY_S: Final = 60.0
+
+Stream = tuple[int, int, int]
+"""System, component, link."""
+
+
+class Refusal(Enum):
+    """Why a frame is not let in; the value follows a number of frames."""
+
+    UNSIGNED = "unsigned"
+    OTHER_KEY = "of another key"
+    REPLAYED = "replayed or late"
+    OLD = "a minute old"
+
+
+class Times:
+    """The times of one link. `file` keeps them over restarts; None for one that forgets.
+
+    `fault` says why they can't be kept, "" where they can.
+    """
+
+    def __init__(self, clock: Clock, file: Path | None = None) -> None:
+        self.fault = ""
+        self._clock, self._file = clock, file
+        self._sent, self._heard = _kept(file) if file else (0, {})
+        self._newest = max(self._heard.values(), default=0)
+        self._reserved = self._sent
+        self._keep_due_s = clock.boot_s()
+
+    def next(self) -> int:
+        """The time of the next frame that is sent, later than of each before."""
+        self._sent = min(max(self._now(), self._sent + 1), LATEST)
+        # What may be sent before the next keeping is kept already: one that is killed never says a time twice.
+        if self._sent >= self._reserved:
+            self._reserved = self._sent + MINUTE
+            self._keep()
+        return self._sent
+
+    def take(self, stream: Stream, time: int) -> Refusal | None:
+        """Take the time of a frame whose signature is right, or say why it is refused."""
+        if time <= self._heard.get(stream, -1):
+            return Refusal.REPLAYED
+        if time + MINUTE < self._now():
+            return Refusal.OLD
+        self._heard[stream] = time
+        self._newest = max(self._newest, time)
+        if self._clock.boot_s() >= self._keep_due_s:
+            self._keep()
+        return None
+
+    def close(self) -> None:
+        """Keep them as they are now."""
+        self._reserved = self._sent
+        self._keep()
+
+    def _now(self) -> int:
+        clock = round((self._clock.unix_s() - EPOCH_UNIX_S) * STEPS_A_S)
+        return max(clock, self._newest, 0)
+
+    def _keep(self) -> None:
+        self._keep_due_s = self._clock.boot_s() + KEEP_EVERY_S
+        if self._file is None:
+            return
+        heard = {" ".join(map(str, stream)): time for stream, time in self._heard.items()}
+        partial = self._file.with_name(f"{self._file.name}.{os.getpid()}.part")
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            partial.write_text(json.dumps({"sent": self._reserved, "heard": heard}), encoding="utf-8")
+            partial.replace(self._file)
+            self.fault = ""
+        except OSError as error:
+            self.fault = (
+                f"{self._file}: the times of signatures can't be kept ({error.strerror}), so that after a restart "
+                "a frame of the last minute could be replayed; check the disk"
+            )
+
+
+def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
+    """What a file keeps; nothing where it is absent or says something else: the clock serves then."""
+    try:
+        told = from_json(file.read_text(encoding="utf-8"))
+        return _time(told["sent"]), {_stream(name): _time(time) for name, time in told["heard"].items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return 0, {}
+
+
+def _time(told: Any) -> int:
+    if isinstance(told, bool) or not isinstance(told, int) or not 0 <= told <= LATEST:
+        raise ValueError
+    return told
+
+
+def _stream(name: str) -> Stream:
+    system, component, link = map(int, name.split())
+    return system, component, link

@@ -1,0 +1,64 @@
+"""docs/reliability.md: each promise of a bad day, the tests that inject its fault, and the figure that was measured.
+
+A promise is a file of its own beside the page, docs/reliability/NAME.yaml; a long test writes the figure that it
+measured into NAME.json there (`tests/figures.py`).
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from docs.make.markdown import code, table
+
+FOLDER = Path(__file__).resolve().parents[1] / "reliability"
+PAGE = FOLDER.with_suffix(".md")
+
+HEAD = """# Reliability
+
+What holds on a bad day, and how it is known. Each promise has tests that inject the fault: a short form in `make test`,
+and most a long one in `make soak`, which writes the figure of its last run. This page is made from both by `make docs`.
+
+"""
+
+
+@dataclass(frozen=True)
+class Promise:
+    """One bar. tests: nodes of pytest that hold it in `make test`; long: in `make soak`. measured: a sentence with the
+    figure of the last long run, empty before the first."""
+
+    name: str
+    order: int
+    promise: str
+    tests: tuple[str, ...]
+    long: tuple[str, ...]
+    measured: str
+
+
+def promises() -> list[Promise]:
+    """All of them, in the page's order."""
+    return sorted((promise_of(path) for path in FOLDER.glob("*.yaml")), key=lambda one: (one.order, one.name))
+
+
+def promise_of(path: Path) -> Promise:
+    """A promise by its file."""
+    told = yaml.safe_load(path.read_text(encoding="utf-8"))
+    figure = path.with_suffix(".json")
+    kept = json.loads(figure.read_text(encoding="utf-8")) if figure.exists() else None
+    measured = f"{kept['measured']} ({kept['date']})" if kept else ""
+    tests, long = tuple(told.get("tests", ())), tuple(told.get("long", ()))
+    return Promise(path.stem, told["order"], told["promise"], tests, long, measured)
+
+
+def page() -> str:
+    """The page as the files make it now."""
+    rows = [
+        (
+            one.promise,
+            one.measured or ("not measured at length yet" if one.long else "holds in every case tried"),
+            "<br>".join(code(test) for test in (*one.tests, *one.long)),
+        )
+        for one in promises()
+    ]
+    return HEAD + table(("promise", "measured", "tests"), rows)

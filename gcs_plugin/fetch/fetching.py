@@ -1,0 +1,238 @@
+"""The fetching of segments: the list, then each one's bytes in order, then its checksum.
+
+Pure but for the mirror on the disk, which always holds a beginning without a hole: whoever is cut off, killed or has
+the vehicle start anew goes on where that ends.
+"""
+
+from collections.abc import Callable, Hashable
+from enum import Enum, auto
+from typing import Final
+
+from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet
+from bridge.ring.segments import Segment, segment_named
+from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.requests import MOST_AT_ONCE, Requests
+
+Listing = list[tuple[Segment, int]]
+MOST_TRIES: Final = 3
+"""Of a segment whose checksum is wrong."""
+
+
+class _Stage(Enum):
+    LIST = auto()
+    OPEN = auto()
+    READ = auto()
+    SUM = auto()
+    DONE = auto()
+
+
+class Fetching:
+    """Brings what `choose` names of the vehicle's segments into `mirror`.
+
+    Send what `tick` gives, hand every packet that comes to `on_packet`, until it is `done`. `fault` is why it can't go
+    on, "" for nothing. `heard_s` is when it last came nearer to its end.
+    """
+
+    def __init__(self, mirror: Mirror, choose: Callable[[Listing], Listing], now_s: float) -> None:
+        self.fault = ""
+        self.heard_s = now_s
+        self.fetched = 0
+        self.chosen: Listing = []
+        self._mirror, self._choose = mirror, choose
+        self._requests = Requests(now_s)
+        self._stage = _Stage.LIST
+        self._listed: dict[Segment, int] = {}
+        self._left: Listing = []
+        self._segment = Segment(0, 0, 0, 0)
+        self._size = self._session = self._asked = self._tries = 0
+        self._pieces: dict[int, bytes] = {}
+        self._ask_list(0)
+
+    @property
+    def done(self) -> bool:
+        """Whether there is nothing more to fetch, or it can't be fetched."""
+        return self._stage is _Stage.DONE
+
+    @property
+    def held_bytes(self) -> int:
+        """How much of what was chosen is there."""
+        return sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
+
+    @property
+    def total_bytes(self) -> int:
+        """How much was chosen."""
+        return sum(size for _, size in self.chosen)
+
+    def tick(self, now_s: float) -> list[Packet]:
+        """What is to be sent now."""
+        if self._stage is _Stage.READ:
+            self._ask_reads()
+        return self._requests.tick(now_s)
+
+    def on_packet(self, packet: Packet, now_s: float) -> None:
+        """A packet of the vehicle came. Raises LogError where the disk takes nothing."""
+        key = self._requests.answered(packet, now_s)
+        if key is None:
+            return
+        fault = Fault(packet.data[0]) if packet.op == Op.NAK and packet.data[:1] in _FAULTS else Fault.FAIL
+        granted = packet.op == Op.ACK
+        if granted or fault is Fault.END:
+            self.heard_s = now_s
+        if self._stage is _Stage.LIST:
+            self._on_list(packet, granted, fault)
+        elif self._stage is _Stage.OPEN:
+            self._on_open(packet, granted, fault)
+        elif self._stage is _Stage.READ:
+            self._on_read(key, packet, granted, fault)
+        elif self._stage is _Stage.SUM:
+            self._on_sum(packet, granted, fault)
+
+    def _ask_list(self, index: int) -> None:
+        self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=index, data=b"/"))
+
+    def _on_list(self, packet: Packet, granted: bool, fault: Fault) -> None:
+        if granted:
+            entries = [entry for entry in packet.data.split(b"\0") if entry]
+            for entry in entries:
+                name, _, size = entry[1:].decode("ascii", "replace").partition("\t")
+                segment = segment_named(name)
+                if segment is not None and size.isdecimal():
+                    self._listed[segment] = int(size)
+            self._ask_list(packet.offset + max(len(entries), 1))
+        elif fault is Fault.END:
+            self.chosen = self._choose(sorted(self._listed.items()))
+            self._left = list(self.chosen)
+            self._next()
+        elif fault in (Fault.UNKNOWN, Fault.NOT_FOUND):
+            self._fail("the vehicle keeps no recording of its own; start its bridge with --ring FOLDER")
+        else:
+            self._ask_list(packet.offset)
+
+    def _next(self) -> None:
+        """Begin the next segment of which something lacks."""
+        self._requests.forget()
+        self._pieces.clear()
+        while self._left:
+            self._segment, self._size = self._left.pop(0)
+            name = self._segment.name
+            if self._mirror.is_whole(name) or (self._is_growing and self._mirror.size(name) >= self._size):
+                continue
+            self._tries = 0
+            self._open()
+            return
+        self._stage = _Stage.DONE
+
+    @property
+    def _is_growing(self) -> bool:
+        """Whether the vehicle may still write to it: then nobody knows the checksum of what was listed."""
+        return self._segment == max(self._listed)
+
+    def _open(self) -> None:
+        self._requests.forget()
+        self._pieces.clear()
+        self._asked = self._mirror.size(self._segment.name)
+        if self._asked >= self._size:
+            self._finish()
+            return
+        self._stage = _Stage.OPEN
+        name = self._segment.name.encode("ascii")
+        self._requests.ask("open", Packet(0, 0, Op.OPEN_READ, len(name), data=name))
+
+    def _on_open(self, packet: Packet, granted: bool, fault: Fault) -> None:
+        if granted:
+            self._session, self._stage = packet.session, _Stage.READ
+        elif fault is Fault.NOT_FOUND:
+            self._gone()
+        else:
+            self._open()
+
+    def _ask_reads(self) -> None:
+        while len(self._requests) < MOST_AT_ONCE and self._asked < self._size:
+            size = min(DATA_BYTES, self._size - self._asked)
+            self._ask_read(self._asked, size)
+            self._asked += size
+
+    def _ask_read(self, offset: int, size: int) -> None:
+        self._requests.ask((offset, size), Packet(0, self._session, Op.READ, size, offset=offset))
+
+    def _on_read(self, key: Hashable, packet: Packet, granted: bool, fault: Fault) -> None:
+        assert isinstance(key, tuple)
+        offset, size = key
+        if not granted:
+            if fault is Fault.SESSION:  # it started anew, or has forgotten us
+                self._open()
+            elif fault is Fault.NOT_FOUND:
+                self._gone()
+            elif fault is Fault.END:
+                self._shrink(offset)
+            else:
+                self._ask_read(offset, size)
+            return
+        if packet.offset != offset or not 0 < len(packet.data) <= size:
+            self._ask_read(offset, size)
+            return
+        self._pieces[offset] = packet.data
+        if len(packet.data) < size:
+            self._ask_read(offset + len(packet.data), size - len(packet.data))
+        self._keep()
+
+    def _keep(self) -> None:
+        """Put on the disk what follows on what is there."""
+        name = self._segment.name
+        at = begun = self._mirror.size(name)
+        ready = []
+        while at in self._pieces:
+            ready.append(self._pieces.pop(at))
+            at += len(ready[-1])
+        if ready:
+            self._mirror.append(name, b"".join(ready))
+            self.fetched += at - begun
+        if at >= self._size:
+            self._finish()
+
+    def _shrink(self, offset: int) -> None:
+        """The vehicle lost the end of it, as where its power went."""
+        self._size = min(self._size, offset)
+        self._asked = min(self._asked, self._size)
+        if self._mirror.size(self._segment.name) >= self._size:
+            self._finish()
+
+    def _finish(self) -> None:
+        """All bytes are there: of a segment that is closed the checksum is asked for."""
+        self._requests.forget()
+        self._pieces.clear()
+        if self._is_growing:
+            self._next()
+            return
+        self._stage = _Stage.SUM
+        name = self._segment.name.encode("ascii")
+        self._requests.ask("sum", Packet(0, self._session, Op.CRC32, len(name), data=name))
+
+    def _on_sum(self, packet: Packet, granted: bool, fault: Fault) -> None:
+        name = self._segment.name
+        if not granted:
+            if fault is Fault.NOT_FOUND:
+                self._gone()
+            else:
+                self._finish()
+            return
+        if int.from_bytes(packet.data[:4], "little") == self._mirror.checksum(name):
+            self._mirror.finish(name)
+            self._next()
+            return
+        self._mirror.drop(name)
+        self._tries += 1
+        if self._tries >= MOST_TRIES:
+            self._fail(f"{name}: arrived {MOST_TRIES} times with a wrong checksum; check the vehicle's disk")
+        else:
+            self._open()
+
+    def _gone(self) -> None:
+        """The ring has let it go: what there is of it stays."""
+        self._next()
+
+    def _fail(self, fault: str) -> None:
+        self.fault, self._stage = fault, _Stage.DONE
+
+
+_FAULTS: Final = frozenset(bytes((fault,)) for fault in Fault)

@@ -1,0 +1,75 @@
+"""What the ground has of vehicles' rings: each segment under its own name, so that no byte is fetched twice.
+
+A segment that is not whole yet is a `.part`: the beginning of it, without a hole, whenever the program ends.
+"""
+
+import contextlib
+import os
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import LogError
+from bridge.ftp.server import crc32
+
+PART: Final = ".part"
+PIECE_BYTES: Final = 1 << 20
+
+
+class Mirror:
+    """Segments in `folder`, made where it is missing. Every method that writes raises LogError where it can't."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def path(self, name: str) -> Path:
+        """Where what there is of a segment lies."""
+        whole = self._folder / name
+        return whole if whole.exists() else self._folder / (name + PART)
+
+    def size(self, name: str) -> int:
+        """How many of its first bytes are there."""
+        try:
+            return self.path(name).stat().st_size
+        except FileNotFoundError:
+            return 0
+
+    def is_whole(self, name: str) -> bool:
+        """Whether all of it is there, and its checksum was right."""
+        return (self._folder / name).exists()
+
+    def append(self, name: str, data: bytes) -> None:
+        """The next bytes of it."""
+        path = self._folder / (name + PART)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            with path.open("ab") as file:
+                file.write(data)
+        except OSError as error:
+            raise LogError(
+                f"{path}: can't be written ({error.strerror}); free disk space and fetch again"
+            ) from None
+
+    def checksum(self, name: str) -> int:
+        """MAVLink FTP's, of what there is."""
+        crc = 0
+        with contextlib.suppress(FileNotFoundError), self.path(name).open("rb") as file:
+            while data := file.read(PIECE_BYTES):
+                crc = crc32(data, crc)
+        return crc
+
+    def finish(self, name: str) -> None:
+        """It is whole."""
+        path = self._folder / (name + PART)
+        try:
+            with path.open("rb+") as file:
+                os.fsync(file.fileno())
+            path.replace(self._folder / name)
+        except OSError as error:
+            raise LogError(
+                f"{path}: can't be kept ({error.strerror}); check the disk and fetch again"
+            ) from None
+
+    def drop(self, name: str) -> None:
+        """Begin it anew."""
+        with contextlib.suppress(OSError):
+            (self._folder / (name + PART)).unlink()

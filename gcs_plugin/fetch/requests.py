@@ -1,0 +1,92 @@
+"""Requests of MAVLink FTP under way over a bad link: each is sent again until it is answered, and answered once.
+
+Pure: packets with their time in, packets out. An answer is known by its sequence number, of which every sending has its
+own, so that the round trip is measured on what was truly answered (Karn), and a copy or a straggler means nothing.
+"""
+
+from collections import deque
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from bridge.ftp.packet import Packet
+
+MOST_A_S: Final = 800.0
+"""Of some 27 bytes each: the hub of a recording takes 32 kB a second from each of its clients."""
+MOST_AT_ONCE: Final = 32
+FIRST_WAIT_S: Final = 1.0
+LEAST_WAIT_S: Final = 0.15
+LONGEST_WAIT_S: Final = 4.0
+
+
+@dataclass
+class _Asked:
+    packet: Packet
+    sent_s: float = float("-inf")
+    sequences: list[int] = field(default_factory=list)
+
+
+class Requests:
+    """What is asked, by a key of the one who asks."""
+
+    def __init__(self, now_s: float) -> None:
+        self._open: dict[Hashable, _Asked] = {}
+        self._new: deque[Hashable] = deque()
+        self._sent: dict[int, tuple[Hashable, float]] = {}
+        self._sequence = 0
+        self._round_trip_s: float | None = None
+        self._allowed, self._earned_s = float(MOST_AT_ONCE), now_s
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    def ask(self, key: Hashable, packet: Packet) -> None:
+        """Send it, with a sequence number of its own, until it is answered."""
+        self._open[key] = _Asked(packet)
+        self._new.append(key)
+
+    def forget(self) -> None:
+        """Ask nothing any more of all that is under way."""
+        self._open.clear()
+        self._new.clear()
+        self._sent.clear()
+
+    @property
+    def wait_s(self) -> float:
+        """How long an answer may take before its request is sent again."""
+        if self._round_trip_s is None:
+            return FIRST_WAIT_S
+        return min(max(2.0 * self._round_trip_s, LEAST_WAIT_S), LONGEST_WAIT_S)
+
+    def tick(self, now_s: float) -> list[Packet]:
+        """What is to be sent now."""
+        earned = max(0.0, now_s - self._earned_s) * MOST_A_S
+        self._allowed, self._earned_s = min(float(MOST_AT_ONCE), self._allowed + earned), now_s
+        late = [key for key, one in self._open.items() if one.sequences and now_s - one.sent_s >= self.wait_s]
+        out = []
+        while self._allowed >= 1.0 and (late or self._new):
+            key = late.pop(0) if late else self._new.popleft()
+            asked = self._open.get(key)
+            if asked is None:
+                continue
+            self._sequence = self._sequence + 1 & 0xFFFF
+            self._sent[self._sequence + 1 & 0xFFFF] = key, now_s
+            asked.sequences.append(self._sequence + 1 & 0xFFFF)
+            asked.sent_s = now_s
+            self._allowed -= 1.0
+            out.append(replace(asked.packet, sequence=self._sequence))
+        return out
+
+    def answered(self, packet: Packet, now_s: float) -> Hashable | None:
+        """The key of the request that this packet answers; None for one that answers none."""
+        key, sent_s = self._sent.get(packet.sequence, (None, now_s))
+        asked = self._open.get(key) if key is not None else None
+        if asked is None or packet.request != asked.packet.op:
+            return None
+        del self._open[key]
+        for sequence in asked.sequences:
+            self._sent.pop(sequence, None)
+        took_s = now_s - sent_s
+        before_s = took_s if self._round_trip_s is None else self._round_trip_s
+        self._round_trip_s = before_s + 0.125 * (took_s - before_s)
+        return key

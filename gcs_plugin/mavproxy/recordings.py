@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`seatrial record`: MAVProxy's own recording, and that of another process by whose hub it hears the vehicle."""
+
+from collections.abc import Callable
+from math import isfinite
+from pathlib import Path
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+from bridge.framing import Frame
+from bridge.vehicle.config import VehicleFile
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.holder import Holding, held
+from gcs_plugin.job import Job, as_wide, seatrial_command
+from gcs_plugin.link_names import among, same_link
+from gcs_plugin.mavproxy.recording import Recording, progress
+from gcs_plugin.mavproxy.words import newest_dive
+
+BEGIN: Final = "`seatrial record start` begins"
+
+
+class Recordings:
+    """At most one of its own. `links` tells MAVProxy's links by name, `vehicle` the file that a dive is to name."""
+
+    def __init__(
+        self,
+        clock: Clock,
+        say: Callable[[str], None],
+        links: Callable[[], list[str]],
+        vehicle: Callable[[], VehicleFile | None],
+    ) -> None:
+        self._clock, self._say, self._links, self._vehicle = clock, say, links, vehicle
+        self._own: Recording | None = None
+        self._order: Job | None = None
+        self._root = Path("dives")
+        self._finished: Path | None = None
+
+    def command(self, words: list[str]) -> bool:
+        """`record WORDS`; False for what is no such command. Raises SeatrialError."""
+        match words:
+            case ["start", *folder] if len(folder) <= 1:
+                self.stop()
+                self._root = Path(folder[0] if folder else "dives")
+                self._own = Recording(self._root, self._vehicle(), self._clock, self._say)
+                self._say(self._own.words())
+            case ["next"]:
+                self._next()
+            case ["stop"]:
+                if self._own is None:
+                    raise LogError(self._other_ends() or f"nothing is being recorded; {BEGIN}")
+                self.stop()
+            case ["note", *text] if text:
+                noted = self._folder()
+                noted.add_event(self._clock.unix_s(), " ".join(text))
+                self._say(f"noted in {noted.path}")
+            case _:
+                return False
+        return True
+
+    def keep(self, frame: Frame) -> None:
+        """A frame passed, either way."""
+        if self._own is not None:
+            self._own.keep(frame)
+
+    def tick(self) -> None:
+        """Write what came, and tell what became of the next dive of another process."""
+        if self._own is not None:
+            self._own.step()
+        if self._order is None:
+            return
+        for line in self._order.lines(self._clock.boot_s()):
+            self._say(line)
+        if self._order.code is not None:
+            self._order = None
+
+    def stop(self) -> None:
+        """End MAVProxy's own recording where there is one."""
+        own, self._own = self._own, None
+        if own is not None:
+            own.step()
+            own.close()
+            self._finished = own.finished or self._finished
+
+    def status(self) -> list[str]:
+        """Who records into what, and what nobody records."""
+        found = [self._own.words()] if self._own is not None else []
+        other = self._other()
+        if other is not None:
+            found.append(_words(other, self._clock.unix_s()))
+        if self._own is not None:
+            return found
+        bare = [name for name in self._links() if other is None or not same_link(name, other.hub)]
+        if other is not None and bare:
+            found.append(f"NOT RECORDING {', '.join(bare)}")
+        elif other is None:
+            elsewhere = held(self._clock.unix_s())
+            who = f"; process {elsewhere.pid} records {', '.join(elsewhere.links)}" if elsewhere else ""
+            found.append(f"NOT RECORDING{who}")
+        return found
+
+    def newest(self) -> Path:
+        """The dive that was over last; before one was, the newest folder. Raises LogError where there is none."""
+        other, dive = self._other(), self._finished
+        if self._own is not None:
+            dive = self._own.finished or dive or self._own.folder.path
+        elif other is not None:
+            present = Path(other.folder)
+            dive = newest_dive(present.parent, present) or present
+        else:
+            dive = dive or newest_dive(self._root)
+        if dive is None:
+            raise LogError(
+                f"{self._root}: no dive folder is there; give a DIVE, or `seatrial record start` first"
+            )
+        return dive
+
+    def _next(self) -> None:
+        """Go on in a new dive folder; another process is asked by a command of its own, for that may take a while."""
+        if self._own is not None:
+            self._own.go_on()
+            return
+        if self._other() is None:
+            raise LogError(f"nothing is being recorded that could go on in a new dive; {BEGIN}")
+        if self._order is not None:
+            raise LogError("the next dive is being begun already; wait")
+        words = [*seatrial_command(), "record", "--next"]
+        self._order = Job("record --next", words, as_wide(), self._clock.boot_s())
+
+    def _folder(self) -> DiveFolder:
+        """Of the dive that is being recorded. Raises LogError where none is."""
+        if self._own is not None:
+            return self._own.folder
+        holding = self._other()
+        if holding is None:
+            raise LogError(f"nothing is being recorded that a note could go to; {BEGIN}")
+        return DiveFolder(Path(holding.folder))
+
+    def _other(self) -> Holding | None:
+        """The recording of another process by whose hub MAVProxy hears the vehicle."""
+        holding = held(self._clock.unix_s())
+        return holding if holding is not None and among(holding.hub, self._links()) else None
+
+    def _other_ends(self) -> str:
+        holding = self._other()
+        return (
+            f"process {holding.pid} records, not MAVProxy; `seatrial record --end` ends it" if holding else ""
+        )
+
+
+def _words(holding: Holding, unix_s: float) -> str:
+    """A recording of another process, and how it goes."""
+    left = (
+        f"{holding.disk_left_s / 3600:.0f} h of disk left"
+        if isfinite(holding.disk_left_s)
+        else "nothing comes"
+    )
+    lost = f", {holding.lost} LOST" if holding.lost else ""
+    how = progress(unix_s - holding.began_unix_s, holding.frames, left)
+    return f"recorded by process {holding.pid} into {holding.folder}: {how}{lost}"

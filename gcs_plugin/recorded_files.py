@@ -1,0 +1,201 @@
+"""The files of a recording: each frame into the present one, the next where that fails, and those of the next dive.
+
+What can't be written yet waits in memory, up to a bound. A file is only ever opened, written and given up in the thread
+of `drain`; another thread may put it on the disk.
+"""
+
+import contextlib
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+
+MOST_WAITING_BYTES: Final = 16_000_000
+FIRST_RETRY_S: Final = 1.0
+RETRY_MAX_S: Final = 8.0
+
+Say = Callable[[str, str], None]
+"""Hears a level and a sentence."""
+
+
+class Writer(Protocol):
+    """What a recording is written to; every method but `close` raises LogError where it fails."""
+
+    def write(self, unix_us: int, raw: bytes) -> None: ...
+
+    def sync(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """What the files of a dive hold; `lost` are the frames that no file took."""
+
+    files: int
+    frames: int
+    bytes: int
+    lost: int
+
+
+@dataclass(frozen=True)
+class _Following:
+    """Where the next dive goes."""
+
+    writer: Writer
+    open_file: Callable[[int], Writer]
+    changed: Callable[[Kept], None]
+
+
+class RecordedFiles:
+    """`open_file(n)` makes the n-th file of a dive, from 1, the first at once; `has_room` tells whether it may.
+
+    All counts are the present dive's.
+    """
+
+    def __init__(
+        self, open_file: Callable[[int], Writer], clock: Clock, has_room: Callable[[], bool], say: Say
+    ) -> None:
+        self._open_file, self._clock, self._has_room, self._say = open_file, clock, has_room, say
+        self._waiting: deque[tuple[int, bytes]] = deque()
+        self._waiting_bytes = 0
+        self._sync_failure = ""
+        self._following: _Following | None = None
+        self._finished: deque[Writer] = deque()
+        self._begin(open_file(1))
+
+    def _begin(self, writer: Writer) -> None:
+        """A dive begins with this file."""
+        self._writer: Writer | None = writer
+        self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
+        self.files, self.frames, self.bytes, self.lost = 1, 0, 0, 0
+
+    @property
+    def kept(self) -> Kept:
+        """What the present dive's files hold."""
+        return Kept(self.files, self.frames, self.bytes, self.lost)
+
+    def put(self, unix_us: int, raw: bytes) -> None:
+        """Write a frame, or keep it until it can be."""
+        self._waiting.append((unix_us, raw))
+        self._waiting_bytes += len(raw)
+        self.drain()
+
+    def drain(self) -> None:
+        """Write what waits, as far as that can be done now."""
+        if self._sync_failure:
+            self._fail(self._sync_failure)
+            self._sync_failure = ""
+        while self._waiting:
+            if self._writer is None and not self._may_open():
+                break
+            stamp_us, raw = self._waiting[0]
+            try:
+                if self._writer is None:
+                    self._open_next()
+                if self._writer is None:
+                    break
+                self._writer.write(stamp_us, raw)
+            except LogError as error:
+                self._fail(str(error))
+                continue
+            self._waiting.popleft()
+            self._waiting_bytes -= len(raw)
+            self._fresh, self._retry_delay_s = False, FIRST_RETRY_S
+            self.frames += 1
+            self.bytes += len(raw)
+        while self._waiting_bytes > MOST_WAITING_BYTES:
+            self._waiting_bytes -= len(self._waiting.popleft()[1])
+            self.lost += 1
+
+    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Kept], None]) -> None:
+        """Begin the next dive with the next `change`; may be called from another thread.
+
+        `changed` hears what the files before hold. Raises LogError where the first file can't be made, or a next dive
+        waits already: all stays as it is.
+        """
+        if self._following is not None:
+            raise LogError("the next dive waits for the disk already; check the disk")
+        self._following = _Following(open_file(1), open_file, changed)
+
+    def change(self) -> None:
+        """Go on in the next dive's files where one is to begin; what could not be written yet goes there."""
+        following, self._following = self._following, None
+        if following is None:
+            return
+        self.drain()
+        if self._writer is not None:
+            # Closed by who syncs: waiting for the disk here would lose what the links bring meanwhile.
+            self._finished.append(self._writer)
+        self._open_file = following.open_file
+        kept = self.kept
+        self._begin(following.writer)
+        following.changed(kept)
+
+    def sync(self) -> None:
+        """Put what is written on the disk; to be called from another thread than `drain`."""
+        while self._finished:
+            self._finish(self._finished.popleft())
+        writer = self._writer
+        if writer is None:
+            return
+        try:
+            writer.sync()
+        except LogError as error:
+            if writer is self._writer:
+                self._sync_failure = str(error)
+
+    def close(self) -> None:
+        """Write what waits, at once, and close."""
+        self._retry_s = self._clock.boot_s()
+        self.drain()
+        if self._waiting:
+            self._say("error", f"{len(self._waiting)} frames could not be written and are lost")
+            self.lost += len(self._waiting)
+        self.sync()
+        self._give_up()
+
+    def _finish(self, writer: Writer) -> None:
+        """Put a finished dive's file on the disk, and close it."""
+        try:
+            writer.sync()
+        except LogError as error:
+            self._say("error", str(error))
+        with contextlib.suppress(OSError):
+            writer.close()
+
+    def _may_open(self) -> bool:
+        return self._clock.boot_s() >= self._retry_s and self._has_room()
+
+    def _open_next(self) -> None:
+        self.files += 1
+        try:
+            self._writer = self._open_file(self.files)
+            self._fresh = True
+        except LogError as error:
+            self._say("error", str(error))
+            self._delay()
+            return
+        self._say("warning", f"the recording goes on in its file {self.files}")
+
+    def _fail(self, sentence: str) -> None:
+        self._say("error", sentence)
+        self._give_up()
+        if self._fresh:
+            self._delay()
+        else:
+            self._retry_s = self._clock.boot_s()
+
+    def _give_up(self) -> None:
+        """Let the present file go; what its close has to say changes nothing."""
+        if self._writer is not None:
+            with contextlib.suppress(OSError):
+                self._writer.close()
+            self._writer = None
+
+    def _delay(self) -> None:
+        self._retry_s = self._clock.boot_s() + self._retry_delay_s
+        self._retry_delay_s = min(2 * self._retry_delay_s, RETRY_MAX_S)

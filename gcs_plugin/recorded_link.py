@@ -1,0 +1,122 @@
+"""One link of a recording: its bytes as frames, and the link opened again, aside, where it was lost."""
+
+from collections.abc import Callable
+from typing import Final
+
+from bridge.clock import Clock
+from bridge.errors import LinkError
+from bridge.framing import Frame, Framer
+from bridge.link.base import Link
+from bridge.link.receive_buffer import ReceiveBuffer
+from bridge.link.reconnecting import Aside
+from gcs_plugin.link_health import CROWDED, LinkHealth
+
+IDLE_FLUSH_S: Final = 0.5
+REOPEN_EVERY_S: Final = 1.0
+TOLD_EVERY_S: Final = 10.0
+
+
+class RecordedLink:
+    """`reopen` opens it again by its name; without, one that is lost stays so. `say` hears a level and a sentence."""
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Clock,
+        say: Callable[[str, str], None],
+        reopen: Callable[[str], Link] | None = None,
+    ) -> None:
+        self.name = name = link.name
+        self.health = LinkHealth()
+        self._link: Link | None = link
+        self._clock, self._say = clock, say
+        self._framer = Framer()
+        self._last_data_s = clock.boot_s()
+        self._again = None if reopen is None else Aside(lambda: reopen(name), name)
+        self._retry_s = 0.0
+        self._lost_before = self._told = 0
+        self._tell_s = clock.boot_s()
+        self._crowded = False
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it is open, so far as is known."""
+        return self._link is not None
+
+    @property
+    def lost_here(self) -> int:
+        """Datagrams that this computer lost itself, since it did not read them in time."""
+        buffer = self._buffer
+        return self._lost_before + (buffer.dropped if buffer else 0)
+
+    def look(self) -> None:
+        """Tell of what this computer lost, and of whom the link's health leaves out, now and then."""
+        now_s = self._clock.boot_s()
+        if self.lost_here > self._told and now_s >= self._tell_s:
+            self._told, self._tell_s = self.lost_here, now_s + TOLD_EVERY_S
+            words = self._buffer.words if self._buffer else ""
+            self._say(
+                "warning", f"{self.name}: {words or f'this computer lost {self._told} datagrams itself'}"
+            )
+        if self.health.left_out and not self._crowded:
+            self._crowded = True
+            self._say(
+                "warning",
+                f"{self.name}: {CROWDED}; all is recorded, loss and age are told of the first alone",
+            )
+
+    def read(self, timeout_s: float) -> list[Frame]:
+        """The frames that it has, waiting up to `timeout_s` for bytes; none where it is lost."""
+        link = self._link or self._reopened()
+        if link is None:
+            return []
+        try:
+            data = link.read(timeout_s)
+        except LinkError as error:
+            self._lose(error)
+            return []
+        now_s = self._clock.boot_s()
+        if data:
+            self._last_data_s = now_s
+            return self._framer.feed(data)
+        return self._framer.flush() if now_s - self._last_data_s >= IDLE_FLUSH_S else []
+
+    def flush(self) -> list[Frame]:
+        """What is left of what came."""
+        return self._framer.flush()
+
+    def send(self, raw: bytes) -> None:
+        """Send all of `raw`, or lose it where the link is away."""
+        if self._link is None:
+            return
+        try:
+            self._link.write(raw)
+        except LinkError as error:
+            self._lose(error)
+
+    def close(self) -> None:
+        """Let it go."""
+        if self._link is not None:
+            self._link.close()
+
+    @property
+    def _buffer(self) -> ReceiveBuffer | None:
+        return getattr(self._link, "buffer", None)
+
+    def _lose(self, error: LinkError) -> None:
+        self._say("error", str(error))
+        self.close()
+        self._lost_before = self.lost_here
+        self._link, self._framer = None, Framer()
+        self._retry_s = self._clock.boot_s() + REOPEN_EVERY_S
+
+    def _reopened(self) -> Link | None:
+        if self._again is None or self._clock.boot_s() < self._retry_s:
+            return None
+        self._retry_s = self._clock.boot_s() + REOPEN_EVERY_S
+        try:
+            self._link = self._again()
+        except LinkError:
+            return None
+        self._say("info", f"{self.name} is back")
+        return self._link

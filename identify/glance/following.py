@@ -1,0 +1,73 @@
+"""The curves of a dive beside its reference (the source paper's Figs 10 to 17)."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import Vector3
+from identify.dive import Array, Dive, Signal
+from identify.glance.followed import Followed
+from identify.validate import AXES, LEAST_SPEED
+
+POINTS: Final = 600
+FINE_S: Final = 0.05
+
+
+def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINTS) -> tuple[Followed, ...]:
+    """The axes that the reference moves along; `lever_m`: the DVL's transducer in body axes."""
+    reference = dive.nu_ref
+    if reference is None or len(reference) < 2:
+        return ()
+    first_s, last_s = reference.time_s[0], reference.time_s[-1]
+    step_s = max((last_s - first_s) / points, FINE_S)
+    edges_s = first_s + step_s * np.arange(math.floor((last_s - first_s) / step_s) + 1)
+    if len(edges_s) < 3:
+        return ()
+    return tuple(
+        Followed(
+            DOFS[dof],
+            "m/s" if dof < 3 else "rad/s",
+            "N" if dof < 3 else "N m",
+            (edges_s[:-1] + edges_s[1:]) / 2 - dive.span_s[0],
+            _means(reference, dof, edges_s),
+            _means(_measured(dive, dof, lever_m), 0, edges_s),
+            _means(dive.tau_ff, dof, edges_s),
+            _means(dive.tau_pid, dof, edges_s),
+        )
+        for dof in AXES
+        if (np.abs(reference.value[:, dof]) > LEAST_SPEED).any()
+    )
+
+
+def _measured(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
+    """(n, 1): the DVL carried to the origin; in yaw the fibre-optic gyro, or else the IMU's."""
+    if dof >= 3:
+        if dive.fog is not None and len(dive.fog):
+            return dive.fog
+        return None if dive.gyro is None else Signal(dive.gyro.time_s, dive.gyro.value[:, dof - 3 : dof - 2])
+    if dive.velocity is None:
+        return None
+    time_s, value = dive.velocity.time_s, dive.velocity.value
+    if dive.gyro is not None and any(lever_m):
+        value = value - np.cross(dive.gyro.at(time_s), lever_m)
+    return Signal(time_s, value[:, dof : dof + 1])
+
+
+def _means(signal: Signal | None, column: int, edges_s: Array) -> Array:
+    """Mean of the finite samples between each two edges; where steps are finer than samples, the last one held."""
+    out = np.full(len(edges_s) - 1, np.nan)
+    if signal is None or not len(signal):
+        return out
+    known = np.isfinite(signal.value[:, column])
+    time_s, value = signal.time_s[known], signal.value[known, column]
+    count, _ = np.histogram(time_s, edges_s)
+    total, _ = np.histogram(time_s, edges_s, weights=value)
+    some = count > 0
+    out[some] = total[some] / count[some]
+    period_s = 1.5 / signal.rate_hz if signal.rate_hz else 0.0
+    before = np.searchsorted(time_s, edges_s[:-1], side="right") - 1
+    held = ~some & (before >= 0) & (edges_s[:-1] - time_s[np.maximum(before, 0)] <= period_s)
+    out[held] = value[before[held]]
+    return out

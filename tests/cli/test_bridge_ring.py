@@ -1,0 +1,34 @@
+"""`seatrial bridge --ring`: the vehicle's own recording."""
+
+from pathlib import Path
+
+from bridge.ring.segments import segments_in
+from bridge.tlog import read_tlog
+from tui import cli, exit_codes
+
+VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
+
+
+def bridge(folder, *more):
+    link = ["--link", "udpout:127.0.0.1:9", "--parameters", str(folder.parent / "parameters.json")]
+    return cli.main(["bridge", "--vehicle", VEHICLE, *link, "--ring", str(folder), *more])
+
+
+def test_a_bridge_that_nobody_hears_keeps_what_it_sends(tmp_path, capsys) -> None:
+    bridge(tmp_path / "ring", "--seconds", "0.5")
+    ((segment, _),) = segments_in(tmp_path / "ring")
+    ids = [frame.message_id for _, frame in read_tlog(tmp_path / "ring" / segment.name)]
+    assert ids[:2] == [0, 2]
+    assert f"up to 1000 MB kept in {tmp_path / 'ring'}" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_ring_of_too_few_files_is_refused_before_anything_begins(tmp_path, capsys) -> None:
+    assert bridge(tmp_path / "ring", "--ring-mb", "3") == exit_codes.BAD_INPUT
+    assert "holds fewer than 4 files of --segment-mb 4" in capsys.readouterr().err
+    assert not (tmp_path / "ring").exists()
+
+
+def test_a_ring_that_would_lie_in_a_file_is_refused(tmp_path, capsys) -> None:
+    (tmp_path / "ring").write_text("")
+    assert bridge(tmp_path / "ring") == exit_codes.BAD_INPUT
+    assert "is no folder" in capsys.readouterr().err

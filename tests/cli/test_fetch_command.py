@@ -1,0 +1,93 @@
+"""`seatrial fetch`: by --link, and by way of the recording that runs."""
+
+import json
+import os
+import threading
+
+import pytest
+from diving_vehicle import Dive
+
+from bridge.clock import SystemClock
+from bridge.ring.whole import WHOLE
+from bridge.tlog import read_tlog
+from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.folder import new_folder
+from gcs_plugin.holder import Holding, write_holding
+from gcs_plugin.hub import Hub
+from gcs_plugin.recorder import Recorder
+from tui import cli, exit_codes
+
+
+@pytest.fixture
+def dive(tmp_path):
+    return Dive(tmp_path / "ring")
+
+
+@pytest.fixture
+def folder(dive, tmp_path):
+    """A dive with a hole in it."""
+    for cut in (False, True, False):
+        dive.cut(cut)
+        dive.dive(5.0)
+    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "lake")
+    write_records(made.path / "telemetry.tlog", dive.heard)
+    return made
+
+
+def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("tui.links.link_for", lambda *_: dive)
+    out = [
+        "--out",
+        str(tmp_path / "dives"),
+        "--link",
+        "udpin:127.0.0.1:14550",
+        "--json",
+        str(tmp_path / "came.json"),
+    ]
+    assert cli.main(["fetch", *out]) == exit_codes.DONE
+    told = json.loads((tmp_path / "came.json").read_text())
+    assert told["recording"] == str(folder.path / WHOLE)
+    assert told["missing"] == told["frames"] - len(dive.heard) > 50
+    assert "had not been heard; the dive is whole in" in capsys.readouterr().out
+
+
+def test_what_can_not_be_meant_is_refused(tmp_path, capsys) -> None:
+    out = ["--out", str(tmp_path), "--link", "udpin:127.0.0.1:14550"]
+    assert cli.main(["fetch", *out]) == exit_codes.BAD_INPUT
+    assert "holds no dive to make whole" in capsys.readouterr().err
+    assert cli.main(["fetch", str(tmp_path), "--new", *out]) == exit_codes.BAD_INPUT
+    assert "--new makes a folder of its own" in capsys.readouterr().err
+    assert cli.main(["fetch", "--minutes", "3", *out]) == exit_codes.BAD_INPUT
+    assert "--minutes is for --new" in capsys.readouterr().err
+
+
+def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_path) -> None:
+    clock, stop = SystemClock(), threading.Event()
+    hub = Hub(clock)
+    after = new_folder(tmp_path / "dives", 1_790_000_900.0, "after")
+    read = dive.read
+
+    def slowly(timeout_s):
+        stop.wait(0.005)
+        return read(timeout_s)
+
+    dive.read = slowly
+    recorder = Recorder([dive], after.open_telemetry, clock, lambda: 10**12, lambda _: None, outlet=hub)
+    recording = threading.Thread(target=recorder.run, args=(stop,))
+    recording.start()
+    try:
+        write_holding(
+            Holding(os.getpid(), hub.address, ("serial:/dev/x:9600",), str(after.path), "2026-11-20T09:12:03Z",
+                    0, 0, 0, 1.0, (), clock.unix_s())
+        )  # fmt: skip
+        assert cli.main(["fetch", str(folder.path)]) == exit_codes.DONE
+    finally:
+        stop.set()
+        recording.join()
+        hub.close()
+    assert hub.dropped == 0
+    whole = [frame.raw for _, frame in read_tlog(folder.path / WHOLE)]
+    sent = dive.kept()
+    first = sent.index(whole[0])
+    assert whole == sent[first : first + len(whole)]
+    assert len(whole) > len(dive.heard)

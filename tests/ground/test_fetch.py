@@ -1,0 +1,313 @@
+"""After a dive without a link the ground fetches what the vehicle kept, whatever the link does: the dive is whole."""
+
+import pytest
+from diving_vehicle import BAD, Dive
+
+from bridge.errors import LinkError, LinkTimeout, LogError
+from bridge.framing import Encoder
+from bridge.ftp.packet import Op, Packet
+from bridge.ring.files import Bounds
+from bridge.ring.segments import Segment, segments_in
+from bridge.ring.whole import WHOLE
+from bridge.tlog import read_tlog
+from gcs_plugin.fetch.boots import Boot, newest, of_dive
+from gcs_plugin.fetch.client import fetch
+from gcs_plugin.fetch.fetching import Fetching
+from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.reel import Reel
+from gcs_plugin.station import ground_heartbeat
+from identify.ingest.open import recording_files
+from tui.fetched import Fetcher
+
+VEHICLE = (1, 191)
+
+
+def everything(listing):
+    return listing
+
+
+def fetched(dive, mirror, choose=everything, patience_s=60.0):
+    fetching = Fetching(mirror, choose, dive.world.boot_s())
+    fetch(dive, dive.world, fetching, VEHICLE, patience_s, lambda _: None)
+    return fetching
+
+
+def is_mirrored(mirror, dive, listing):
+    """Whether each segment that was listed is there, byte for byte, up to its size then."""
+    for segment, size in listing:
+        data = (dive.folder / segment.name).read_bytes()[:size]
+        assert mirror.path(segment.name).read_bytes() == data
+    return bool(listing)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_ring_is_fetched_whole_over_a_link_that_loses_doubles_reorders_and_delays(tmp_path, seed) -> None:
+    dive, mirror = Dive(tmp_path / "ring", seed), Mirror(tmp_path / "mirror")
+    dive.dive(20.0)
+    dive.link.outgoing.__dict__.update(BAD)
+    dive.link.incoming.__dict__.update(BAD)
+    fetching = fetched(dive, mirror)
+    assert is_mirrored(mirror, dive, fetching.chosen)
+    assert all(mirror.is_whole(segment.name) for segment, _ in fetching.chosen[:-1])
+    assert fetching.fetched == fetching.total_bytes > 20_000
+
+
+def test_no_byte_is_fetched_twice(tmp_path) -> None:
+    dive, mirror = Dive(tmp_path / "ring"), Mirror(tmp_path / "mirror")
+    dive.dive(10.0)
+    first = fetched(dive, mirror)
+    second = fetched(dive, mirror)
+    assert second.fetched == second.total_bytes - first.total_bytes
+    assert is_mirrored(mirror, dive, second.chosen)
+
+
+class KilledError(BaseException):
+    """What nothing catches, in place of a kill."""
+
+
+def requests_of(tmp_path):
+    """How many messages it takes without a fault."""
+    dive = Dive(tmp_path / "count")
+    dive.dive(5.0)
+    sent = []
+    dive.write = lambda data: (sent.append(data), dive.link.write(data))
+    fetched(dive, Mirror(tmp_path / "counted"))
+    return len(sent)
+
+
+def at_message(dive, number, happens):
+    """Let something happen as the ground sends its `number`-th message."""
+    sent = []
+
+    def write(data):
+        sent.append(data)
+        if len(sent) == number:
+            happens()
+        dive.link.write(data)
+
+    dive.write = write
+
+
+def killed():
+    raise KilledError
+
+
+def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path) -> None:
+    messages = requests_of(tmp_path)
+    assert messages > 10
+    for number in range(1, messages + 1):
+        dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
+        dive.dive(5.0)
+        at_message(dive, number, killed)
+        with pytest.raises(KilledError):
+            fetched(dive, mirror)
+        there = sum(mirror.size(segment.name) for segment, _ in segments_in(dive.folder))
+        again = fetched(dive, mirror)
+        assert is_mirrored(mirror, dive, again.chosen)
+        assert again.fetched == again.total_bytes - there
+
+
+def test_a_vehicle_that_starts_anew_at_any_message_is_fetched_whole(tmp_path) -> None:
+    for number in range(1, requests_of(tmp_path) + 1):
+        dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
+        dive.dive(5.0)
+        at_message(dive, number, dive.switch_on)
+        assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
+
+
+def test_a_link_cut_at_any_message_for_a_while_only_costs_that_while(tmp_path) -> None:
+    for number in range(1, requests_of(tmp_path) + 1):
+        dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
+        dive.dive(5.0)
+        at_message(dive, number, lambda dive=dive: dive.cut(True))
+        with pytest.raises(LinkTimeout, match="what was fetched is kept"):
+            fetched(dive, mirror, patience_s=5.0)
+        dive.cut(False)
+        assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
+
+
+def test_a_segment_that_is_damaged_on_the_way_to_the_disk_is_fetched_again(tmp_path) -> None:
+    dive, mirror = Dive(tmp_path / "ring"), Mirror(tmp_path / "mirror")
+    dive.dive(10.0)
+    first = segments_in(dive.folder)[0][0].name
+    mirror.append(first, b"\0" * 500)
+    assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
+
+
+def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path) -> None:
+    dive, mirror = Dive(tmp_path / "ring", bounds=Bounds(16_000, 4000)), Mirror(tmp_path / "mirror")
+    dive.dive(10.0)
+    oldest = segments_in(dive.folder)[0][0].name
+
+    def choose(listing):
+        (dive.folder / oldest).unlink()
+        return listing
+
+    fetching = fetched(dive, mirror, choose)
+    assert not mirror.path(oldest).exists()
+    assert is_mirrored(
+        mirror, dive, [entry for entry in fetching.chosen if (dive.folder / entry[0].name).exists()]
+    )
+
+
+def test_a_vehicle_without_a_ring_is_named() -> None:
+    fetching = Fetching(Mirror(None), everything, 0.0)
+    (asked,) = fetching.tick(0.0)
+    fetching.on_packet(Packet(asked.sequence + 1, 0, Op.NAK, 1, Op.LIST, data=b"\7"), 0.1)
+    assert fetching.done
+    assert "start its bridge with --ring FOLDER" in fetching.fault
+
+
+def a_dive_under_water(tmp_path, seconds=(10.0, 20.0, 10.0), **faults):
+    """Recorded on deck, cut off under water, heard again; the folder of the ground."""
+    dive = Dive(tmp_path / "ring", **faults)
+    for number, so_long in enumerate(seconds):
+        dive.cut(number % 2 == 1)
+        dive.dive(so_long)
+    folder = DiveFolder(tmp_path / "dives" / "2026-11-20T0912Z-lake")
+    folder.path.mkdir(parents=True)
+    with folder.open_telemetry(1) as file:
+        for stamp_us, raw in dive.heard:
+            file.write(stamp_us, raw)
+        beat = Encoder(255, 190).encode(ground_heartbeat())
+        file.write(dive.heard[-1][0], beat)
+    return dive, folder, beat
+
+
+def made_whole(dive, folder):
+    return Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+
+
+def whole_frames(folder):
+    return [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(folder.path / WHOLE)]
+
+
+def span(dive):
+    """What the vehicle sent from the first to the last frame that the ground heard of it."""
+    sent, known = dive.kept(), {raw for _, raw in dive.heard}
+    places = [place for place, raw in enumerate(sent) if raw in known]
+    return sent[places[0] : places[-1] + 1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed) -> None:
+    dive, folder, beat = a_dive_under_water(tmp_path, seed=seed, **BAD)
+    before = [path.read_bytes() for path in folder.heard()]
+    sent = span(dive)
+    done = made_whole(dive, folder)
+    records = whole_frames(folder)
+    assert [raw for _, raw in records if raw != beat] == sent
+    assert beat in [raw for _, raw in records]
+    assert done.missing == len(sent) - len({raw for _, raw in dive.heard})
+    assert done.missing > len(sent) / 2
+    assert [path.read_bytes() for path in folder.heard()] == before
+    stamps = [stamp_us for stamp_us, _ in records]
+    assert stamps == sorted(stamps)
+    assert abs(stamps[-1] - stamps[0] - 40e6) < 1e6
+
+
+def test_the_vehicles_frames_are_dated_on_the_grounds_clock(tmp_path) -> None:
+    dive, folder, beat = a_dive_under_water(tmp_path)
+    made_whole(dive, folder)
+    arrived = {raw: stamp_us for stamp_us, raw in dive.heard}
+    off_us = [
+        stamp_us - arrived[raw] for stamp_us, raw in whole_frames(folder) if raw in arrived and raw != beat
+    ]
+    assert max(map(abs, off_us)) < 100_000
+
+
+def test_all_that_reads_a_dive_reads_the_whole_one(tmp_path) -> None:
+    dive, folder, _ = a_dive_under_water(tmp_path)
+    assert folder.telemetry() == recording_files(folder.path) == folder.heard()
+    made_whole(dive, folder)
+    assert folder.telemetry() == recording_files(folder.path) == [folder.path / WHOLE]
+    assert [path.name for path in folder.heard()] == ["telemetry.tlog"]
+    assert Reel(folder.telemetry()).length_s > 39.0
+
+
+def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path) -> None:
+    dive = Dive(tmp_path / "ring")
+    dive.dive(5.0)
+    for _ in range(2):  # the boot between is heard by nobody
+        dive.switch_on()
+        dive.cut(True)
+        dive.dive(5.0)
+    dive.cut(False)
+    dive.dive(3.0)
+    folder = DiveFolder(tmp_path / "dives" / "2026-11-20T0912Z-lake")
+    folder.path.mkdir(parents=True)
+    write_records(folder.path / "telemetry.tlog", dive.heard)
+    sent = span(dive)
+    made_whole(dive, folder)
+    assert [raw for _, raw in whole_frames(folder)] == sent
+    assert len(sent) > 0.8 * len(dive.kept())
+
+
+def test_making_whole_twice_changes_nothing(tmp_path) -> None:
+    dive, folder, _ = a_dive_under_water(tmp_path)
+    made_whole(dive, folder)
+    first = (folder.path / WHOLE).read_bytes()
+    done = made_whole(dive, folder)
+    assert (folder.path / WHOLE).read_bytes() == first
+    assert done.missing > 0
+
+
+def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path) -> None:
+    from gcs_plugin.folder import About
+
+    dive = Dive(tmp_path / "ring")
+    dive.cut(True)
+    dive.dive(10.0)
+    dive.cut(False)
+    fetcher = Fetcher(dive, dive.world, 60.0, lambda *_: None)
+    sent = dive.kept()
+    done = fetcher.new(tmp_path / "dives", VEHICLE, None, "lake", About())
+    kept = [frame.raw for _, frame in read_tlog(done.path)]
+    assert kept[: len(sent)] == sent
+    assert done.path.name == "telemetry.tlog"
+    last = fetcher.new(tmp_path / "dives", VEHICLE, 0.05, "lake", About())
+    assert 0.5 < Reel([last.path]).length_s <= 3.0
+
+
+def test_another_vehicles_dive_is_refused(tmp_path) -> None:
+    dive, folder, _ = a_dive_under_water(tmp_path)
+    other = Dive(tmp_path / "other ring")
+    other.boots = 7
+    other.switch_on()
+    other.dive(3.0)
+    with pytest.raises(LogError, match="holds nothing of this dive"):
+        made_whole(other, folder)
+    assert folder.telemetry() == folder.heard()
+    assert dive.boots == 1
+
+
+def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path) -> None:
+    folder = DiveFolder(tmp_path)
+    write_records(tmp_path / "telemetry.tlog", [(1, Encoder(255, 190).encode(ground_heartbeat()))])
+    with pytest.raises(LogError, match="must run with --ring"):
+        made_whole(Dive(tmp_path / "ring"), folder)
+
+
+def test_segments_of_other_dives_are_not_fetched() -> None:
+    listing = [(Segment(boot, 70 + boot, n, n * 60_000), 10) for boot in (1, 2, 3) for n in range(10)]
+    boots = [Boot(72, VEHICLE, 150_000, 310_000)]
+    assert [(s.boot, s.number) for s, _ in of_dive(listing, boots)] == [(2, 2), (2, 3), (2, 4), (2, 5)]
+    over_two = [Boot(71, VEHICLE, 480_000, 500_000), Boot(72, VEHICLE, 1_000, 70_000)]
+    assert [(s.boot, s.number) for s, _ in of_dive(listing, over_two)] == [
+        (1, 7),
+        (1, 8),
+        (1, 9),
+        (2, 0),
+        (2, 1),
+    ]
+    assert [s.number for s, _ in newest(listing, 90_000)] == [7, 8, 9]
+    assert len(newest(listing, None)) == 10
+
+
+def test_a_link_that_never_answers_is_given_up_in_words(tmp_path) -> None:
+    dive = Dive(tmp_path / "ring")
+    dive.cut(True)
+    with pytest.raises(LinkError, match="answered nothing for 5 s"):
+        fetched(dive, Mirror(tmp_path), patience_s=5.0)

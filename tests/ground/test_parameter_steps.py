@@ -1,0 +1,149 @@
+"""An upload that is cut off at each of its messages: what is told is so, and another finishes it or goes back."""
+
+import pytest
+from lossy_vehicle import SOURCE, Faults, LossyVehicle, crc_of
+
+from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.listing import Listing
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.upload import Upload
+
+OLD = {f"FF0_{kind}_{dof}": 10.0 for kind in "MD" for dof in "UV"} | {"FF_MODE": 1.0}
+TARGETS = {"FF0_M_U": 24.5, "FF0_D_U": 42.25, "FF_MODE": 2.0}
+NEW = OLD | TARGETS
+TIMING = Timing()
+LONG_S = 2000.0
+
+
+class Numbered(LossyVehicle):
+    """A vehicle to which `happens` at message number `at`, be it one of the ground or its own, and nothing before."""
+
+    def __init__(self, at, happens, **faults):
+        super().__init__(OLD, Faults(**faults))
+        self.at, self.happens, self.carried = at, happens, 0
+
+    def _carry(self, action):
+        self.carried += 1
+        if self.carried == self.at:
+            self.happens(self)
+        super()._carry(action)
+
+
+class GroundKilledError(Exception):
+    """The ground is no more."""
+
+
+def cut(vehicle):
+    vehicle.faults.cut_s = vehicle.now_s
+
+
+def reboot(vehicle):
+    vehicle._reboot()
+
+
+def kill(_):
+    raise GroundKilledError
+
+
+def upload_to(vehicle, targets):
+    """Bring a vehicle to `targets` from what a reading of all tells."""
+    listing = Listing(SOURCE, vehicle.now_s, TIMING)
+    assert vehicle.run(listing, lambda: listing.done, vehicle.now_s + LONG_S)
+    upload = Upload(make_plan(targets, listing.values), SOURCE, vehicle.now_s, TIMING, crc_of)
+    assert vehicle.run(upload, lambda: upload.ending is not None, vehicle.now_s + LONG_S)
+    vehicle.settle(upload)
+    return upload.ending
+
+
+def messages_of_an_upload():
+    vehicle = Numbered(0, cut)
+    assert upload_to(vehicle, TARGETS).outcome is Outcome.APPLIED
+    return vehicle.carried
+
+
+MESSAGES = messages_of_an_upload()
+EACH = range(1, MESSAGES + 1)
+
+
+def flown(values):
+    return {name: value for name, value in values.items() if name != "FF_MODE"}
+
+
+def held(vehicle):
+    return {name: vehicle.values[name] for name in OLD}
+
+
+def is_told_as_it_is(vehicle, ending):
+    """No claim that is not so, and the set that flies is whole."""
+    assert vehicle.flying in (flown(OLD), flown(NEW))
+    if ending.outcome is Outcome.APPLIED:
+        assert (held(vehicle), vehicle.flying) == (NEW, flown(NEW))
+    elif ending.outcome is not Outcome.UNVERIFIED:
+        assert (held(vehicle), vehicle.flying) == (OLD, flown(OLD))
+    for name, result in ending.results.items():
+        if result.outcome is Outcome.APPLIED:
+            assert vehicle.values[name] == NEW[name]
+
+
+def can_be_finished_and_gone_back_from(vehicle):
+    """From whatever there is, another upload gets the new values, and a roll back the old."""
+    before = dict(vehicle.values), dict(vehicle.flying)
+    for targets, wanted in ((TARGETS, NEW), (OLD, OLD)):
+        vehicle.values, vehicle.flying = dict(before[0]), dict(before[1])
+        assert upload_to(vehicle, targets).outcome in (Outcome.APPLIED, Outcome.SAME)
+        assert (held(vehicle), vehicle.flying) == (wanted, flown(wanted))
+
+
+def test_an_upload_has_messages_to_be_cut_at():
+    assert 25 < MESSAGES < 60
+
+
+@pytest.mark.parametrize("at", EACH)
+def test_a_link_cut_at_any_message_is_told_as_it_is_and_mended_from(at):
+    vehicle = Numbered(at, cut)
+    try:
+        ending = upload_to_cut(vehicle)
+    finally:
+        vehicle.faults.cut_s = float("inf")
+    if ending is not None:
+        is_told_as_it_is(vehicle, ending)
+        assert ending.outcome in (Outcome.UNVERIFIED, Outcome.APPLIED)
+    can_be_finished_and_gone_back_from(vehicle)
+
+
+def upload_to_cut(vehicle):
+    """How an upload over a link that is cut ends, None where it was cut as the vehicle was being read."""
+    listing = Listing(SOURCE, 0.0, TIMING)
+    assert vehicle.run(listing, lambda: listing.done)
+    if not listing.complete:
+        assert vehicle.writes == 0
+        return None
+    upload = Upload(make_plan(TARGETS, listing.values), SOURCE, vehicle.now_s, TIMING, crc_of)
+    assert vehicle.run(upload, lambda: upload.ending is not None, LONG_S)
+    vehicle.settle(upload)
+    return upload.ending
+
+
+@pytest.mark.parametrize("forgets", [False, True], ids=["keeps what is staged", "forgets what is staged"])
+@pytest.mark.parametrize("at", EACH)
+def test_a_vehicle_that_starts_anew_at_any_message_ends_with_all_of_the_new_set(at, forgets):
+    vehicle = Numbered(at, reboot, forgets_staging=forgets)
+    ending = upload_to(vehicle, TARGETS)
+    is_told_as_it_is(vehicle, ending)
+    assert ending.outcome is Outcome.APPLIED
+
+
+@pytest.mark.parametrize("forgets", [False, True], ids=["stays on", "starts anew meanwhile"])
+@pytest.mark.parametrize("at", EACH)
+def test_a_ground_killed_at_any_message_leaves_what_another_finishes_or_takes_back(at, forgets):
+    vehicle = Numbered(at, kill, forgets_staging=forgets)
+    with pytest.raises(GroundKilledError):
+        upload_to(vehicle, TARGETS)
+    vehicle.at = 0
+    if forgets:
+        vehicle._reboot()
+    listing = Listing(SOURCE, vehicle.now_s, TIMING)
+    vehicle.settle(listing, 6.0)  # what was under way arrives; nobody of before hears the answers
+    assert vehicle.flying in (flown(OLD), flown(NEW))
+    can_be_finished_and_gone_back_from(vehicle)

@@ -1,0 +1,300 @@
+"""Every reader of a file that others may have written, listed once: what is good for it, what is crafted against it."""
+
+import json
+import random
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+from fuzz_streams import payload
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge import parameter_store
+from bridge.framing import Encoder
+from bridge.simulator.missions import load_mission
+from bridge.tlog import read_tlog
+from bridge.vehicle.config import CONFIGS, ThrustCurve, load_vehicle
+from bridge.vehicle.controller import load_gains
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.last_accepted import last_accepted, newest_before
+from gcs_plugin.params.sidecar import read_sidecar
+from identify.ingest.open import read_dive
+from identify.ingest.table import column_map
+from tui.app.keymap import load_keymap
+from tui.app.screens.table import PLACES
+from tui.parameter_files import read_identification
+
+UNIX_US = 1_790_000_000_000_000
+COLUMNS = b"""time: {column: t, unit: s}
+velocity: {columns: [u, v, w], unit: m/s}
+euler: {columns: [r, p, y], unit: deg}
+"""
+
+
+@dataclass(frozen=True)
+class Reader:
+    """`read` is given a folder of its own, with the hostile bytes in its file `name`."""
+
+    name: str
+    read: Callable[[Path], Any]
+    good: tuple[bytes, ...]
+    craft: Callable[[random.Random], bytes]
+
+
+def tlog() -> bytes:
+    encoder, data = Encoder(1, 1), b""
+    for n in range(60):
+        for message in (
+            dialect.MAVLink_highres_imu_message(n * 20_000, 0, 0, -9.8, 0.1, n % 7, *[0] * 8, 63),
+            dialect.MAVLink_actuator_output_status_message(n * 20_000, 3, [1500.0, 1600.0, *[0.0] * 30]),
+            dialect.MAVLink_attitude_message(n * 20, 0, 0, n / 60, 0, 0, 0.1),
+        ):
+            data += struct.pack(">Q", UNIX_US + n * 20_000) + encoder.encode(message)
+    return data
+
+
+def crafted_tlog(rng: random.Random) -> bytes:
+    """Frames with right CRCs and payloads of noise; many say when they were sent, some wildly."""
+    encoder, data = Encoder(1, 1), b""
+    for n in range(80):
+        number = rng.choice((*TELEMETRY, rng.choice(tuple(dialect.mavlink_map))))
+        body = payload(rng, dialect.mavlink_map[number].unpacker.size)
+        if rng.random() < 0.8 and len(body) > 8:
+            body = struct.pack("<Q", n * 20_000 if rng.random() < 0.9 else rng.getrandbits(60)) + body[8:]
+        stamp = UNIX_US + n * 20_000 if rng.random() < 0.95 else rng.getrandbits(63)
+        data += struct.pack(">Q", stamp) + encoder.frame(number, body)
+    return data
+
+
+TELEMETRY = (0, 2, 24, 26, 27, 29, 30, 31, 32, 33, 36, 74, 105, 132, 137, 147, 251, 253, 331, 350, 375)
+SIZES = {
+    "b": 1,
+    "B": 1,
+    "h": 2,
+    "H": 2,
+    "i": 4,
+    "I": 4,
+    "q": 8,
+    "Q": 8,
+    "f": 4,
+    "d": 8,
+    "g": 2,
+    "M": 1,
+    "c": 2,
+}
+SIZES |= {"C": 2, "e": 4, "E": 4, "L": 4, "n": 4, "N": 16, "Z": 64, "a": 64}
+RECORDS = (
+    ("ATT", "QccC", "TimeUS,Roll,Pitch,Yaw"),
+    ("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    ("RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4"),
+    ("XKF1", "QBfff", "TimeUS,C,VN,VE,VD"),
+    ("XKQ", "QBffff", "TimeUS,C,Q1,Q2,Q3,Q4"),
+    ("VISO", "Qffff", "TimeUS,dt,PosDX,PosDY,PosDZ"),
+    ("ARM", "QB", "TimeUS,ArmState"),
+    ("GPS", "QBBLLff", "TimeUS,I,Status,Lat,Lng,Spd,GCrs"),
+    ("BAT", "QBf", "TimeUS,Instance,Volt"),
+    ("CTUN", "Qf", "TimeUS,Alt"),
+    ("RFND", "QBf", "TimeUS,Orient,Dist"),
+)
+
+
+def dataflash(rng: random.Random, hostile: bool = True) -> bytes:
+    """A log with its own formats; a hostile one of letters, columns, lengths and numbers of types at random."""
+    data, kinds = b"", []
+    for number, (name, letters, columns) in enumerate(RECORDS, 10):
+        kind = number
+        if hostile and rng.random() < 0.3:
+            letters = "".join(rng.choice(tuple(SIZES)) if rng.random() < 0.3 else one for one in letters)
+        if hostile and rng.random() < 0.2:
+            names = columns.split(",")
+            names[rng.randrange(len(names))] = rng.choice((*names, "", "f0", "\x1b[2J", "TimeUS"))
+            columns = ",".join(names)
+        if hostile and rng.random() < 0.1:
+            kind = rng.choice((0x80, 0, 255, 11))
+        length = 3 + sum(SIZES[one] for one in letters)
+        stated = rng.randrange(256) if hostile and rng.random() < 0.05 else length & 0xFF
+        head = struct.pack("<BB4s16s64s", kind, stated, name.encode(), letters.encode(), columns.encode())
+        data += b"\xa3\x95\x80" + head
+        kinds.append((kind, letters))
+    for n in range(80):
+        kind, letters = rng.choice(kinds)
+        body = b""
+        for letter in letters:
+            wild = hostile and rng.random() < 0.02
+            if letter == "Q":
+                body += struct.pack("<Q", rng.getrandbits(64) if wild else n * 50_000)
+            elif letter in "fd":
+                body += struct.pack(
+                    f"<{letter}", rng.choice((float("nan"), float("inf"), -1e38)) if wild else 0.5
+                )
+            else:
+                body += payload(rng, SIZES[letter])
+        data += b"\xa3\x95" + bytes((kind,)) + body
+    return data
+
+
+def table(rng: random.Random, hostile: float = 0.05) -> bytes:
+    words = ("1.5", "", "nan", "inf", "1e400", "1_000", "0x10", "\u0663", ' "4"', "\x1b[2J", "1e308", "-1e15")
+    rows = [
+        ",".join(rng.choice(words) if rng.random() < hostile else f"{n / 10:.2f}" for _ in range(7))
+        for n in range(30)
+    ]
+    return "\n".join(("t,u,v,w,r,p,y", *rows)).encode()
+
+
+HOSTILE_YAML = (
+    '!!python/object/apply:os.system ["true"]', "!!int x", '!!float ""', "!!timestamp x", "!!binary a", "!local 1",
+    "&a [*a]", "*nobody", "[" * 2000, "{a: " * 1500, "- " * 60, ".inf", ".nan", "{}", "[]", "2026-99-99", "1:99:99",
+    "0x" + "f" * 5000, "9" * 5000, "? [1]\n: 2", "<<: [1]", "=", "~", '"\\e[2J"', "../../etc/passwd", "'\u2028'",
+    "&b [*b0, *b0]", "|\n  x", "true", "-1", "1e400", "%YAML 9", "---\n---",
+)  # fmt: skip
+HOSTILE_JSON = (
+    "[" * 100_000,
+    '{"a":' * 50_000,
+    "NaN",
+    "1e999",
+    "9" * 5000,
+    "null",
+    "[]",
+    '"\\u001b[2J"',
+    "{}",
+    "-0",
+)
+
+
+def in_yaml(*good: bytes) -> Callable[[random.Random], bytes]:
+    """A good file in which a value, or a line, is something hostile."""
+
+    def craft(rng: random.Random) -> bytes:
+        lines = rng.choice(good).decode().split("\n")
+        for _ in range(rng.randrange(1, 3)):
+            at = rng.randrange(len(lines))
+            key, colon, _ = lines[at].partition(":")
+            lines[at] = f"{key}{colon} {rng.choice(HOSTILE_YAML)}" if colon else rng.choice(HOSTILE_YAML)
+        return "\n".join(lines).encode()
+
+    return craft
+
+
+def in_json(good: bytes) -> Callable[[random.Random], bytes]:
+    def craft(rng: random.Random) -> bytes:
+        data = json.loads(good)
+        holder_ = data
+        while isinstance(holder_, dict) and holder_ and rng.random() < 0.7:
+            key = rng.choice(tuple(holder_))
+            if not isinstance(holder_[key], dict) or rng.random() < 0.4:
+                holder_[key] = "@"
+            holder_ = holder_[key]
+        return json.dumps(data).replace('"@"', rng.choice(HOSTILE_JSON)).encode()
+
+    return craft
+
+
+def parameters(rng: random.Random) -> bytes:
+    words = (
+        "FF0_M_U",
+        "1",
+        "nan",
+        "-inf",
+        "1e400",
+        "1e39",
+        "#",
+        ",",
+        "\t",
+        "\x1b[2J",
+        "\u0661",
+        "9" * 400,
+        "A" * 17,
+        "",
+    )
+    lines = (" ".join(rng.choices(words, k=rng.randrange(1, 6))) for _ in range(rng.randrange(1, 4)))
+    return ("FF0_D_U,42.25\n" * rng.randrange(2) + "\n".join(lines)).encode()
+
+
+def beside(name: str, data: bytes, read: Callable[[Path], Any]) -> Callable[[Path], Any]:
+    """A reader that also wants another file, which is as it should be."""
+
+    def both(folder: Path) -> Any:
+        (folder / name).write_bytes(data)
+        return read(folder)
+
+    return both
+
+
+def stored(folder: Path) -> Any:
+    return parameter_store.load(folder / "stored.json")
+
+
+def receipts(folder: Path) -> Any:
+    (folder / RECEIPT).rename(folder / "2026-11-20T091203Z.receipt.json")
+    return last_accepted(folder), newest_before(folder)
+
+
+def yaml_of(data: Any) -> bytes:
+    return yaml.safe_dump(data, sort_keys=False).encode()
+
+
+PARAM = b"FF0_M_U,24.4\n1\t1\tA\t3\t9\n"
+RECEIPT = "receipt.json"
+VEHICLES = tuple(
+    (CONFIGS / "vehicles" / f"{name}.yaml").read_bytes() for name in ("ruvifist", "bluerov2_heavy")
+)
+GAINS = (CONFIGS / "gains.yaml").read_bytes()
+KEYMAP = (CONFIGS / "keymap.yaml").read_bytes()
+MISSION = yaml_of(
+    {"name": "m", "legs": [{"name": "rest", "phase": "rest", "duration_s": 5}], "start_depth_m": 1.0}
+)
+ABOUT = yaml_of(
+    {"vehicle_file": "v.yaml", "vehicle_sha256": "ab", "configuration": "hovering", "notes": "n",
+     "events": [{"utc": "2026-11-20T09:12:03Z", "text": "x"}], "conditions": {}}
+)  # fmt: skip
+INTERVAL = {"coefficient": "M_u", "unit": "kg", "low95": 1.0, "high95": 2.0}
+SIDECAR = json.dumps(
+    {"dive_sha256": "a", "vehicle_sha256": "b", "configuration": "h", "method": "pinn", "version": "1",
+     "intervals": {"FF0_M_U": INTERVAL}, "effects": [], "doubted": {"M_u": "x"}, "prior_dives": ["d"]}
+).encode()  # fmt: skip
+STORED = json.dumps({"mode": 1.0, "active": {"FF0_M_U": 24.4}}).encode()
+KEPT = json.dumps({"vehicle": {"system": 1}, "outcome": "applied", "restores": None, "lines": []}).encode()
+IDENTIFIED = json.dumps(
+    {"outcome": "converged", "method": "pinn", "configuration": "hovering", "notes": ["n"], "doubts": [],
+     "parameters": [INTERVAL | {"name": "M_u", "value": 1.5}], "vehicle": {"name": "v", "sha256": "ab"}}
+).encode()  # fmt: skip
+CURVE = b"voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,50\n"
+FLIGHT = dataflash(random.Random(0), hostile=False)
+ROWS = table(random.Random(0), 0.0)
+TLOG = tlog()
+TABLE = ThrustCurve("table", "curve.csv", 16.0)
+
+READERS = (
+    Reader("dive.tlog", lambda folder: list(read_tlog(folder / "dive.tlog")), (TLOG,), crafted_tlog),
+    Reader("telemetry.tlog", read_dive, (TLOG,), crafted_tlog),
+    Reader("telemetry.BIN", read_dive, (FLIGHT,), dataflash),
+    Reader("telemetry.csv", beside("columns.yaml", COLUMNS, read_dive), (ROWS,), table),
+    Reader("columns.yaml", beside("telemetry.csv", ROWS, read_dive), (COLUMNS,), in_yaml(COLUMNS)),
+    Reader("map.yaml", lambda folder: column_map(folder / "map.yaml"), (COLUMNS,), in_yaml(COLUMNS)),
+    Reader("v.yaml", lambda folder: load_vehicle(str(folder / "v.yaml")), VEHICLES, in_yaml(*VEHICLES)),
+    Reader(
+        "gains.yaml", lambda folder: load_gains("survey", folder / "gains.yaml"), (GAINS,), in_yaml(GAINS)
+    ),
+    Reader("m.yaml", lambda folder: load_mission(folder / "m.yaml"), (MISSION,), in_yaml(MISSION)),
+    Reader(
+        "keymap.yaml", lambda folder: load_keymap(folder / "keymap.yaml", PLACES), (KEYMAP,), in_yaml(KEYMAP)
+    ),
+    Reader("dive.yaml", lambda folder: DiveFolder(folder).about(), (ABOUT,), in_yaml(ABOUT)),
+    Reader(
+        "a.param",
+        lambda folder: read_parameters(folder / "a.param"),
+        (PARAM,),
+        parameters,
+    ),
+    Reader("a.param.json", lambda folder: read_sidecar(folder / "a.param"), (SIDECAR,), in_json(SIDECAR)),
+    Reader("stored.json", stored, (STORED,), in_json(STORED)),
+    Reader(RECEIPT, receipts, (KEPT,), in_json(KEPT)),
+    Reader(
+        "i.json", lambda folder: read_identification(folder / "i.json"), (IDENTIFIED,), in_json(IDENTIFIED)
+    ),
+)

@@ -1,0 +1,166 @@
+"""YAML and JSON of others: plain values, of bounded depth and size, and a sentence for all else."""
+
+import random
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fuzz_files import RECORDS, SIZES, dataflash
+
+from bridge.errors import ConfigError, LogError, ParamRejected
+from bridge.plain import DEEPEST, MOST_BYTES, from_json, from_yaml
+from bridge.schema import load_yaml
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.params.sidecar import read_sidecar
+from identify.ingest.open import read_dive
+from identify.ingest.tame import tame
+
+
+def refused(tmp_path: Path, text: str) -> str:
+    path = tmp_path / "dive.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        load_yaml(path)
+    said = str(caught.value)
+    assert said.startswith(f"{path}: ")
+    assert "\n" not in said
+    return said.removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize(
+    ("tag", "shown"),
+    [
+        ('!!python/object/apply:os.system ["touch x"]', "!!python/object/apply:os.system"),
+        ("!!python/name:os.system", "!!python/name:os.system"),
+        ("!!int x", "!!int"),
+        ("!!set {a}", "!!set"),
+        ("!mine 1", "!mine"),
+        ("!<tag:yaml.org,2002:binary> aaa", "!!binary"),
+    ],
+)
+def test_a_tag_is_named_with_its_place_and_never_followed(tmp_path: Path, tag: str, shown: str) -> None:
+    said = refused(tmp_path, f"a: 1\nnotes: {tag}\n")
+    assert said == (
+        f"not valid YAML at line 2, column 8 (the tag '{shown}' is not read; write the plain value); mend that line"
+    )
+
+
+def test_depth_is_bounded(tmp_path: Path) -> None:
+    assert from_yaml("[" * DEEPEST + "]" * DEEPEST) is not None
+    for text in ("[" * 5000, "{a: " * 5000, "- " * 5000, "[" * (DEEPEST + 1) + "]" * (DEEPEST + 1)):
+        assert f"(it nests deeper than {DEEPEST})" in refused(tmp_path, text)
+    with pytest.raises(ValueError, match="nests too deeply"):
+        from_json("[" * 200_000)
+
+
+def test_a_name_may_be_used_again_but_not_to_stand_for_a_mountain(tmp_path: Path) -> None:
+    assert from_yaml("a: &a [1, 2]\nb: *a\n") == {"a": [1, 2], "b": [1, 2]}
+    bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"
+    bomb += "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]\n" for n in range(1, 9))
+    before_s = time.process_time()
+    assert "stands for more than 200000 values" in refused(tmp_path, bomb)
+    assert "'*a' stands for what it stands in" in refused(tmp_path, "a: &a [*a]")
+    assert time.process_time() - before_s < 5.0
+
+
+def test_size_is_bounded(tmp_path: Path) -> None:
+    assert refused(tmp_path, "a" * (MOST_BYTES + 1)).startswith("is longer than the 1000 kB")
+
+
+def test_a_date_that_is_none_is_said(tmp_path: Path) -> None:
+    assert refused(tmp_path, "a: 2026-99-99").startswith("a value in it can't be read (")
+
+
+@pytest.mark.parametrize("value", ["9" * 5000, f"0x{'f' * 5000}", f"-{'9' * 4999}"])
+def test_a_number_without_end_is_said(tmp_path: Path, value: str) -> None:
+    said = refused(tmp_path, f"a: {value}")
+    assert said.startswith("not valid YAML at line 1, column 4 (a number of 500")
+
+
+def test_a_number_too_large_for_its_field_is_said_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "dive.yaml").write_text(f"conditions: 0x{'f' * 9000}", encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        DiveFolder(tmp_path).about()
+    assert len(str(caught.value)) < 300
+
+
+def test_a_sidecar_that_nests_without_end_is_said(tmp_path: Path) -> None:
+    (tmp_path / "a.param.json").write_text("[" * 200_000, encoding="utf-8")
+    with pytest.raises(
+        ParamRejected, match=r"a\.param\.json: not a sidecar \(nests too deeply\); remove it or"
+    ):
+        read_sidecar(tmp_path / "a.param")
+
+
+def log(name: str, letters: str, columns: str, count: int = 3) -> bytes:
+    """A DataFlash log of one record type, and one of a type that is read."""
+    good = next(one[1:] for one in RECORDS if one[0] == "ATT")
+    data = b""
+    for kind, (title, kinds, names) in enumerate((("ATT", *good), (name, letters, columns)), 10):
+        size = 3 + sum(SIZES[one] for one in kinds)
+        data += b"\xa3\x95\x80" + bytes((kind, size)) + title.encode().ljust(4, b"\0")
+        data += kinds.encode().ljust(16, b"\0") + names.encode().ljust(64, b"\0")
+        for n in range(count):
+            body = (n * 50_000).to_bytes(8, "little") if kinds[0] == "Q" else b"x" * SIZES[kinds[0]]
+            data += b"\xa3\x95" + bytes((kind,)) + body + bytes(size - 3 - len(body))
+    return data
+
+
+@pytest.mark.parametrize(
+    ("name", "letters", "columns"),
+    [
+        ("IMU", "Qfff", "TimeUS,GyrX,GyrX,GyrZ"),
+        ("IMU", "Qfff", "TimeUS,GyrX,,GyrZ"),
+        ("IMU", "QNNN", "TimeUS,GyrX,GyrY,GyrZ"),
+        ("IMU", "Qafa", "TimeUS,GyrX,GyrY,GyrZ"),
+        ("IMU", "Nfff", "TimeUS,GyrX,GyrY,GyrZ"),
+        ("RCOU", "QNN", "TimeUS,C1,C2"),
+        ("RCOU", "Qf", "TimeUS,X"),
+    ],
+)
+def test_a_record_of_dataflash_that_is_laid_out_wrongly_is_left_out(
+    tmp_path: Path, name: str, letters: str, columns: str
+) -> None:
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(log(name, letters, columns))
+    dive = read_dive(path)
+    assert dive.gyro is None
+    assert dive.pwm is None
+    assert dive.attitude is not None
+    assert dive.attitude.time_s == pytest.approx([0.0, 0.05, 0.1])
+
+
+def test_a_second_format_of_another_length_changes_no_record(tmp_path: Path) -> None:
+    whole = log("IMU", "Qfff", "TimeUS,GyrX,GyrY,GyrZ")
+    other = log("IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", 0)
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(whole + other)
+    dive = read_dive(path)
+    assert dive.gyro is not None
+    assert len(dive.gyro) == 3
+
+
+def test_one_wild_time_in_dataflash_takes_its_own_record_alone(tmp_path: Path) -> None:
+    data = log("IMU", "Qfff", "TimeUS,GyrX,GyrY,GyrZ", 20)
+    at = data.index((500_000).to_bytes(8, "little"))
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(data[: at + 6] + b"\x01" + data[at + 7 :])
+    dive = read_dive(path)
+    assert dive.attitude is not None
+    assert len(dive.attitude) == 19
+    assert dive.span_s == pytest.approx((0.0, 0.95))
+
+
+def test_a_step_of_the_clock_is_no_wild_time() -> None:
+    steps = np.concatenate((np.arange(50.0), 1000.0 + np.arange(50.0)))
+    assert tame(steps).all()
+    steps[[0, 20, 21, 99]] = 1e12
+    assert np.flatnonzero(~tame(steps)).tolist() == [0, 20, 21, 99]
+
+
+def test_a_log_of_rubbish_holds_no_records(tmp_path: Path) -> None:
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(dataflash(random.Random(1), hostile=False)[:80])
+    with pytest.raises(LogError, match="holds no DataFlash records"):
+        read_dive(path)

@@ -1,0 +1,83 @@
+"""What a dive says opens no other file than a vehicle's, and nothing in it is ever run."""
+
+import ast
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bridge.errors import ConfigError
+from bridge.vehicle.config import CONFIGS
+from gcs_plugin.folder import About, DiveFolder
+from tui.dive_list import row_of
+from tui.dive_vehicle import vehicle_named
+
+ROOT = Path(__file__).resolve().parents[2]
+PRODUCT = ("bridge", "gcs_plugin", "identify", "tui", "blueos")
+
+
+def about(folder: Path, named: str) -> About:
+    DiveFolder(folder).describe(About(named, "", "hovering"))
+    return DiveFolder(folder).about()
+
+
+@pytest.mark.parametrize(
+    "named", ["../../etc/passwd", "/etc/passwd", "/dev/zero", "fifo.yaml", "fifo", "folder.yaml", ""]
+)
+def test_nothing_but_a_vehicle_file_is_opened_on_a_dives_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.yaml").mkdir()
+    for name in ("fifo", "fifo.yaml"):
+        os.mkfifo(tmp_path / name)
+    said = about(tmp_path, named)
+    assert said.vehicle_path is None
+    assert vehicle_named(said, "ruvifist") == "ruvifist"
+    if named:
+        with pytest.raises(
+            ConfigError, match="the dive's vehicle file is not there; give one with --vehicle"
+        ):
+            vehicle_named(said)
+
+
+def test_the_list_of_dives_opens_none_either(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo.yaml")
+    about(tmp_path, str(tmp_path / "fifo.yaml"))
+    (tmp_path / "telemetry.tlog").write_bytes(b"")
+    assert row_of(tmp_path).name == tmp_path.name
+
+
+def test_a_vehicle_file_is_opened_where_the_dive_says_and_else_where_ours_lie(tmp_path: Path) -> None:
+    own = tmp_path / "own.yaml"
+    own.write_bytes((CONFIGS / "vehicles" / "ruvifist.yaml").read_bytes())
+    assert vehicle_named(about(tmp_path, str(own))) == f"{own}:hovering"
+    ours = CONFIGS / "vehicles" / "ruvifist.yaml"
+    assert vehicle_named(about(tmp_path, "/gone/ruvifist.yaml")) == f"{ours}:hovering"
+    assert vehicle_named(about(tmp_path, "/gone/../../ruvifist.yaml")) == f"{ours}:hovering"
+
+
+FORBIDDEN = {
+    "eval", "exec", "pickle.load", "pickle.loads", "marshal.loads", "shelve.open", "np.load", "numpy.load",
+    "torch.load", "yaml.full_load", "yaml.unsafe_load", "os.system", "os.popen",
+}  # fmt: skip
+
+
+def calls(tree: ast.AST) -> Iterator[tuple[str, ast.Call]]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            yield ast.unparse(node.func), node
+
+
+def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
+    found, files = [], [file for room in PRODUCT for file in (ROOT / room).rglob("*.py")]
+    assert len(files) > 200
+    for file in files:
+        place = str(file.relative_to(ROOT))
+        for name, call in calls(ast.parse(file.read_text(encoding="utf-8"))):
+            loader = name == "yaml.load" and place != "bridge/plain.py"
+            shell = any(word.arg == "shell" for word in call.keywords)
+            if name in FORBIDDEN or loader or shell:
+                found.append(f"{place}:{call.lineno} {name}")
+    assert found == []

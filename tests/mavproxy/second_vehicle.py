@@ -1,0 +1,41 @@
+"""A bridge of system 2 without any device: a vehicle that beats, and keeps parameters."""
+
+import dataclasses
+import socket
+import threading
+
+from bridge.clock import SystemClock
+from bridge.link.open import open_link
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.service import Bridge
+from bridge.vehicle.config import load_vehicle
+
+STEP_S = 0.05
+
+
+def free_port():
+    with socket.socket() as sock:
+        sock.bind(("127.0.0.1", 0))
+        return sock.getsockname()[1]
+
+
+class SecondVehicle:
+    """A bridge of system 2 without any device, in a thread."""
+
+    def __init__(self, link):
+        vehicle = dataclasses.replace(load_vehicle("ruvifist").vehicle, system_id=2)
+        self.server = ParameterServer(None, vehicle_table(vehicle), system=2)
+        self.link = open_link(link)
+        self.bridge = Bridge(vehicle, SystemClock(), [self.link], self.server)
+        self.stop = threading.Event()
+        self.thread = threading.Thread(target=self.run, daemon=True)
+        self.thread.start()
+
+    def run(self):
+        while not self.stop.wait(STEP_S):
+            self.bridge.step()
+
+    def close(self):
+        self.stop.set()
+        self.thread.join()
+        self.link.close()

@@ -1,0 +1,76 @@
+"""The module in a real MAVProxy that hears its vehicle by way of `seatrial record`, which records it."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+from console import MAVPROXY, Console
+from second_vehicle import SecondVehicle, free_port
+
+from bridge.clock import SystemClock
+from bridge.tlog import read_tlog
+from gcs_plugin.folder import load_folder
+from gcs_plugin.holder import held
+from gcs_plugin.job import seatrial_command
+
+
+@pytest.fixture
+def vehicle():
+    link = f"tcpin:127.0.0.1:{free_port()}"
+    vehicle = SecondVehicle(link)
+    yield link.replace("tcpin:", "tcp:")
+    vehicle.close()
+
+
+@pytest.fixture
+def recorder(vehicle, tmp_path):
+    """`seatrial record`, and the port of its hub."""
+    port = free_port()
+    words = [*seatrial_command(), "record", "--link", vehicle, "--out", "dives", "--hub", str(port)]
+    with subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
+        try:
+            assert "recording into" in running.stderr.readline()
+            yield running, f"tcp:localhost:{port}"
+        finally:
+            running.kill()
+            running.stderr.close()
+
+
+def folder_now():
+    holding = held(SystemClock().unix_s())
+    return None if holding is None else Path(holding.folder)
+
+
+@pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: pip install -e '.[dev]'")
+def test_it_says_who_records_where_and_the_next_dive_and_notes_go_there(recorder, tmp_path):
+    running, hub = recorder
+    assert running.pid != os.getpid()
+    with Console(tmp_path, [hub]) as console:
+        console.wait_for("Detected vehicle 2:1")
+        first = folder_now()
+        how = r"\d\d:\d\d:\d\d, [1-9]\d* frames, "
+        console.until("seatrial status", rf"recorded by process {running.pid} into {first}: {how}")
+        console.ask(
+            "seatrial record stop", rf"process {running.pid} records, not MAVProxy; `seatrial record --end`"
+        )
+        console.ask("seatrial record note leaves the harbour", f"noted in {first}")
+        console.until("seatrial status", "00:00:([1-5][0-9]|0[6-9])")
+        console.ask("seatrial record next", r"is\s+whole;\s+the\s+next\s+dive\s+goes\s+into\s+\S+")
+        second = folder_now()
+        assert second != first
+        console.until("seatrial status", rf"recorded by process {running.pid} into {second}: {how}")
+        console.ask("seatrial identify --vehicle ruvifist", rf"identify: {first}, in a process of its own")
+        console.ask("seatrial cancel", "stopped by the user")
+        running.terminate()
+        running.wait()
+        console.until("seatrial status", "NOT RECORDING\n")
+    assert [event.text for event in load_folder(first).about().events] == ["leaves the harbour"]
+    before, after = (
+        [frame for path in load_folder(folder).telemetry() for _, frame in read_tlog(path)]
+        for folder in (first, second)
+    )
+    numbers = [frame.sequence for frame in (*before, *after) if frame.system == 2]
+    assert numbers == [(numbers[0] + n) % 256 for n in range(len(numbers))], (
+        "a frame is in neither dive, or in both"
+    )

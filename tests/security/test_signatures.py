@@ -1,0 +1,124 @@
+"""Signatures of frames: made and checked as the MAVLink guide says, alike by pymavlink."""
+
+import hashlib
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.errors import FrameError
+from bridge.framing import CRC_EXTRA, Encoder, Frame, Framer, decode
+from bridge.signing.frame import is_of, is_signed, link_and_time, signed, unsigned
+from bridge.signing.gate import Gate
+from bridge.signing.key import SigningKey
+from bridge.signing.times import EPOCH_UNIX_S, STEPS_A_S, Times
+
+SECRET = hashlib.sha256(b"one").digest()
+OTHER = hashlib.sha256(b"another").digest()
+BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
+TIME = 0x123456789A
+
+
+def plain(sequence_from: int = 0) -> bytes:
+    encoder = Encoder(1, 1)
+    for _ in range(sequence_from):
+        encoder.encode(BEAT)
+    return encoder.encode(BEAT)
+
+
+def frame_of(raw: bytes) -> Frame:
+    framer = Framer()
+    (frame,) = [*framer.feed(raw), *framer.flush()]
+    return frame
+
+
+def pymavlink_with(secret: bytes, time: int) -> dialect.MAVLink:
+    mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    mav.signing.secret_key = secret
+    mav.signing.link_id = 7
+    mav.signing.timestamp = time
+    mav.signing.sign_outgoing = True
+    return mav
+
+
+def test_the_bytes_of_a_signature_are_those_of_the_guide():
+    raw = signed(plain(), SECRET, 5, TIME)
+    assert raw[2] == 1
+    assert raw[-13] == 5
+    assert raw[-12:-6] == TIME.to_bytes(6, "little")
+    assert raw[-6:] == hashlib.sha256(SECRET + raw[:-6]).digest()[:6]
+    assert link_and_time(raw) == (5, TIME)
+
+
+def test_pymavlink_takes_what_is_signed_here():
+    raw = signed(plain(), SECRET, 5, TIME)
+    mav = pymavlink_with(SECRET, TIME)
+    assert mav.decode(bytearray(raw)).get_type() == "HEARTBEAT"
+    assert mav.signing.goodsig_count == 1
+
+
+def test_pymavlink_refuses_what_is_signed_here_with_another_key():
+    raw = signed(plain(), OTHER, 5, TIME)
+    with pytest.raises(dialect.MAVError):
+        pymavlink_with(SECRET, TIME).decode(bytearray(raw))
+
+
+def test_what_pymavlink_signs_is_taken_here():
+    raw = bytes(BEAT.pack(pymavlink_with(SECRET, TIME)))
+    assert is_signed(raw)
+    assert is_of(raw, SECRET)
+    assert not is_of(raw, OTHER)
+    assert link_and_time(raw) == (7, TIME)
+    assert decode(frame_of(unsigned(raw))).get_type() == "HEARTBEAT"
+
+
+def test_a_gate_takes_what_pymavlink_signs_and_pymavlink_takes_what_a_gate_signs():
+    clock = SimulatedClock()
+    time = round((clock.unix_s() - EPOCH_UNIX_S) * STEPS_A_S)
+    gate = Gate("link", SigningKey(SECRET), Times(clock), clock, lambda _: None)
+    theirs, ours = pymavlink_with(SECRET, time), Encoder(255, 190)
+    for _ in range(3):
+        assert gate.admit(frame_of(bytes(BEAT.pack(theirs))))
+        assert theirs.decode(bytearray(gate.out(ours.encode(BEAT)))).get_srcSystem() == 255
+    assert not gate.counts
+
+
+@pytest.mark.parametrize("place", range(34))
+def test_every_byte_of_a_signed_frame_is_under_its_signature(place):
+    raw = bytearray(signed(plain(), SECRET, 5, TIME))
+    assert len(raw) == 34
+    raw[place] ^= 1
+    assert not is_of(bytes(raw), SECRET)
+
+
+def test_a_signature_taken_off_leaves_the_frame_as_it_was():
+    assert unsigned(signed(plain(), SECRET, 5, TIME)) == plain()
+    assert unsigned(plain()) == plain()
+
+
+def test_a_frame_signed_anew_bears_one_signature():
+    assert signed(signed(plain(), OTHER, 1, 9), SECRET, 5, TIME) == signed(plain(), SECRET, 5, TIME)
+
+
+def test_a_message_that_nobody_knows_is_signed_with_a_right_checksum(monkeypatch):
+    number = 30_001
+    assert number not in CRC_EXTRA
+    monkeypatch.setitem(CRC_EXTRA, number, b"\x2a")
+    raw = Encoder(1, 1).frame(number, b"payload")
+    monkeypatch.delitem(CRC_EXTRA, number)
+    sealed = signed(raw, SECRET, 0, TIME)
+    assert unsigned(sealed) == raw
+    monkeypatch.setitem(CRC_EXTRA, number, b"\x2a")
+    assert frame_of(sealed).known
+
+
+def test_a_frame_with_a_wrong_checksum_has_a_wrong_one_without_its_signature():
+    raw = bytearray(plain())
+    raw[-1] ^= 0x10
+    assert unsigned(signed(bytes(raw), SECRET, 0, TIME)) == bytes(raw)
+
+
+def test_mavlink_1_can_not_be_signed():
+    mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    with pytest.raises(FrameError, match="MAVLink 1 can't be signed"):
+        signed(bytes(BEAT.pack(mav, force_mavlink1=True)), SECRET, 0, TIME)

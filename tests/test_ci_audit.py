@@ -1,0 +1,54 @@
+"""CI tells of known holes in what is installed, and takes no silence for safety."""
+
+import runpy
+import subprocess
+from pathlib import Path
+
+import pytest
+
+AUDIT = Path(__file__).resolve().parents[1] / ".ci" / "audit.py"
+
+
+@pytest.fixture
+def audit():
+    return runpy.run_path(str(AUDIT))
+
+
+def test_a_hole_is_told_with_what_mends_it(audit):
+    hole = {"id": "PYSEC-1", "fix_versions": ["1.1", "2.0"], "aliases": [], "description": ""}
+    packages = [
+        {"name": "a", "version": "1.0", "vulns": [hole, hole | {"id": "PYSEC-2", "fix_versions": []}]},
+        {"name": "b", "version": "3.0", "vulns": []},
+        {"name": "seatrial", "skip_reason": "not on the index"},
+    ]
+    assert audit["told"]({"dependencies": packages}) == [
+        "audit: HOLE a 1.0: PYSEC-1, mended in 1.1, 2.0",
+        "audit: HOLE a 1.0: PYSEC-2, mended in none yet",
+        "audit: 2 known holes in 2 packages; of 1 nothing is known",
+    ]
+
+
+@pytest.mark.parametrize("packages", [[], [{"name": "a", "skip_reason": "not found"}]])
+def test_a_list_that_answers_for_nothing_is_not_taken_for_safe(audit, packages):
+    assert audit["told"]({"dependencies": packages}) == [
+        "audit: skipped, the list of known holes does not answer for any package"
+    ]
+
+
+def test_an_index_that_does_not_answer_is_said_and_fails_nothing(audit, tmp_path, monkeypatch):
+    (tmp_path / "lib" / "python3.11" / "site-packages").mkdir(parents=True)
+    monkeypatch.setattr("venv.create", lambda *_, **__: None)
+    asked = []
+
+    def slow(step, **_):
+        asked.append(step)
+        raise subprocess.TimeoutExpired(step, 300)
+
+    monkeypatch.setattr(subprocess, "run", slow)
+    assert audit["audited"](tmp_path) == ["audit: skipped, the index does not answer within 300 s"]
+    monkeypatch.setattr(subprocess, "run", lambda step, **_: asked.append(step))
+    assert audit["audited"](tmp_path) == [
+        "audit: skipped, the index or its list of known holes does not answer"
+    ]
+    assert len(asked) == 3
+    assert audit["audited"](tmp_path / "none") == [f"audit: skipped, {tmp_path / 'none'} is no environment"]

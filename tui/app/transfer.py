@@ -1,0 +1,177 @@
+"""What is read from the vehicle and written to it: a file beside its parameters, and the lines that are chosen."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from gcs_plugin.watch.picture import Armed, Picture
+from tui.app.comparison import ACTING, Comparison, comparison
+from tui.app.confirming import agrees, needed
+from tui.app.desk import Desk
+from tui.app.jobs import JobState
+
+READ, WRITE = "params diff", "params upload"
+"""The jobs: what reads and compares, and what writes, be it an upload or a roll back."""
+IDENTIFIED: Final = "identified.param"
+OLD_S: Final = 120.0
+"""What the vehicle held so long ago may have changed since: it is read anew before anything is asked."""
+
+
+class Transfer:
+    """One file beside the vehicle; `back`: the values before the last upload instead.
+
+    `shown` is what was read, None while nothing is; `chosen` the lines that would be written; `written` the writing
+    that runs or ended, until the vehicle is read again; `trouble` a sentence, "" for none. Where a `picture` is asked
+    for, it is the newest of the vehicle, None where none was made yet.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self.shown: Comparison | None = None
+        self.chosen: set[str] = set()
+        self.back = False
+        self.trouble = ""
+        self.written: JobState | None = None
+        self._taken: JobState | None = None
+        self._read_of: tuple[Path, int] | None = None
+        self._reads_back = False
+
+    @property
+    def reads(self) -> bool:
+        return self._desk.jobs.runs(READ)
+
+    @property
+    def writes(self) -> bool:
+        return self._desk.jobs.runs(WRITE)
+
+    def read(self, *, back: bool) -> None:
+        """Read the vehicle beside the file, or beside the values before the last upload; not while it is written to."""
+        if self.writes:
+            return
+        self.back, self.shown, self.written, self.trouble = back, None, None, ""
+        if (
+            not self.reads
+        ):  # what is being read goes on to its end, and `take` begins anew where it was the other
+            self._begin()
+
+    def _begin(self) -> None:
+        jobs = self._desk.jobs
+        receipts = ("--receipts", str(self._desk.receipts))
+        file = self._file()
+        self._reads_back, self._taken = self.back, jobs.state(READ)
+        if self.back:
+            jobs.start(READ, ("params", "rollback", "--dry-run", *receipts))
+        elif file is not None:
+            self._read_of = _stamp(file)
+            jobs.start(READ, ("params", "diff", str(file), *receipts))
+
+    def _file(self) -> Path | None:
+        """The file that another screen laid on the desk for the chosen dive, else what was identified from it."""
+        dive, param = self._desk.chosen(), self._desk.param
+        if param is not None and (dive is None or param.parent in (dive, dive.parent)):
+            return param
+        if dive is None:
+            return None
+        beside = dive / IDENTIFIED if dive.is_dir() else dive.with_name(f"{dive.stem}-{IDENTIFIED}")
+        return beside if beside.exists() else None
+
+    def take(self) -> bool:
+        """Take how far the writing is, and what was read; whether a reading has just ended."""
+        if self.written is not None:
+            self.written = self._desk.jobs.state(WRITE)
+        state = self._desk.jobs.state(READ)
+        if state is None or state.done is None or state is self._taken:
+            return False
+        self._taken = state
+        if self._reads_back != self.back:
+            self._begin()
+            return False
+        self.shown = comparison(state.done.result)
+        if self.shown is None:
+            self.trouble = " ".join(state.done.said[-1:]).removeprefix("seatrial: ")
+            return True
+        if self.back:
+            # All that the vehicle held is in that file; what is so already is of no interest.
+            self.shown = replace(self.shown, entries=tuple(e for e in self.shown.entries if e.changes))
+        self.chosen = set(self.shown.changed)
+        return True
+
+    def choose_all(self) -> None:
+        """Choose all lines that change; none where all were."""
+        everything = set(self.shown.changed) if self.shown is not None else set()
+        self.chosen = set() if self.chosen == everything else everything
+
+    def is_old(self) -> bool:
+        """Whether what is shown was read too long ago, or was written upon since."""
+        state = self._taken
+        read_s = -OLD_S if state is None or state.ended_s is None else state.ended_s
+        return self.shown is None or self.written is not None or self._desk.jobs.now_s() - read_s > OLD_S
+
+    def armed(self, picture: Picture | None) -> bool:
+        """Whether the vehicle is armed, by its newest HEARTBEAT."""
+        armed = picture.armed if picture is not None else Armed.UNKNOWN
+        if armed is Armed.UNKNOWN:
+            return self.shown is not None and self.shown.armed
+        return armed is not Armed.DISARMED
+
+    def needed(self, picture: Picture | None) -> str:
+        """What is to be typed."""
+        shown = self.shown
+        doubted = shown is not None and not self.back and (shown.doubted or bool(shown.accepted(self.chosen)))
+        return needed(len(self.chosen), armed=self.armed(picture), doubted=doubted)
+
+    def obstacle(self, picture: Picture | None, off_key: str) -> str:
+        """Why nothing can be written now, "" where it can; `off_key` forces the feed-forward off."""
+        shown = self.shown
+        if shown is None:
+            return "nothing was read yet"
+        if not self.chosen and not (shown.writes and not shown.choosable):
+            where = "the vehicle holds all of it already" if not shown.choosable else "no line is chosen"
+            return f"{where}: there is nothing to write"
+        mode = picture.ff_mode if picture is not None else None
+        acts = (shown.ff_mode if mode is None else mode) in ACTING
+        if self.armed(picture) and shown.needs_disarmed and acts:
+            return (
+                "the vehicle is ARMED and its feed-forward acts on the thrusters: "
+                f"force it off first, by {off_key}"
+            )
+        return ""
+
+    def write(self, typed: str, picture: Picture | None) -> bool:
+        """Write, if what was typed is what is asked for as things stand now; False where it is to be typed again."""
+        shown, asked = self.shown, self.needed(picture)
+        if shown is None:
+            return False
+        if not agrees(typed, asked):
+            self.trouble = f"'{typed}' is not '{asked}': nothing was sent"
+            return False
+        if not self.back and _stamp(shown.file) != self._read_of:
+            self.read(back=False)
+            self.trouble = f"{shown.file} has changed since it was shown: nothing was sent; look again"
+            return True
+        self.trouble = ""
+        self._desk.jobs.start(WRITE, self._words(shown, armed=self.armed(picture)))
+        self.written = self._desk.jobs.state(WRITE)
+        return True
+
+    def _words(self, shown: Comparison, *, armed: bool) -> tuple[str, ...]:
+        """The command line that writes what is chosen."""
+        action = "rollback" if self.back else "upload"
+        words = ["params", action, str(shown.file), "--yes", "--receipts", str(self._desk.receipts)]
+        words += ["--system", str(shown.system)]
+        words += ["--armed"] if armed else []
+        if not self.back:
+            words += ["--despite-doubts"] if shown.doubted else []
+            only = shown.only(self.chosen)
+            words += ["--only", *only] if only else []
+            accepted = shown.accepted(self.chosen)
+            words += ["--accept-implausible", *accepted] if accepted else []
+        return tuple(words)
+
+
+def _stamp(file: Path) -> tuple[Path, int] | None:
+    """What a file is known by until it is written again; None where it is gone."""
+    try:
+        return file, file.stat().st_mtime_ns
+    except OSError:
+        return None

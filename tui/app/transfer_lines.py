@@ -1,0 +1,59 @@
+"""Reading and writing parameters as lines: how far it is, how it ended, what became of each line."""
+
+from tui.app.comparison import Comparison
+from tui.app.jobs import JobState
+from tui.app.lines import Line, Lines, cut
+from tui.app.parameter_lines import DOUBT, EQUAL
+from tui.app.wrapped import bar, wrapped
+
+BAR_CELLS = 24
+
+
+def progress(share: float, words: str, cells: int) -> Line:
+    """A bar, the share, and what goes on."""
+    done: Line = ((bar(share, BAR_CELLS), "accent"), (f" {share:4.0%} ", "strong"))
+    return (*done, (cut(f" {words}", cells - BAR_CELLS - 6), "plain"))
+
+
+def reading(state: JobState | None, cells: int) -> Lines:
+    """How far the reading is; nothing where none runs."""
+    if state is None or not state.runs:
+        return ()
+    told = state.told[-1] if state.told else None
+    return (progress(told.share if told else 0.0, told.words if told else "begins", cells),)
+
+
+def writing(written: JobState | None, cells: int) -> Lines:
+    """How far the writing is, or how it ended; nothing where none was begun."""
+    if written is None:
+        return ()
+    if written.done is None:
+        last = written.told[-1] if written.told else None
+        share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
+        return (
+            *wrapped("The parameters are being written.", "strong", cells),
+            progress(share, words, cells),
+        )
+    result = written.done.result
+    if result is None:
+        said = " ".join(written.done.said[-1:]).removeprefix("seatrial: ")
+        return wrapped(said or "it ended without a word", "bad", cells)
+    good = written.done.code == 0
+    sentence = f"{'✓' if good else DOUBT} {result['outcome'].replace('_', ' ')}: {result['sentence']}"
+    return (
+        *wrapped(sentence, "strong" if good else "bad", cells),
+        *wrapped(f"values before: {result['preimage']}", "quiet", cells),
+    )
+
+
+def became(written: JobState | None, shown: Comparison | None) -> dict[str, str]:
+    """What became of each line that was written, as far as it is known."""
+    if written is None:
+        return {}
+    found = dict(line for told in written.told if (line := told.line) is not None)
+    done = written.done
+    if done is not None and done.result is not None and shown is not None:
+        for row in done.result["parameters"]:
+            if row["name"] in shown.choosable:
+                found[row["name"]] = EQUAL if row["outcome"] == "applied" else row["sentence"]
+    return found

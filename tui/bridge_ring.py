@@ -1,0 +1,89 @@
+"""The vehicle's own recording as `seatrial bridge` takes it: where it lies, and how large it may become."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from tui import numbers
+
+if TYPE_CHECKING:
+    from bridge.clock import Clock
+    from bridge.ftp.aside import ServedAside
+    from bridge.ring.keeper import RingKeeper
+
+MEGABYTE: Final = 1_000_000
+TOTAL_MB: Final = 1000
+SEGMENT_MB: Final = 4
+FEWEST_SEGMENTS: Final = 4
+NETWORK_BYTES_S: Final = 200_000.0
+SERIAL_SHARE: Final = 0.25
+"""Of what a serial port carries: the rest is the telemetry's."""
+BITS_A_BYTE: Final = 10
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--ring",
+        metavar="FOLDER",
+        help="keep all that is sent in this folder as well, for dives without a link; the oldest goes first",
+    )
+    parser.add_argument(
+        "--ring-mb",
+        type=numbers.size,
+        default=TOTAL_MB,
+        metavar="N",
+        help=f"how large the ring may become, in MB (default: {TOTAL_MB}, some ten hours)",
+    )
+    parser.add_argument(
+        "--segment-mb",
+        type=numbers.size,
+        default=SEGMENT_MB,
+        metavar="N",
+        help=f"how large each of its files may become, in MB (default: {SEGMENT_MB})",
+    )
+
+
+def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | None":
+    """The ring that was asked for, not yet begun. Raises UsageError for a folder or sizes that can't be."""
+    from bridge.ring.files import Bounds
+    from bridge.ring.keeper import ring_in
+    from tui.exit_codes import UsageError
+    from tui.outputs import check_folder
+
+    if arguments.ring is None:
+        return None
+    check_folder("--ring", arguments.ring)
+    if arguments.ring_mb < FEWEST_SEGMENTS * arguments.segment_mb:
+        raise UsageError(
+            f"--ring-mb {arguments.ring_mb}: holds fewer than {FEWEST_SEGMENTS} files of "
+            f"--segment-mb {arguments.segment_mb}; give more, or make the files smaller"
+        )
+    bounds = Bounds(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)
+    return ring_in(Path(arguments.ring), bounds, clock)
+
+
+def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | None":
+    """What hands out the ring over the bridge's links, each at its own pace."""
+    from bridge.ftp.aside import ServedAside
+    from bridge.ftp.files import Segments
+    from bridge.ftp.server import FileServer
+
+    if arguments.ring is None:
+        return None
+    paces = [pace_of(spec) for spec in arguments.link]
+    return ServedAside(FileServer(Segments(Path(arguments.ring)), lambda link: paces[link]), clock)
+
+
+def pace_of(spec: str) -> float:
+    """How many bytes a second of files a link may carry beside its telemetry."""
+    from bridge.link.open import parse_link
+
+    kind, _, number = parse_link(spec)
+    return SERIAL_SHARE * number / BITS_A_BYTE if kind == "serial" else NETWORK_BYTES_S
+
+
+def words(arguments: argparse.Namespace) -> str:
+    """What is kept on board, in a few words."""
+    if arguments.ring is None:
+        return "nothing is kept on board (see --ring)"
+    return f"up to {arguments.ring_mb} MB kept in {arguments.ring}"

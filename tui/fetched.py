@@ -1,0 +1,107 @@
+"""A dive made whole of what the vehicle kept, or made of that alone."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from bridge.clock import Clock
+from bridge.errors import LogError
+from bridge.link.base import Link
+from bridge.ring.whole import WHOLE
+from bridge.tlog import of_those_that_hold_frames, read_tlog
+from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
+from gcs_plugin.fetch.client import fetch
+from gcs_plugin.fetch.fetching import Fetching, Listing
+from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
+from gcs_plugin.folder import About, DiveFolder, new_folder
+from tui.show import Tell
+
+MIRROR = ".ring"
+FETCH_SHARE = 0.9
+"""Of the work; the rest is putting both recordings together."""
+
+
+@dataclass(frozen=True)
+class Fetched:
+    """What came of it: the recording, its frames, and how many of them only the vehicle had."""
+
+    path: Path
+    frames: int
+    missing: int
+    fetched_bytes: int
+
+    @property
+    def words(self) -> str:
+        """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
+        if not self.missing:
+            return f"nothing was missing, all {self.frames} frames had been heard: {self.path}"
+        return f"{self.missing} of {self.frames} frames had not been heard; the dive is whole in {self.path}"
+
+
+@dataclass(frozen=True)
+class Fetcher:
+    """Fetches over `link`, for `patience_s` without an answer."""
+
+    link: Link
+    clock: Clock
+    patience_s: float
+    tell: Tell
+
+    def whole(self, folder: DiveFolder) -> Fetched:
+        """Make a dive whole. Raises LogError where the ring has nothing of it, LinkError where it can't be had."""
+        boots = heard_in(folder)
+        mirror = Mirror(folder.path.resolve().parent / MIRROR)
+        fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
+        source = boots[-1].source
+        self._fetch(fetching, source)
+        made = made_whole(folder.heard(), _paths(mirror, fetching.chosen), source)
+        path = folder.path / WHOLE
+        write_records(path, made.records)
+        return Fetched(path, len(made.records), made.missing, fetching.fetched)
+
+    def new(
+        self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
+    ) -> Fetched:
+        """A dive folder of the vehicle's newest boot, or of its last minutes."""
+        mirror = Mirror(root / MIRROR)
+        most_ms = None if minutes is None else round(minutes * 60_000)
+        fetching = Fetching(mirror, lambda listing: newest(listing, most_ms), self.clock.boot_s())
+        self._fetch(fetching, vehicle)
+        most_us = None if most_ms is None else most_ms * 1000
+        records = newest_frames(_paths(mirror, fetching.chosen), most_us)
+        folder = new_folder(root, records[0][0] / 1e6, name)
+        folder.describe(about)
+        path = folder.path / "telemetry.tlog"
+        write_records(path, records)
+        return Fetched(path, len(records), len(records), fetching.fetched)
+
+    def _fetch(self, fetching: Fetching, vehicle: tuple[int, int]) -> None:
+        def progress(now: Fetching) -> None:
+            total = now.total_bytes
+            words = (
+                f"fetching, {now.held_bytes / 1e6:.1f} of {total / 1e6:.1f} MB"
+                if total
+                else "asking for the list"
+            )
+            self.tell(FETCH_SHARE * now.held_bytes / max(total, 1), words)
+
+        fetch(self.link, self.clock, fetching, vehicle, self.patience_s, progress)
+        self.tell(FETCH_SHARE, "putting both recordings together")
+
+
+def heard_in(folder: DiveFolder) -> list[Boot]:
+    """The boots that a dive's recording tells of. Raises LogError where it tells of none."""
+    frames = (f for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, f in records)
+    boots = boots_heard(frames)
+    if not boots:
+        raise LogError(
+            f"{folder.path}: nothing in it tells which recording of the vehicle's is of this dive; its bridge must run "
+            "with --ring, and for a dive of which nothing was heard give --new"
+        )
+    return boots
+
+
+def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
+    """Where what there is of the segments lies."""
+    paths = (mirror.path(segment.name) for segment, _ in chosen)
+    return [path for path in paths if path.exists()]
