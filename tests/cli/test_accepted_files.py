@@ -36,7 +36,7 @@ def written(tmp_path, verdict="explained", doubts=(), dive=None):
     """The file, and what was said of it."""
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
     accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
-    found = SimpleNamespace(accepted=accepted, configuration="hovering", verdict=verdict)
+    found = SimpleNamespace(accepted=accepted, found=(), configuration="hovering", verdict=verdict)
     path = tmp_path / "out.param"
     return path, accept(path, found, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
 
