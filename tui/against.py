@@ -47,13 +47,13 @@ def run(arguments: Namespace) -> int:
 
 def told(found: "Against") -> tuple[str, ...]:
     """The verdict, then what else there is to say, indented."""
-    from identify.diagnose import against_words, words
+    from identify.diagnose import against_words, verdict_words, where_words, words
 
     lines = (
         *against_words.cause_lines(found),
         *against_words.lines(found),
-        *(f"Where: {line}." for line in words.where_lines(found.vehicle)),
-        *words.shrink_lines(found.vehicle),
+        *(f"Where: {line}." for line in where_words.where_lines(found.vehicle)),
+        *verdict_words.shrink_lines(found.vehicle),
         *words.next_lines(found.vehicle),
         *found.vehicle.notes,
         *(f"Of the simulator: {note}" for note in found.simulator.notes),

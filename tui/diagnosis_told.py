@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from identify.diagnose import words
+from identify.diagnose import verdict_words, words
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnosis import Diagnosis, Found
 
@@ -15,7 +15,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         "dive": found.dive,
         "check": check,
         "configuration": found.configuration,
-        "verdict": words.verdict_sentence(found),
+        "verdict": verdict_words.verdict_sentence(found),
         "after": after[0] if after else None,
         "causes": [_cause(one) for one in found.found],
         "tried": [
@@ -26,7 +26,7 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         "heldout": None
         if found.heldout is None
         else {"before": found.heldout.before, "after": found.heldout.after},
-        "character": words.character_lines(found),
+        "character": verdict_words.character_lines(found),
         "next": words.next_lines(found),
         "notes": found.notes,
     }

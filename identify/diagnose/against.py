@@ -18,7 +18,7 @@ from identify.diagnose.diagnosis import Diagnosis, Found, Value, Verdict
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.shrink import CHANCE
 from identify.diagnose.simulator import lasting, priors_of, simulator_of
-from identify.diagnose.words import sorted_by_likelihood
+from identify.diagnose.verdict_words import sorted_by_likelihood
 from identify.dive import Dive
 from identify.identification import Z95
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from identify.diagnose import words
+from identify.diagnose import verdict_words, where_words, words
 from identify.diagnose.against import Against, Difference
 from identify.diagnose.diagnosis import Found
 from identify.diagnose.probability import LIKELY
@@ -23,9 +23,9 @@ def verdict_sentence(one: Against) -> str:
 def _verdict(one: Against) -> str:
     gap = one.vehicle.gap
     numbers = _numbers(one.off)
-    lacks, possible = words.sorted_by_likelihood(one.lacks)
+    lacks, possible = verdict_words.sorted_by_likelihood(one.lacks)
     may_lack = words.listed([_with_probability(found) for found in possible])
-    where = words.gap_sentence(gap, "the gap")
+    where = where_words.gap_sentence(gap, "the gap")
     if lacks:
         causes = words.listed([words.name_of(found) for found in lacks])
         told = f"Your simulator must gain {causes}: {where}{_falls(one)}."
@@ -38,7 +38,8 @@ def _verdict(one: Against) -> str:
     elif possible:
         told = f"Your simulator may lack {may_lack}: {where}{_falls(one)}."
     elif one.vehicle.verdict == "unknown":
-        return f"Your simulator lacks something that no candidate explains: {words.where_sentence(gap, 'the gap')}."
+        there = where_words.where_sentence(gap, "the gap")
+        return f"Your simulator lacks something that no candidate explains: {there}."
     elif one.verdict == "no_gap":
         told = (
             f"Your simulator lacks nothing that this dive shows: its {words.DRIFT_S:g} s drift is "

@@ -1,122 +1,24 @@
-"""A diagnosis in sentences: what the verb prints and the page shows."""
+"""Causes, their parameters and shares in words: what every sentence of a diagnosis is made of."""
 
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 
 from bridge.effects.effect import Effect
-from identify.diagnose import borne_out
-from identify.diagnose.diagnosis import Character, Diagnosis, Found, Gap, Next, Phase, Share, Shrink, Value
-from identify.diagnose.probability import LIKELY
-from identify.diagnose.shrink import CHANCE, LEAST_GAP
-from identify.diagnose.where import LEAST_SPEED_M_S
+from identify.diagnose.diagnosis import Diagnosis, Found, Next, Value
 from identify.report.text import fixed, significant, unit, with_interval
 
 DRIFT_S = 5.0
 """The horizon of the drift that sentences speak of."""
 
-MOST_OF_IT = 0.75
-"""Of a degree of freedom's gap, what counts as most of it."""
-
-MOST_OF_THAT = 0.5
-"""Of a degree of freedom's gap, above what one phase's is called most of that."""
-
-STANDS_OUT = 0.4
-"""The share of the gap from which one degree of freedom in one phase is named together."""
-
-BY_CHANCE = f"1 ({1 - CHANCE:g} to {1 + CHANCE:g} by chance)"
-"""What noise alone makes of a drift, in floors."""
-
-NO_SHRINK = "there is too little gap to shrink"
-
-PHASES: dict[Phase, str] = {
-    "rest": "at rest",
-    "accelerating": "accelerating",
-    "decelerating": "decelerating",
-    "steady": "steady",
-    "turning": "turning",
-    "reversing": "reversing",
-}
 CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
-VARIABLES = {"yaw_rate": "yaw rate", "thrust_sign": "the sign of the thrust"}
-FRAMES = {
-    "body": "fixed to the body",
-    "world": "fixed to the world",
-    "neither": "fixed to neither body nor world",
-}
-PARITIES = {
-    "odd": "odd in speed: it turns its sign with it",
-    "even": "even in speed: it keeps its sign",
-    "neither": "neither odd nor even in speed",
-}
+
 UNITLESS = ("", "1")
+
 OF_THRUSTER = re.compile(r" of thruster (\d+)")
 
 SINCE = "since it was accepted"
 """The variant of an effect whose parameters are by how much an accepted one has changed."""
-
-
-def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """The verdict, where the gap lies and how far it shrinks, and under what provisos; before it what would make all of
-    that worthless."""
-    return " ".join((*diagnosis.first, _verdict(diagnosis), *diagnosis.provisos))
-
-
-def _verdict(diagnosis: Diagnosis) -> str:
-    gap = diagnosis.gap
-    if diagnosis.verdict == "no_gap":
-        return (
-            f"No gap: the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give "
-            f"{BY_CHANCE}, and no candidate explains any of it."
-        )
-    likely, possible = sorted_by_likelihood(diagnosis.found)
-    if diagnosis.verdict == "unknown":
-        part = f" {_capital(_explain(likely, 'part of the gap'))}." if likely else ""
-        part += f" {_capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
-        part = f"{part[:-1]}{borne_out.clause(diagnosis.heldout, diagnosis.check)}." if part else ""
-        told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
-        where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
-        return f"Something is there that no candidate explains: {where}{told}.{part}"
-    doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in likely if one.also)
-    no_gap = _opens_none(diagnosis)
-    if not likely:
-        causes = _may_explain(possible, "what shows" if no_gap else "the gap")
-    else:
-        many = len(likely) > 1
-        shows = "show, but open no gap" if many else "shows, but opens no gap"
-        causes = f"{_all(likely)} {shows}" if no_gap else _explain(likely, "the gap")
-        causes += doubt
-        if possible:
-            causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
-    causes += borne_out.clause(diagnosis.heldout, diagnosis.check)
-    shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
-    where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
-    return f"{_capital(causes)}: {where}{shrink}."
-
-
-def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
-    """Causes that are told as such, and those that are told as possible."""
-    likely = tuple(one for one in found if one.probability >= LIKELY)
-    return likely, tuple(one for one in found if one.probability < LIKELY)
-
-
-def _explain(found: Sequence[Found], what: str) -> str:
-    return f"{_all(found)} {'explain' if len(found) > 1 else 'explains'} {what}"
-
-
-def _may_explain(found: Sequence[Found], what: str) -> str:
-    """A cause less probable than not: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
-    named = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in found])
-    return f"{named} may explain {what}"
-
-
-def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
-    """The largest parts of the squared gap, `71 % surge, steady`, no more than `most` of them."""
-    largest = sorted(diagnosis.gap.where, key=lambda one: -one.share)[:most]
-    return tuple(
-        f"{percent(one.share)} {one.dof}, {PHASES[one.phase]}" for one in largest if one.share >= 0.005
-    )
 
 
 def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -124,19 +26,10 @@ def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(_cause_line(one) for one in diagnosis.found)
 
 
-def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What the drift is over the whole dive, and how far it shrinks on pieces held out, and on the check dive where one
-    was given."""
-    fitted = _whole(diagnosis)
-    whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
-    told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return (*whole, *(f"{where}: {_shrink(one)}." for where, one in told if one is not None))
-
-
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """What the feed-forward alone would gain by each cause that it can make up for."""
     return tuple(
-        f"{_capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
+        f"{capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
         f"instead of {mm_s(one.feedforward.before_m_s)} (typical velocity error)."
         for one in diagnosis.found
         if one.feedforward is not None
@@ -205,7 +98,7 @@ def told_parameters(found: Found) -> dict[str, Value]:
 def cause_sentence(found: Found) -> str:
     """What a cause is, and how probable."""
     effect = found.cause.effect
-    return f"{_capital(effect_words(effect))}, {percent_sure(found.probability)} probable: {effect.sentence}."
+    return f"{capital(effect_words(effect))}, {percent_sure(found.probability)} probable: {effect.sentence}."
 
 
 def alike_sentence(found: Found) -> str:
@@ -224,91 +117,12 @@ def unit_after(text: str) -> str:
     return "" if text in UNITLESS else f" {unit(text)}"
 
 
-def gap_sentence(gap: Gap, whole: str = "it") -> str:
-    """Where the gap lies: by drift, which it is measured by, where that is another degree of freedom than by force."""
-    by_force = where_sentence(gap, whole)
-    if not drifts_elsewhere(gap):
-        return by_force
-    by_drift = where_sentence(replace(gap, where=gap.drifted, slices=()), whole)
-    return f"by drift {by_drift} (by force {where_sentence(replace(gap, slices=()), whole)})"
-
-
-def where_sentence(gap: Gap, whole: str = "it") -> str:
-    """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` says of what."""
-    if not gap.where:
-        return "no degree of freedom was compared"
-    first = max(gap.where, key=lambda one: one.share)
-    if first.share >= STANDS_OUT:
-        return f"{percent(first.share)} of {whole} is in {first.dof}, {PHASES[first.phase]}{_above(gap, first.dof)}"
-    by_dof = shares_by_dof(gap.where)
-    dof = max(by_dof, key=lambda name: by_dof[name])
-    mine = [one for one in gap.where if one.dof == dof]
-    largest = max(mine, key=lambda one: one.share)
-    part = "most" if largest.share > MOST_OF_THAT * by_dof[dof] else "the largest part"
-    return f"{percent(by_dof[dof])} of {whole} is in {dof}, {part} of that {PHASES[largest.phase]}{_above(gap, dof)}"
-
-
-def drifts_elsewhere(gap: Gap) -> bool:
-    """Whether the model drifts most in another degree of freedom than in that which lacks most force; where it drifts
-    no more than noise may, it does so nowhere."""
-    by_force, by_drift = shares_by_dof(gap.where), shares_by_dof(gap.drifted)
-    if not by_force or not by_drift or gap.before <= 1.0 + CHANCE:
-        return False
-    return max(by_force, key=lambda dof: by_force[dof]) != max(by_drift, key=lambda dof: by_drift[dof])
-
-
-def where_note(gap: Gap) -> str:
-    """That the gap by drift is in another degree of freedom than by force; "" where both agree."""
-    if not drifts_elsewhere(gap):
-        return ""
-    by_drift = shares_by_dof(gap.drifted)
-    dof = max(by_drift, key=lambda name: by_drift[name])
-    return (
-        f"By drift it is another: {percent(by_drift[dof])} of what the squared {DRIFT_S:g} s drift is beyond noise, in "
-        f"floors, is in {dof}. Shares are of the missing force, over the disturbance there."
-    )
-
-
-def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
-    """The share of each degree of freedom, in the order in which they come."""
-    out: dict[str, float] = {}
-    for one in where:
-        out[one.dof] = out.get(one.dof, 0.0) + one.share
-    return out
-
-
 def percent(share: float) -> str:
     return f"{fixed(100 * share, 0)} %"
 
 
 def mm_s(value_m_s: float) -> str:
     return f"{significant(1000 * value_m_s, 2)} mm/s"
-
-
-def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What is known of that which no candidate explains."""
-    one = diagnosis.character
-    if one is None:
-        return ()
-    goes = f"It goes with {listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
-    lines = (
-        f"It acts in {listed(one.dof)}." if one.dof else "",
-        f"It is {FRAMES[one.frame]}.",
-        f"It is {PARITIES[one.parity]}.",
-        f"In time it is {one.timing}.",
-        goes,
-    )
-    return tuple(line for line in lines if line)
-
-
-def variable(name: str) -> str:
-    """What a force goes with, as a reader has it."""
-    return VARIABLES.get(name, name)
-
-
-def _told(one: Character) -> str:
-    goes = f", and goes with {listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
-    return f"it is {FRAMES[one.frame]}, {PARITIES[one.parity].split(':')[0]}, {one.timing}{goes}"
 
 
 def _cause_line(found: Found) -> str:
@@ -325,100 +139,11 @@ def percent_sure(probability: float) -> str:
     return "under 1 %" if probability < 0.005 else percent(probability)
 
 
-def _shrink(one: Shrink) -> str:
-    falls = f"the {DRIFT_S:g} s drift goes from {_floors(one.before)} to {_floors(one.after)}"
-    if not math.isfinite(one.value):
-        return f"{falls}; {NO_SHRINK}"
-    interval = percents(one.low95, one.high95)
-    sure = f" (95 %: {interval})" if interval else ""
-    return f"{falls}, {percent(one.value)}{sure} of what can be closed"
-
-
-def _whole(diagnosis: Diagnosis) -> str:
-    """The drift that the gap is told by, with what the causes leave of it; empty without causes."""
-    after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
-    if not after or not diagnosis.found:
-        return ""
-    return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
-
-
-def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
-    """What drifts before and after, and where: by the best evidence there is, the check dive, pieces held out, the dive
-    itself."""
-    if diagnosis.check is not None:
-        return diagnosis.check, " on the check dive"
-    if diagnosis.heldout is not None:
-        return diagnosis.heldout, " on pieces held out"
-    before = diagnosis.gap.before
-    at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
-    closed = before - at[0] if at and before - 1.0 > LEAST_GAP else math.nan
-    return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
-
-
-def _opens_none(diagnosis: Diagnosis) -> bool:
-    """Whether what was found makes no drift that noise alone would not, so that there is nothing to shrink."""
-    found = _drifts(diagnosis)
-    if found is None or max(found[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
-        return False
-    return not math.isfinite(found[0].value)
-
-
-def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
-    """What the drift falls to."""
-    found = _drifts(diagnosis)
-    if found is None:
-        return ""
-    (before, after), where = (found[0].before, found[0].after), found[1]
-    told = significant(before, 2), significant(after, 2)
-    if all(one.cause.effect.place == "log" for one in diagnosis.found):
-        return (
-            f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
-            f"drift is {_floors(after)}{where}{_no_more(before)}"
-        )
-    if told[0] == told[1]:
-        drift = f"{_floors(after)}{where}{_no_more(before)}"
-        return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
-    if no_gap:
-        drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_no_more(before)}"
-        return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
-    goes = "falls" if after < before else "goes"
-    change = f"{goes} from {told[0]} to {_floors(after)}{where}{_no_more(before)}"
-    return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
-
-
-def _no_more(before: float) -> str:
-    """That a drift is no larger than noise alone may make it, where it is not."""
-    return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
-
-
 def _next(one: Next) -> tuple[str, ...]:
     splits = f" It splits {listed([words(name) for name in one.splits])}." if one.splits else ""
     dive = f"Dive next: {one.manoeuvre}.{splits}" if one.manoeuvre else ""
     sensor = f"Record as well: {one.sensor}." if one.sensor else ""
     return tuple(line for line in (dive, sensor) if line)
-
-
-def _above(gap: Gap, dof: str) -> str:
-    """The speed above which most of a degree of freedom's gap lies, where there is such a one: not below that at which
-    a vehicle counts as at rest."""
-    slices = sorted(
-        (one for one in gap.slices if one.dof == dof and one.by == "speed"), key=lambda one: -one.low
-    )
-    whole = sum(one.share for one in slices)
-    held = 0.0
-    for one in slices[:-1]:
-        held += one.share
-        if whole > 0 and held >= MOST_OF_IT * whole:
-            return f", mostly above {fixed(one.low, 2)} m/s" if one.low >= LEAST_SPEED_M_S else ""
-    return ""
-
-
-def _all(found: Sequence[Found]) -> str:
-    return listed([name_of(one) for one in found])
-
-
-def _told_from(one: Found) -> str:
-    return f"{effect_words(one.cause.effect)} from {' or '.join(map(words, one.also))}"
 
 
 def listed(names: Sequence[str]) -> str:
@@ -433,9 +158,5 @@ def _else(value: Value) -> str:
     return ""
 
 
-def _floors(value: float) -> str:
-    return f"{significant(value, 2)} floors"
-
-
-def _capital(text: str) -> str:
+def capital(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"

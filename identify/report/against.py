@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from identify.diagnose import against_words, words
+from identify.diagnose import against_words, verdict_words, words
 from identify.diagnose.against import Against, Difference
 from identify.report.diagnosis import sections, subtitle, unbroken
 from identify.report.page import Report, Section, Table
@@ -40,7 +40,7 @@ def _change(one: Against) -> Section:
 
 def _gained(one: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for found in words.sorted_by_likelihood(one.lacks)[0]:
+    for found in verdict_words.sorted_by_likelihood(one.lacks)[0]:
         cause = words.effect_words(found.cause.effect)
         told = words.told_parameters(found)
         for name, value in told.items():
@@ -64,5 +64,5 @@ def _own(one: Against) -> Section:
     """What the simulator's own recording says of it."""
     return Section(
         "What the simulator has",
-        "\n\n".join((words.verdict_sentence(one.simulator), *words.cause_lines(one.simulator))),
+        "\n\n".join((verdict_words.verdict_sentence(one.simulator), *words.cause_lines(one.simulator))),
     )

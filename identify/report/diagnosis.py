@@ -8,7 +8,7 @@ import numpy as np
 from bridge.effects.effect import FeedForward
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import words
+from identify.diagnose import verdict_words, where_words, words
 from identify.diagnose.diagnosis import Diagnosis, Found, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
@@ -25,6 +25,10 @@ FLOOR = (
 NOWHERE = (
     "There is no gap, so it lies nowhere: the model drifts no further than noise drives it, and nothing that could be "
     "shared out over what the vehicle did is missing."
+)
+NOTHING_RETURNS = (
+    "The model drifts further than noise drives it, but no force that returns is missing, so there is nothing to share "
+    "out over what the vehicle did: fly the same again to see whether it lasts."
 )
 SHARED_OUT = (
     "What is shared out is force, not drift: the squares of what is missing beyond what masses and dampings take up, "
@@ -65,7 +69,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
         subtitle(d),
-        unbroken(words.verdict_sentence(d)),
+        unbroken(verdict_words.verdict_sentence(d)),
         sections(d),
     )
 
@@ -92,14 +96,14 @@ def _where(d: Diagnosis) -> Section:
     if not d.gap.where:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     if d.verdict == "no_gap":
-        return Section("1. Where it lies", NOWHERE)
-    largest = "; ".join(words.where_lines(d))
+        return Section("1. Where it lies", NOTHING_RETURNS if d.gap.before > 1.0 + CHANCE else NOWHERE)
+    largest = "; ".join(where_words.where_lines(d))
     text = " ".join(
         filter(
             None,
             (
                 f"The largest parts of the squared gap: {largest}." if largest else "",
-                words.where_note(d.gap),
+                where_words.where_note(d.gap),
                 SHARED_OUT,
             ),
         )
@@ -111,7 +115,7 @@ def _depends(d: Diagnosis) -> Section | None:
     if not d.gap.depends_on or d.verdict == "no_gap":
         return None
     rows = tuple(
-        (words.variable(one.variable), one.dof, one.parity or MISSING, words.percent(one.strength))
+        (verdict_words.variable(one.variable), one.dof, one.parity or MISSING, words.percent(one.strength))
         for one in d.gap.depends_on
     )
     caption = (
@@ -124,7 +128,7 @@ def _depends(d: Diagnosis) -> Section | None:
 
 
 def _by_dof(d: Diagnosis) -> Section:
-    shares = words.shares_by_dof(d.gap.where)
+    shares = where_words.shares_by_dof(d.gap.where)
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
@@ -166,7 +170,9 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 def _what(d: Diagnosis) -> Section:
     lines = [part for one in d.found for part in _cause(one)]
     lines += [LIKENESS] if any(one.also for one in d.found) else []
-    lines += [" ".join(("What no candidate explains:", *words.character_lines(d)))] if d.character else []
+    lines += (
+        [" ".join(("What no candidate explains:", *verdict_words.character_lines(d)))] if d.character else []
+    )
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
     columns = ("Cause", "Parameter", "Value", "95 % interval", "Unit")

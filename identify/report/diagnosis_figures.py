@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import words
+from identify.diagnose import verdict_words, where_words, words
 from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Slice, Tried
 from identify.diagnose.drift import Drift
 from identify.dive import Array
@@ -46,21 +46,21 @@ LINES = ("before", "after", "floor: noise alone")
 def where_map(gap: Gap) -> Figure:
     """Shares of the squared gap by phase and degree of freedom."""
     dofs = [dof for dof in DOFS if any(one.dof == dof for one in gap.where)]
-    shares = np.zeros((len(words.PHASES), len(dofs)))
-    phases = list(words.PHASES)
+    shares = np.zeros((len(where_words.PHASES), len(dofs)))
+    phases = list(where_words.PHASES)
     for one in gap.where:
         shares[phases.index(one.phase), dofs.index(one.dof)] += one.share
     return Figure(
         "where the gap lies",
         "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the "
         "stronger the colour, the larger. The last row and column are sums.",
-        stack([heatmap([words.PHASES[phase] for phase in phases], dofs, shares)]),
+        stack([heatmap([where_words.PHASES[phase] for phase in phases], dofs, shares)]),
     )
 
 
 def slices(gap: Gap) -> tuple[Figure, ...]:
     """A figure for each degree of freedom that holds enough of the gap: bars by speed, heading and so on."""
-    by_dof = words.shares_by_dof(gap.where)
+    by_dof = where_words.shares_by_dof(gap.where)
     held = [dof for dof in sorted(by_dof, key=lambda name: -by_dof[name]) if by_dof[dof] >= SLICED]
     return tuple(drawn for dof in held if (drawn := _slices_of(gap, dof)) is not None)
 
@@ -129,7 +129,7 @@ def candidates(
     few = len(order) - len(told)
     if not told:
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
-    _, unlikely = words.sorted_by_likelihood(found)
+    _, unlikely = verdict_words.sorted_by_likelihood(found)
     possible = {one.cause.effect.label: words.percent_sure(one.probability) for one in unlikely}
     rows = [
         Bar(

@@ -32,11 +32,13 @@ WAVES = AcceptedEffect("waves", "waves", {"force_amplitude": 1.0})
 LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}\n"
 
 
-def written(tmp_path, verdict="explained", doubts=(), dive=None):
+def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
     """The file, and what was said of it."""
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
     accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
-    found = SimpleNamespace(accepted=accepted, found=(), configuration="hovering", verdict=verdict)
+    found = SimpleNamespace(
+        accepted=accepted, found=(), configuration="hovering", verdict=verdict, first=first
+    )
     path = tmp_path / "out.param"
     return path, accept(path, found, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
 
@@ -52,6 +54,12 @@ def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
         "Waves are the water's.",
         f"accepted: {path}; seatrial params upload {path} sends it to the vehicle",
     )
+
+
+def test_nothing_is_accepted_of_a_dive_whose_motion_runs_against_its_thrust(tmp_path):
+    path, (told,) = written(tmp_path, first=("The recorded motion does not go the way the thrust pushes.",))
+    assert told.startswith(f"{path} was not written: the motion does not go the way the thrust pushes")
+    assert not path.exists()
 
 
 def test_where_something_is_left_unexplained_an_upload_needs_a_word(tmp_path):
@@ -160,7 +168,7 @@ def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
 
 
 def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
-    found = SimpleNamespace(accepted=NOTHING, configuration="hovering", found=())
+    found = SimpleNamespace(first=(), accepted=NOTHING, configuration="hovering", found=())
     (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert "was not written: no cause was found" in sentence
     assert list(tmp_path.iterdir()) == []
@@ -169,7 +177,7 @@ def test_where_nothing_was_found_nothing_is_written_and_that_is_said(tmp_path):
 def test_where_what_was_found_is_likelier_absent_nothing_is_written_and_it_is_named(tmp_path):
     sea = waves(4.0)
     cause = Cause(sea, sea.start())
-    found = SimpleNamespace(accepted=NOTHING, found=(Found(cause, (), {}, 0.45, {}, 12.0),))
+    found = SimpleNamespace(first=(), accepted=NOTHING, found=(Found(cause, (), {}, 0.45, {}, 12.0),))
     (sentence,) = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert sentence.endswith(
         "was not written: what was found is likelier absent than present, and so not accepted: waves (45 % probable)."
@@ -211,7 +219,7 @@ def test_a_log_that_lacks_what_the_controller_used_leaves_nothing_to_send(tmp_pa
     accepted = Accepted(
         {}, (AcceptedEffect("wrong_feedback_log", "wrong_feedback_log", {}),), ("M_u stays.",)
     )
-    found = SimpleNamespace(accepted=accepted, configuration="hovering", verdict="explained")
+    found = SimpleNamespace(first=(), accepted=accepted, configuration="hovering", verdict="explained")
     told = accept(tmp_path / "out.param", found, Dive("plain", tmp_path, "ab" * 32), FILE)
     assert told[0] == "M_u stays."
     assert "was not written" in told[1]

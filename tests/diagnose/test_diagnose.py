@@ -108,7 +108,7 @@ def test_what_is_told_as_less_probable_than_not_is_not_accepted(case, found, mon
         f"Quadratic drag was not accepted: it is {percent} probable"
     )
     # A simulator that is known by such a dive holds the cause beside the numbers that were fitted with it.
-    assert unsure.numbers["D_u"] == found.accepted.values["D_u"]
+    assert unsure.numbers["D_u"].value == found.accepted.values["D_u"].value
     assert unsure.numbers["D_u"].value < unsure.accepted.values["D_u"].value
 
 

@@ -15,7 +15,7 @@ from identify.diagnose.mirrored import mounting_hints
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.spikes import without_spikes
 from identify.diagnose.strangers import mass_hints
-from identify.diagnose.words import verdict_sentence
+from identify.diagnose.verdict_words import verdict_sentence
 from identify.dive import Dive, Signal
 
 

@@ -13,7 +13,7 @@ from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from bridge.vehicle.config import load_vehicle
-from identify.diagnose import words
+from identify.diagnose import verdict_words, where_words, words
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import (
     Character,
@@ -146,7 +146,7 @@ UNKNOWN = Character(("yaw",), "world", "even", "intermittent", ("heading", "yaw_
 
 
 def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
-    said = words.verdict_sentence(diagnosis(check=None, heldout=None))
+    said = verdict_words.verdict_sentence(diagnosis(check=None, heldout=None))
     assert said == (
         "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
         "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
@@ -162,25 +162,27 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     ],
 )
 def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
-    assert words.verdict_sentence(diagnosis(**other)).endswith(ending)
+    assert verdict_words.verdict_sentence(diagnosis(**other)).endswith(ending)
 
 
 def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
     told = diagnosis(heldout=Shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=Shrink(3.0, 2.8, 0.11, 0.0, 0.2))
     but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
-    assert but in words.verdict_sentence(told)
-    assert but in words.verdict_sentence(replace(told, verdict="unknown"))
+    assert but in verdict_words.verdict_sentence(told)
+    assert but in verdict_words.verdict_sentence(replace(told, verdict="unknown"))
 
 
 def test_two_causes_are_named_as_two():
-    said = words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3))))
+    said = verdict_words.verdict_sentence(
+        diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3)))
+    )
     assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
     lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
     said = diagnosis(verdict="ambiguous", found=(lag,))
-    assert words.verdict_sentence(said).startswith(
+    assert verdict_words.verdict_sentence(said).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
     (line,) = words.cause_lines(said)
@@ -194,15 +196,26 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
     quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), heldout=NOTHING, check=None)
-    assert words.verdict_sentence(quiet) == (
+    assert verdict_words.verdict_sentence(quiet) == (
         "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
         "candidate explains any of it."
     )
     assert words.cause_lines(quiet) == ()
-    assert words.shrink_lines(quiet) == (
+    assert verdict_words.shrink_lines(quiet) == (
         "On pieces held out: the 5 s drift goes from 1.0 floors to 1.0 floors; there is too little gap to shrink.",
     )
     assert "No candidate of the library explains anything that noise would not." in read(quiet)
+
+
+def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
+    drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), found=(), heldout=NOTHING, check=None)
+    assert verdict_words.verdict_sentence(drifting) == (
+        "Nothing that lasts: the model's 5 s drift is 3.0 floors, where noise alone would give 1 (0.8 to 1.2 by "
+        "chance), but neither a candidate nor any force that returns explains it."
+    )
+    page = read(drifting)
+    assert "There is no gap" not in page
+    assert "fly the same again to see whether it lasts" in page
 
 
 def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_picture():
@@ -225,7 +238,7 @@ def test_a_table_of_many_columns_breaks_its_headings_before_it_leaves_the_page()
 
 def test_what_no_candidate_explains_is_described():
     said = diagnosis(verdict="unknown", character=UNKNOWN)
-    assert words.verdict_sentence(said) == (
+    assert verdict_words.verdict_sentence(said) == (
         "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
         "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
         "part of the gap."
@@ -237,19 +250,19 @@ def test_what_no_candidate_explains_is_described():
 
 def test_a_cause_less_probable_than_not_is_told_as_possible():
     bias = found("thrust_bias", probability=0.42)
-    beside = words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
+    beside = verdict_words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
     assert beside.startswith(
         "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
     )
-    alone = words.verdict_sentence(diagnosis(found=(bias,)))
+    alone = verdict_words.verdict_sentence(diagnosis(found=(bias,)))
     assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
-    unknown = words.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
+    unknown = verdict_words.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
     assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
 
 
 def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
     heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
-    said = words.verdict_sentence(
+    said = verdict_words.verdict_sentence(
         diagnosis(found=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
     )
     assert said.endswith(
@@ -261,12 +274,12 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
 def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
     lag = replace(found("thruster_lag"), probability=0.89)
     small = replace(gap(), before=1.02)
-    said = words.verdict_sentence(
+    said = verdict_words.verdict_sentence(
         diagnosis(found=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert said.startswith("Thruster lag shows, but opens no gap: ")
     assert "% of what shows is in " in said
-    chance = words.verdict_sentence(
+    chance = verdict_words.verdict_sentence(
         diagnosis(found=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
     )
     assert chance.startswith("Thruster lag shows, but opens no gap: ")
@@ -275,8 +288,8 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
         "would give 1 (0.8 to 1.2 by chance)."
     )
     closes = diagnosis(found=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
-    assert words.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
-    wide = words.verdict_sentence(
+    assert verdict_words.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
+    wide = verdict_words.verdict_sentence(
         diagnosis(found=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert wide.startswith("Thruster lag explains the gap: ")
@@ -284,7 +297,7 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
 
 def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
     first = mounted_otherwise((0,), ())
-    said = words.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
+    said = verdict_words.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
     assert said.startswith(
         "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
         "mended. In surge the recorded velocity runs against the thrust: "
@@ -303,14 +316,14 @@ def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
 def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
     def above(low: float) -> str:
         slices = (Slice("surge", "speed", 0.0, low, 0.01), Slice("surge", "speed", low, 0.6, 0.82))
-        return words.where_sentence(replace(gap(), slices=slices))
+        return where_words.where_sentence(replace(gap(), slices=slices))
 
     assert above(0.057).endswith("in surge, steady, mostly above 0.06 m/s")
     assert above(0.0041).endswith("in surge, steady")
 
 
 def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
-    assert words.shrink_lines(diagnosis(check=None))[0] == (
+    assert verdict_words.shrink_lines(diagnosis(check=None))[0] == (
         "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
     )
     page = read(diagnosis())
@@ -320,7 +333,7 @@ def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_
 
 def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
     left = replace(gap(), unexplained=(Share("yaw", "turning", 1.0),))
-    said = words.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
+    said = verdict_words.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
     assert said.startswith("Something is there that no candidate explains: 100 % of it is in yaw, turning; ")
 
 
@@ -333,26 +346,26 @@ def test_a_gap_that_is_spread_is_told_by_its_degree_of_freedom():
             ("sway", "steady", 0.4 - 1e-9),
         )
     )
-    where = words.where_sentence(replace(gap(), where=spread, slices=()))
+    where = where_words.where_sentence(replace(gap(), where=spread, slices=()))
     assert where == "60 % of it is in surge, most of that steady"
 
 
 def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
-    assert words.where_note(gap()) == ""
+    assert where_words.where_note(gap()) == ""
     sway = replace(gap(), where=(Share("sway", "steady", 0.8), Share("surge", "steady", 0.2)))
     drifted = (Share("surge", "turning", 0.6), Share("sway", "steady", 0.3), Share("surge", "rest", 0.1))
     sway = replace(sway, drifted=drifted)
-    assert words.where_note(sway).startswith(
+    assert where_words.where_note(sway).startswith(
         "By drift it is another: 70 % of what the squared 5 s drift is beyond noise, in floors, is in surge."
     )
-    assert words.verdict_sentence(diagnosis(gap=sway, check=None)).startswith(
+    assert verdict_words.verdict_sentence(diagnosis(gap=sway, check=None)).startswith(
         "Quadratic drag explains the gap: by drift 60 % of it is in surge, turning (by force 80 % of it is in sway, "
         "steady); with it the model's"
     )
-    assert "by drift" not in words.verdict_sentence(diagnosis(gap=replace(sway, drifted=sway.where)))
+    assert "by drift" not in verdict_words.verdict_sentence(diagnosis(gap=replace(sway, drifted=sway.where)))
     assert "What is shared out is force, not drift" in read(diagnosis())
     assert "By drift it is another" in read(diagnosis(gap=sway))
-    assert words.where_note(replace(sway, before=1.1)) == ""
+    assert where_words.where_note(replace(sway, before=1.1)) == ""
 
 
 def test_most_is_not_said_of_what_is_no_more_than_half():
@@ -364,23 +377,23 @@ def test_most_is_not_said_of_what_is_no_more_than_half():
     )
     rest = Share("sway", "steady", 0.3)
     spread = (*(Share(dof, phase, share) for dof, phase, share in shares), rest)
-    where = words.where_sentence(replace(gap(), where=spread, slices=()))
+    where = where_words.where_sentence(replace(gap(), where=spread, slices=()))
     assert where == "40 % of it is in surge, the largest part of that steady"
 
 
 def test_speed_is_not_named_where_the_gap_does_not_go_with_it():
     even = tuple(Slice("surge", "speed", 0.2 * k, 0.2 * (k + 1), 0.3) for k in range(3))
-    assert words.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
+    assert where_words.where_sentence(replace(gap(), slices=even)).endswith("in surge, steady")
 
 
 def test_the_largest_parts_come_first_and_nothing_is_named_that_rounds_to_none():
-    assert words.where_lines(diagnosis()) == (
+    assert where_words.where_lines(diagnosis()) == (
         "71 % surge, steady",
         "15 % sway, turning",
         "12 % surge, accelerating",
     )
     tiny = replace(gap(), where=(Share("surge", "rest", 0.998), Share("yaw", "rest", 0.002)))
-    assert words.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
+    assert where_words.where_lines(diagnosis(gap=tiny)) == ("100 % surge, at rest",)
 
 
 def test_parameters_have_units_and_intervals_that_a_crew_reads():
@@ -528,7 +541,7 @@ def test_an_interval_of_nothing_but_one_number_is_left_out():
     assert words.percents(0.84, 0.94) == "84 % to 94 %"
     assert words.percents(-0.001, 0.004) == words.percents(NAN, 0.4) == ""
     none = Shrink(1.5, 1.5, 0.0, 0.0, 0.0)
-    assert words.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
+    assert verdict_words.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
         "On pieces held out: the 5 s drift goes from 1.5 floors to 1.5 floors, 0 % of what can be closed.",
     )
     assert "1.50\n1.50\n0 %\n—" in read(diagnosis(heldout=none))

@@ -167,6 +167,11 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     from tui.doubted import told
     from tui.parameter_files import write_accepted
 
+    if found.first:
+        return (
+            f"{path} was not written: the motion does not go the way the thrust pushes; mend how the sensors or the "
+            "thrusters are said to be mounted first.",
+        )
     if not found.accepted.effects:
         return (f"{path} was not written: {none_accepted(found.found)}.",)
     if not found.accepted.tells:
@@ -196,7 +201,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
 def _sends(path: Path, found: "Diagnosis") -> str:
     """What an upload of the file comes to on board."""
     from bridge.vehicle.coefficients import BY_NAME
-    from identify.diagnose.words import sorted_by_likelihood
+    from identify.diagnose.verdict_words import sorted_by_likelihood
 
     likely, _ = sorted_by_likelihood(found.found)
     upload = f"seatrial params upload {path} sends"
@@ -232,15 +237,15 @@ def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
 
 def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
     """The verdict, the causes with their parameters, where the gap lies, how far it shrinks, what to dive next."""
-    from identify.diagnose import words
+    from identify.diagnose import verdict_words, words
     from tui import show
 
-    show.say(console, words.verdict_sentence(found))
+    show.say(console, verdict_words.verdict_sentence(found))
     lines = (
         *words.cause_lines(found),
-        *words.character_lines(found),
+        *verdict_words.character_lines(found),
         *_where(found),
-        *words.shrink_lines(found),
+        *verdict_words.shrink_lines(found),
         *words.gain_lines(found),
         *words.next_lines(found),
         *found.notes,
@@ -251,12 +256,12 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
 
 def _where(found: "Diagnosis") -> tuple[str, ...]:
     """The largest parts of the gap, where there is one."""
-    from identify.diagnose import words
+    from identify.diagnose import where_words
 
     if found.verdict == "no_gap":
         return ()
-    lines = (f"Where: {line}." for line in words.where_lines(found))
-    return (*lines, *filter(None, (words.where_note(found.gap),)))
+    lines = (f"Where: {line}." for line in where_words.where_lines(found))
+    return (*lines, *filter(None, (where_words.where_note(found.gap),)))
 
 
 def _write(path: Path, text: str) -> None:

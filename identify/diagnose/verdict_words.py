@@ -1,0 +1,209 @@
+"""The verdict of a diagnosis in sentences, with how far the gap shrinks."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identify.diagnose import borne_out
+from identify.diagnose.diagnosis import Character, Diagnosis, Found, Shrink
+from identify.diagnose.probability import LIKELY
+from identify.diagnose.shrink import CHANCE, LEAST_GAP
+from identify.diagnose.where_words import gap_sentence, where_sentence
+from identify.diagnose.words import (
+    DRIFT_S,
+    capital,
+    effect_words,
+    listed,
+    name_of,
+    percent,
+    percent_sure,
+    percents,
+    words,
+)
+from identify.report.text import significant
+
+BY_CHANCE = f"1 ({1 - CHANCE:g} to {1 + CHANCE:g} by chance)"
+"""What noise alone makes of a drift, in floors."""
+
+NO_SHRINK = "there is too little gap to shrink"
+
+VARIABLES = {"yaw_rate": "yaw rate", "thrust_sign": "the sign of the thrust"}
+
+FRAMES = {
+    "body": "fixed to the body",
+    "world": "fixed to the world",
+    "neither": "fixed to neither body nor world",
+}
+
+PARITIES = {
+    "odd": "odd in speed: it turns its sign with it",
+    "even": "even in speed: it keeps its sign",
+    "neither": "neither odd nor even in speed",
+}
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """The verdict, where the gap lies and how far it shrinks, and under what provisos; before it what would make all of
+    that worthless."""
+    return " ".join((*diagnosis.first, _verdict(diagnosis), *diagnosis.provisos))
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
+    gap = diagnosis.gap
+    if diagnosis.verdict == "no_gap":
+        drift = f"the model's {DRIFT_S:g} s drift is {_floors(gap.before)}, where noise alone would give {BY_CHANCE}"
+        if gap.before > 1.0 + CHANCE:
+            return f"Nothing that lasts: {drift}, but neither a candidate nor any force that returns explains it."
+        return f"No gap: {drift}, and no candidate explains any of it."
+    likely, possible = sorted_by_likelihood(diagnosis.found)
+    if diagnosis.verdict == "unknown":
+        part = f" {capital(_explain(likely, 'part of the gap'))}." if likely else ""
+        part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
+        part = f"{part[:-1]}{borne_out.clause(diagnosis.heldout, diagnosis.check)}." if part else ""
+        told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
+        where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
+        return f"Something is there that no candidate explains: {where}{told}.{part}"
+    doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in likely if one.also)
+    no_gap = _opens_none(diagnosis)
+    if not likely:
+        causes = _may_explain(possible, "what shows" if no_gap else "the gap")
+    else:
+        many = len(likely) > 1
+        shows = "show, but open no gap" if many else "shows, but opens no gap"
+        causes = f"{_all(likely)} {shows}" if no_gap else _explain(likely, "the gap")
+        causes += doubt
+        if possible:
+            causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
+    causes += borne_out.clause(diagnosis.heldout, diagnosis.check)
+    shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
+    where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
+    return f"{capital(causes)}: {where}{shrink}."
+
+
+def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
+    """Causes that are told as such, and those that are told as possible."""
+    likely = tuple(one for one in found if one.probability >= LIKELY)
+    return likely, tuple(one for one in found if one.probability < LIKELY)
+
+
+def _explain(found: Sequence[Found], what: str) -> str:
+    return f"{_all(found)} {'explain' if len(found) > 1 else 'explains'} {what}"
+
+
+def _may_explain(found: Sequence[Found], what: str) -> str:
+    """A cause less probable than not: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
+    named = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in found])
+    return f"{named} may explain {what}"
+
+
+def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What the drift is over the whole dive, and how far it shrinks on pieces held out, and on the check dive where one
+    was given."""
+    fitted = _whole(diagnosis)
+    whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
+    told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
+    return (*whole, *(f"{where}: {_shrink(one)}." for where, one in told if one is not None))
+
+
+def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """What is known of that which no candidate explains."""
+    one = diagnosis.character
+    if one is None:
+        return ()
+    goes = f"It goes with {listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
+    lines = (
+        f"It acts in {listed(one.dof)}." if one.dof else "",
+        f"It is {FRAMES[one.frame]}.",
+        f"It is {PARITIES[one.parity]}.",
+        f"In time it is {one.timing}.",
+        goes,
+    )
+    return tuple(line for line in lines if line)
+
+
+def variable(name: str) -> str:
+    """What a force goes with, as a reader has it."""
+    return VARIABLES.get(name, name)
+
+
+def _told(one: Character) -> str:
+    goes = f", and goes with {listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
+    return f"it is {FRAMES[one.frame]}, {PARITIES[one.parity].split(':')[0]}, {one.timing}{goes}"
+
+
+def _shrink(one: Shrink) -> str:
+    falls = f"the {DRIFT_S:g} s drift goes from {_floors(one.before)} to {_floors(one.after)}"
+    if not math.isfinite(one.value):
+        return f"{falls}; {NO_SHRINK}"
+    interval = percents(one.low95, one.high95)
+    sure = f" (95 %: {interval})" if interval else ""
+    return f"{falls}, {percent(one.value)}{sure} of what can be closed"
+
+
+def _whole(diagnosis: Diagnosis) -> str:
+    """The drift that the gap is told by, with what the causes leave of it; empty without causes."""
+    after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    if not after or not diagnosis.found:
+        return ""
+    return f"the {DRIFT_S:g} s drift goes from {_floors(diagnosis.gap.before)} to {_floors(after[0])}"
+
+
+def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
+    """What drifts before and after, and where: by the best evidence there is, the check dive, pieces held out, the dive
+    itself."""
+    if diagnosis.check is not None:
+        return diagnosis.check, " on the check dive"
+    if diagnosis.heldout is not None:
+        return diagnosis.heldout, " on pieces held out"
+    before = diagnosis.gap.before
+    at = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
+    closed = before - at[0] if at and before - 1.0 > LEAST_GAP else math.nan
+    return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
+
+
+def _opens_none(diagnosis: Diagnosis) -> bool:
+    """Whether what was found makes no drift that noise alone would not, so that there is nothing to shrink."""
+    found = _drifts(diagnosis)
+    if found is None or max(found[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
+        return False
+    return not math.isfinite(found[0].value)
+
+
+def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
+    """What the drift falls to."""
+    found = _drifts(diagnosis)
+    if found is None:
+        return ""
+    (before, after), where = (found[0].before, found[0].after), found[1]
+    told = significant(before, 2), significant(after, 2)
+    if all(one.cause.effect.place == "log" for one in diagnosis.found):
+        return (
+            f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
+            f"drift is {_floors(after)}{where}{_no_more(before)}"
+        )
+    if told[0] == told[1]:
+        drift = f"{_floors(after)}{where}{_no_more(before)}"
+        return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
+    if no_gap:
+        drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_no_more(before)}"
+        return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
+    goes = "falls" if after < before else "goes"
+    change = f"{goes} from {told[0]} to {_floors(after)}{where}{_no_more(before)}"
+    return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
+
+
+def _no_more(before: float) -> str:
+    """That a drift is no larger than noise alone may make it, where it is not."""
+    return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
+
+
+def _all(found: Sequence[Found]) -> str:
+    return listed([name_of(one) for one in found])
+
+
+def _told_from(one: Found) -> str:
+    return f"{effect_words(one.cause.effect)} from {' or '.join(map(words, one.also))}"
+
+
+def _floors(value: float) -> str:
+    return f"{significant(value, 2)} floors"
