@@ -24,7 +24,7 @@ from bridge.parameters import ParameterServer, vehicle_table
 from bridge.ports import Arrival, Inbox, Losses, port_spec, run_ports
 from bridge.sensors.bar30 import FakeBar30, I2cBus
 from bridge.sensors.kvh1750 import encode_kvh1750
-from bridge.service import Bridge
+from bridge.service import BEAT_S, Bridge
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
 
 WITHIN_S = 10.0
@@ -57,6 +57,10 @@ class Ground:
                     return frame
             self._waiting += self._framer.feed(self._link.read(0.5))
         raise AssertionError("it did not come in time")
+
+    def silent(self, seconds: float) -> bool:
+        """Whether nothing comes for so long."""
+        return not self._link.read(seconds)
 
     def text(self, part: str) -> str:
         """What was said up to the words that hold `part`, in however many pieces."""
@@ -168,6 +172,27 @@ def test_what_arrives_while_the_loop_hangs_is_counted_and_told(monkeypatch: pyte
         ground.text("sensor reads lost")
         assert bridge.counts["arrivals lost"] > 0
         hung.set()
+    device.close()
+
+
+def test_the_heart_beats_in_the_loop_that_does_the_work_and_stands_still_with_it() -> None:
+    stuck, go_on = threading.Event(), threading.Event()
+    device, path = open_pty()
+
+    def work() -> None:
+        stuck.set()
+        assert go_on.wait(WITHIN_S)
+
+    with (
+        bridging(vehicle(fog=Device("kvh1750", port=path)), act=work) as (_, ground, _),
+        feeding(device, encode_kvh1750(np.full(20, 0.25))),
+    ):
+        assert stuck.wait(WITHIN_S)
+        # Ports are read all the while, by threads of their own, which must not pass for a bridge that lives.
+        assert ground.silent(2.5 * BEAT_S)
+        go_on.set()
+        assert ground.reading("alive").values[0] == 0.0
+        assert ground.reading("fog").values[0] == pytest.approx(0.25, abs=1e-5)
     device.close()
 
 
