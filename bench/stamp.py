@@ -23,7 +23,10 @@ MISSIONS = (
     "bench/trial.py",
     "bridge/errors.py",
     "bridge/framing.py",
+    "bridge/plain.py",
+    "bridge/printable.py",
     "bridge/schema.py",
+    "bridge/secret.py",
     "bridge/tlog.py",
     "bridge/vehicle/coefficients.py",
     "bridge/vehicle/config.py",
@@ -34,6 +37,7 @@ MISSIONS = (
     "identify/dive.py",
 )
 LEARNT = (
+    "bridge/ring/whole.py",
     "identify/*.py",
     "identify/estimators",
     "identify/ingest",
@@ -41,6 +45,7 @@ LEARNT = (
 )
 BASELINES = (
     "bench/baselines",
+    "bridge/ring/whole.py",
     "identify/*.py",
     "identify/estimators/paper*.py",
     "identify/estimators/said.py",

@@ -10,6 +10,7 @@ PLACE = Path(__file__).resolve().parents[2]
 
 ANSWERING = (
     "bridge/*.py",
+    "bridge/ring/whole.py",
     "bridge/vehicle/*.py",
     "configs/columns/*.yaml",
     "configs/thrusters/*.csv",

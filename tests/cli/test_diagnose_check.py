@@ -94,4 +94,4 @@ def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little()
 
     assert told(check) == []
     (note,) = told(short)
-    assert note.startswith("The check dive lasts 35 s, too short to tell how far the gap shrinks; dive 60 s")
+    assert note.startswith("The check dive lasts 34 s, too short to tell how far the gap shrinks; dive 60 s")

@@ -43,7 +43,7 @@ def test_a_whole_recording_that_is_short_is_named_by_its_path_and_not_said_to_be
 ) -> None:
     code, said = refused(dive, dive.parent, capsys)
     assert code == exit_codes.NO
-    assert f"{dive}: lasts 30 s, too short to tell one cause from another; record 60 s or more" in said
+    assert f"{dive}: lasts 29 s, too short to tell one cause from another; record 60 s or more" in said
 
 
 def test_a_column_map_is_refused_where_no_recording_is_a_table(
