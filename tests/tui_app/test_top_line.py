@@ -111,14 +111,25 @@ def test_the_off_switch_stays_until_it_is_acknowledged():
     "forcing",
     [
         Forcing("vehicle 1: sent 14 times, no answer for 9.0 s", 14, False),
-        Forcing("vehicle 1: off, as read back", 5, True),
+        Forcing("vehicle 1: off, as read back and as its telemetry says", 5, True),
     ],
 )
+@pytest.mark.parametrize("armed_age_s", [0.4, 4.0])
 @pytest.mark.parametrize("armed", Armed)
-def test_the_hours_of_the_disk_stay_while_the_off_switch_is_told(armed, forcing):
-    words = joined(first(replace(with_picture(armed=armed, armed_age_s=4.0), forcing=forcing)))
-    assert "41 h left" in words
-    assert "FF OFF" in words
+def test_the_clock_of_the_recording_and_the_disk_stay_while_the_off_switch_is_told(
+    armed, armed_age_s, forcing
+):
+    words = joined(first(replace(with_picture(armed=armed, armed_age_s=armed_age_s), forcing=forcing)))
+    assert "REC 00:12:31  41 h left" in words
+    assert ("FF OFF, " if forcing.done else "FF OFF") in words
+    assert len(words) <= 80
+
+
+def test_the_off_switch_that_is_done_is_never_told_by_the_words_of_one_that_is_not():
+    never = replace(picture().links[0], age_s=math.inf, lost=True)
+    done = Forcing("vehicle 1: off, as read back", 5, True)
+    shown = replace(with_picture(armed=Armed.UNKNOWN, links=(never,)), forcing=done)
+    assert joined(first(shown)).rstrip().endswith(("FF OFF, acknowledged", "FF OFF, done"))
 
 
 @pytest.mark.parametrize("cells", [60, 80, 100, 160])

@@ -52,11 +52,12 @@ def test_its_state_stands_in_the_top_line_until_it_is_acknowledged():
     views = FixedViews(replace(view(), forcing=Forcing("sent 4 times, no answer for 2.0 s", 4, False)))
 
     async def work(app, pilot):
-        assert "FF OFF: sent 4 times, no answer for 2.0 s" in top(app)
+        assert " FF OFF sent 4 times" in top(app)
+        assert "REC 00:12:31" in top(app)
         views.shown = replace(view(), forcing=Forcing("off", 5, True))
         app._show()
         await pilot.pause()
-        assert "FF OFF, " in top(app)
+        assert "FF OFF, off" in top(app)
         views.shown = replace(view(), picture=replace(view().picture, ff_mode=0))
         app._show()
         await pilot.pause()

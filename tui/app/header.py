@@ -111,7 +111,7 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
     age_s = link.age_s
     if link.lost or age_s > STALE_S:
         seconds = f"{age_s:.0f} s" if math.isfinite(age_s) else "never heard"
-        return Piece(8, "lost", (f" LINK LOST {seconds} ",))
+        return Piece(8, "lost", (f" LINK LOST {seconds} ", " LINK LOST "))
     loss, address = f"loss {100 * link.loss:.0f} %", f"sys {link.system}/{link.component}"
     return Piece(
         8,
@@ -130,11 +130,11 @@ def _recording(view: View) -> Piece:
         return Piece(7, "lost", (" NOT RECORDING ", " NOT REC "))
     clock = f"REC {stopwatch(view.unix_s - recording.began_unix_s)}"
     if not math.isfinite(recording.disk_left_s):
-        return Piece(7, "plain", (f"{clock}  nothing comes", clock))
+        return Piece(11, "plain", (f"{clock}  nothing comes", clock))
     lasts = left(recording.disk_left_s)
     if recording.disk_left_s < SHORT_DISK_S:
-        return Piece(7, "lost", (f" {clock}  {lasts} ", f" REC {lasts} "))
-    return Piece(6, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", f"REC {lasts}"))
+        return Piece(11, "lost", (f" {clock}  {lasts} ", f" REC {lasts} "))
+    return Piece(11, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", f"REC {lasts}"))
 
 
 def _feedforward(view: View) -> Piece:
@@ -151,10 +151,10 @@ def _feedforward(view: View) -> Piece:
 
 def _forced(forcing: Forcing) -> Piece:
     if forcing.done:
-        return Piece(8, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF"))
+        return Piece(10, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF, done"))
     times = {0: "not sent yet", 1: "sent once"}.get(forcing.sent, f"sent {forcing.sent} times")
     return Piece(
-        8,
+        10,
         "lost",
         (f" FF OFF: {forcing.words} ", f" FF OFF {times} ", f" FF OFF {forcing.sent}x ", " FF OFF "),
     )

@@ -50,7 +50,7 @@ class WatchScreen(StationScreen):
             "i",
             "identify",
             "Identify",
-            "identify the dive just made; of one that is still recorded, what is there",
+            "identify the last dive, or what there is of it",
         ),
         Action("watch.charts", "c", "charts", "Charts", "the other charts, where not all fit", looks=True),
         Action("watch.words", "w", "words", "Words", "all that the vehicle said last, and back", looks=True),
