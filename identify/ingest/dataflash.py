@@ -56,6 +56,11 @@ class _Table:
 
 def read_dataflash(path: Path) -> dict[str, Any]:
     """The fields of a Dive (all but its name, source and hash) in a `.BIN`. Raises LogError."""
+    return read_log(path)[0]
+
+
+def read_log(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
+    """What `read_dataflash` gives, and the autopilot's parameters as the log states them first. Raises LogError."""
     data, _ = load_bytes(path)
     if not data:
         raise LogError(f"{path}: is empty; nothing was recorded in it")
@@ -69,7 +74,8 @@ def read_dataflash(path: Path) -> dict[str, Any]:
     counts = {formats[kind].name: len(found) for kind, found in starts.items()}
     notes = (f"{skipped} of {len(data)} bytes are damaged and were skipped.",) if skipped else ()
     filtered = "velocity" in signals and log.table("VISO") is None
-    return {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
+    fields = {**signals, "velocity_is_filtered": filtered, "counts": counts, "notes": notes}
+    return fields, _parameters(log)
 
 
 def _index(data: bytes) -> tuple[dict[int, _Format], dict[int, list[int]], int]:
@@ -126,14 +132,21 @@ class _Log:
     formats: dict[int, _Format]
     starts: dict[int, list[int]]
 
-    def table(self, name: str, **equal: int) -> _Table | None:
-        """The records called `name`, of those fields' values where the record has such fields."""
+    def bodies(self, name: str) -> tuple[NDArray[Any], dict[str, float]] | None:
+        """All bodies of the records called `name` as the log has them, and their scales; None where it has none."""
         kind = next((k for k in self.starts if self.formats[k].name == name), None)
         if kind is None:
             return None
         layout, scales = self.formats[kind].layout, self.formats[kind].scales
         index = np.array(self.starts[kind])[:, None] + np.arange(layout.itemsize)
-        body = np.ascontiguousarray(self.data[index]).view(layout)[:, 0]
+        return np.ascontiguousarray(self.data[index]).view(layout)[:, 0], scales
+
+    def table(self, name: str, **equal: int) -> _Table | None:
+        """The records called `name`, of those fields' values where the record has such fields."""
+        found = self.bodies(name)
+        if found is None:
+            return None
+        body, scales = found
         for field, value in equal.items():
             if field in scales:
                 body = body[body[field] == value]
@@ -152,6 +165,24 @@ class _Log:
         if table is None or any(column not in table.scales for column in columns):
             return None
         return Signal(table.time_s, table.columns(*columns) * scale)
+
+
+def _parameters(log: _Log) -> dict[str, float]:
+    """By name, as they were when the log began: a change is written again, later."""
+    found = log.bodies("PARM")
+    if found is None:
+        return {}
+    body, scales = found
+    if (
+        not {"Name", "Value"} <= set(body.dtype.names or ())
+        or "Value" not in scales
+        or body["Name"].dtype.kind != "S"
+    ):
+        return {}
+    told: dict[str, float] = {}
+    for name, value in zip(body["Name"].tolist(), body["Value"].tolist(), strict=True):
+        told.setdefault(name.decode("ascii", "replace"), float(value))
+    return told
 
 
 def _signals(log: _Log) -> dict[str, Signal]:

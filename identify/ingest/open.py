@@ -15,6 +15,7 @@ from identify.ingest.dataflash import read_dataflash
 from identify.ingest.frozen import without_frozen
 from identify.ingest.gaps import gaps
 from identify.ingest.identity import identity_of
+from identify.ingest.logs import logs_beside, with_logs
 from identify.ingest.possible import without_impossible
 from identify.ingest.repeated import without_repeated
 from identify.ingest.table import column_map, read_table
@@ -51,7 +52,8 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
 
 
 def recording_files(path: Path) -> list[Path]:
-    """The files of one recording: itself, or a dive folder's: the one that was made whole, else all as they were begun.
+    """The files of one recording: itself, or a dive folder's: the one that was made whole, else all as they were begun,
+    and then the autopilot's logs that lie beside them.
 
     Raises LogError.
     """
@@ -65,6 +67,8 @@ def recording_files(path: Path) -> list[Path]:
     if len(own) > 1 and own is found:
         names = ", ".join(file.name for file in found)
         raise LogError(f"{path}: holds several recordings ({names}); name one of them")
+    if ours:
+        return [*own, *logs_beside(path)]
     own = own or [file for file in path.glob("telemetry.*") if file.suffix.lower() in (".bin", ".csv")]
     if not own:
         raise LogError(f"{path}: holds no recording; {FORMS}")
@@ -80,7 +84,8 @@ def _number(file: Path) -> int:
 def _fields(files: Sequence[Path], columns: Path | None, source: str) -> dict[str, Any]:
     name = files[0].name.lower()
     if name.endswith((".tlog", ".tlog.gz")):
-        return read_tlog(files, source)
+        heard = [file for file in files if not file.name.lower().endswith(".bin")]
+        return with_logs(read_tlog(heard, source), heard, files[len(heard) :])
     if name.endswith(".bin"):
         return read_dataflash(files[0])
     if name.endswith(".csv"):

@@ -35,3 +35,14 @@ def to_body(quaternion: Array, north_east_down: Array) -> Array:
     w, r = quaternion[:, :1], -quaternion[:, 1:]
     turned = 2.0 * np.cross(r, north_east_down)
     return north_east_down + w * turned + np.cross(r, turned)
+
+
+def to_body_turn(before: Array, after: Array) -> Array:
+    """(n, 3) rotation vectors in body axes that turn attitudes (n, 4) into others (n, 4), the shorter way, in rad."""
+    w0, r0, w1, r1 = before[:, :1], before[:, 1:], after[:, :1], after[:, 1:]
+    w = w0 * w1 + (r0 * r1).sum(axis=1, keepdims=True)
+    r = w0 * r1 - w1 * r0 - np.cross(r0, r1)
+    r, w = np.where(w < 0, -r, r), np.abs(w)
+    half = np.arctan2(np.linalg.norm(r, axis=1, keepdims=True), w)
+    turn: Array = 2.0 * r / np.sinc(half / np.pi)
+    return turn

@@ -1,0 +1,98 @@
+"""A vehicle that turns, and what two recorders with clocks of their own made of it: a `.tlog` and a `.BIN`."""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from bridge.framing import Encoder
+
+MAGIC: Final = b"\xa3\x95"
+UNIX_S: Final = 1_790_000_000.0
+KINDS: Final = {
+    "ATT": (1, "QccC", "TimeUS,Roll,Pitch,Yaw"),
+    "IMU": (2, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    "RCOU": (3, "QHHHH", "TimeUS,C1,C2,C3,C4"),
+    "PARM": (4, "QNf", "TimeUS,Name,Value"),
+}
+SIZES: Final = {"Q": 8, "c": 2, "C": 2, "B": 1, "f": 4, "H": 2, "N": 16, "n": 4, "Z": 64}
+
+
+class Turning:
+    """Yaw about which it turns, in rad at times of its own; `seed` is the dive."""
+
+    def __init__(self, seed: int = 0) -> None:
+        rng = np.random.default_rng(seed)
+        self._rates, self._phases = rng.uniform(0.15, 1.5, 12), rng.uniform(0.0, 2 * np.pi, 12)
+
+    def yaw_rad(self, time_s: Any) -> Any:
+        angles = np.multiply.outer(np.asarray(time_s), self._rates) + self._phases
+        return (0.15 / self._rates * np.sin(angles)).sum(axis=-1)
+
+    def rate_rad_s(self, time_s: Any) -> Any:
+        angles = np.multiply.outer(np.asarray(time_s), self._rates) + self._phases
+        return (0.15 * np.cos(angles)).sum(axis=-1)
+
+    def pwm_us(self, time_s: Any) -> Any:
+        return np.round(1500 + 150 * self.rate_rad_s(time_s)).astype(int)
+
+
+def heard(
+    path: Path,
+    turning: Turning,
+    seconds: float = 300.0,
+    pwm_hz: float = 2.0,
+    component: int = 191,
+    autopilot: int = mav.MAV_AUTOPILOT_INVALID,
+    system: int = 1,
+) -> Path:
+    """A `.tlog` from boot second 100 on: rates of turn at 20 Hz, thruster commands at `pwm_hz`, heartbeats."""
+    encoder, data = Encoder(system, component), b""
+
+    def put(boot_s: float, message: Any) -> bytes:
+        return struct.pack(">Q", round((UNIX_S + boot_s + 0.02) * 1e6)) + encoder.encode(message)
+
+    for k in range(round(20 * seconds)):
+        boot_s = 100.0 + k / 20
+        us, rate = round(boot_s * 1e6), float(turning.rate_rad_s(boot_s))
+        data += put(
+            boot_s, mav.MAVLink_highres_imu_message(us, 0, 0, -9.81, 0, 0, rate, 0, 0, 0, 0, 0, 0, 0, 63, 0)
+        )
+        if k % round(20 / pwm_hz) == 0:
+            pwm = [float(turning.pwm_us(boot_s)), 1500.0, 1500.0, 1500.0, *[0.0] * 28]
+            data += put(boot_s, mav.MAVLink_actuator_output_status_message(us, 4, pwm))
+        if k % 20 == 0:
+            data += put(boot_s, mav.MAVLink_heartbeat_message(12, autopilot, 128, 0, 4, 3))
+    path.write_bytes(data)
+    return path
+
+
+def logged(
+    path: Path,
+    turning: Turning,
+    clock: Callable[[float], float],
+    start_s: float = 110.0,
+    seconds: float = 280.0,
+    noise_rad_s: float = 0.002,
+    parameters: dict[str, float] | None = None,
+) -> Path:
+    """A `.BIN` of boot seconds from `start_s` on, dated by a clock of its own: rates of turn and commands at 25 Hz."""
+    data, rng = b"", np.random.default_rng(9)
+    for name, (kind, letters, columns) in KINDS.items():
+        length = 3 + sum(SIZES[letter] for letter in letters)
+        head = struct.pack("<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode())
+        data += MAGIC + b"\x80" + head
+    for name, value in (parameters or {}).items():
+        data += MAGIC + b"\x04" + struct.pack("<Q16sf", 1, name.encode(), value)
+    for k in range(round(25 * seconds)):
+        boot_s = start_s + k / 25
+        us = round(clock(boot_s) * 1e6)
+        x, y, z = (float(n) for n in rng.normal(0.0, noise_rad_s, 3))
+        z += float(turning.rate_rad_s(boot_s))
+        data += MAGIC + b"\x02" + struct.pack("<QB6f", us, 0, x, y, z, 0.0, 0.0, -9.81)
+        data += MAGIC + b"\x03" + struct.pack("<Q4H", us, int(turning.pwm_us(boot_s)), 1500, 1500, 1500)
+    path.write_bytes(data)
+    return path
