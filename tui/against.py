@@ -1,6 +1,7 @@
 """`diagnose REAL --against SIM`: what a simulator must gain, on the screen and in files."""
 
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,7 +38,9 @@ def run(arguments: Namespace) -> int:
     # Files first: whoever reads the table may leave before its end.
     show.write_json(plain(found), arguments.json)
     written = (
-        pages.publish(arguments, against_report(found), (real, sim), file) if pages.wanted(arguments) else []
+        pages.publish(arguments, partial(against_report, found), (real, sim), file)
+        if pages.wanted(arguments)
+        else []
     )
     console = show.results(arguments.json)
     for line in (*told(found), *written):

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 UNTOLD = ("report", "figures", "json", "csv", "out")
 """Where a result goes is no setting of it."""
+
+WRITING = "writing the page"
 
 
 def add_figures(parser: argparse.ArgumentParser) -> None:
@@ -38,24 +40,32 @@ def wanted(arguments: argparse.Namespace) -> bool:
 
 def publish(
     arguments: argparse.Namespace,
-    report: "Report",
+    report: "Callable[[], Report]",
     dives: "Sequence[Dive]",
     file: "VehicleFile",
     page: str | None = None,
 ) -> list[str]:
-    """Write what was asked for, `page` or else where --report says; in sentences, what was written."""
-    from identify.report.page import write_report
-    from identify.report.paper import write_figures
-    from identify.report.provenance import with_provenance
+    """Write what was asked for, `page` or else where --report says, with progress, for drawing takes long; in
+    sentences, what was written."""
+    from tui import show
+    from tui.told import PAGE
 
-    whole = with_provenance(report, dives, file, settings(arguments))
-    told = []
-    if page := page or arguments.report:
-        told.append(f"report: {write_report(Path(page), whole)}")
-    if arguments.figures:
-        files = write_figures(Path(arguments.figures), whole)
-        told.append(f"figures: {arguments.figures} ({len(files) // 2}, each as SVG and PNG)")
-    return told
+    written = []
+    with show.progress(PAGE) as tell:
+        tell(0.0, WRITING)
+        from identify.report.page import write_report
+        from identify.report.paper import write_figures
+        from identify.report.provenance import with_provenance
+
+        whole = with_provenance(report(), dives, file, settings(arguments))
+        if page := page or arguments.report:
+            path = write_report(Path(page), whole, lambda share: tell(share, WRITING))
+            written.append(f"report: {path}")
+        if arguments.figures:
+            tell(1.0, "writing the figures")
+            files = write_figures(Path(arguments.figures), whole)
+            written.append(f"figures: {arguments.figures} ({len(files) // 2}, each as SVG and PNG)")
+    return written
 
 
 def settings(arguments: argparse.Namespace) -> dict[str, str]:

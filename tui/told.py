@@ -7,6 +7,12 @@ from dataclasses import dataclass
 
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 
+PAGE = "page"
+"""What is told of while the page of a verb is written: its result is there by then."""
+
+ANSWERED = "answered"
+"""Begins what a method tells once it is done, with its values."""
+
 _LINE = re.compile(r"(\w+): (.+)")
 _VALUE = re.compile(r"(\w+) (\S+) ± (\S+?)(?:,|$)")
 
@@ -23,6 +29,11 @@ class Told:
     def values(self) -> dict[str, tuple[float, float]]:
         """The parameters that the words tell so far, with the half of their 95 % intervals; SI units."""
         return {name: (float(value), float(half)) for name, value, half in _VALUE.findall(self.words)}
+
+    @property
+    def is_answer(self) -> bool:
+        """Whether a method is done, and the values are those that it answers."""
+        return self.share >= 1.0 and f"{ANSWERED}: " in self.words
 
     @property
     def line(self) -> tuple[str, str] | None:

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -63,12 +63,18 @@ class Report:
     sections: tuple[Section, ...] = ()
 
 
-def write_report(path: Path, report: Report) -> Path:
-    """Write the page to `path`, which holds either the old page or the whole new one. Raises LogError."""
+def _unseen(share: float) -> None:
+    """Progress that nobody watches."""
+    del share
+
+
+def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _unseen) -> Path:
+    """Write the page to `path`, which holds either the old page or the whole new one; `drawn` hears which share of its
+    figures is drawn. Raises LogError."""
     part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(render_report(report), encoding="utf-8")
+        part.write_text(render_report(report, drawn), encoding="utf-8")
         os.replace(part, path)
     except OSError as error:
         reason = error.strerror or error
@@ -76,14 +82,16 @@ def write_report(path: Path, report: Report) -> Path:
     return path
 
 
-def render_report(report: Report) -> str:
-    """The page as HTML."""
+def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> str:
+    """The page as HTML; `drawn` as for `write_report`."""
     headings = _told_apart([section.heading for section in report.sections])
     links = "".join(f'<li><a href="#part-{i}">{safe(h)}</a></li>' for i, h in enumerate(headings, start=1))
-    parts = "\n".join(
-        _section(section, heading, f"part-{i}")
-        for i, (section, heading) in enumerate(zip(report.sections, headings, strict=True), start=1)
-    )
+    parts, done, figures = [], 0, sum(len(section.figures) for section in report.sections)
+    for i, (section, heading) in enumerate(zip(report.sections, headings, strict=True), start=1):
+        parts.append(_section(section, heading, f"part-{i}"))
+        done += len(section.figures)
+        drawn(done / max(figures, 1))
+    body = "\n".join(parts)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -99,7 +107,7 @@ def render_report(report: Report) -> str:
 {_told("subtitle", report.subtitle)}{_told("verdict", report.verdict)}<nav aria-label="Parts"><ul>{links}</ul></nav>
 </header>
 <main>
-{parts}
+{body}
 </main>
 </body>
 </html>

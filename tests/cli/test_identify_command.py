@@ -17,6 +17,7 @@ from identify.challenge.recording import tlog_of
 from identify.dive import Signal
 from identify.ingest.open import read_dive
 from tui import cli, exit_codes
+from tui.told import read
 
 ROOT = Path(__file__).resolve().parents[2]
 DIVE = ROOT.parent / "shared" / "sealed" / "open_1" / "dive.tlog.gz"
@@ -90,6 +91,30 @@ def test_files_are_written_though_the_reader_of_the_table_leaves_at_its_first_li
         identify(minute, "--json", out, "--report", page)
     assert json.loads(out.read_text(encoding="utf-8"))["method"] == "likelihood"
     assert page.exists()
+
+
+@needs_shared
+def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_path, monkeypatch, capfd):
+    out, param = tmp_path / "out.json", tmp_path / "out.param"
+    monkeypatch.setenv("SEATRIAL_PROGRESS", "json")
+    seen = []
+
+    def drawn(*_words):
+        shown = capfd.readouterr()
+        told = [told for line in shown.err.splitlines() if (told := read(line)) is not None]
+        seen.append((out.exists(), param.exists(), "low 95 %" in shown.out, told))
+        return []
+
+    monkeypatch.setattr("tui.pages.publish", drawn)
+    assert (
+        identify(minute, "--json", out, "--param", param, "--report", tmp_path / "x.html") == exit_codes.DONE
+    )
+    ((*there, told),) = seen
+    assert there == [True, True, True]
+    assert [one.share for one in told if one.is_answer] == [1.0]
+    assert told[-1].is_answer
+    value = next(p["value"] for p in json.loads(out.read_text("utf-8"))["parameters"] if p["name"] == "M_u")
+    assert told[-1].values["M_u"][0] == pytest.approx(value, rel=1e-3)
 
 
 @needs_shared

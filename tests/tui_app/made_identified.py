@@ -58,6 +58,15 @@ def passes(count=3):
     return tuple(told)
 
 
+def answer(method="likelihood"):
+    """What a method tells once it is done."""
+    values = ", ".join(f"{name} {value:.4g} ± {0.03 * value:.2g}" for name, value in VALUES.items())
+    return Told(f"{method}: d", 1.0, f"{method}: answered: {values}")
+
+
+PAGE = Told("page", 0.25, "writing the page")
+
+
 def leave(words, result=None):
     """Write what the verb writes, where its words want it."""
     words = list(words)

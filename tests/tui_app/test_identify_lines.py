@@ -5,7 +5,7 @@ import os
 
 import numpy as np
 import pytest
-from made_identified import DOUBT, REASON, identified, leave, passes
+from made_identified import DOUBT, PAGE, REASON, answer, identified, leave, passes
 
 from bridge.vehicle.coefficients import BY_NAME
 from gcs_plugin.params.last_accepted import AcceptedValue
@@ -52,6 +52,24 @@ def test_a_bar_for_each_method_tells_how_far_it_is_and_what_it_does():
 def test_a_job_that_has_told_nothing_reads_the_dive_and_one_that_is_stopped_says_so():
     assert said(progress(JobState(WORDS, 0.0), 1.0, 80))[1] == "reading the dive"
     assert said(progress(JobState(WORDS, 0.0, cancelled=True), 1.0, 80))[0].startswith("STOPPING")
+
+
+def test_the_answer_of_one_method_stands_beside_the_curves_of_the_other_as_soon_as_it_is_there():
+    told = (*passes(), answer(), *passes(4)[-1:])
+    assert said(curves(told, 80, 18))[0].startswith("M_u      111.8 ± 2.8 kg        vs 111.7 ")
+    assert said(progress(JobState(WORDS, 0.0, told), 1.0, 80))[1].endswith("100 %  answered")
+    assert len(passes_of(told)[0].value) == 4
+
+
+def test_an_answer_alone_is_told_line_by_line_with_its_intervals():
+    assert said(curves((answer(),), 80, 18))[0] == "M_u      111.7 ± 3.4 kg  by likelihood"
+
+
+def test_once_all_have_answered_there_is_one_bar_for_the_page_that_is_written():
+    told = (*passes(), answer(), answer("pinn"), PAGE)
+    assert said(progress(JobState(WORDS, 0.0, told), 1.0, 80)) == [
+        "page        ██████░░░░░░░░░░░░░░░░░░  25 %  writing the page"
+    ]
 
 
 def test_values_are_gathered_pass_by_pass():
@@ -168,6 +186,10 @@ def test_a_run_that_failed_says_why_and_one_that_was_stopped_that_it_was():
     assert said(ended(silent, 80)) == ["identify ended with exit code -9 and said nothing"]
     stopped = JobState(WORDS, 0.0, done=Done(exit_codes.INTERRUPTED, None, ()), ended_s=4.0, cancelled=True)
     assert said(ended(stopped, 80))[0].startswith("2026-11-21T0352Z-hovering: stopped by you after 00:00:04")
+    drawing = JobState(WORDS, 0.0, (PAGE,), done=stopped.done, ended_s=4.0, cancelled=True)
+    assert said(ended(drawing, 80)) == [
+        "2026-11-21T0352Z-hovering: its page was stopped by you; its values are below"
+    ]
     assert ended(JobState(WORDS, 0.0, done=Done(exit_codes.NO, {}, ())), 80) == ()
     assert ended(RUNNING, 80) == ()
 

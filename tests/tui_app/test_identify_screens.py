@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from made_dives import DECK, HOVERING, FakeVerbs, desk
-from made_identified import leave, passes
+from made_identified import PAGE, answer, leave, passes
 from made_view import UNIX_S, FixedViews
 from screen_text import check, made, pressed, run, text
 
@@ -16,6 +16,7 @@ from tui.app.found import places
 from tui.app.identify_lines import words_for
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
+from tui.app.screens.parameters import ParametersScreen
 from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
@@ -144,6 +145,25 @@ def test_the_curves_can_be_looked_at_afterwards_and_escape_goes_back(dive):
         assert "┤" not in text(app)
 
     run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
+
+
+def test_the_result_is_there_and_goes_to_parameters_while_its_page_is_still_written(dive):
+    verbs = FakeVerbs({}, tells=(*passes(), answer(), answer("pinn"), PAGE))
+
+    async def work(app, pilot):
+        await pressed(pilot, "3")
+        leave(words_for(str(dive), "", places(dive)))
+        await pressed(pilot, "i")
+        await shown(app, pilot)
+        assert app.desk.jobs.runs("identify")
+        assert "11 of 12 coefficients" in text(app)
+        assert "25 %  writing the page" in text(app)
+        await pressed(pilot, "p")
+        assert isinstance(app.screen, ParametersScreen)
+        assert app.desk.jobs.runs("identify")
+
+    run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
+    assert verbs.words[-1][:3] == ("params", "diff", str(places(dive)["--param"]))
 
 
 def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):

@@ -30,7 +30,7 @@ class Passes:
 
 def passes_of(told: Sequence[Told]) -> tuple[Passes, ...]:
     """What was told of each parameter, pass by pass; one that a pass leaves out is NaN there."""
-    steps = [values for one in told if (values := one.values)]
+    steps = [values for one in told if not one.is_answer and (values := one.values)]
     names = dict.fromkeys(name for values in steps for name in values)
     nothing = (np.nan, np.nan)
     return tuple(
@@ -39,8 +39,9 @@ def passes_of(told: Sequence[Told]) -> tuple[Passes, ...]:
     )
 
 
-def converging(passes: Passes, unit: str, cells: int, rows: int) -> Lines:
-    """The value and its interval now, and a curve of both: the value in steps, the ends of its interval dotted."""
+def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "") -> Lines:
+    """The value and its interval now, and a curve of both: the value in steps, the ends of its interval dotted.
+    `beside` is what others say of it, "" while they say nothing: then the number of passes stands there."""
     value, half = passes.value, passes.half
     head: Line = ((f"{passes.name:<6}", "plain"), (f"{significant(float(value[-1])):>8}", "strong"))
     told: Line = ((f" ± {significant(float(half[-1]), 2)}", "reference"), (f" {unit}", "quiet"))
@@ -48,7 +49,7 @@ def converging(passes: Passes, unit: str, cells: int, rows: int) -> Lines:
     across = cells - AXIS_CELLS
     if rows <= CURVE_ROWS or across < 1:
         return (_cut(head, cells),)
-    head = apart(head, ((f"pass {len(value)}", "quiet"),), cells)
+    head = apart(head, ((beside or f"pass {len(value)}", "reference" if beside else "quiet"),), cells)
     bottom, top = _range(value, half)
     count = max(len(value), LEAST_PASSES)
     low, middle, high = (

@@ -13,7 +13,7 @@ from tui.app.lines import Line, Lines, Role, cut, heading, width
 from tui.app.shown import day, number, stopwatch
 from tui.app.wrapped import hanging
 from tui.show import number as significant
-from tui.told import Told
+from tui.told import PAGE, Told
 
 BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
@@ -23,8 +23,11 @@ COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'acce
 
 
 def progress(state: JobState, now_s: float, cells: int) -> Lines:
-    """A bar for each method, and how long it has taken."""
-    newest = {told.of.split(":")[0]: told for told in state.told}
+    """A bar for each method, and how long it has taken; once it has answered, one for the page that is written."""
+    newest = {_method(told): told for told in state.told}
+    page = newest.pop(PAGE, None)
+    if page is not None and state.runs:
+        return (_bar(PAGE, page, cells),)
     clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
     title = "STOPPING" if state.cancelled and state.runs else "IDENTIFYING"
     lines: list[Line] = [heading(f"{title} {_dive(state)}", clock, cells)]
@@ -52,22 +55,54 @@ def _bar(method: str, told: Told, cells: int) -> Line:
 
 
 def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
-    """A chart for each parameter that was told, beside and under each other, as large as there is room for."""
-    passes = passes_of(told)
+    """A chart for each parameter that was told, beside and under each other, as large as there is room for; beside its
+    value that of another method which has answered already."""
+    passes, answered = passes_of(told), answers(told)
     if not passes:
-        return ()
+        return _answers(answered, cells)
+    own = next(_method(one) for one in told if one.values and not one.is_answer)
+    beside = {method: values for method, values in answered.items() if method != own}
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
     each, high = cells // columns, max(rows // below, 1)
     lines: list[Line] = []
     for row in range(below):
         charts = [
-            converging(one, _unit(one.name), each - 1, high)
+            converging(one, _unit(one.name), each - 1, high, _said(beside, one.name))
             for one in passes[row * columns : (row + 1) * columns]
         ]
         for y in range(max(map(len, charts))):
             lines.append(_beside([chart[y] if y < len(chart) else () for chart in charts], each))
     return tuple(lines)
+
+
+def answers(told: Sequence[Told]) -> dict[str, dict[str, tuple[float, float]]]:
+    """By method what it has answered: each value with half of its 95 % interval."""
+    return {_method(one): one.values for one in told if one.is_answer and one.values}
+
+
+def _method(told: Told) -> str:
+    return told.of.split(":")[0]
+
+
+def _answers(answered: Mapping[str, Mapping[str, tuple[float, float]]], cells: int) -> Lines:
+    """The values of the methods that have answered, a parameter a line."""
+    return tuple(
+        (
+            (f"{name:<6}", "plain"),
+            (f"{significant(value):>8}", "strong"),
+            (f" ± {significant(half, 2)}", "reference"),
+            (cut(f" {_unit(name)}  by {method}", cells - 18), "quiet"),
+        )
+        for method, values in answered.items()
+        for name, (value, half) in values.items()
+    )
+
+
+def _said(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) -> str:
+    """What other methods say of a parameter."""
+    said = (f"vs {significant(values[name][0])}" for values in answered.values() if name in values)
+    return ", ".join(said)
 
 
 def _unit(name: str) -> str:
@@ -83,6 +118,8 @@ def ended(state: JobState, cells: int) -> Lines:
     done = state.done
     if done is None or (done.code in AFTER_A_RUN and not state.cancelled):
         return ()
+    if state.cancelled and state.draws:
+        return hanging(f"{_dive(state)}: its page was stopped by you; its values are below", "warn", cells)
     if state.cancelled:
         took = stopwatch((state.ended_s or state.began_s) - state.began_s)
         return hanging(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from bridge.errors import ConfigError
 from tui import exit_codes, job
 from tui.job import Done
-from tui.told import Told
+from tui.told import PAGE, Told
 
 Work = Callable[[Sequence[str], Callable[[Told], None]], Awaitable[Done]]
 
@@ -33,6 +33,16 @@ class JobState:
     @property
     def runs(self) -> bool:
         return self.done is None
+
+    @property
+    def draws(self) -> bool:
+        """Whether it came as far as its page: all else that it leaves is there."""
+        return any(one.of == PAGE for one in self.told)
+
+    @property
+    def answered(self) -> bool:
+        """Whether it has ended, or has only its page to draw."""
+        return not self.runs or self.draws
 
 
 class Jobs:

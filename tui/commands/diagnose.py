@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -131,7 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
         from identify.report.diagnosis import diagnosis_report
 
         read = [one for one in (dive, check) if one is not None]
-        written += pages.publish(arguments, diagnosis_report(found), read, file)
+        written += pages.publish(arguments, partial(diagnosis_report, found), read, file)
     if found.prediction is not None and arguments.predict:
         _write(Path(arguments.predict), csv_of(found.prediction))
         written.append(f"velocities of the check dive: {arguments.predict}")

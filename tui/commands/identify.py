@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 DONE = "done"
 """What an estimator says at its end where it has no more to say."""
 
+FITTED, JUDGED = 0.99, "weighing what speaks against its values"
+"""An estimator that has fitted all is not done: what its values rest on is judged yet, and that takes a while."""
+
 EXAMPLE = "seatrial identify dives/2026-11-20T0912Z-hovering --vehicle ruvifist --json hovering.json"
 
 
@@ -95,7 +98,6 @@ def run(arguments: argparse.Namespace) -> int:
         beside = [compare(first, other, priors) for other in others]
         answers.append(doubted(beside[0]) if beside else first)
         compared.append(beside)
-    # Files first: whoever reads the table may leave before its end.
     found = [
         answer.to_json() | ({"comparison": comparisons[0].to_json()} if comparisons else {})
         for answer, comparisons in zip(answers, compared, strict=True)
@@ -107,16 +109,20 @@ def run(arguments: argparse.Namespace) -> int:
 
         write_identified(Path(arguments.param), answers[0], file)
         written.append(f"parameters: {arguments.param}")
-    if pages.wanted(arguments):
-        written += pages.publish(arguments, report(dives, files, answers, compared, curves), dives, file)
     console = show.results(arguments.json)
-    for _, sentences in held:
-        for sentence in sentences:
-            show.say(console, sentence)
-    for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
-        tell(console, dive, answer)
-        for comparison in comparisons:
-            tell_comparison(console, comparison)
+    # The page comes last, for drawing takes long, and comes all the same where the table's reader has left.
+    try:
+        for _, sentences in held:
+            for sentence in sentences:
+                show.say(console, sentence)
+        for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
+            tell(console, dive, answer)
+            for comparison in comparisons:
+                tell_comparison(console, comparison)
+    finally:
+        if pages.wanted(arguments):
+            page = partial(report, dives, files, answers, compared, curves)
+            written += pages.publish(arguments, page, dives, file)
     for sentence in written:
         show.say(console, sentence)
     converged = all(answer.outcome is Outcome.CONVERGED for answer in answers)
@@ -200,14 +206,30 @@ def identify(
     def told(share: float, words: str) -> None:
         if share >= 1.0 and words != DONE:
             ends.append(f"{words[0].upper()}{words[1:]}.")
+        if share >= 1.0:
+            share, words = FITTED, JUDGED
         progress(share, f"{method}: {words}")
 
     try:
         answer = estimate(dive, file, configuration, told)
     except FitError as error:
         # Whatever shows the reason names the dive itself.
-        return nothing(dive, file, configuration, method, str(error).removeprefix(f"{dive.name}: "))
+        answer = nothing(dive, file, configuration, method, str(error).removeprefix(f"{dive.name}: "))
+    progress(1.0, f"{method}: {answered(answer)}")
     return replace(answer, notes=(*answer.notes, *ends[-1:]))
+
+
+def answered(answer: "Identification") -> str:
+    """The values of a method that is done, each with half of its 95 % interval, in SI units."""
+    from bridge.vehicle.coefficients import COEFFICIENTS
+    from tui.told import ANSWERED
+
+    values = ", ".join(
+        f"{one.name} {one.value:.4g} ± {(one.high95 - one.low95) / 2:.2g}"
+        for one in answer.parameters[: len(COEFFICIENTS)]
+        if one.identifiable
+    )
+    return f"{ANSWERED}: {values or 'no value'}"
 
 
 def nothing(

@@ -1,6 +1,7 @@
 """`seatrial reproduce`: the source paper's campaigns and figures on the simulated vehicle, on one page."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     with show.progress("reproduce") as tell:
         done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
     dives = [*(one.dive for one in done.campaigns.values()), *done.dives.values()]
-    written = pages.publish(arguments, page.report(done), dives, done.file, str(folder / PAGE))
+    written = pages.publish(arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
     console = show.results(arguments.json)
     rows = [
         (row.figure, row.what, row.unit, *(show.number(n) for n in (row.paper, row.by_paper, row.by_ours)))

@@ -4,6 +4,7 @@ import argparse
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     if pages.wanted(arguments):
         from identify.report.validation import validation_report
 
-        page = validation_report(file, runs, errors, raised, lever_m)
+        page = partial(validation_report, file, runs, errors, raised, lever_m)
         written = pages.publish(arguments, page, dives, file)
     for label, dive in runs.items():
         # The errors are those of what is left.

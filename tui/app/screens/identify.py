@@ -24,7 +24,8 @@ VERB: Final = "identify"
 
 
 class IdentifyScreen(StationScreen):
-    """While it runs, bars and curves; afterwards what was found, and the curves by a key."""
+    """While it runs, bars and curves; then what was found, also while its page is written yet, and the curves by a
+    key."""
 
     ACTIONS: ClassVar[tuple[Action, ...]] = (
         Action("identify.begin", "i", "begin", "Identify", "identify the chosen dive, now"),
@@ -35,6 +36,7 @@ class IdentifyScreen(StationScreen):
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
         ("⠤⠤ ⠁⠁", "the value after each pass, and dotted the ends of its 95 % interval"),
+        ("vs", "what the other method says, which has answered already"),
         (
             "accepted",
             "what the vehicle last accepted; the change is warned of where it is outside the interval",
@@ -64,7 +66,7 @@ class IdentifyScreen(StationScreen):
         state = self.desk.jobs.state(VERB)
         if state is not self._seen:
             was, self._seen = self._seen, state
-            if state is not None and not state.runs and (was is None or was.runs):
+            if state is not None and state.answered and (was is None or not was.answered):
                 self._curves = False
                 self._look()
         self._arrange()
@@ -108,10 +110,10 @@ class IdentifyScreen(StationScreen):
         if action == "cancel":
             return runs
         if action == "curves":
-            return not runs and bool(passes_of(self._told()))
+            return self._answered and bool(passes_of(self._told()))
         if action == "parameters":
             has_values = self._found is not None and self._found.param is not None
-            return not runs and has_values
+            return self._answered and has_values
         return super().check_action(action, parameters)
 
     def close_up(self) -> None:
@@ -130,6 +132,12 @@ class IdentifyScreen(StationScreen):
             return state
         return None
 
+    @property
+    def _answered(self) -> bool:
+        """Whether nothing is being identified, or only a page is written yet."""
+        state = self.desk.jobs.state(VERB)
+        return state is None or state.answered
+
     def _told(self) -> tuple[Told, ...]:
         state = self._state()
         return () if state is None else state.told
@@ -140,10 +148,11 @@ class IdentifyScreen(StationScreen):
             widget.again()
 
     def _arrange(self) -> None:
-        """Curves while it runs or where they are asked for, else the result."""
-        runs = self.desk.jobs.runs(VERB)
-        self.set_class(runs or self._curves, "-curves")
-        offered = (runs, self._curves, self._found)
+        """Curves until it has answered or where they are asked for, else the result."""
+        runs, answered = self.desk.jobs.runs(VERB), self._answered
+        self.set_class(not answered or self._curves, "-curves")
+        self.set_class(runs and answered and not self._curves, "-writes")
+        offered = (runs, answered, self._curves, self._found)
         if offered != self._offered:
             self._offered = offered
             self.refresh_bindings()
