@@ -26,6 +26,11 @@ class Tmux:
     def keys(self, *keys):
         subprocess.run([*self._base, "send-keys", *keys], check=True)
 
+    def process(self):
+        """The number of the process that runs in it."""
+        asked = [*self._base, "list-panes", "-F", "#{pane_pid}"]
+        return int(subprocess.run(asked, capture_output=True, text=True, check=True).stdout)
+
     def keep(self, file):
         """Write every byte that comes from now on into `file` as well."""
         subprocess.run([*self._base, "pipe-pane", f"exec cat > {file}"], check=True)

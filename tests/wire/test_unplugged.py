@@ -3,160 +3,39 @@
 import os
 import random
 import resource
-import socket
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
-from device_streams import ON_A_LINE, Say, a50_report
 from figures import keep
+from plugged_devices import Devices
 from service_rig import vehicle
 from waiting import until
 
 from bridge.clock import SystemClock
-from bridge.link.base import Link
-from bridge.link.pseudo import open_pty
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.ports import run_ports
-from bridge.sensors.bar30 import FakeBar30
 from bridge.service import Bridge
-from bridge.vehicle.config import Device
 
 SHORT, LONG = 3, 100
 BACK_WITHIN_S = 3.0
 MOST_MORE_MEMORY = 0.05
 SETTLED = 20
-SAY_EVERY_S = 0.02
 PATIENCE_S = 60.0
 HANDLES = "/dev/fd"
-
-
-class Cable:
-    """A device on a serial port that comes and goes as its name does."""
-
-    def __init__(self, name: Path, say: Say) -> None:
-        self.port, self._name, self._say, self._said = str(name), name, say, 0
-        self._device: Link | None = None
-
-    def plug(self) -> None:
-        self._device, path = open_pty()
-        self._name.symlink_to(path)
-
-    def unplug(self) -> None:
-        self._name.unlink()
-        device, self._device = self._device, None
-        if device is not None:
-            device.close()
-
-    def speak(self) -> None:
-        if self._device is not None:
-            self._device.write(self._say(self._said))
-            self._said += 1
-
-
-class Network:
-    """A device on the network that comes and goes with its listener."""
-
-    def __init__(self, say: Say) -> None:
-        self._say, self._said = say, 0
-        self._listener: socket.socket | None = None
-        self._peers: list[socket.socket] = []
-        with socket.create_server(("127.0.0.1", 0)) as first:
-            self._where = first.getsockname()
-        self.port = f"tcp:127.0.0.1:{self._where[1]}"
-
-    def plug(self) -> None:
-        self._listener = socket.create_server(self._where)
-        self._listener.setblocking(False)
-
-    def unplug(self) -> None:
-        for sock in (self._listener, *self._peers):
-            if sock is not None:
-                sock.close()
-        self._listener, self._peers = None, []
-
-    def speak(self) -> None:
-        if self._listener is None:
-            return
-        with suppress(BlockingIOError):
-            self._peers.append(self._listener.accept()[0])
-        for peer in self._peers:
-            peer.send(self._say(self._said))
-        self._said += 1
-
-
-class Wires:
-    """A Bar30 that comes and goes on its bus."""
-
-    port = "i2c:1:0x76"
-
-    def __init__(self) -> None:
-        self.bus = FakeBar30(unplugged=True)
-
-    def plug(self) -> None:
-        self.bus.unplugged = False
-
-    def unplug(self) -> None:
-        self.bus.unplugged = True
-
-    def speak(self) -> None:
-        """It is asked."""
-
-
-class Devices:
-    """All devices of a vehicle, spoken for by one thread."""
-
-    def __init__(self, folder: Path, dvl: str) -> None:
-        self.fakes: dict[str, Any] = {"depth": Wires()}
-        kinds: dict[str, Any] = {"depth": "bar30"}
-        for name in ("MTi-300", "DSP-1750", "ESC", "u-blox", *(() if dvl == "network" else (dvl,))):
-            slot, kind, say, _ = ON_A_LINE[name]
-            kinds[slot] = kind
-            self.fakes[slot] = Cable(folder / f"tty-{slot}", say)
-        if dvl == "network":
-            self.fakes["dvl"], kinds["dvl"] = Network(a50_report), "a50"
-        self.vehicle = vehicle(**{slot: Device(kinds[slot], port=self.fakes[slot].port) for slot in kinds})
-        self._lock = threading.Lock()
-
-    @contextmanager
-    def speaking(self) -> Iterator[None]:
-        enough = threading.Event()
-
-        def speak() -> None:
-            while not enough.wait(SAY_EVERY_S):
-                with self._lock:
-                    for fake in self.fakes.values():
-                        fake.speak()
-
-        thread = threading.Thread(target=speak)
-        thread.start()
-        try:
-            yield
-        finally:
-            enough.set()
-            thread.join()
-
-    def plug(self, slot: str) -> None:
-        with self._lock:
-            self.fakes[slot].plug()
-
-    def unplug(self, slot: str) -> None:
-        with self._lock:
-            self.fakes[slot].unplug()
 
 
 @contextmanager
 def bridging(devices: Devices) -> Iterator[Bridge]:
     """A bridge that reads the devices in real time."""
-    clock, stop = SystemClock(), threading.Event()
-    bridge = Bridge(devices.vehicle, clock, [], ParameterServer(None, vehicle_table(devices.vehicle)))
+    clock, stop, craft = SystemClock(), threading.Event(), vehicle(**devices.sensors.present())
+    bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
     loop = threading.Thread(
         target=run_ports,
-        args=(bridge, devices.vehicle, clock, stop),
+        args=(bridge, craft, clock, stop),
         kwargs={"open_bus": lambda _: devices.fakes["depth"].bus},
     )
     loop.start()
