@@ -15,10 +15,14 @@ from bridge.link.base import Link
 from gcs_plugin.link_health import LinkHealth, SourceHealth
 from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, REBOOT_STEP_MS, Heard
 from gcs_plugin.params.transfer import Source
+from gcs_plugin.senders import Senders
 from gcs_plugin.twins import Twins
 
 SILENT_S: Final = 6.0
 """Without a HEARTBEAT for so long a vehicle is not there: at 30 % loss of one a second, once in a thousand."""
+
+LINE_GONE_S: Final = 300.0
+"""A link that carried nothing for so long, while others did, is told of no more."""
 
 _USED: Final = frozenset(
     (
@@ -41,10 +45,20 @@ class News:
 
 @dataclass
 class _Line:
-    """One link, what it carries and who shares addresses on it."""
+    """One link, what it carries and who shares addresses on it; `heard_s` is when it last carried anything."""
 
     twins: Twins
     health: LinkHealth = field(default_factory=LinkHealth)
+    heard_s: float = 0.0
+
+
+@dataclass
+class _Sender:
+    """What is known of one component: the link that last carried it, its last HEARTBEAT, its time since boot."""
+
+    link: str
+    heard: Heard | None = None
+    boot_ms: int | None = None
 
 
 class Fleet:
@@ -53,30 +67,29 @@ class Fleet:
     def __init__(self) -> None:
         self.chosen: int | None = None
         self._lines: dict[str, _Line] = {}
-        self._heard: dict[Source, Heard] = {}
+        self._senders: Senders[_Sender] = Senders()
         self._since_s: dict[int, float] = {}
-        self._boot_ms: dict[Source, int] = {}
-        self._frame_s: dict[Source, float] = {}
-        self._link: dict[Source, str] = {}
 
     def on_frame(self, frame: Frame, link: Link, time_s: float) -> News | None:
         """A frame arrived on `link`; what parameters may wait for, None where it has no use for them."""
-        line = self._lines.setdefault(link.name, _Line(Twins(link)))
+        line = self._line(link, time_s)
         line.health.on_frame(frame, time_s)
         line.twins.on_frame(frame, time_s)
         source = (frame.system, frame.component)
-        if frame.known:
-            self._frame_s[source], self._link[source] = time_s, link.name
+        sender = self._senders.get(source) or _Sender(link.name)
+        if not frame.known or not self._senders.put(source, time_s, sender):
+            return None
+        sender.link = link.name
         message = decode(frame) if frame.message_id in _USED else None
         if message is None:
             return None
         if frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
             is_station = message.type == dialect.MAV_TYPE_GCS
             armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED) and not is_station
-            self._heard[source] = Heard(source, message.type, message.autopilot, armed, time_s)
+            sender.heard = Heard(source, message.type, message.autopilot, armed, time_s)
             self._since_s.setdefault(frame.system, time_s)
         elif frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME:
-            before, self._boot_ms[source] = self._boot_ms.get(source), message.time_boot_ms
+            before, sender.boot_ms = sender.boot_ms, message.time_boot_ms
             return News(
                 source, message, before is not None and message.time_boot_ms < before - REBOOT_STEP_MS
             )
@@ -128,23 +141,24 @@ class Fleet:
 
     def armed(self, system: int) -> bool:
         """Whether any part of it says that it is armed."""
-        return any(heard.armed for source, heard in self._heard.items() if source[0] == system)
+        return any(heard.armed for heard in self._beats() if heard.source[0] == system)
 
     def beat_age_s(self, source: Source, now_s: float) -> float:
         """Since when it has not beaten."""
-        heard = self._heard.get(source)
+        heard = self._beat_of(source)
         return float("inf") if heard is None else now_s - heard.time_s
 
     def silent_s(self, source: Source, now_s: float) -> float:
         """Since when nothing at all came from it."""
-        return now_s - self._frame_s.get(source, float("-inf"))
+        return now_s - self._senders.heard_s(source)
 
     def link_of(self, source: Source) -> str:
-        """The name of the link that last carried it."""
-        return self._link[source]
+        """The name of the link that last carried it, "" for one who was never heard."""
+        sender = self._senders.get(source)
+        return "" if sender is None else sender.link
 
     def sources(self, now_s: float) -> list[tuple[str, SourceHealth]]:
-        """Link and health of everybody who was ever heard, by system and component."""
+        """Link and health of everybody who was heard on links that carry anything, by system and component."""
         found = [
             (n, health) for n, line in self._lines.items() for health in line.health.snapshot(now_s).sources
         ]
@@ -152,11 +166,28 @@ class Fleet:
 
     def is_vehicle(self, source: Source) -> bool:
         """Whether it is an autopilot or a companion computer."""
-        return source in self._heard and self._heard[source].is_vehicle
+        heard = self._beat_of(source)
+        return heard is not None and heard.is_vehicle
+
+    def _line(self, link: Link, time_s: float) -> _Line:
+        """The link on which something came now; those that are long gone are forgotten."""
+        line = self._lines.get(link.name)
+        if line is None:
+            line = self._lines[link.name] = _Line(Twins(link))
+        line.heard_s = time_s
+        gone = [name for name, one in self._lines.items() if time_s - one.heard_s > LINE_GONE_S]
+        for name in gone:
+            del self._lines[name]
+        return line
+
+    def _beats(self) -> list[Heard]:
+        return [sender.heard for _, sender in self._senders.items() if sender.heard is not None]
+
+    def _beat_of(self, source: Source) -> Heard | None:
+        sender = self._senders.get(source)
+        return None if sender is None else sender.heard
 
     def _beating(self, now_s: float) -> list[Source]:
         return [
-            source
-            for source, heard in self._heard.items()
-            if heard.is_vehicle and now_s - heard.time_s <= SILENT_S
+            heard.source for heard in self._beats() if heard.is_vehicle and now_s - heard.time_s <= SILENT_S
         ]

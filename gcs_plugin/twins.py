@@ -11,6 +11,7 @@ from typing import Final, Protocol
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame, decode
+from gcs_plugin.senders import Senders, Source
 
 CLOCK_TURNS: Final = 3
 CLOCK_APART_S: Final = 2.0  # more than frames of one vehicle overtake each other
@@ -95,15 +96,25 @@ class _Clocks:
         self._left, self._ran_back = last, back
 
 
+@dataclass
+class _Signs:
+    """What one address shows; None before it shows any of it."""
+
+    sequences: _Sequences | None = None
+    clocks: _Clocks | None = None
+    is_station: bool = False
+
+    def are_two(self, now_s: float) -> bool:
+        return any(sign is not None and sign.turns.are_two(now_s) for sign in (self.sequences, self.clocks))
+
+
 class Twins:
     """Watches the frames of one link for two vehicles that share system and component."""
 
     def __init__(self, link: Named) -> None:
         self._link = link
         self._now_s = 0.0
-        self._sequences: dict[tuple[int, int], _Sequences] = {}
-        self._clocks: dict[tuple[int, int], _Clocks] = {}
-        self._stations: set[tuple[int, int]] = set()
+        self._signs: Senders[_Signs] = Senders()
 
     def on_frame(self, frame: Frame, time_s: float) -> None:
         """A frame arrived at `time_s`."""
@@ -111,25 +122,30 @@ class Twins:
             return
         self._now_s = time_s
         source = (frame.system, frame.component)
-        self._sequences.setdefault(source, _Sequences(frame.sequence)).take(frame.sequence, time_s)
+        signs = self._signs.get(source) or _Signs()
+        if not self._signs.put(source, time_s, signs):
+            return
+        signs.sequences = signs.sequences or _Sequences(frame.sequence)
+        signs.sequences.take(frame.sequence, time_s)
         if frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME:
             message = decode(frame)
             if message is not None:
-                self._clocks.setdefault(source, _Clocks()).take(message.time_boot_ms / 1e3, time_s)
+                signs.clocks = signs.clocks or _Clocks()
+                signs.clocks.take(message.time_boot_ms / 1e3, time_s)
         elif frame.message_id == dialect.MAVLINK_MSG_ID_HEARTBEAT:
             message = decode(frame)
             if message is not None and message.type == STATIONS:
-                self._stations.add(source)
+                signs.is_station = True
 
     def fault(self, system: int | None = None) -> str:
         """Why nobody may be ordered, "" where all is well; of one system, or of any that is no ground station."""
-        contested = set(getattr(self._link, "contested", ()))
-        for signs in (self._sequences, self._clocks):
-            contested |= {source for source, sign in signs.items() if sign.turns.are_two(self._now_s)}
+        contested: frozenset[Source] = getattr(self._link, "contested", frozenset())
         found = sorted(
             source
-            for source in contested - self._stations
-            if source in self._sequences and system in (None, source[0])
+            for source, signs in self._signs.items()
+            if not signs.is_station
+            and system in (None, source[0])
+            and (source in contested or signs.are_two(self._now_s))
         )
         if not found:
             return ""

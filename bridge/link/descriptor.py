@@ -24,6 +24,8 @@ class DescriptorLink:
         self._descriptor = descriptor
         self._release = release
         self._backlog = b""
+        # Read into, over and over: a new one for each read would tear holes into the memory of a thread that reads.
+        self._read_into = memoryview(bytearray(READ_BYTES))
         os.set_blocking(descriptor, False)
 
     def read(self, timeout_s: float) -> bytes:
@@ -33,14 +35,14 @@ class DescriptorLink:
             ready, _, _ = select.select([self._descriptor], [], [], max(0.0, timeout_s))
             if not ready:
                 return b""
-            data = os.read(self._descriptor, READ_BYTES)
+            count = os.readv(self._descriptor, [self._read_into])
         except BlockingIOError:
             return b""
         except (OSError, ValueError) as error:
             raise self._lost(error) from None
-        if not data:
+        if not count:
             raise LinkLost(f"{self.name}: the other side has gone; plug it in or start it again")
-        return data
+        return bytes(self._read_into[:count])
 
     def write(self, data: bytes) -> None:
         self._check_open()

@@ -10,7 +10,7 @@ from bridge.errors import LinkError
 from bridge.link.base import Link
 
 FIRST_RETRY_S = 0.25
-SLOWEST_RETRY_S = 2.0
+SLOWEST_RETRY_S = 1.0
 PATIENCE_S = 0.01  # enough for what is on this computer
 
 

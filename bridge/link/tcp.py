@@ -6,7 +6,7 @@ from bridge.errors import LinkError, LinkLost
 from bridge.link.addresses import no_listener
 from bridge.link.descriptor import DescriptorLink
 
-CONNECT_S = 5.0
+CONNECT_S = 2.0  # with the longest pause between tries: a device is back 3 s after its cable
 
 
 def open_tcp(host: str, port: int) -> DescriptorLink:

@@ -2,6 +2,7 @@
 
 import select
 import socket
+from collections import OrderedDict, deque
 from contextlib import suppress
 from dataclasses import dataclass, field
 
@@ -12,6 +13,7 @@ from bridge.link.receive_buffer import ReceiveBuffer
 MAVLINK_1, MAVLINK_2 = 0xFE, 0xFD
 MOST_A_READ = 256  # datagrams: nobody else waits longer than for these
 MOST_PEERS = 8
+MOST_SPEAKERS = 256
 LONG_ALONE = 200  # datagrams of one peer, after which nobody else is taken to speak as the same source
 
 Address = tuple[str, int]
@@ -23,7 +25,7 @@ class _Speaker:
     """Who speaks as one MAVLink source: the peer that did last, those that did before it, how long it is alone."""
 
     peer: Address
-    before: set[Address] = field(default_factory=set)
+    before: deque[Address] = field(default_factory=lambda: deque(maxlen=MOST_PEERS))
     contested: bool = False
     alone: int = 0
 
@@ -31,11 +33,12 @@ class _Speaker:
         if peer == self.peer:
             self.alone += 1
             if self.alone > LONG_ALONE:
-                self.before, self.contested = set(), False
+                self.before.clear()
+                self.contested = False
             return
         # One that starts anew gets another port and never comes back to its old one.
         self.contested = self.contested or peer in self.before
-        self.before.add(self.peer)
+        self.before.append(self.peer)
         self.peer, self.alone = peer, 0
 
 
@@ -49,6 +52,7 @@ def source_of(datagram: bytes) -> Source | None:
 class UdpLink:
     """A datagram socket; a `read` gives all datagrams that are there. Without `peer` it answers all that spoke to it.
 
+    Of those it answers the `MOST_PEERS` that were heard last, and none who never began a datagram with a MAVLink frame.
     It is never connected: a peer that does not listen yet then raises no error. `buffer` tells what this computer lost.
     """
 
@@ -58,7 +62,8 @@ class UdpLink:
         self._socket = sock
         self._peers: list[Address] = [] if peer is None else [peer]
         self._learns = peer is None
-        self._speakers: dict[Source, _Speaker] = {}
+        # In the order in which they were last heard.
+        self._speakers: OrderedDict[Source, _Speaker] = OrderedDict()
         self._socket.setblocking(False)
 
     def read(self, timeout_s: float) -> bytes:
@@ -115,11 +120,15 @@ class UdpLink:
         return found
 
     def _learn(self, peer: Address, data: bytes) -> None:
-        if peer not in self._peers:
-            self._peers = [*self._peers[1 - MOST_PEERS :], peer]
         source = source_of(data)
         if source is not None:
             self._speakers.setdefault(source, _Speaker(peer)).heard(peer)
+            self._speakers.move_to_end(source)
+            if len(self._speakers) > MOST_SPEAKERS:
+                self._speakers.popitem(last=False)
+        if source is not None or peer in self._peers:
+            others = [known for known in self._peers if known != peer]
+            self._peers = [*others[1 - MOST_PEERS :], peer]
 
     def _lost(self, error: OSError | ValueError) -> LinkLost:
         reason = getattr(error, "strerror", None) or str(error)

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame
 from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.senders import Senders, Source
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
 from gcs_plugin.watch.picture import Armed, LinkRow
@@ -23,7 +24,6 @@ _ARDUPILOT: Final[int] = dialect.MAV_AUTOPILOT_ARDUPILOTMEGA
 _FAILSAFE: Final = frozenset((dialect.MAV_STATE_CRITICAL, dialect.MAV_STATE_EMERGENCY))
 _HEARTBEAT_BYTES: Final = 9
 
-Source = tuple[int, int]
 Counts = dict[Source, tuple[int, int]]
 
 
@@ -70,7 +70,7 @@ class WatchedLink:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.beats: dict[Source, Beat] = {}
+        self._beats: Senders[Beat] = Senders()
         self._health = LinkHealth()
         self._twins = Twins(self)
         self._counts: deque[tuple[float, Counts]] = deque()
@@ -82,22 +82,27 @@ class WatchedLink:
         self._health.on_frame(frame, time_s)
         self._twins.on_frame(frame, time_s)
 
+    def beat(self, source: Source, beat: Beat) -> None:
+        """A sender on it beats."""
+        self._beats.put(source, beat.time_s, beat)
+
     def twins(self, system: int | None) -> str:
         return self._twins.fault(system)
 
     def rows(self, now_s: float) -> list[LinkRow]:
         """Those who beat, but for ground stations; where nobody does, those who send."""
         counts = self._now()
-        senders = [source for source, beat in self.beats.items() if not beat.is_station]
+        beats = dict(self._beats.items())
+        senders = [source for source, beat in beats.items() if not beat.is_station]
         if not senders:
-            senders = [s for s in counts if s != GROUND_STATION and s not in self.beats]
+            senders = [s for s in counts if s != GROUND_STATION and s not in beats]
         return [self._row(source, counts.get(source, (0, 0)), now_s) for source in senders]
 
     def _row(self, source: Source, now: tuple[int, int], now_s: float) -> LinkRow:
         then_s, before = self._base(now_s)
         received, lost = (a - b for a, b in zip(now, before.get(source, (0, 0)), strict=True))
         lost = max(lost, 0)
-        beat = self.beats.get(source)
+        beat = self._beats.get(source)
         age_s = math.inf if beat is None else now_s - beat.time_s
         loss = lost / (received + lost) if received + lost else 0.0
         rate_hz = received / (now_s - then_s) if now_s > then_s else 0.0

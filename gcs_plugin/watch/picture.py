@@ -104,8 +104,9 @@ class Said:
 @dataclass(frozen=True)
 class Picture:
     """The vehicle watched. `links`: its own senders first, the one that tells the armed state before the others, then
-    other systems. `traces` by u v w p q r depth altitude heading voltage current, all always there. `said`: the newest
-    last. `twins` says that two vehicles share its address, "" where none do; `configuration` "" where unknown."""
+    other systems, but for those that are long gone. `traces` by u v w p q r depth altitude heading voltage current, all
+    always there. `said`: the newest last. `twins` says that two vehicles share its address, "" where none do;
+    `configuration` "" where unknown."""
 
     now_s: float
     armed: Armed

@@ -13,9 +13,10 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError
 from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
+from gcs_plugin.senders import GONE_S, Source
 from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
-from gcs_plugin.watch.links import Beat, Source, WatchedLink, beat_of
+from gcs_plugin.watch.links import Beat, WatchedLink, beat_of
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
@@ -123,7 +124,7 @@ class Watcher:
 
     def _beat(self, frame: Frame, arrived_s: float, link: WatchedLink) -> None:
         beat = beat_of(frame, arrived_s)
-        link.beats[frame.system, frame.component] = beat
+        link.beat((frame.system, frame.component), beat)
         if beat.is_vehicle and self._is_to_be_watched(frame.system):
             self._begin(frame.system)
         if frame.system == self.system and beat.is_vehicle:
@@ -140,10 +141,14 @@ class Watcher:
         return min(beats, key=lambda component: (not beats[component].is_autopilot, component), default=None)
 
     def _is_twice(self, frame: Frame, arrived_s: float) -> bool:
+        # In the order in which they came: those that are too old to matter stand at the front.
+        recent = self._recent
+        while recent and arrived_s - recent[oldest := next(iter(recent))][1] >= TWICE_WITHIN_S:
+            del recent[oldest]
         key = ((frame.system, frame.component), frame.sequence)
-        before = self._recent.get(key)
-        self._recent[key] = frame.raw, arrived_s
-        return before is not None and before[0] == frame.raw and arrived_s - before[1] < TWICE_WITHIN_S
+        before = recent.pop(key, None)
+        recent[key] = frame.raw, arrived_s
+        return before is not None and before[0] == frame.raw
 
     def _link_rows(self, now_s: float, commander: int | None) -> tuple[LinkRow, ...]:
         def place(row: LinkRow) -> tuple[bool, bool, float]:
@@ -151,7 +156,9 @@ class Watcher:
             silent_s = row.age_s if row.lost else 0.0
             return row.system != self.system, row.component != commander, silent_s
 
-        return tuple(sorted((row for link in self._links.values() for row in link.rows(now_s)), key=place))
+        rows = (row for link in self._links.values() for row in link.rows(now_s))
+        there = (row for row in rows if row.system == self.system or not GONE_S < row.age_s < math.inf)
+        return tuple(sorted(there, key=place))
 
     def _tell(self, source: Source, severity: int, text: str) -> None:
         del source

@@ -11,6 +11,7 @@ from bridge.printable import printable
 
 PIECE_CHARACTERS: Final = 50
 LONGEST_CHARACTERS: Final = 1000
+MOST_BEGUN: Final = 256
 
 Tell = Callable[[tuple[int, int], int, str], None]
 """Hears (system, component), severity and text."""
@@ -46,6 +47,8 @@ class StatusTexts:
         if not before:
             self._end(source)
         text = before + message.text
+        if source not in self._begun and len(self._begun) >= MOST_BEGUN:
+            self._end(next(iter(self._begun)))
         self._begun[source] = _Begun(message.id, message.severity, text)
         goes_on = message.id and len(message.text) >= PIECE_CHARACTERS
         if not goes_on or len(text) > LONGEST_CHARACTERS:

@@ -132,7 +132,7 @@ def check_all_run_on(run):
     assert run.bridge.poll() is None
     assert held(time.time()).pid == run.pids["recorder"]
     assert run.app.process() == run.pids["app"]
-    run.app.until("LINK 0.", "REC ", "surge u", without=("LINK LOST",))
+    run.app.until("LINK 0.", "REC ", without=("LINK LOST",))
     before = run.frames()
     until(lambda: run.frames() > before + 100, SOON_S)
 

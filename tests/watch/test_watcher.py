@@ -8,6 +8,7 @@ from vehicle_on_air import LINK, NO_LOCK, OnAir, dvl, imu
 
 from bridge.answers import status_texts
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.senders import GONE_S
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
 from gcs_plugin.watch.watcher import Watcher
 
@@ -136,6 +137,14 @@ def test_of_links_the_one_that_is_there_comes_first_and_where_all_are_lost_the_o
     first, second = watcher.picture(40.0).links
     assert (first.name, first.age_s) == ("radio", pytest.approx(10.0))
     assert (second.name, second.age_s) == (LINK, pytest.approx(39.0))
+
+
+def test_another_system_that_is_long_gone_is_shown_no_more_and_the_vehicle_itself_is(watcher, vehicle):
+    other = OnAir(watcher, 7)
+    vehicle.beats(1.0)
+    other.beats(1.0)
+    assert [row.system for row in watcher.picture(1.0 + GONE_S).links] == [1, 7]
+    assert [row.system for row in watcher.picture(1.1 + GONE_S).links] == [1]
 
 
 def test_loss_and_rate_are_those_of_the_last_seconds(watcher, vehicle):
