@@ -160,7 +160,7 @@ class ParameterServer:
         self.names = (*self._table, MODE, COMMIT, ACTIVE, VERSION)
         self._texts: list[str] = []
         self.trouble = ""
-        self._mode = 0.0
+        self._mode, self._is_stored = 0.0, False
         defaults = {parameter.name: parameter.default for parameter in table}
         self._active: dict[str, float] | None = defaults if any(defaults.values()) else None
         self._load()
@@ -246,6 +246,8 @@ class ParameterServer:
         if armed and value in APPLYING_MODES and self._active is None:
             self._texts.append("FF_MODE refused: no active set")
             return Refusal.DENIED
+        if value == self._mode and self._is_stored:
+            return None
         self._mode = value
         # Switching off must work on a full disk too, so a mode that can't be stored is in force all the same.
         self._save()
@@ -322,10 +324,11 @@ class ParameterServer:
             return True
         try:
             parameter_store.save(self._path, parameter_store.Stored(self._mode, self._active))
+            self._is_stored = True
         except ParamError:
             self._texts.append("parameters can't be stored: check the disk")
-            return False
-        return True
+            self._is_stored = False
+        return self._is_stored
 
     def _load(self) -> None:
         if self._path is None:

@@ -23,7 +23,8 @@ from bridge.messages import compose
 from bridge.messages.readings import Reading, encode
 from bridge.motor_test import MotorTests
 from bridge.navigation import Navigation, Navigator
-from bridge.parameters import APPLYING_MODES, ParameterServer
+from bridge.pace import Pace
+from bridge.parameters import APPLYING_MODES, COMMIT, MODE, ParameterServer
 from bridge.sensors.mounting import to_body
 from bridge.sensors.samples import (
     DvlSample,
@@ -45,6 +46,8 @@ MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
 LARGEST_WRITE: Final = 1200  # fits a datagram on every network
 PAUSE_S: Final = 0.2
 MOST_READS_A_STEP: Final = 64
+WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, and no more than the loop can answer
+STORES_HZ, MOST_STORES = 5.0, 50  # those that wait for the disk
 
 _QUESTIONS: Final = frozenset(
     (
@@ -111,7 +114,8 @@ class Bridge:
     `ring` keeps what is sent, link or no link; None where nothing is kept. `files` answers MAVLink FTP; where it is
     None that is refused.
     `motor_tests` is set by what drives the thrusters while no mission runs, None where nothing does.
-    `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "link faults".
+    `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "too fast" (writes
+    that were dropped), "link faults".
     """
 
     def __init__(
@@ -152,6 +156,8 @@ class Bridge:
         self._beat_due_s = clock.boot_s()
         self._text_number = 0
         self._strangers: set[str] = set()
+        self._writes = Pace(WRITES_HZ, MOST_WRITES, clock.boot_s())
+        self._stores = Pace(STORES_HZ, MOST_STORES, clock.boot_s())
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
         for slot, device in self._devices.items():
             parser = make_parser(device, thrusters)
@@ -346,6 +352,8 @@ class Bridge:
         if kind in _ORDERS and mine and not self._ground.gives(source.system, message.get_srcComponent()):
             self._refuse(source)
             return []
+        if kind == "PARAM_SET" and mine and not self._may_write(message):
+            return []
         if kind == "COMMAND_LONG":
             return answer_command(message, self.arm, self._test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
@@ -356,6 +364,19 @@ class Bridge:
         if self.motor_tests is None:
             return no_test(message)
         return self.motor_tests.ask(message, self.armed, self._clock.boot_s())
+
+    def _may_write(self, message: Any) -> bool:
+        """Whether a write does not come too fast for the loop and the disk; off is taken at any time."""
+        if message.param_id == MODE and message.param_value == 0.0:
+            return True
+        now_s = self._clock.boot_s()
+        pace = self._stores if message.param_id in (MODE, COMMIT) else self._writes
+        if pace.allows(now_s):
+            return True
+        self.counts["too fast"] += 1
+        if pace.to_be_told(now_s):
+            self.say("writes come too fast: some are dropped")
+        return False
 
     def _refuse(self, source: Ground) -> None:
         self.counts["refused"] += 1

@@ -415,6 +415,21 @@ def test_a_set_that_cannot_be_stored_is_not_active_but_switching_off_still_works
     assert "parameters can't be stored: check the disk" in target.take_texts()
 
 
+def test_a_mode_that_is_there_already_is_stored_once_and_where_that_failed_again(tmp_path: Path) -> None:
+    path = tmp_path / "parameters.json"
+    there = server(path)
+    there.write("FF_MODE", 1.0, False)
+    stored = path.stat().st_ino
+    there.write("FF_MODE", 1.0, False)
+    assert path.stat().st_ino == stored
+    path.unlink()
+    path.mkdir()
+    there.write("FF_MODE", 2.0, False)
+    path.rmdir()
+    there.write("FF_MODE", 2.0, False)
+    assert server(path).mode == 2
+
+
 def test_the_store_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "parameters.json"
     first = parameter_store.Stored(1.0, {"a": 1.0})

@@ -9,7 +9,7 @@ from service_rig import Rig
 
 from bridge.framing import Encoder, Framer
 from bridge.link.memory import memory_pair
-from bridge.service import Bridge
+from bridge.service import MOST_STORES, MOST_WRITES, STORES_HZ, Bridge
 
 
 def test_timesync_is_answered_on_the_link_that_asked_with_both_clocks() -> None:
@@ -84,6 +84,38 @@ def test_parameters_are_listed_paced_written_and_guarded_while_armed() -> None:
     crc = float(rig.parameters.staged_crc)
     kinds = [m.get_type() for m in rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", crc, 9))]
     assert sorted(kinds) == ["PARAM_ERROR", "PARAM_VALUE", "STATUSTEXT"]
+
+
+def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same() -> None:
+    rig = Rig()
+    rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)
+
+    def write(name: bytes, value: float) -> list[Any]:
+        return rig.ask(dialect.MAVLink_param_set_message(1, 1, name, value, 9))
+
+    for n in range(MOST_STORES):
+        (*_, value) = write(b"FF_MODE", 1.0 + n % 2)
+        assert value.param_value == 1.0 + n % 2
+    (text,) = write(b"FF_MODE", 3.0)
+    assert text.text == "writes come too fast: some are dropped"
+    assert write(b"FF_MODE", 3.0) == []
+    assert rig.bridge.counts["too fast"] == 2
+    (value,) = write(b"FF_MODE", 0.0)
+    assert (value.get_type(), value.param_value, rig.parameters.mode) == ("PARAM_VALUE", 0.0, 0)
+    rig.clock.advance_to(rig.clock.now_s + 1.0 / STORES_HZ + 0.01)
+    (value,) = (m for m in write(b"FF_MODE", 1.0) if m.get_type() == "PARAM_VALUE")
+    assert value.param_value == 1.0
+
+
+def test_a_whole_set_is_written_at_once_and_a_flood_is_not() -> None:
+    rig = Rig()
+    answered = 0
+    for _ in range(2 * MOST_WRITES):
+        rig.ground.write(rig.encoder.encode(dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)))
+    while said := [m for m in rig.step() if m.get_type() == "PARAM_VALUE"]:
+        answered += len(said)
+    assert answered == MOST_WRITES
+    assert rig.bridge.counts["too fast"] >= 1
 
 
 def test_orders_from_a_stranger_are_refused_aloud_once_and_his_questions_answered() -> None:
