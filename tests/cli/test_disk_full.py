@@ -1,0 +1,190 @@
+"""`seatrial record` on a disk that fills up, for real: told at once, gone on in a new file, no frame missing."""
+
+import os
+import resource
+import select
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from figures import keep
+from waiting import until
+
+from bridge.framing import Encoder
+from bridge.tlog import of_those_that_hold_frames, read_tlog
+from gcs_plugin.folder import list_folders
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="no limit of a running process can be set")
+
+ROOT = Path(__file__).resolve().parents[2]
+SHORT, LONG = 1, 20
+TOLD_WITHIN_S = 1.0
+FRAMES_EACH, EVERY_S = 5, 0.01
+SOON_S = 120.0
+ALONE = ("unshare", "--user", "--map-root-user", "--mount")
+SMALL = 'mount -t tmpfs -o size=4m tmpfs "$0" && exec "$@"'
+
+
+class Limited:
+    """A disk on which the recorder's files may grow no more, by the limit of its process."""
+
+    def __init__(self, folder):
+        self.folder, self.command = folder, []
+
+    def holds(self, recorder):
+        self._pid = recorder.pid
+        return self.folder
+
+    def fill(self):
+        resource.prlimit(self._pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+
+    def free(self):
+        resource.prlimit(self._pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+
+
+class Tmpfs:
+    """A disk of 4 MB that the recorder alone has mounted."""
+
+    def __init__(self, folder):
+        self.folder, self.command = folder, [*ALONE, "sh", "-c", SMALL, str(folder)]
+
+    def holds(self, recorder):
+        self._seen = Path(f"/proc/{recorder.pid}/root{self.folder}")
+        return self._seen
+
+    def fill(self):
+        rest = os.open(self._seen / "rest", os.O_WRONLY | os.O_CREAT)
+        with suppress(OSError):
+            while True:
+                os.write(rest, bytes(1000))
+        os.close(rest)
+
+    def free(self):
+        (self._seen / "rest").unlink()
+
+
+def may_mount():
+    """Whether whoever runs the tests may mount a disk that others do not see."""
+    if shutil.which("unshare") is None:
+        return False
+    tried = subprocess.run([*ALONE, "sh", "-c", SMALL, "/mnt", "true"], check=False, capture_output=True)
+    return tried.returncode == 0
+
+
+DISKS = (Limited, *((Tmpfs,) if may_mount() else ()))
+
+
+class Vehicle:
+    """Sends frames that all differ to the recorder that connects to it."""
+
+    def __init__(self):
+        self.sent, self._stop = [], threading.Event()
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listener.getsockname()[1]
+        self._thread = threading.Thread(target=self._send)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self._stop.set()
+        self._thread.join()
+        self._listener.close()
+
+    def _send(self):
+        encoder = Encoder(1, 1)
+        self._listener.settimeout(SOON_S)
+        peer, _ = self._listener.accept()
+        # It ends with the recorder too.
+        with peer, suppress(OSError):
+            while not self._stop.wait(EVERY_S):
+                for _ in range(FRAMES_EACH):
+                    raw = encoder.frame(2, struct.pack("<QI", 1, len(self.sent)))
+                    peer.sendall(raw)
+                    self.sent.append(raw)
+
+
+class Words:
+    """What a process says on its standard error, each line with the time at which it came."""
+
+    def __init__(self, pipe):
+        self._pipe, self._rest = pipe, b""
+
+    def until(self, words):
+        """When a line came that holds these."""
+        end_s = time.monotonic() + SOON_S
+        while (left_s := end_s - time.monotonic()) > 0:
+            *lines, self._rest = self._rest.split(b"\n")
+            if any(words in line for line in lines):
+                return time.monotonic()
+            if select.select([self._pipe], [], [], left_s)[0]:
+                data = os.read(self._pipe.fileno(), 1 << 16)
+                assert data, "the recorder has ended by itself"
+                self._rest += data
+        raise AssertionError(f"{words} was not said")
+
+
+def recorded(root):
+    """The frames of the dive, in the order of its files, and how many files these are."""
+    (folder,) = list_folders(root)
+    files = folder.telemetry()
+    frames = [frame.raw for records in of_those_that_hold_frames(files, read_tlog) for _, frame in records]
+    return frames, len(files)
+
+
+def fill_and_free(make, folder, times):
+    """How long it took to tell of a full disk at most, where no frame is missing after so many."""
+    disk, longest_s = make(folder), 0.0
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "1000"}
+    with Vehicle() as vehicle:
+        words = ["record", "--link", f"tcp:127.0.0.1:{vehicle.port}", "--hub", "none", "--out", str(folder)]
+        with subprocess.Popen(
+            [*disk.command, sys.executable, "-m", "tui", *words],
+            cwd=ROOT,
+            env=environment,
+            stderr=subprocess.PIPE,
+        ) as recorder:
+            said = Words(recorder.stderr)
+            said.until(b"recording into")
+            root = disk.holds(recorder)
+            for _ in range(times):
+                before = len(recorded(root)[0]) if any(f.stat().st_size for f in root.glob("*/*.tlog")) else 0
+                until(lambda: len(vehicle.sent) > before + 100, SOON_S)  # noqa: B023
+                disk.fill()
+                full_s = time.monotonic()
+                longest_s = max(longest_s, said.until(b"can't be written") - full_s)
+                while_full = len(vehicle.sent)
+                until(lambda: len(vehicle.sent) > while_full + 100, SOON_S)  # noqa: B023
+                disk.free()
+                said.until(b"the recording goes on in its file")
+                until(lambda: len(recorded(root)[0]) > while_full + 100, SOON_S)  # noqa: B023
+            enough = len(vehicle.sent)
+            until(lambda: len(recorded(root)[0]) >= enough, SOON_S)
+            frames, files = recorded(root)
+            assert frames == vehicle.sent[: len(frames)]
+            assert files > times
+            recorder.send_signal(signal.SIGINT)
+    return longest_s
+
+
+@pytest.mark.parametrize("disk", DISKS)
+def test_a_full_disk_is_told_gone_on_from_in_a_new_file_and_no_frame_is_missing(disk, tmp_path):
+    assert fill_and_free(disk, tmp_path, SHORT) > 0.0
+
+
+@pytest.mark.soak
+def test_a_full_disk_is_told_within_a_second_time_after_time(tmp_path):
+    for disk in DISKS:
+        (tmp_path / disk.__name__).mkdir()
+        longest_s = fill_and_free(disk, tmp_path / disk.__name__, LONG)
+        assert longest_s <= TOLD_WITHIN_S, disk
+    keep("disk_full", f"{LONG} times full, told within {longest_s:.2f} s, no frame missing")
