@@ -8,7 +8,7 @@ feed-forward acts: no model changes under a vehicle that flies by it.
 import math
 import struct
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -22,12 +22,15 @@ from bridge.messages.readings import CONTRACT_VERSION
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from bridge.vehicle.config import Configuration, Vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
+from bridge.vehicle.feedforward import Mode
+from bridge.vehicle.shadow import NONE_FLOWN
 
 MODE: Final = "FF_MODE"
 COMMIT: Final = "FF_COMMIT"
 ACTIVE: Final = "FF_ACTIVE"
 VERSION: Final = "FF_VERSION"
 APPLYING_MODES: Final = (2.0, 3.0)
+RAISED_ARMED: Final = "FF_MODE refused: armed, shadow not good yet"
 
 # What no vehicle leaves, as parts of its dry mass and of its rigid body's inertia: a slender hull's added mass in
 # heave or a flat one's in pitch is several times its own, and a dry mass in a vehicle file may be a guess.
@@ -148,6 +151,10 @@ class ParameterServer:
     A parameter's index is its place in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. Without
     a stored set, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE. `trouble`
     says what was wrong with the file at the start, "" for nothing.
+
+    While armed the mode is raised only where `unproven` gives "": why the feed-forward has not been good in shadow, as
+    the controller sees it (`Autopilot.unproven`). Where no controller has set it nothing is proven. Disarmed it may be
+    raised, lowered it may always be.
     """
 
     def __init__(
@@ -158,6 +165,7 @@ class ParameterServer:
         self._path = store_path
         self._table = {parameter.name: parameter for parameter in table}
         self.names = (*self._table, MODE, COMMIT, ACTIVE, VERSION)
+        self.unproven: Callable[[], str] = lambda: NONE_FLOWN
         self._texts: list[str] = []
         self.trouble = ""
         self._mode, self._is_stored = 0.0, False
@@ -248,6 +256,10 @@ class ParameterServer:
             return Refusal.DENIED
         if value == self._mode and self._is_stored:
             return None
+        unproven = self.unproven() if armed and Mode(int(value)).raises(Mode(self.mode)) else ""
+        if unproven:
+            self._texts += [RAISED_ARMED, unproven]
+            return Refusal.DENIED
         self._mode = value
         # Switching off must work on a full disk too, so a mode that can't be stored is in force all the same.
         self._save()

@@ -51,6 +51,7 @@ class SimulatedVehicle:
         veh_cfg = vehicle.veh_cfg(configuration)
         self.bridge = Bridge(vehicle, self.clock, links, self.parameters, veh_cfg=veh_cfg)
         self._autopilot = Autopilot(vehicle, configuration, self.parameters.active, file.path.parent)
+        self.parameters.unproven = self._autopilot.unproven
         self._motor_tests = MotorTests(len(vehicle.configurations[configuration].thrusters))
 
     def tick(self, reference: Reference | None) -> Stretch:

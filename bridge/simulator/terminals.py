@@ -73,6 +73,7 @@ def dive_in_real_time(
         stack.callback(terminals.close)
         vehicle = terminals.vehicle
         autopilot = Autopilot(vehicle, configuration, parameters.active, file.path.parent)
+        parameters.unproven = autopilot.unproven
         bridge = Bridge(vehicle, clock, links, parameters, veh_cfg=vehicle.veh_cfg(configuration))
         arm_for_mission(bridge, parameters)
 

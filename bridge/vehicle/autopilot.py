@@ -1,7 +1,7 @@
 """One control tick: navigation and reference to wrenches and thruster commands."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,14 +11,16 @@ from bridge.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
-from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Mode, feedforward
+from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Mode, Slope, feedforward, silent
 from bridge.vehicle.pulses import Pulses
 from bridge.vehicle.references import ZERO6, Reference, Six, Trail
+from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 from bridge.vehicle.supply import Supply
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, thrust_curve
 
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # a DVL that lost the bottom for a moment is back by then
+REFERENCE_STALE_S = 0.5  # ten ticks: a planner in another process that stumbles is back by then
 NO_ARM = 1e-6
 
 ParameterProvider = Callable[[int], Mapping[str, float]]
@@ -61,9 +63,12 @@ class Autopilot:
 
     A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
     thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
-    pitch go on. It needs no ground: a mission goes on where that falls silent.
+    pitch go on. So does one whose reference is that old by its stamp; the feed-forward is at zero after
+    `REFERENCE_STALE_S` already. It needs no ground: a mission goes on where that falls silent.
 
     An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the push itself.
+
+    `unproven` says why the mode may not be raised while armed: what was flown in shadow has not shown it yet.
     """
 
     def __init__(
@@ -97,10 +102,13 @@ class Autopilot:
         self._gentle_n = below_n
         self._pulses_fed = Pulses(curve, below_n)
         self._lead = Lead(vehicle.thrust_curve.lag_s + 0.5 / RATE_HZ, self._reach)
+        self._slope = Slope(self._reach)
+        self._shadow = Shadow(self._reach)
         self._trail = Trail(OLDEST_S)
         self._saturated = False
         self._time_s = self._begun_s = math.nan
         self._has_dvl, self._has_imu = vehicle.sensors.dvl is not None, vehicle.sensors.imu is not None
+        self._heard_s: dict[str, float] = {}
         self._faults: tuple[str, ...] = ()
         self._texts: list[str] = []
 
@@ -108,7 +116,7 @@ class Autopilot:
         """The commands of the tick at `time_s`; the PID of an axis whose sensor has fallen silent gives zero."""
         if math.isnan(self._begun_s):
             self._begun_s = time_s
-        lost = self._lost(time_s, navigation)
+        lost = self._lost(time_s, navigation, reference)
         dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
@@ -121,17 +129,18 @@ class Autopilot:
         if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
-        term = self._feedforward(reference)
-        self._report((*_blind(known), *lost, *term.faults, *self._without))
+        term = self._feedforward(time_s, reference)
+        blind = _blind(known)
+        self._report((*blind, *lost, *term.faults, *self._without))
         led = self._lead.step(term.tau, dt_s)
         applied = self.mode.applies_feedforward and not lost
-        ff = np.array(led if together else term.tau) if applied else np.zeros(6)
         pushed = [dof for dof, force in enumerate(reference.push) if force is not None]
+        off = (*term.off, *pushed) if applied else range(6)
+        ff = np.array(self._slope.step(led if together else term.tau, off, dt_s))
         push = np.zeros(6)
         if pushed:
             self._controller.reset(pushed)
             pid = tuple(0.0 if dof in pushed else pid[dof] for dof in range(6))  # type: ignore[assignment]
-            ff[pushed] = 0.0
             still = FEEDFORWARD_DOFS if lost else ()
             push[pushed] = [0.0 if dof in still else reference.push[dof] for dof in pushed]
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
@@ -142,6 +151,7 @@ class Autopilot:
             commanded, scale = share * commanded, share * scale
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
+        self._watch(dt_s, navigation, term, (x, y, z, k, m, n), bool(blind or lost), bool(pushed))
         pulses = self._pulses_fed if self.mode.applies_feedforward else self._pulses
         pwm_us = tuple(pulses(thrust).tolist())
         return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
@@ -152,18 +162,54 @@ class Autopilot:
         self._saturated = False
         self._controller.reset(range(6))
         self._lead.reset()
-        term = self._feedforward(reference)
+        self._slope.reset()
+        self._shadow.begin_anew()
+        term = self._feedforward(time_s, reference)
         self._report((*term.faults, *self._without))
         neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
         return self._told(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
 
-    def _feedforward(self, reference: Reference) -> FeedForward:
+    def unproven(self) -> str:
+        """Why the feed-forward has not been good in shadow, "" where it has: for `ParameterServer.unproven`.
+
+        Of the parameters in force at the moment of asking, which may be newer than the last tick's.
+        """
+        same = self._parameters(self.veh_cfg) == self._coefficients
+        return self._shadow.fault if same else NONE_FLOWN
+
+    def _watch(
+        self, dt_s: float, navigation: Navigation, term: FeedForward, given: Six, lame: bool, pushed: bool
+    ) -> None:
+        """Keep what this tick shows of the feed-forward where it is flown in shadow."""
+        at_limit = self._saturated or any(
+            abs(term.tau[dof]) >= self._reach[dof] > NO_ARM for dof in FEEDFORWARD_DOFS
+        )
+        if self.mode is Mode.OFF:
+            self._shadow.begin_anew()
+        elif self.mode is not Mode.SHADOW:
+            self._shadow.pause()
+        elif lame:
+            self._shadow.begin_anew("a lost sensor")
+        elif len(term.off) == len(FEEDFORWARD_DOFS):
+            self._shadow.begin_anew("FF was off")
+        elif at_limit:
+            self._shadow.begin_anew("thrust at a limit")
+        elif pushed:
+            self._shadow.begin_anew("a push")
+        else:
+            nu = (*navigation.velocity, *navigation.rate)
+            self._shadow.step(dt_s, self._coefficients, self._effects.hull, given, term.tau, nu)
+
+    def _feedforward(self, time_s: float, reference: Reference) -> FeedForward:
         """The term of this tick, with the effects that are now in force."""
         coefficients = self._parameters(self.veh_cfg)
         if coefficients != self._coefficients:
+            self._shadow.begin_anew()
             self._coefficients = dict(coefficients)
             self._effects = known_effects(coefficients, self._shape)
             self._without = tuple(f"FF without {fault}" for fault in self._effects.faults)
+        if abs(time_s - reference.time_s) > REFERENCE_STALE_S:
+            return silent("the reference is stale")
         return feedforward(coefficients, reference, self._reach, self._effects.hull)
 
     def _supplied(self, voltage_v: float, dt_s: float) -> float:
@@ -178,12 +224,16 @@ class Autopilot:
         heading_rad = self._trail.at(known.attitude_time_s).heading_rad
         return replace(reference, nu=(u, v, *reference.nu[2:5], r), heading_rad=heading_rad)
 
-    def _lost(self, time_s: float, navigation: Navigation) -> tuple[str, ...]:
+    def _lost(self, time_s: float, navigation: Navigation, reference: Reference) -> tuple[str, ...]:
         """Why there is no horizontal thrust, in words of 50 characters at most; empty where there is."""
+        velocity_s = self._heard("velocity", navigation.velocity[:2], navigation.velocity_time_s)
+        attitude_s = self._heard("attitude", navigation.attitude, navigation.attitude_time_s)
+        rate_s = self._heard("rate", navigation.rate, navigation.rate_time_s)
         needed = (
-            ("velocity", self._has_dvl, navigation.velocity_time_s),
-            ("heading", self._has_imu, navigation.attitude_time_s),
-            ("heading", self._has_imu, navigation.rate_time_s),
+            ("velocity", self._has_dvl, velocity_s),
+            ("heading", self._has_imu, attitude_s),
+            ("heading", self._has_imu, rate_s),
+            ("reference", not math.isnan(reference.time_s), reference.time_s),
         )
         lost = {
             what: f"no {what} for {HOLD_AFTER_S:.0f} s: no horizontal thrust"
@@ -192,6 +242,12 @@ class Autopilot:
             if aboard and time_s - (last_s if last_s > self._begun_s else self._begun_s) > HOLD_AFTER_S
         }
         return tuple(lost.values())
+
+    def _heard(self, what: str, values: Sequence[float], time_s: float) -> float:
+        """When a reading was last a number: one that is none tells no more than silence."""
+        if all(map(math.isfinite, values)):
+            self._heard_s[what] = time_s
+        return self._heard_s.get(what, math.nan)
 
     def _told(
         self,

@@ -120,8 +120,10 @@ class Controller:
         return x, y, z, k, m, n
 
     def _place(self, speed_m_s: float) -> tuple[int, int, float]:
-        """Two neighbours in the table and the share of the second."""
+        """Two neighbours in the table and the share of the second; a speed that is no number counts as rest."""
         speeds = self._table.speeds_m_s
+        if not math.isfinite(speed_m_s):
+            speed_m_s = 0.0
         right = min(bisect_right(speeds, speed_m_s), len(speeds) - 1)
         left = max(right - 1, 0)
         if right == left:

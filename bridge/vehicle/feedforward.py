@@ -4,7 +4,7 @@ In yaw the inertia is in it, which the paper left out. Accepted effects of the h
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
@@ -15,6 +15,8 @@ from bridge.vehicle.references import ZERO6, Reference, Six
 AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
 FEEDFORWARD_DOFS = tuple(dof for dof, _, _ in AXES)
 LEAD_SHARE = 0.1
+SLOPE_PER_S = 2.0
+LONGEST_TICK_S = 0.1
 NO_EFFECTS: Mapping[str, float] = MappingProxyType({})
 
 
@@ -35,13 +37,21 @@ class Mode(IntEnum):
         """In surge, sway and yaw; the PID of heave, roll and pitch always works."""
         return self is not Mode.ALONE
 
+    def raises(self, before: "Mode") -> bool:
+        """Whether it leaves more to the feed-forward than `before` did: it acts, or acts without the PID now."""
+        return _LEFT_TO_IT[self] > _LEFT_TO_IT[before]
+
+
+_LEFT_TO_IT = {Mode.OFF: 0, Mode.SHADOW: 0, Mode.BOTH: 1, Mode.ALONE: 2}
+
 
 @dataclass(frozen=True, slots=True)
 class FeedForward:
-    """The wrench, N and N m, and for each axis that stays at zero a sentence that says why."""
+    """The wrench, N and N m; for each axis that has to stay at zero a sentence that says why, and which they are."""
 
     tau: Six
     faults: tuple[str, ...]
+    off: tuple[int, ...] = ()
 
 
 def feedforward(
@@ -56,7 +66,7 @@ def feedforward(
     gets zero; nothing raises.
     """
     tau = [0.0] * 6
-    faults = []
+    faults, off = [], []
     more = hull_wrench(hull, reference) if hull else ZERO6
     for dof, mass_name, damping_name in AXES:
         fault = _fault(coefficients, mass_name) or _fault(coefficients, damping_name)
@@ -71,7 +81,13 @@ def feedforward(
             fault = "" if math.isfinite(force) else "its reference is not finite"
         if fault:
             faults.append(f"FF {DOFS[dof]} off: {fault}")
-    return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults))
+            off.append(dof)
+    return FeedForward((tau[0], tau[1], tau[2], tau[3], tau[4], tau[5]), tuple(faults), tuple(off))
+
+
+def silent(why: str) -> FeedForward:
+    """No feed-forward in any axis."""
+    return FeedForward(ZERO6, (f"FF off: {why}",), FEEDFORWARD_DOFS)
 
 
 def hull_wrench(effects: Mapping[str, float], reference: Reference) -> Six:
@@ -116,6 +132,38 @@ class Lead:
     def reset(self) -> None:
         """Forget the tick before."""
         self._before = None
+
+
+class Slope:
+    """Holds the wrench that is applied within the `reach` (6,) and its slope within `SLOPE_PER_S` of it a second,
+    whatever the parameters and the reference: half a second from nothing to all, five times what a reference that
+    jumps into a turn asks for. It begins at zero. An axis that is off is at zero at once.
+
+    A tick that comes late is worth no more than `LONGEST_TICK_S`.
+    """
+
+    def __init__(self, reach: Sequence[float]) -> None:
+        self._reach = tuple(reach)
+        self._applied: Six = ZERO6
+
+    def step(self, wanted: Six, off: Collection[int], dt_s: float) -> Six:
+        """The wrench to apply now, N and N m; `off` are the axes that have to have none."""
+        share = SLOPE_PER_S * min(max(dt_s, 0.0), LONGEST_TICK_S)
+        x, y, z, k, m, n = (
+            0.0 if dof in off else _towards(wanted[dof], self._applied[dof], reach, share * reach)
+            for dof, reach in enumerate(self._reach)
+        )
+        self._applied = (x, y, z, k, m, n)
+        return self._applied
+
+    def reset(self) -> None:
+        """Begin at zero again."""
+        self._applied = ZERO6
+
+
+def _towards(wanted: float, before: float, bound: float, most: float) -> float:
+    within = min(max(wanted, -bound), bound)
+    return min(max(within, before - most), before + most)
 
 
 def _fault(coefficients: Mapping[str, float], name: str) -> str:

@@ -19,7 +19,8 @@ class Reference:
     """Wanted body velocity and its derivative (SI, FRD), heading (rad, unwrapped) and depth (m).
 
     `push` is a wrench in N and N m to give in place of the controller's, as a pilot's stick does; None for an axis
-    that the controller keeps.
+    that the controller keeps. `time_s` is when it was made, on the boot clock: whoever hands over one that another
+    process made stamps it, so that an old one is known. NaN for one that is made for the very tick.
     """
 
     nu: Six
@@ -27,6 +28,7 @@ class Reference:
     heading_rad: float
     depth_m: float
     push: Push = NO_PUSH
+    time_s: float = math.nan
 
 
 class Trail:

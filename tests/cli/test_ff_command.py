@@ -236,6 +236,7 @@ def test_anything_but_yes_sends_nothing(vehicle, monkeypatch, typed, capsys):
 @pytest.mark.parametrize(("typed", "code", "mode"), [("both\n", 0, 3), ("yes\n", 4, 0), ("\n", 4, 0)])
 def test_of_an_armed_vehicle_the_modes_name_is_typed(vehicle, monkeypatch, typed, code, mode, capsys):
     vehicle.give_a_model()
+    vehicle.server.unproven = lambda: ""
     vehicle.armed = True
     monkeypatch.setattr("sys.stdin", Terminal(typed))
     assert run("both") == code

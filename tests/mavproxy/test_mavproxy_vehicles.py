@@ -47,7 +47,7 @@ def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_
         )[1]
         mavproxy.ask(f"seatrial params {code}", r"(?s)FF0_D_V +0 +33 +read back equal.*values before")
         assert second.server.active(0)["D_v"] == 33.0
-        second.server.write("FF_MODE", 3.0, True)
+        second.server.write("FF_MODE", 3.0, False)
         mavproxy.ask(
             "seatrial params rollback armed", "acts on the thrusters: force the feed-forward off first"
         )

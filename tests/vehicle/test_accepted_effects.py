@@ -158,12 +158,13 @@ def test_whatever_coefficients_and_voltage_come_in_the_pulses_stay_within_the_li
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -1.0, 0.1, 50.0])
 def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value: float) -> None:
-    pilot = Autopilot(
-        FILE.vehicle, "hovering", lambda _: MODEL | {"T1_gain": value}, FILE.path.parent, Mode.ALONE
+    pilot, without = (
+        Autopilot(FILE.vehicle, "hovering", lambda _, c=c: c, FILE.path.parent, Mode.ALONE)
+        for c in (MODEL | {"T1_gain": value}, MODEL)
     )
     for number in range(3):
-        told = pilot.step(0.05 * number, LEVEL, REFERENCE)
-    assert list(told.pwm_us) == pytest.approx(list(tick(MODEL, Mode.ALONE)))
+        told, wanted = (one.step(0.05 * number, LEVEL, REFERENCE) for one in (pilot, without))
+    assert list(told.pwm_us) == pytest.approx(list(wanted.pwm_us))
     (text,) = (text for text in pilot.take_texts() if "FF without" in text)
     assert text.startswith("FF without T1_gain")
     assert len(text) <= 50

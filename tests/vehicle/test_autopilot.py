@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -32,7 +33,9 @@ def heard(time_s: float, **silent_since_s: float) -> Navigation:
 
 
 def tick(mode: Mode, model: dict[str, float] | None = None) -> Actuation:
-    return autopilot(mode, model).step(0.0, HERE, ASK)
+    """The eighth: the feed-forward is there by then."""
+    pilot = autopilot(mode, model)
+    return [pilot.step(0.05 * step, heard(0.05 * step), ASK) for step in range(8)][-1]
 
 
 def test_the_feedforward_is_computed_in_every_mode_and_applied_in_two() -> None:
@@ -244,3 +247,94 @@ def test_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dea
     assert wrench[0] == pytest.approx(56.24 * 0.05)
     assert whisper.tau_cmd[2] > 3.0
     assert wrench[2] == 0.0
+
+
+def applied(actuation: Actuation) -> tuple[float, ...]:
+    """What the feed-forward gave the thrusters in surge, sway and yaw."""
+    return tuple(actuation.tau_cmd[dof] - actuation.tau_pid[dof] for dof in (0, 1, 5))
+
+
+NONE = pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
+@pytest.mark.parametrize("made_s", [-10.0, 0.45, 2.1, math.inf, -math.inf])
+def test_a_reference_of_another_time_feeds_nothing_forward_and_that_is_said_once(
+    mode: Mode, made_s: float
+) -> None:
+    pilot = autopilot(mode)
+    for step in range(20):
+        time_s = 0.05 * step
+        assert pilot.step(time_s, heard(time_s), replace(ASK, time_s=time_s - 0.4)).tau_ff[0] > 0
+    for time_s in (1.0, 1.05, 1.1):
+        told = pilot.step(time_s, heard(time_s), replace(ASK, time_s=made_s))
+        assert told.tau_ff == (0.0,) * 6
+        assert applied(told) == NONE
+        assert mode is Mode.ALONE or told.tau_pid[0] != 0.0
+    assert pilot.take_texts() == ["FF off: the reference is stale"]
+    again = pilot.step(1.15, heard(1.15), replace(ASK, time_s=1.15))
+    assert again.tau_ff[0] > 0
+    assert pilot.take_texts() == []
+
+
+def test_a_reference_five_seconds_old_is_followed_no_more_and_depth_is_held() -> None:
+    pilot = autopilot(Mode.OFF)
+    for step in range(20):
+        pilot.step(0.05 * step, heard(0.05 * step), replace(ASK, time_s=0.05 * step))
+    held = pilot.step(5.9, heard(5.9), replace(ASK, time_s=0.95))
+    assert held.tau_cmd[0] != 0.0
+    let_go = pilot.step(6.0, heard(6.0), replace(ASK, time_s=0.95))
+    assert [let_go.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
+    assert let_go.tau_cmd[2] != 0.0
+    assert pilot.take_texts()[-1] == "no reference for 5 s: no horizontal thrust"
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "what"),
+    [
+        ("velocity", (math.nan, 0.1, 0.0), "velocity"),
+        ("velocity", (0.3, math.inf, 0.0), "velocity"),
+        ("attitude", (math.nan,) * 4, "heading"),
+        ("rate", (0.0, 0.0, math.inf), "heading"),
+    ],
+)
+def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(
+    field: str, value: tuple[float, ...], what: str
+) -> None:
+    pilot = autopilot(Mode.BOTH)
+    for step in range(20):
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
+    for time_s in (1.0, 5.9):
+        assert pilot.step(time_s, replace(heard(time_s), **{field: value}), ASK).tau_cmd[0] != 0.0
+    for time_s in (6.0, 6.05):
+        told = pilot.step(time_s, replace(heard(time_s), **{field: value}), ASK)
+        assert [told.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
+    assert pilot.take_texts()[-1] == f"no {what} for 5 s: no horizontal thrust"
+    assert pilot.step(6.1, heard(6.1), ASK).tau_cmd[0] != 0.0
+
+
+@pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
+def test_raised_off_and_raised_again_the_feed_forward_grows_from_zero_and_ends_at_once(mode: Mode) -> None:
+    pilot = autopilot(Mode.SHADOW)
+    reach = 132.34
+    for step in range(10):
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
+    for begin_s in (0.5, 1.05):
+        pilot.mode = mode
+        grown = [applied(pilot.step(t, heard(t), ASK))[0] for t in (begin_s + 0.05 * k for k in range(8))]
+        assert grown[0] == pytest.approx(0.1 * reach, rel=1e-3)
+        assert max(b - a for a, b in pairwise(grown)) <= 0.1 * reach * (1 + 1e-3)
+        assert grown[-1] == pytest.approx(111.6 * 0.05 + 56.24 * 0.4)
+        pilot.mode = Mode.OFF
+        assert applied(pilot.step(begin_s + 0.5, heard(begin_s + 0.5), ASK)) == NONE
+
+
+def test_a_coefficient_that_goes_bad_gives_zero_at_once_even_where_the_feed_forward_leads() -> None:
+    model = dict(MODEL)
+    pilot = autopilot(Mode.BOTH, model)
+    for step in range(20):
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
+    model["M_u"] = math.nan
+    told = pilot.step(1.0, heard(1.0), ASK)
+    assert applied(told)[0] == pytest.approx(0.0, abs=1e-9)
+    assert applied(told)[1] == pytest.approx(112.41 * 0.02 + 53.05 * 0.2)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bridge.vehicle.feedforward import LEAD_SHARE, Lead, Mode, feedforward
+from bridge.vehicle.feedforward import LEAD_SHARE, Lead, Mode, Slope, feedforward
 from bridge.vehicle.references import Reference
 
 GOOD = {"M_u": 96.4, "D_u": 42.13, "M_v": 112.0, "D_v": 53.0, "I_r": 16.0, "D_r": 26.07}
@@ -99,3 +99,62 @@ def test_a_wrench_that_rests_and_one_just_begun_are_not_led() -> None:
     lead.reset()
     assert lead.step(surge(9.0), 0.05) == surge(9.0)
     assert lead.step(surge(11.0), 0.0) == surge(11.0)
+
+
+NOTHING_OFF: tuple[int, ...] = ()
+
+
+def test_the_applied_wrench_begins_at_zero_and_grows_to_the_whole_reach_in_half_a_second() -> None:
+    slope = Slope(REACH)
+    applied = [slope.step(surge(100.0), NOTHING_OFF, 0.05)[0] for _ in range(12)]
+    assert applied == pytest.approx([10.0 * min(tick, 10) for tick in range(1, 13)])
+    assert slope.step(surge(-100.0), NOTHING_OFF, 0.05)[0] == pytest.approx(90.0)
+
+
+def test_a_wrench_that_grows_slowly_is_applied_as_it_is() -> None:
+    slope = Slope(REACH)
+    for tick in range(20):
+        assert slope.step(surge(9.0 * tick), NOTHING_OFF, 0.05) == surge(min(9.0 * tick, 100.0))
+
+
+def test_an_axis_that_is_off_is_at_zero_at_once_and_grows_from_there() -> None:
+    slope = Slope(REACH)
+    for _ in range(10):
+        slope.step(surge(100.0), NOTHING_OFF, 0.05)
+    assert slope.step(surge(100.0), (0,), 0.05)[0] == 0.0
+    assert slope.step(surge(100.0), NOTHING_OFF, 0.05)[0] == pytest.approx(10.0)
+    slope.reset()
+    assert slope.step(surge(100.0), NOTHING_OFF, 0.05)[0] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(("dt_s", "grown"), [(3600.0, 20.0), (0.0, 0.0), (-1.0, 0.0)])
+def test_a_loop_that_stood_still_or_a_clock_that_ran_back_is_no_reason_for_a_kick(
+    dt_s: float, grown: float
+) -> None:
+    assert Slope(REACH).step(surge(100.0), NOTHING_OFF, dt_s)[0] == pytest.approx(grown)
+
+
+forces = st.tuples(*[st.floats(-1e9, 1e9)] * 6)
+
+
+@given(st.lists(st.tuples(forces, st.sets(st.sampled_from([0, 1, 5])), st.floats(-1.0, 10.0)), max_size=30))
+def test_whatever_is_wanted_size_and_slope_are_bounded(ticks) -> None:  # type: ignore[no-untyped-def]
+    slope, before = Slope(REACH), (0.0,) * 6
+    for wanted, off, dt_s in ticks:
+        applied = slope.step(wanted, off, dt_s)
+        for dof in range(6):
+            assert abs(applied[dof]) <= REACH[dof]
+            if dof in off:
+                assert applied[dof] == 0.0
+            else:
+                assert abs(applied[dof] - before[dof]) <= 20.0 + 1e-9
+        before = applied
+
+
+@pytest.mark.parametrize(("before", "after"), [(0, 2), (0, 3), (1, 2), (1, 3), (3, 2)])
+def test_these_changes_of_the_mode_and_no_others_leave_more_to_the_feed_forward(
+    before: int, after: int
+) -> None:
+    raising = {(a, b) for a in Mode for b in Mode if b.raises(a)}
+    assert (Mode(before), Mode(after)) in raising
+    assert len(raising) == 5

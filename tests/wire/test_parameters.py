@@ -258,7 +258,7 @@ def test_nothing_is_committed_while_armed_and_the_feed_forward_acts(mode: float)
     fill(target)
     flies = target.staged_crc
     target.write("FF_COMMIT", float(flies), False)
-    target.write("FF_MODE", mode, True)
+    target.write("FF_MODE", mode, False)
     target.write("FF0_M_U", 31.0, True)
     target.take_texts()
     assert target.write("FF_COMMIT", float(target.staged_crc), True) is Refusal.DENIED
@@ -279,8 +279,9 @@ def test_a_set_is_committed_while_armed_where_the_feed_forward_does_not_act(mode
     assert target.active_crc == target.staged_crc
 
 
-def test_the_feed_forward_can_be_switched_while_armed_once_a_set_is_active() -> None:
+def test_the_feed_forward_can_be_switched_while_armed_once_a_set_is_active_and_shadow_was_good() -> None:
     target = server()
+    target.unproven = lambda: ""
     assert target.write("FF_MODE", 2.0, False) is None
     assert target.write("FF_MODE", 0.0, True) is None
     assert target.write("FF_MODE", 1.0, True) is None
@@ -289,6 +290,35 @@ def test_the_feed_forward_can_be_switched_while_armed_once_a_set_is_active() -> 
     assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
     assert target.write("FF_MODE", 3.0, True) is None
     assert target.mode == 3
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "refused"),
+    [
+        *((0, after, after > 1) for after in range(4)),
+        *((1, after, after > 1) for after in range(4)),
+        *((2, after, False) for after in range(4)),
+        *((3, after, after == 2) for after in range(4)),
+    ],
+)
+def test_armed_without_good_shadow_the_mode_may_go_down_and_not_up_and_the_reason_is_told(
+    before: int, after: int, refused: bool
+) -> None:
+    target = server(M_u=80.0, D_u=40.0)
+    target.unproven = lambda: "shadow: 12 of 60 s flown"
+    assert target.write("FF_MODE", float(before), False) is None
+    assert target.write("FF_MODE", float(after), True) is (Refusal.DENIED if refused else None)
+    assert target.mode == (before if refused else after)
+    told = ["FF_MODE refused: armed, shadow not good yet", "shadow: 12 of 60 s flown"]
+    assert target.take_texts() == (told if refused else [])
+    assert target.write("FF_MODE", float(after), False) is None
+    assert target.mode == after
+
+
+def test_where_no_controller_watches_shadow_nothing_is_proven() -> None:
+    target = server(M_u=80.0, D_u=40.0)
+    assert target.write("FF_MODE", 3.0, True) is Refusal.DENIED
+    assert target.take_texts()[1] == "shadow: none flown, seatrial ff shadow first"
 
 
 def test_a_mass_of_zero_means_not_set() -> None:
