@@ -65,7 +65,11 @@ class Dive:
         self.link = Lossy(far, self.rng, self.world, **self.given)
         server = ParameterServer(None, vehicle_table(VEHICLE), system=1, component=191)
         files = FileServer(Segments(self.folder), lambda _: 200_000.0)
-        self.bridge = Bridge(VEHICLE, clock, [near], server, ring=self.ring, files=files)
+        self.bridge = Bridge(VEHICLE, clock, [self.on_board(near)], server, ring=self.ring, files=files)
+
+    def on_board(self, link):
+        """The vehicle's end of the link."""
+        return link
 
     def cut(self, away):
         self.link.outgoing.cut = self.link.incoming.cut = away

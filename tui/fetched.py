@@ -48,25 +48,28 @@ class Fetcher:
     tell: Tell
 
     def whole(self, folder: DiveFolder) -> Fetched:
-        """Make a dive whole. Raises LogError where the ring has nothing of it, LinkError where it can't be had."""
+        """Make a dive whole. Raises LogError where the ring has nothing of it or another
+        fetch is at work, LinkError where it can't be had."""
         boots = heard_in(folder)
         mirror = Mirror(folder.path.resolve().parent / MIRROR)
-        fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
-        source = boots[-1].source
-        self._fetch(fetching, source)
-        made = made_whole(folder.heard(), _paths(mirror, fetching.chosen), source)
-        path = folder.path / WHOLE
-        write_records(path, made.records)
+        with mirror.alone():
+            fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
+            source = boots[-1].source
+            self._fetch(fetching, source)
+            made = made_whole(folder.heard(), _paths(mirror, fetching.chosen), source)
+            path = folder.path / WHOLE
+            write_records(path, made.records)
         return Fetched(path, len(made.records), made.missing, fetching.fetched)
 
     def new(
         self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
     ) -> Fetched:
-        """A dive folder of the vehicle's newest boot, or of its last minutes."""
+        """A dive folder of the vehicle's newest boot, or of its last minutes. Raises as `whole`."""
         mirror = Mirror(root / MIRROR)
         most_ms = None if minutes is None else round(minutes * 60_000)
-        fetching = Fetching(mirror, lambda listing: newest(listing, most_ms), self.clock.boot_s())
-        self._fetch(fetching, vehicle)
+        with mirror.alone():
+            fetching = Fetching(mirror, lambda listing: newest(listing, most_ms), self.clock.boot_s())
+            self._fetch(fetching, vehicle)
         most_us = None if most_ms is None else most_ms * 1000
         records = newest_frames(_paths(mirror, fetching.chosen), most_us)
         folder = new_folder(root, records[0][0] / 1e6, name)

@@ -7,7 +7,7 @@ from typing import Any
 
 from bridge.parameters import MODE, set_crc
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.compared import COLUMNS, LEGEND, Compared, compared
+from gcs_plugin.params.compared import COLUMNS, LEGEND, NUMBERS, Compared, compared
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
 from gcs_plugin.params.plan import Plan, Verdict, make_plan, taken_back
@@ -51,7 +51,7 @@ class Planned:
     def table(self, hidden: Collection[Verdict]) -> show.Table | None:
         """Its lines, without those of some verdicts; None where none are left."""
         cells = [one.cells() for one in self.lines if one.row.verdict not in hidden]
-        return show.table("", COLUMNS, cells, numbers=COLUMNS[1:5]) if cells else None
+        return show.table("", COLUMNS, cells, numbers=NUMBERS) if cells else None
 
     def tell(self, json_target: str | None, hidden: Collection[Verdict]) -> None:
         """Table and summary where tables go."""

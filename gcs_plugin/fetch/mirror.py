@@ -4,7 +4,9 @@ A segment that is not whole yet is a `.part`: the beginning of it, without a hol
 """
 
 import contextlib
+import fcntl
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -13,6 +15,7 @@ from bridge.ftp.server import crc32
 
 PART: Final = ".part"
 PIECE_BYTES: Final = 1 << 20
+LOCK: Final = "fetching.lock"
 
 
 class Mirror:
@@ -20,6 +23,30 @@ class Mirror:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """While nobody else writes into it; the system lets go of it where a process is killed.
+
+        Raises LogError where another does, or it can't be written.
+        """
+        path = self._folder / LOCK
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise LogError(
+                f"{path}: can't be written ({error.strerror}); free disk space and fetch again"
+            ) from None
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield
+        except BlockingIOError:
+            raise LogError(
+                f"{self._folder}: another fetch is at work there; wait for its end, then fetch again"
+            ) from None
+        finally:
+            os.close(file)
 
     def path(self, name: str) -> Path:
         """Where what there is of a segment lies."""

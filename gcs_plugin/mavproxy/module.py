@@ -184,7 +184,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         if name is not None:
             file: VehicleFile = load_vehicle(name)
             self._file = name
-            self.say_line(f"vehicle file: {file.path} ({file.vehicle.name})")
+            shape = file.configuration or "the recording's own"
+            self.say_line(f"vehicle file: {file.path} ({file.vehicle.name}), configuration: {shape}")
         elif not self._file:
             raise ConfigError("no vehicle file is named; give NAME, or NAME:CONFIGURATION")
         else:

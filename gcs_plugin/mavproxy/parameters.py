@@ -12,7 +12,7 @@ from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
 from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, unfinished
-from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, value_text
+from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, unit_of, value_text
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, begin, finish, lines_of, new_preimage, path_of
 from gcs_plugin.params.transfer import Outcome
@@ -275,7 +275,7 @@ class Parameters:
         before, took_s = work.receipt.preimage, self._clock.boot_s() - work.began_s
         self._last_before = before
         lines = lines_of(plan, ending.results)
-        rows: list[Sequence[str]] = [("name", "before", "now", "what became of it")]
+        rows: list[Sequence[str]] = [("name", "unit", "before", "now", "what became of it")]
         rows += [_became(line) for line in lines if line.name in plan.changes]
         for row in _aligned(rows) if len(rows) > 1 else []:
             self._say(row)
@@ -327,15 +327,22 @@ def _parted(names: list[str]) -> tuple[list[str], tuple[str, ...]]:
     return names[:place], tuple(names[place + 1 :])
 
 
-def _became(line: Line) -> tuple[str, str, str, str]:
+def _became(line: Line) -> tuple[str, ...]:
     before, after = ("-" if value is None else value_text(value) for value in (line.before, line.after))
-    return line.name, before, after, "read back equal" if line.outcome is Outcome.APPLIED else line.sentence
+    unit = unit_of(line.name)
+    return (
+        line.name,
+        unit,
+        before,
+        after,
+        "read back equal" if line.outcome is Outcome.APPLIED else line.sentence,
+    )
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table: names to the left, numbers to the right, words behind them."""
+    """A table: names and units to the left, numbers to the right, words behind them."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
-        "  ".join((row[0].ljust(widths[0]), *map(str.rjust, row[1:-1], widths[1:-1]), row[-1]))
+        "  ".join((*map(str.ljust, row[:2], widths), *map(str.rjust, row[2:-1], widths[2:-1]), row[-1]))
         for row in rows
     ]

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import Plan, Row, coefficient_of, value_text
+from gcs_plugin.params.plan import Plan, Row, coefficient_of, unit_of, value_text
 from gcs_plugin.params.sidecar import Interval
 
-COLUMNS = ("name", "on the vehicle", "in the file", "last accepted", "change", "verdict")
+COLUMNS = ("name", "unit", "on the vehicle", "in the file", "last accepted", "change", "verdict")
+NUMBERS = COLUMNS[2:6]
 LEGEND = "change: in halves of the 95 % interval that the file gives; below 1 it is within it"
 
 
@@ -28,11 +29,12 @@ class Compared:
             return None
         return (self.row.target - self.row.present) / half
 
-    def cells(self) -> tuple[str, str, str, str, str, str]:
+    def cells(self) -> tuple[str, ...]:
         """Its texts, in the order of COLUMNS."""
         row, change = self.row, self.change
         return (
             row.name,
+            unit_of(row.name),
             "-" if row.present is None else value_text(row.present),
             value_text(row.target),
             "-" if self.accepted is None else value_text(self.accepted.value),
@@ -47,7 +49,7 @@ class Compared:
             "name": self.row.name,
             "coefficient": coefficient.name if coefficient else "",
             "sentence": coefficient.sentence if coefficient else "",
-            "unit": coefficient.unit if coefficient else "",
+            "unit": unit_of(self.row.name),
             "present": self.row.present,
             "target": self.row.target,
             "low95": None if self.interval is None else self.interval.low95,

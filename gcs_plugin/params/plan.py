@@ -135,6 +135,12 @@ def coefficient_of(name: str) -> Coefficient | EffectCoefficient | None:
     return _BY_ID.get(match.group(2)) if match else None
 
 
+def unit_of(name: str) -> str:
+    """The SI unit of a parameter, 1 for a number without one; "" where none is known."""
+    coefficient = coefficient_of(name)
+    return coefficient.unit if coefficient is not None else ""
+
+
 def is_staged(name: str) -> bool:
     """Whether a parameter waits in the vehicle's staging until a commit."""
     return coefficient_of(name) is not None

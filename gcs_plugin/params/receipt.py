@@ -17,7 +17,7 @@ from typing import Any, Final
 from bridge.errors import ParamRejected
 from bridge.plain import from_json
 from gcs_plugin.params.files import replace_text, write_parameters
-from gcs_plugin.params.plan import Plan, Verdict
+from gcs_plugin.params.plan import Plan, Verdict, unit_of
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Result, Source
 from gcs_plugin.params.upload import Ending
@@ -71,6 +71,7 @@ class Receipt:
             "parameters": [
                 {
                     "name": line.name,
+                    "unit": unit_of(line.name),
                     "before": _number(line.before),
                     "target": _number(line.target),
                     "after": _number(line.after),

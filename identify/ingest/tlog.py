@@ -273,9 +273,10 @@ def _damage(frames: Frames) -> tuple[str, ...]:
     lost, skipped = frames.counts.get("checksum", 0), frames.counts.get("skipped", 0)
     notes = []
     if lost:
+        are = f"{lost} stretches ({skipped} bytes) are" if lost > 1 else f"1 stretch ({skipped} bytes) is"
+        done = "were" if lost > 1 else "was"
         notes.append(
-            f"{lost} stretches ({skipped} bytes) are damaged or of another dialect and were skipped; "
-            f"{len(frames)} messages were read."
+            f"{are} damaged or of another dialect and {done} skipped; {len(frames)} messages were read."
         )
     empty = frames.counts.get("files empty", 0)
     if empty:

@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import starmap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,9 +42,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, a warning that stands out, a paragraph, figures, the other paragraphs, tables.
+    """A heading, a warning that stands out, judgements, a paragraph, figures, the other paragraphs, tables.
 
-    `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline.
+    `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline. `judged`
+    are sentences that say yes (True) or no, each with its colour and its mark.
     """
 
     heading: str
@@ -51,6 +53,7 @@ class Section:
     tables: tuple[Table, ...] = ()
     figures: tuple[Figure, ...] = ()
     warning: str = ""
+    judged: tuple[tuple[bool, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,11 @@ def _warning(text: str) -> str:
     return f'<div class="warning" role="note">\n<p><strong>{paragraphs[0]}</strong></p>\n{body}</div>\n'
 
 
+def _judged(good: bool, sentence: str) -> str:
+    kind, mark = ("yes", "●") if good else ("no", "▲")
+    return f'<p class="judged {kind}"><span aria-hidden="true">{mark}</span> {safe(sentence)}</p>\n'
+
+
 def _paragraphs(text: str) -> list[str]:
     return [safe(p.strip()) for p in text.split("\n\n") if p.strip()]
 
@@ -139,8 +147,10 @@ def _section(section: Section, heading: str, anchor: str) -> str:
     first, *others = [f"<p>{p}</p>\n" for p in _paragraphs(section.text)] or [""]
     figures = "".join(_figure(figure, f"{anchor}-{i}") for i, figure in enumerate(section.figures, start=1))
     tables = "".join(map(_table, section.tables))
+    judged = "".join(starmap(_judged, section.judged))
     body = (
-        _warning(section.warning) + first + figures + "".join(others) + tables or "<p>Nothing to show.</p>\n"
+        _warning(section.warning) + judged + first + figures + "".join(others) + tables
+        or "<p>Nothing to show.</p>\n"
     )
     return f'<section id="{anchor}">\n<h2>{safe(heading)}</h2>\n{body}</section>'
 

@@ -50,6 +50,10 @@ section > p, section > ul { max-width: 75ch; }
   border: 3px solid var(--alarm); border-left-width: 12px; }
 .warning p { margin: .6em 0; }
 .warning strong { font-size: 1.15em; color: var(--alarm); }
+.judged { padding: .5em .9em; background: var(--raised); border-left: 8px solid var(--fourth); font-weight: 600; }
+.judged span { color: var(--fourth); }
+.judged.no { background: var(--alarm-ground); border-color: var(--alarm); }
+.judged.no span { color: var(--alarm); }
 nav ul { display: flex; flex-wrap: wrap; gap: .3em 1.4em; list-style: none; margin: 0; padding: 0; }
 a { color: var(--first); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }

@@ -70,7 +70,7 @@ def _error_table(
     rows: tuple[tuple[str, ...], ...] = (
         *(row(f"{phase}, {unit}", 4, partial(AxisErrors.phase, name=phase)) for phase in PHASES),
         row(f"Acceleration, delay taken out, {unit}", 4, lambda run: run.acceleration_less_delay),
-        row("Delay, s", 2, lambda run: run.delay_s),
+        row("Delay, ms", 0, lambda run: 1000 * run.delay_s),
         row(f"Steady |PID|, {wrench_unit}", 2, lambda run: run.pid_magnitude),
         row(f"Steady |PID − feed-forward|, {wrench_unit}", 2, lambda run: run.pid_minus_ff),
     )

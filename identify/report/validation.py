@@ -71,8 +71,8 @@ def _less(best: str, errors: Mapping[str, float]) -> str:
 
 def _raising(judged: Mapping[str, Raising | None]) -> Section | None:
     """Go or no-go, dive by dive."""
-    lines = [f"{label}: {one.sentence}" for label, one in judged.items() if one is not None]
-    return Section("May the feed-forward be raised?", "\n\n".join(lines)) if lines else None
+    told = tuple((one.go, f"{label}: {one.sentence}") for label, one in judged.items() if one is not None)
+    return Section("May the feed-forward be raised?", judged=told) if told else None
 
 
 def _criteria(judged: Mapping[str, Raising | None]) -> Section | None:

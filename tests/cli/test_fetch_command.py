@@ -9,13 +9,21 @@ from diving_vehicle import Dive
 
 from bridge.clock import SystemClock
 from bridge.ring.whole import WHOLE
+from bridge.signing.gate import Gate
+from bridge.signing.key import SigningKey, write_key
+from bridge.signing.link import SignedLink
+from bridge.signing.times import Times
 from bridge.tlog import read_tlog
+from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import new_folder
 from gcs_plugin.holder import Holding, write_holding
 from gcs_plugin.hub import Hub
 from gcs_plugin.recorder import Recorder
 from tui import cli, exit_codes
+from tui.fetched import MIRROR
+
+KEY = SigningKey(bytes(range(32)))
 
 
 @pytest.fixture
@@ -49,6 +57,51 @@ def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, tmp_path, mo
     assert told["recording"] == str(folder.path / WHOLE)
     assert told["missing"] == told["frames"] - len(dive.heard) > 50
     assert "had not been heard; the dive is whole in" in capsys.readouterr().out
+
+
+def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(
+    dive, folder, tmp_path, monkeypatch, capsys
+) -> None:
+    monkeypatch.setattr("tui.links.link_for", lambda *_: dive)
+    words = ["fetch", "--out", str(tmp_path / "dives"), "--link", "udpin:127.0.0.1:14550"]
+    before = dive.world.now_s
+    with Mirror(tmp_path / "dives" / MIRROR).alone():
+        assert cli.main(words) == exit_codes.BAD_INPUT
+    assert "another fetch is at work there; wait for its end" in capsys.readouterr().err
+    assert dive.world.now_s == before
+    assert not (folder.path / WHOLE).exists()
+    assert cli.main(words) == exit_codes.DONE
+    assert (folder.path / WHOLE).exists()
+
+
+class SignedDive(Dive):
+    """One whose vehicle signs, and hears nobody without the key."""
+
+    def on_board(self, link):
+        clock = SystemClock()
+        return SignedLink(link, Gate(self.name, KEY, Times(clock), clock, lambda _: None), clock)
+
+
+def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_signed(
+    tmp_path, monkeypatch, capsys
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    signed = SignedDive(tmp_path / "ring")
+    signed.dive(5.0)
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: signed)
+    write_key(tmp_path / "lake.key", KEY)
+    words = ["fetch", "--new", "--link", "udpin:127.0.0.1:14550", "--json", "came.json"]
+    assert cli.main([*words, "--sign-key", "lake.key"]) == exit_codes.DONE
+    told = json.loads((tmp_path / "came.json").read_text())
+    made = [frame.raw for _, frame in read_tlog(tmp_path / told["recording"])]
+    assert made == signed.kept()[: len(made)]
+    assert len(made) == told["frames"] > 50
+    capsys.readouterr()
+    other = SigningKey(bytes(32))
+    write_key(tmp_path / "other.key", other)
+    assert cli.main([*words, "--sign-key", "other.key"]) != exit_codes.DONE
+    assert "another key" in capsys.readouterr().err
 
 
 def test_what_can_not_be_meant_is_refused(tmp_path, capsys) -> None:

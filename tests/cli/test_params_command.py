@@ -112,7 +112,7 @@ def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys)
     (line,) = (
         line for line in shown.splitlines() if line.startswith("FF1_M_U") and "read back equal" in line
     )
-    assert line.split()[1:3] == ["111.5", "99"]
+    assert line.split()[2:4] == ["111.5", "99"]
 
 
 def identified(tmp_path, **changed):
@@ -423,7 +423,7 @@ def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, 
     capsys.readouterr()
     run("diff", file)
     (line,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("FF1_M_U"))
-    assert line.split() == ["FF1_M_U", "101.5", "111.5", "111.5", "+1.0", "changed"]
+    assert line.split() == ["FF1_M_U", "kg", "101.5", "111.5", "111.5", "+1.0", "changed"]
 
 
 def test_roll_back_without_a_file_goes_back_one_upload_at_a_time(vehicle, file, tmp_path, capsys):

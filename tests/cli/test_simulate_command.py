@@ -15,7 +15,7 @@ from gcs_plugin.folder import load_folder
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from identify.ingest.open import read_dive
-from tui import cli, exit_codes
+from tui import cli, exit_codes, simulated
 
 LEGS = """
 name: a short one
@@ -255,3 +255,19 @@ def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkey
     framer = Framer()
     heard = [frame for data in far._inbox for frame in framer.feed(data)]
     assert any(frame.message_id == 0 and frame.system == 1 for frame in heard)
+
+
+@pytest.mark.parametrize(("speed", "earlier"), [("max", 1.0), ("4", 0.75), ("1", 0.0), ("0.5", 0.0)])
+def test_a_dive_faster_than_real_time_ends_now_and_not_in_the_future(
+    speed, earlier, tmp_path, mission, monkeypatch
+):
+    asked = []
+
+    def recorded(*_, unix_s, **__):
+        asked.append(unix_s)
+        raise exit_codes.UsageError("that was all")
+
+    monkeypatch.setattr("tui.simulated.record_dive", recorded)
+    monkeypatch.setattr(SystemClock, "unix_s", lambda _: 1_790_000_000.0)
+    assert simulate(tmp_path, mission, "--speed", speed) == exit_codes.BAD_INPUT
+    assert asked == [1_790_000_000.0 - earlier * (simulated.WARM_UP_S + 6.0)]

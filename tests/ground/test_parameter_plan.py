@@ -66,8 +66,8 @@ def test_lines_can_be_chosen_and_nothing_is_skipped_in_silence():
 def test_rows_print_with_comparable_values():
     plan = make_plan({"FF0_M_U": 24.4, "FF3_M_U": 30.0}, PRESENT)
     assert [line.cells() for line in compared(plan, {}, {})] == [
-        ("FF0_M_U", "24.4", "24.4", "-", "-", "same"),
-        ("FF3_M_U", "-", "30", "-", "-", "not on the vehicle: the vehicle has no such parameter"),
+        ("FF0_M_U", "kg", "24.4", "24.4", "-", "-", "same"),
+        ("FF3_M_U", "kg", "-", "30", "-", "-", "not on the vehicle: the vehicle has no such parameter"),
     ]
 
 

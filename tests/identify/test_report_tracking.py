@@ -55,7 +55,7 @@ def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
         ("Deceleration, m/s", "0.0048", "0.0048"),
         ("Overall, m/s", "0.0051", "0.0051"),
         ("Acceleration, delay taken out, m/s", "0.0042", "0.0042"),
-        ("Delay, s", "0.30", "0.30"),
+        ("Delay, ms", "300", "300"),
         ("Steady |PID|, N", "1.20", "1.20"),
         ("Steady |PID − feed-forward|, N", "2.40", "2.40"),
     )
@@ -87,7 +87,7 @@ def test_the_effort_of_a_pid_that_pushes_both_ways_is_its_magnitude():
 
 def test_yaw_has_its_own_units():
     (table,) = tracking_section({"PID alone": TrackingErrors("a", (YAW,))}, {}).tables
-    assert [row[0].rpartition(", ")[2] for row in table.rows] == ["rad/s"] * 5 + ["s", "N m", "N m"]
+    assert [row[0].rpartition(", ")[2] for row in table.rows] == ["rad/s"] * 5 + ["ms", "N m", "N m"]
     assert table.rows[2] == ("Deceleration, rad/s", "—")
 
 

@@ -15,12 +15,12 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
         assert second.server._staged == before
         mavproxy.ask("seatrial vehicle 7", "no vehicle beats as system 7; these do: 1, 2")
         mavproxy.ask("seatrial vehicle 2", "vehicle: 2")
-        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +- +changed")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +kg +0 +111 +- +- +changed")
         mavproxy.ask("seatrial ff both", "vehicle 2 has no parameters in force to feed forward")
         upload(mavproxy, f"seatrial params upload {name}")
         assert second.server.value("FF0_M_U") == 111.0
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
-        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +0 +111 +- +- +changed")
+        mavproxy.ask(f"seatrial params diff {name}", r"FF0_M_U +kg +0 +111 +- +- +changed")
     finally:
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
 
@@ -45,7 +45,9 @@ def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_
         code = mavproxy.ask(
             f"seatrial params upload {coefficients}", r"which is ARMED:\n\s+seatrial params (yes armed-\S+)"
         )[1]
-        mavproxy.ask(f"seatrial params {code}", r"(?s)FF0_D_V +0 +33 +read back equal.*values before")
+        mavproxy.ask(
+            f"seatrial params {code}", r"(?s)FF0_D_V +N/\(m/s\) +0 +33 +read back equal.*values before"
+        )
         assert second.server.active(0)["D_v"] == 33.0
         second.server.write("FF_MODE", 3.0, False)
         mavproxy.ask(
@@ -62,7 +64,8 @@ def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_
 
 def test_from_a_dive_to_a_verified_upload_with_mavproxy_answering_all_along(mavproxy, folder, dive):
     path = dive.relative_to(folder)
-    mavproxy.ask("seatrial file ruvifist", "vehicle file: ")
+    mavproxy.ask("seatrial file ruvifist:hovering", r"vehicle file: .*\(ruvifist\), configuration: hovering")
+    mavproxy.ask("seatrial file ruvifist", "configuration: the recording's own")
     mavproxy.ask(f"seatrial identify {path} --method likelihood", "identify: .* in a process of its own")
     mavproxy.ask("seatrial identify", "identify .* runs; wait for it")
     mavproxy.ask("seatrial status", "identify .*: runs for")

@@ -15,6 +15,7 @@ from identify.report.grouped import HATCHES, Group, grouped
 from identify.report.page import Figure, Report, render_report
 from identify.report.picture import WIDE_IN
 from identify.report.plot import stack
+from identify.report.text import safe
 from identify.report.tracking import error_line
 from identify.report.validation import validation_report, verdict
 from identify.validate import CUTOFF_HZ, TrackingErrors, tracking_errors
@@ -150,7 +151,12 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
         "Surge",
         "What go and no-go rest on",
     ]
-    assert report.sections[0].text.startswith("PID: NO-GO, don't raise it: surge mass.")
+    ((go, sentence),) = report.sections[0].judged
+    assert not go
+    assert sentence.startswith("PID: NO-GO, don't raise it: surge mass.")
+    html = render_report(report)
+    assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(sentence)}</p>' in html
+    assert 'class="judged yes"' not in html
     assert report.sections[2].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
 
 

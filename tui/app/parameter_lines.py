@@ -1,6 +1,7 @@
 """The parameters of a vehicle as lines: the table, the line at the mark, what is asked and what became of it."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from tui.app.comparison import Comparison, Entry
@@ -12,12 +13,25 @@ AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
 EQUAL: Final = "read back equal"
 DIGITS: Final = 5
-WIDE: Final = 90  # cells from which units have a column
+WIDE: Final = 90  # cells from which columns are as wide as any value needs
 ALIKE, FAR = 1.0, 3.0
 """A change within the interval is no news; one of three halves of it is worth a second look."""
 IN_HALVES: Final = "Δ/±95%"
 """Heads the change, in the unit of the column before it."""
-NUMBER, FILE, HALF, CHANGE, NAME, UNIT = 10, 11, 8, 7, 12, 13
+CHANGE, NAME = 7, 12
+
+
+@dataclass(frozen=True)
+class _Widths:
+    """The cells of the columns that are narrower where there is little room."""
+
+    unit: int
+    number: int
+    file: int
+    half: int
+
+
+ROOMY, TIGHT = _Widths(13, 10, 11, 8), _Widths(12, 9, 11, 7)
 
 
 def number(value: float | None) -> str:
@@ -69,42 +83,47 @@ def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
 
 
 def _head(cells: int, back: bool, written: bool) -> Line:
-    unit = f"{'unit':<{UNIT}}" if cells >= WIDE else ""
+    wide = _widths(cells)
     values = "was" if written else "vehicle", "before" if back else "identified"
-    head = f"   {'name':<{NAME}}{unit}{values[0]:>{NUMBER}}{values[1]:>{FILE}}{'±95 %':>{HALF}}"
-    return ((f"{head}{'accepted':>{NUMBER}}{IN_HALVES:>{CHANGE}}", "quiet"),)
+    head = f"   {'name':<{NAME}}{'unit':<{wide.unit}}{values[0]:>{wide.number}}{values[1]:>{wide.file}}"
+    return ((f"{head}{'±95 %':>{wide.half}}{'accepted':>{wide.number}}{IN_HALVES:>{CHANGE}}", "quiet"),)
+
+
+def _widths(cells: int) -> _Widths:
+    return ROOMY if cells >= WIDE else TIGHT
 
 
 def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int) -> Line:
     mark = (CHOSEN if chosen else LEFT) if entry.choosable else NOT_ASKED
     lively: Role = "strong" if chosen else "plain" if entry.choosable else "quiet"
-    unit: tuple[Span, ...] = ((f"{cut(entry.unit, UNIT - 1):<{UNIT}}", "quiet"),) if cells >= WIDE else ()
+    wide = _widths(cells)
     change = NOTHING if entry.change is None else f"{entry.change:+.1f}"
     far: Role = "quiet" if entry.change is None or abs(entry.change) <= ALIKE else "plain"
     if entry.change is not None and abs(entry.change) > FAR:
         far = "warn"
-    words, role = _words(entry, became)
     line: Line = (
         (AT if at else " ", "accent"),
         (mark, "accent"),
         (DOUBT if entry.doubted else " ", "warn"),
         (f"{cut(entry.name, NAME - 1):<{NAME}}", "tab" if at else lively),
-        *unit,
-        (f"{number(entry.present):>{NUMBER}}", "plain" if entry.changes else "quiet"),
-        (f"{number(entry.target):>{FILE}}", lively),
-        (f"{number(half(entry)):>{HALF}}", "quiet"),
-        (f"{number(entry.accepted):>{NUMBER}}", "quiet"),
+        (f"{cut(entry.unit, wide.unit - 1):<{wide.unit}}", "quiet"),
+        (f"{number(entry.present):>{wide.number}}", "plain" if entry.changes else "quiet"),
+        (f"{number(entry.target):>{wide.file}}", lively),
+        (f"{number(half(entry)):>{wide.half}}", "quiet"),
+        (f"{number(entry.accepted):>{wide.number}}", "quiet"),
         (f"{change:>{CHANGE}}", far),
     )
     room = cells - sum(len(text) for text, _ in line) - 2
+    words, role = _words(entry, became, room)
     return (*line, (f"  {cut(words, room)}", role)) if room > 0 else line
 
 
-def _words(entry: Entry, became: str) -> Span:
-    """What is to be read at the end of a line."""
+def _words(entry: Entry, became: str, room: int) -> Span:
+    """What is to be read at the end of a line, in so many cells."""
     if became:
+        equal = f"✓ {EQUAL}"
         return (
-            (f"✓ {EQUAL}", "accent")
+            (equal if len(equal) <= room else f"✓ {EQUAL.split()[-1]}", "accent")
             if became.endswith(EQUAL)
             else (f"{DOUBT} {became.removeprefix(entry.name).strip()}", "bad")
         )

@@ -1,9 +1,12 @@
 """What is read from the vehicle and written to it: a file beside its parameters, and the lines that are chosen."""
 
+import contextlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from bridge.errors import ConfigError
+from bridge.vehicle.config import load_vehicle
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.comparison import ACTING, Comparison, comparison
 from tui.app.confirming import agrees, needed
@@ -63,7 +66,14 @@ class Transfer:
             jobs.start(READ, ("params", "rollback", "--dry-run", *receipts))
         elif file is not None:
             self._read_of = _stamp(file)
-            jobs.start(READ, ("params", "diff", str(file), *receipts))
+            jobs.start(READ, ("params", "diff", str(file), *receipts, *self._vehicle()))
+
+    def _vehicle(self) -> tuple[str, ...]:
+        """The file of the vehicle that the app was started for; what was identified in any shape of it may be sent."""
+        vehicle = self._desk.vehicle
+        with contextlib.suppress(ConfigError):  # the verb says what is wrong with it
+            vehicle = str(load_vehicle(vehicle).path) if vehicle else ""
+        return ("--vehicle", vehicle) if vehicle else ()
 
     def _file(self) -> Path | None:
         """The file that another screen laid on the desk for the chosen dive, else what was identified from it."""
@@ -161,6 +171,7 @@ class Transfer:
         words += ["--system", str(shown.system)]
         words += ["--armed"] if armed else []
         if not self.back:
+            words += self._vehicle()
             words += ["--despite-doubts"] if shown.doubted else []
             only = shown.only(self.chosen)
             words += ["--only", *only] if only else []

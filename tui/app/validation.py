@@ -14,7 +14,7 @@ ROWS: Final = {
     "overall": "Overall",
 }
 EFFORTS: Final = {
-    "delay_s": "delay, s",
+    "delay_s": "delay, ms",
     "pid_magnitude": "steady |PID|",
     "pid_minus_ff": "steady |PID - FF|",
 }

@@ -68,9 +68,12 @@ def errors(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
             values = [run.errors.get(axis, {}).get(key, math.nan) * factor for run in runs]
             lines.append(_row(words, values, DIGITS.get(shown, 4), width, mark=True))
         for key, words in EFFORTS.items():
-            force = "" if key == "delay_s" else ", N m" if unit == "rad/s" else ", N"
             values = [run.errors.get(axis, {}).get(key, math.nan) for run in runs]
-            lines.append(_row(words + force, values, EFFORT_DIGITS, width, mark=False))
+            if key == "delay_s":
+                lines.append(_row(words, [1000 * value for value in values], 0, width, mark=False))
+            else:
+                force = "N m" if unit == "rad/s" else "N"
+                lines.append(_row(f"{words}, {force}", values, EFFORT_DIGITS, width, mark=False))
         lines.append(())
     return tuple(lines[:-1])
 

@@ -202,17 +202,14 @@ def run(arguments: argparse.Namespace) -> int:
 def show_values(arguments: argparse.Namespace, present: Mapping[str, float]) -> int:
     """`params show`."""
     from gcs_plugin.params.files import write_parameters
-    from gcs_plugin.params.plan import coefficient_of, value_text
+    from gcs_plugin.params.plan import unit_of, value_text
     from tui import show
 
     patterns = {given: _pattern(given) for given in arguments.patterns or ["*"]}
     shown = {name: v for name, v in present.items() if any(fnmatchcase(name, p) for p in patterns.values())}
     missed = [given for given, p in patterns.items() if not any(fnmatchcase(name, p) for name in present)]
     if shown:
-        rows = []
-        for name, value in shown.items():
-            coefficient = coefficient_of(name)
-            rows.append((name, value_text(value), coefficient.unit if coefficient else ""))
+        rows = [(name, value_text(value), unit_of(name)) for name, value in shown.items()]
         show.put(
             show.results(arguments.json),
             show.table("", ("name", "value", "unit"), rows, numbers=("value",)),
@@ -249,7 +246,7 @@ def apply(
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
     from bridge.errors import ParamError
     from gcs_plugin.params.last_accepted import keep_accepted
-    from gcs_plugin.params.plan import Verdict
+    from gcs_plugin.params.plan import Verdict, unit_of
     from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
     from tui import show
 
@@ -271,13 +268,13 @@ def apply(
         )
     console = show.results(arguments.json)
     rows = [
-        (line.name, _text(line.before), _text(line.after), _became(line))
+        (line.name, unit_of(line.name), _text(line.before), _text(line.after), _became(line))
         for line in receipt.lines
         if line.name in plan.changes
     ]
     if rows:
-        columns = ("name", "before", "now", "what became of it")
-        show.put(console, show.table("", columns, rows, numbers=columns[1:3]))
+        columns = ("name", "unit", "before", "now", "what became of it")
+        show.put(console, show.table("", columns, rows, numbers=columns[2:4]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
     show.say(console, f"receipt: {path_of(before, RECEIPT)}\nvalues before: {before}")
     try:

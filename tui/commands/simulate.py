@@ -173,7 +173,8 @@ def dive(
             mission,
             Path(arguments.out),
             seed=arguments.seed,
-            unix_s=unix_s - simulated.lasts_s(mission) if math.isinf(times) else unix_s,
+            # Faster than real time it began earlier, so that it ends as it is ended here, and not in the future.
+            unix_s=unix_s - simulated.lasts_s(mission) * max(0.0, 1.0 - 1.0 / times),
             parameters=parameters,
             mode=Mode(MODES[arguments.mode]) if arguments.mode else None,
             truth=truth,

@@ -195,16 +195,27 @@ def _mode(dive: "Dive") -> str:
 def _lags(errors: "dict[str, TrackingErrors]") -> "Table":
     from tui import show
 
-    columns = ("axis", "dive", "delay, s", "acceleration less delay", "mean |PID| when steady")
+    columns = ("axis", "dive", "delay, ms", "acceleration less delay", "mean |PID| when steady")
     rows = [
-        (axis.axis, label, show.number(axis.delay_s, 3), show.number(axis.acceleration_less_delay, 3),
-         show.number(axis.pid_magnitude, 3))
+        (
+            axis.axis,
+            label,
+            "-" if math.isnan(axis.delay_s) else f"{round(1000 * axis.delay_s)}",
+            _with_unit(axis.acceleration_less_delay, axis.unit),
+            _with_unit(axis.pid_magnitude, "N" if axis.unit == "m/s" else "N m"),
+        )
         for label, found in errors.items()
         for axis in found.axes
-    ]  # fmt: skip
+    ]
     return show.table(
         "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]
     )
+
+
+def _with_unit(value: float, unit: str) -> str:
+    from tui import show
+
+    return f"{show.number(value, 3)} {unit}" if math.isfinite(value) else "-"
 
 
 def _plain(
