@@ -24,6 +24,7 @@ VERBS = {
     "tui": "the terminal app: watch the vehicle live, over ssh and in tmux as well",
     "record": "record every frame of one or more links into a dive folder",
     "fetch": "bring what the vehicle kept of a dive and the ground did not hear, and make the dive whole",
+    "merge": "put what another recorder kept of a dive to it, on one clock: the autopilot's log, another .tlog",
     "note": "write down what happens in the dive that is being recorded",
     "conditions": "what a dive was made under: water, tether, ballast, payload, weather",
     "watch": "what an operator sees now of a vehicle: armed, link, sensors, depth, velocities, battery",

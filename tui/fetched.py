@@ -34,7 +34,7 @@ class Fetched:
     def words(self) -> str:
         """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
         if not self.missing:
-            return f"nothing was missing, all {self.frames} frames had been heard: {self.path}"
+            return f"nothing is missing, all {self.frames} frames are there: {self.path}"
         return f"{self.missing} of {self.frames} frames had not been heard; the dive is whole in {self.path}"
 
 
@@ -56,7 +56,7 @@ class Fetcher:
             fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
             source = boots[-1].source
             self._fetch(fetching, source)
-            made = made_whole(folder.heard(), _paths(mirror, fetching.chosen), source)
+            made = made_whole(folder.telemetry(), _paths(mirror, fetching.chosen), source)
             path = folder.path / WHOLE
             write_records(path, made.records)
         return Fetched(path, len(made.records), made.missing, fetching.fetched)

@@ -15,7 +15,7 @@ PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 WRITTEN = ("json", "csv", "param", "report", "out", "parameters", "predict")
 """Options of all verbs that name a file to write; what names a folder is no file and does no harm here."""
 
-READ = ("dives", "dive", "folder", "file", "after", "mission", "check", "against", "accepted")
+READ = ("dives", "dive", "folder", "file", "files", "after", "mission", "check", "against", "accepted")
 """Words and options of all verbs that name files or folders to read, beside the vehicle file and its column map."""
 
 VEHICLES = ("vehicle", "otherwise")

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.clock_line import ClockLine, fit_clock
 from bridge.errors import LogError, NothingRecorded
-from bridge.framing import Frame
+from bridge.framing import MAGIC_2, Frame
 from bridge.ring.segments import segment_named
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 
@@ -28,24 +29,43 @@ BLOCK_US: Final = 10_000_000
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000
 """A frame that arrives later after it was sent is another one of the same bytes."""
+AGAIN_US: Final = 200_000
+MANY: Final = 50
+JITTER_S: Final = 2e-3
+"""Of the middle of what ten seconds say, at the least."""
 STRANGERS: Final = (
     "the vehicle's own recording and the ground's have no frame in common; "
     "check that this is the vehicle's dive"
 )
 _TRANSFER: Final[int] = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
 
-Offsets = dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]
+TIMED: Final = frozenset(
+    number
+    for number, kind in dialect.mavlink_map.items()
+    if not {"time_usec", "time_boot_ms", "time_unix_usec"}.isdisjoint(kind.fieldnames)
+)
+Array = NDArray[np.float64]
 Dated = tuple[int, bytes]
 """Unix microseconds and a raw frame."""
 
 
 @dataclass(frozen=True)
 class Whole:
-    """What came of it: how many frames the ground had heard of the vehicle, and how many were missing."""
+    """What came of it: how many frames the ground had heard of the vehicle, and how many were missing.
+
+    `common`: how many both have. `share`: of each kind of message that states its time and that both hold, what share
+    of those heard is also in the vehicle's recording, from the first that is to the last, at the least. `beyond`: how
+    many of its frames lie before or after, and are left out.
+    `clock`: that of the recording on board against the ground's, of the boot of which most is in common.
+    """
 
     records: list[Dated]
     heard: int
     missing: int
+    common: int
+    share: float
+    beyond: int
+    clock: ClockLine
 
 
 @dataclass(frozen=True)
@@ -55,6 +75,19 @@ class _Kept:
     boot: int
     stamp_us: int
     raw: bytes
+
+
+@dataclass(frozen=True)
+class _Offsets:
+    """How much the ground's clock is ahead at times on board, both (n,) in us, by blocks of ten seconds: at the least,
+    and in the middle. The least dates what was stamped before it was sent; where both sides stamped what arrived, one
+    link is late as often as the other. `count`: of frames."""
+
+    least_at_us: Array
+    least_us: Array
+    usual_at_us: Array
+    usual_us: Array
+    count: int
 
 
 def ring_frames(files: Sequence[Path]) -> Iterator[_Kept]:
@@ -74,7 +107,7 @@ def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, 
 
     Raises LogError where a file can't be read, or they have no frame in common.
     """
-    kept = list(ring_frames(ring))
+    kept = _once(ring_frames(ring))
     heard = [record for records in of_those_that_hold_frames(ground, read_tlog) for record in records]
     places: dict[bytes, list[int]] = defaultdict(list)
     for place, one in enumerate(kept):
@@ -84,8 +117,11 @@ def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, 
     both: set[int] = set()
     others: list[tuple[int, Frame]] = []
     copies = 0
+    timed: dict[int, list[bool]] = {_number(one.raw): [] for one in kept}
     for stamp_us, frame in heard:
         found = _place(places.get(frame.raw, ()), dated, stamp_us)
+        if frame.message_id in timed and frame.message_id in TIMED:
+            timed[frame.message_id].append(found is not None)
         if found is not None:
             both.add(found)
             copies += 1
@@ -98,7 +134,48 @@ def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, 
     left = ((stamp_us, frame.raw) for stamp_us, frame in others)
     records = list(heapq.merge(own, _rising(left), key=itemgetter(0)))
     told = copies + sum((frame.system, frame.component) == source for _, frame in others)
-    return Whole(records, told, last + 1 - first - len(both))
+    span = last + 1 - first
+    return Whole(
+        records,
+        told,
+        span - len(both),
+        len(both),
+        _share(timed.values()),
+        len(kept) - span,
+        _clock(offset_us),
+    )
+
+
+def _once(kept: Iterable[_Kept]) -> list[_Kept]:
+    """Without a frame that comes again at once, as where two links of one vehicle were recorded: a sequence number
+    comes again only after 255 others."""
+    last_us: dict[tuple[int, bytes], int] = {}
+    out = []
+    for one in kept:
+        before_us = last_us.get((one.boot, one.raw))
+        last_us[one.boot, one.raw] = one.stamp_us
+        if before_us is None or abs(one.stamp_us - before_us) > AGAIN_US:
+            out.append(one)
+    return out
+
+
+def _number(raw: bytes) -> int:
+    """The message id of a whole frame."""
+    return int.from_bytes(raw[7:10], "little") if raw[0] == MAGIC_2 else raw[5]
+
+
+def _share(timed: Iterable[Sequence[bool]]) -> float:
+    """The least share of what is true from the first to the last of any, over kinds with MANY or more."""
+    spans = [np.flatnonzero(found) for found in timed if len(found) >= MANY]
+    shares = [len(true) / int(np.ptp(true) + 1) if len(true) > 1 else 0.0 for true in spans]
+    return min(shares, default=0.0)
+
+
+def _clock(offsets: dict[int, _Offsets]) -> ClockLine:
+    """The line through the offsets of one boot: what the clock on board is ahead, by the ground's time."""
+    found = max(offsets.values(), key=lambda one: one.count)
+    here_s, ahead_s = (found.usual_at_us + found.usual_us) * 1e-6, -found.usual_us * 1e-6
+    return fit_clock(here_s, ahead_s, np.full(len(here_s), JITTER_S))
 
 
 def newest_frames(files: Sequence[Path], most_us: int | None) -> list[Dated]:
@@ -128,40 +205,48 @@ def write_records(path: Path, records: Iterable[Dated]) -> None:
 
 def _offsets(
     kept: Sequence[_Kept], heard: Sequence[tuple[int, Frame]], places: dict[bytes, list[int]]
-) -> Offsets:
-    """By boot, times on board and how much the ground's clock is ahead of them, in us; of frames that are unique."""
-    times: dict[int, dict[int, tuple[int, int]]] = defaultdict(dict)
+) -> dict[int, _Offsets]:
+    """By boot, of frames that state their own time: others may come again, and be lost in between.
+
+    Raises LogError where there are none.
+    """
+    times: dict[int, dict[int, list[tuple[int, int]]]] = defaultdict(lambda: defaultdict(list))
     met: set[bytes] = set()
     for stamp_us, frame in heard:
         found = places.get(frame.raw, ())
-        if len(found) != 1 or frame.raw in met:
+        if len(found) != 1 or frame.raw in met or frame.message_id not in TIMED:
             continue
         met.add(frame.raw)
         one = kept[found[0]]
-        block, sample = one.stamp_us // BLOCK_US, (stamp_us - one.stamp_us, one.stamp_us)
-        blocks = times[one.boot]
-        blocks[block] = min(blocks.get(block, sample), sample)
+        times[one.boot][one.stamp_us // BLOCK_US].append((stamp_us - one.stamp_us, one.stamp_us))
     if not times:
-        raise LogError(
-            "the vehicle's own recording and the ground's have no frame in common; fetch the right dive"
-        )
-    return {
-        boot: (
-            np.array([time_us for _, time_us in sorted(blocks.values(), key=itemgetter(1))], np.float64),
-            np.array([ahead_us for ahead_us, _ in sorted(blocks.values(), key=itemgetter(1))], np.float64),
-        )
-        for boot, blocks in times.items()
-    }
+        raise LogError(STRANGERS)
+    return {boot: _of_boot(list(blocks.values())) for boot, blocks in times.items()}
 
 
-def _dated(kept: Sequence[_Kept], offsets: Offsets) -> list[int]:
+def _of_boot(blocks: Sequence[list[tuple[int, int]]]) -> _Offsets:
+    least = sorted((min(block) for block in blocks), key=itemgetter(1))
+    usual = [
+        (np.median([ahead_us for ahead_us, _ in block]), np.mean([at_us for _, at_us in block]))
+        for block in blocks
+    ]
+    return _Offsets(
+        np.array([at_us for _, at_us in least], np.float64),
+        np.array([ahead_us for ahead_us, _ in least], np.float64),
+        np.array([at_us for _, at_us in usual], np.float64),
+        np.array([ahead_us for ahead_us, _ in usual], np.float64),
+        sum(map(len, blocks)),
+    )
+
+
+def _dated(kept: Sequence[_Kept], offsets: dict[int, _Offsets]) -> list[int]:
     """When each was sent, on the ground's clock. A boot that nobody heard begins where the one before it ended."""
     stamps = np.array([one.stamp_us for one in kept], np.float64)
     boots = np.array([one.boot for one in kept])
     dated = np.empty(len(kept))
-    for boot, (known_us, ahead_us) in offsets.items():
+    for boot, found in offsets.items():
         own = boots == boot
-        dated[own] = stamps[own] + np.interp(stamps[own], known_us, ahead_us)
+        dated[own] = stamps[own] + np.interp(stamps[own], found.least_at_us, found.least_us)
     known = np.isin(boots, list(offsets))
     for boot in np.unique(boots[~known]):
         own = boots == boot

@@ -1,0 +1,81 @@
+"""`seatrial merge`: the autopilot's log and another recorder's frames, told and refused."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from bridge.ring.whole import WHOLE
+from tui import cli, exit_codes
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "identify"))
+from autopilot_log import Turning, heard, logged
+
+
+@pytest.fixture
+def folder(tmp_path):
+    made = tmp_path / "2026-11-20T0912Z-lake"
+    made.mkdir()
+    heard(made / "telemetry.tlog", Turning())
+    return made
+
+
+def test_a_log_is_merged_by_one_command_and_again_without_harm(folder, tmp_path, capsys) -> None:
+    log = logged(tmp_path / "00000042.BIN", Turning(), lambda boot_s: boot_s + 12.7)
+    for _ in range(2):
+        words = ["merge", str(folder), str(log), "--json", str(tmp_path / "came.json")]
+        assert cli.main(words) == exit_codes.DONE
+        said = " ".join(capsys.readouterr().out.split())
+        assert "00000042.BIN is merged: its clock is 12.70" in said
+        assert "It fills up thruster commands" in said
+    (told,) = json.loads((tmp_path / "came.json").read_text())
+    assert told["into"] == str(folder / "00000042.BIN")
+    assert (folder / "00000042.BIN").read_bytes() == log.read_bytes()
+    assert cli.main(["import", str(folder), "--json", "-"]) == exit_codes.DONE
+    assert "00000042.BIN is merged" in capsys.readouterr().out
+
+
+def test_a_log_of_another_vehicle_is_refused_and_not_copied(folder, tmp_path, capsys) -> None:
+    log = logged(tmp_path / "1.BIN", Turning(5), lambda boot_s: boot_s)
+    assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
+    assert "it turned otherwise than the vehicle of this dive did" in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert [file.name for file in folder.iterdir()] == ["telemetry.tlog"]
+
+
+def test_another_log_of_the_same_name_is_never_written_over(folder, tmp_path, capsys) -> None:
+    (folder / "1.BIN").write_bytes(b"mine")
+    log = logged(tmp_path / "1.BIN", Turning(), lambda boot_s: boot_s)
+    assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
+    assert "is there already, and is another log" in " ".join(capsys.readouterr().err.split())
+    assert (folder / "1.BIN").read_bytes() == b"mine"
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "absent.BIN", "absent.tlog"])
+def test_what_is_no_recording_is_refused(folder, tmp_path, name, capsys) -> None:
+    (tmp_path / "notes.txt").write_text("x")
+    assert cli.main(["merge", str(folder), str(tmp_path / name)]) == exit_codes.BAD_INPUT
+    assert name in capsys.readouterr().err
+
+
+def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "howto" / "merge_recordings.md"
+    shown = [
+        line
+        for block in re.findall(r"```sh\n(.*?)```", page.read_text(), re.S)
+        for line in block.splitlines()
+    ]
+    monkeypatch.chdir(tmp_path)
+    folder = Path(shown[0].split()[2])
+    folder.mkdir(parents=True)
+    own = heard(folder / "telemetry.tlog", Turning())
+    logged(tmp_path / "00000042.BIN", Turning(), lambda boot_s: boot_s - 7.0)
+    data = own.read_bytes()
+    (tmp_path / "laptop.tlog").write_bytes(data[len(data) // 3 :])
+    for line in shown:
+        assert line.startswith("seatrial merge ")
+        assert cli.main(line.split()[1:]) == exit_codes.DONE
+    assert sorted(file.name for file in folder.iterdir()) == ["00000042.BIN", "telemetry.tlog", WHOLE]
