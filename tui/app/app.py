@@ -1,6 +1,6 @@
 """The terminal app: composes screens, keys, themes and the views that a station makes."""
 
-import asyncio
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -8,13 +8,16 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from rich.text import Text
 from textual import events
 from textual.actions import ActionParseResult
 from textual.app import App
 from textual.binding import Binding
+from textual.css.query import NoMatches
 from textual.dom import DOMNode
 from textual.filter import LineFilter
 from textual.notifications import SeverityLevel
+from textual.worker import WorkerFailed
 
 from bridge.errors import SeatrialError
 from gcs_plugin.params.last_accepted import unfinished
@@ -22,8 +25,10 @@ from gcs_plugin.params.unfinished import told
 from tui.app import preferences, themes
 from tui.app.actions import EVERYWHERE, Action, bindings
 from tui.app.aging import aged
+from tui.app.aside import aside
 from tui.app.confirming import agrees
 from tui.app.desk import Desk
+from tui.app.dying import PATIENCE_S, end_within, keep_trace
 from tui.app.gate import Gate
 from tui.app.keymap import Keymap
 from tui.app.pace import Pace
@@ -81,7 +86,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}
-        self._off_may_record = False
+        self._off_may_record = self._dies = False
         self._told_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
@@ -131,6 +136,11 @@ class SeatrialApp(App[None], inherit_bindings=False):
                 self.notify(VIEW_ONLY_WORDS, severity="warning")
                 return True
         return await super().run_action(action, default_namespace, namespaces)
+
+    async def on_event(self, event: events.Event) -> None:
+        """What is typed behind the key that leaves finds no screen any more, and is dropped."""
+        if self.screen_stack or not isinstance(event, events.InputEvent):
+            await super().on_event(event)
 
     async def on_key(self, event: events.Key) -> None:
         """A key that no widget took: a screen that asks for something takes it before any binding does."""
@@ -197,7 +207,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     async def _record(self, record: Callable[[], None]) -> None:
         try:
-            await asyncio.to_thread(record)
+            await aside(record)
         except SeatrialError as error:
             self.notify(f"nothing is recorded: {error}", severity="error", timeout=TELL_S)
         else:
@@ -231,7 +241,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     async def _order(self, order: Callable[[], Path], after: str) -> None:
         try:
-            finished = await asyncio.to_thread(order)
+            finished = await aside(order)
         except SeatrialError as error:
             self.notify(str(error), severity="error", timeout=TELL_S)
             return
@@ -259,6 +269,26 @@ class SeatrialApp(App[None], inherit_bindings=False):
             self.screen.dismiss()
         elif isinstance(self.screen, StationScreen):
             self.screen.close_up()
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Die of it; but not where the palette was closed before it was drawn, and its own search finds it no more."""
+        if not (isinstance(error, WorkerFailed) and isinstance(error.error, NoMatches)):
+            super()._handle_exception(error)
+
+    def _fatal_error(self) -> None:
+        """Leave, at an exception that nobody caught, at once and with a sentence.
+
+        Textual's own way draws all that lies about where it was raised, which takes seconds.
+        """
+        error = sys.exception()
+        if self._dies or error is None:
+            return
+        self._dies = True
+        sentence = keep_trace(error)
+        driver = self._driver
+        if isinstance(driver, AnsweringDriver):
+            end_within(PATIENCE_S, partial(driver.give_back, sentence))
+        self.panic(Text(sentence))
 
     async def on_top_line_chosen(self, message: TopLine.Chosen) -> None:
         row = next(row for row in SCREENS if row.title == message.tab.title)

@@ -16,6 +16,7 @@ from tui.app.view import Forcing, Recording, View
 
 LOOK_FOR_RECORDING_S: Final = 1.0
 TELL_DONE_S: Final = 10.0
+STOP_S: Final = 2.0
 
 
 class Watcher(Protocol):
@@ -76,11 +77,12 @@ class Station:
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop reading and close the link; whoever records goes on."""
+        """Stop reading and close the link; whoever records goes on. A link that hangs is left as it is."""
         self._stop.set()
         if self._thread.is_alive():
-            self._thread.join()
-        self._source.close()
+            self._thread.join(STOP_S)
+        if not self._thread.is_alive():
+            self._source.close()
 
     def view(self) -> View:
         picture = self._newest

@@ -1,6 +1,9 @@
 """A terminal that says how far it has come: asked for its cursor after what was drawn, it answers once it is there."""
 
+import os
+import termios
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from textual import events
@@ -8,6 +11,10 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
 
 WHERE_IS_THE_CURSOR: Final = "\x1b[6n"
+AS_BEFORE: Final = "".join(f"\x1b[?{mode}l" for mode in (1000, 1002, 1003, 1006, 2004, 1004)) + "\x1b[<u"
+"""No mouse, no brackets about what is pasted, no word of the focus, and keys as they were."""
+OTHER_SCREEN: Final = "\x1b[?1049l\x1b[?25h"
+"""The screen that was there before, with its cursor."""
 
 
 class AnsweringDriver(LinuxDriver):
@@ -16,6 +23,7 @@ class AnsweringDriver(LinuxDriver):
     def __init__(self, *of_driver: Any, **named: Any) -> None:
         super().__init__(*of_driver, **named)
         self.answered: Callable[[], object] = lambda: None
+        self._given_back = False
 
     def ask(self) -> None:
         """To be answered when all that was written before is shown."""
@@ -26,3 +34,16 @@ class AnsweringDriver(LinuxDriver):
             self.answered()
             return
         super().process_message(message)
+
+    def stop_application_mode(self) -> None:
+        super().stop_application_mode()
+        self._given_back = True
+
+    def give_back(self, sentence: str) -> None:
+        """Give the terminal back with a last sentence, past all that may hang; nothing where that is done already."""
+        if self._given_back:
+            return
+        with suppress(OSError, termios.error):
+            if self.attrs_before is not None:
+                termios.tcsetattr(self.fileno, termios.TCSANOW, self.attrs_before)
+            os.write(self.fileno, f"{AS_BEFORE}{OTHER_SCREEN}{sentence}\n".encode())

@@ -1,6 +1,5 @@
 """Dives: the recordings, what each could identify before anyone fits anything, and what to do with one."""
 
-import asyncio
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar, Final
@@ -14,6 +13,7 @@ from gcs_plugin.asked_conditions import TITLES, last_conditions, mistakes, of_te
 from gcs_plugin.conditions import NOTHING_SAID
 from gcs_plugin.folder import DiveFolder
 from tui.app.actions import Action, bindings
+from tui.app.aside import aside
 from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table
 from tui.app.header import Tab
 from tui.app.lines import Line, Lines, heading
@@ -171,7 +171,7 @@ class DivesScreen(StationScreen):
         """Read the recording aside, then show it on Watch."""
         self._unkept = ""
         try:
-            self.desk.replay = await asyncio.to_thread(open_replay, folder, self.desk.vehicle_of(folder))
+            self.desk.replay = await aside(lambda: open_replay(folder, self.desk.vehicle_of(folder)))
         except SeatrialError as error:
             self._unkept = str(error)
             self._draw()
@@ -250,7 +250,8 @@ class DivesScreen(StationScreen):
     def _go(self, entry: int) -> None:
         self._at = self._dives[entry].folder
         self._draw()
-        self.query_one("#dive-scroll").scroll_home(animate=False)
+        for scroll in self.query(VerticalScroll):  # none yet where the key was quicker than the screen
+            scroll.scroll_home(animate=False)
 
     def _draw(self) -> None:
         for widget in self.query(Drawn):
