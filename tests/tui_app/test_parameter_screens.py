@@ -10,6 +10,7 @@ from screen_text import check, made, pressed, run, text
 from textual import events
 from textual.widgets import Input
 
+from bridge.vehicle.config import CONFIGS
 from gcs_plugin.watch.picture import Armed
 from tui.app import parameter_lines as lines
 from tui.app.desk import Desk
@@ -106,7 +107,9 @@ def test_writing_and_what_became_of_it_look_as_they_were_kept():
 
 def test_each_line_tells_vehicle_file_interval_last_accepted_and_change():
     async def work(app, _):
-        assert line_of(app, "FF1_M_U").split() == ["▶■", "FF1_M_U", "96.5", "111.52", "2.1", "96.5", "+7.2"]
+        row = ["▶■", "FF1_M_U", "kg", "96.5", "111.52", "2.1", "96.5", "+7.2"]
+        assert line_of(app, "FF1_M_U").split() == row
+        assert "  N m/(rad/s) " in line_of(app, "FF1_D_R")
         assert line_of(app, "FF1_D_U").split()[-1] == "same"
         assert "7 of 7 chosen" in text(app)
 
@@ -121,11 +124,12 @@ def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():
         assert "type 5 and Enter" in text(app)
         await typed(app, pilot, "5", "enter")
         assert "applied: 7 parameters written" in text(app)
-        assert "read back equal" in line_of(app, "FF1_D_V")
+        assert "✓ equal" in line_of(app, "FF1_D_V")
 
     on_screen(vehicle, work)
     (words,) = vehicle.writes
     assert words[:4] == ("params", "upload", str(PARAM), "--yes")
+    assert words[words.index("--vehicle") + 1] == str(CONFIGS / "vehicles" / "ruvifist.yaml")
     only = words[words.index("--only") + 1 :]
     assert only == ("FF1_M_W", "FF1_I_R", "FF1_D_V", "FF1_D_W", "FF1_D_R")
     assert "--armed" not in words
@@ -258,7 +262,7 @@ def test_roll_back_shows_what_it_would_change_and_asks_likewise():
     async def work(app, pilot):
         await typed(app, pilot, "r")
         assert "ROLL BACK to the values before 2026-11-20 10:15 UTC" in text(app)
-        assert line_of(app, "FF1_M_U").split()[2:4] == ["111.52", "96.5"]
+        assert line_of(app, "FF1_M_U").split()[2:5] == ["kg", "111.52", "96.5"]
         await typed(app, pilot, "enter")
         assert vehicle.writes == []
         await typed(app, pilot, "7", "enter")
@@ -294,7 +298,9 @@ def test_what_was_refused_is_told_line_by_line():
     async def work(app, pilot):
         await typed(app, pilot, "u", "7", "enter")
         assert "▲ refused: FF1_D_V refused" in text(app)
-        assert "▲ refused: the" in line_of(app, "FF1_D_V  ")
+        assert "▲ refus" in line_of(app, "FF1_D_V  ")
+        await typed(app, pilot, *["down"] * 5)
+        assert "FF1_D_V refused: the vehicle permits it not." in text(app)
 
     on_screen(vehicle, work)
 
