@@ -165,6 +165,15 @@ def test_what_must_not_be_overlooked_has_a_line_of_its_own(shown, words):
     assert lines[2][0][1] == "lost"
 
 
+def test_what_is_too_long_for_one_line_has_two_and_no_word_of_it_is_lost():
+    words = "two vehicles beat as system 1, component 1: one of them stands on deck and answers to it; switch one off"
+    lines = header(with_picture(twins=words), TABS, 80)
+    assert len(lines) == 4
+    assert " ".join(" ".join(map(joined, lines[2:])).split()) == words
+    assert {len(joined(line)) for line in lines[2:]} == {80}
+    assert {line[0][1] for line in lines[2:]} == {"lost"}
+
+
 def test_all_well_takes_two_lines():
     assert len(header(view(), TABS, 80)) == 2
 

@@ -1,8 +1,10 @@
 """The frame: keys, help, palette, themes, and the off switch that works from everywhere."""
 
+import re
 from dataclasses import replace
 
 import pytest
+from made_dives import FakeVerbs, desk
 from made_view import FixedViews, view
 from screen_text import made, pressed, run, text
 from textual.command import CommandPalette
@@ -131,9 +133,51 @@ def test_the_palette_has_every_action():
         names = {hit.text async for hit in provider.discover()}
         live = [action for action in WatchScreen.ACTIONS if not action.id.startswith("replay.")]
         expected = {action.words for action in (*EVERYWHERE, *OPENING, *live)} - {"Palette"}
-        assert names == expected | {f"Theme: {name}" for name in ORDER}
+        assert names >= expected | {f"Theme: {name}" for name in ORDER}
+        others = names - expected - {f"Theme: {name}" for name in ORDER}
+        assert {"Dives: Note", "Identify: Cancel", "Parameters: Upload", "Validate: Validate"} < others
+        assert not any(name.startswith("Watch: ") for name in others)
 
     run(made(FixedViews()), NARROW, work)
+
+
+def test_an_action_of_another_screen_opens_that_screen_and_says_where_it_does_nothing_there():
+    async def work(app, pilot):
+        provider = next(iter(app.COMMANDS))(app.screen)
+        (hit,) = [hit async for hit in provider.discover() if hit.text == "Identify: Cancel"]
+        await hit.command()
+        await pilot.pause()
+        assert app.screen.title == "Identify"
+        assert [one.message for one in app._notifications] == [
+            "Cancel: there is nothing for it to do on Identify now"
+        ]
+
+    run(made(FixedViews(), desk=desk()), NARROW, work)
+
+
+def test_an_action_of_another_screen_is_done_there():
+    verbs = FakeVerbs()
+
+    async def work(app, pilot):
+        provider = next(iter(app.COMMANDS))(app.screen)
+        (hit,) = [hit async for hit in provider.discover() if hit.text == "Dives: Read"]
+        await hit.command()
+        await pilot.pause()
+        assert app.screen.title == "Dives"
+        assert app._notifications._notifications == {}
+
+    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert [words[0] for words in verbs.words] == ["dives"]
+
+
+@pytest.mark.parametrize("keymap", [{}, {"ff.off": "f9"}])
+def test_a_key_of_the_keymap_keeps_its_place_in_the_footer(keymap):
+    async def work(app, _):
+        words = ["Identify", "Charts", "Words", "FF off", "Help", "Palette", "Theme", "Quit"]
+        line = text(app).splitlines()[-1]
+        assert [word for word in re.split(r"\s+\S+\s(?=[A-Z])", line) if word] == words
+
+    run(made(FixedViews(), keymap=keymap), NARROW, work)
 
 
 def test_the_palette_does_what_is_chosen():

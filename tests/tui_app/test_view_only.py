@@ -96,6 +96,25 @@ def test_a_refused_key_is_answered_by_a_sentence_and_the_mark_is_on_top():
     assert views.forced == 0
 
 
+@pytest.mark.parametrize("row", SCREENS, ids=lambda row: row.id)
+def test_footer_and_palette_offer_only_what_looks(row):
+    async def work(app, pilot):
+        await app.run_action(f"app.open('{row.id}')")
+        await pilot.pause()
+        assert all(
+            ACTIONS[one.binding.id].looks for one in app.screen.active_bindings.values() if one.binding.id
+        )
+        assert "FF off" not in text(app)
+        assert "? Help" in text(app)
+        names = {hit.text async for hit in next(iter(app.COMMANDS))(app.screen).discover()}
+        assert names.isdisjoint(
+            {"FF off", "Record", "Parameters: Upload", "Identify: Identify", "Dives: Note"}
+        )
+        assert "Theme" in names
+
+    run(made(FixedViews(), view_only=True), NARROW, work)
+
+
 def test_the_palette_is_no_way_around():
     views = FixedViews()
 

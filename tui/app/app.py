@@ -82,7 +82,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
     ) -> None:
         super().__init__(driver_class=driver)
         self.desk = desk or Desk()
-        self._view_only = view_only
+        self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
         self._pace = Pace(fps)
         self._keys = keymap or {}
@@ -130,12 +130,30 @@ class SeatrialApp(App[None], inherit_bindings=False):
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
         """All actions pass here, by key, mouse or palette: where the app is view-only, through the gate."""
-        if self._view_only:
-            target, name, _ = self._parse_action(action, default_namespace or self, namespaces)
-            if GATE.refuses(target, name):
-                self.notify(VIEW_ONLY_WORDS, severity="warning")
-                return True
+        if not self.may(default_namespace or self, action, namespaces):
+            self.notify(VIEW_ONLY_WORDS, severity="warning")
+            return True
         return await super().run_action(action, default_namespace, namespaces)
+
+    def may(
+        self,
+        node: DOMNode,
+        action: "str | ActionParseResult",
+        namespaces: Mapping[str, DOMNode] | None = None,
+    ) -> bool:
+        """Whether an action of a node is let through; where the app is view-only, those that look are."""
+        if not self.view_only:
+            return True
+        target, name, _ = self._parse_action(action, node, namespaces)
+        return not GATE.refuses(target, name)
+
+    async def do_on(self, screen: str, action: Action) -> None:
+        """Open a screen and do there what is one of its actions; say so where it does nothing there now."""
+        await self.action_open(screen)
+        if isinstance(self.screen, StationScreen) and self.screen.offers(action):
+            await self.run_action(action.call, self.screen)
+        else:
+            self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
 
     async def on_event(self, event: events.Event) -> None:
         """What is typed behind the key that leaves finds no screen any more, and is dropped."""
@@ -260,7 +278,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     def action_use_theme(self, name: str) -> None:
         self.theme = name
-        if not self._view_only:
+        if not self.view_only:
             self._keep_theme(name)
 
     def action_close(self) -> None:
@@ -326,7 +344,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         view = self._views.view()
         replayed = None if self.desk.replay is None else self.desk.replay.shown()
         view = replace(
-            view, picture=aged(view.picture, view.behind_s), view_only=self._view_only, replay=replayed
+            view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed
         )
         for screen in self.screen_stack:
             if isinstance(screen, StationScreen):

@@ -120,12 +120,12 @@ def _axes(dive: ListedDive) -> Iterator[Line]:
     """A row for each degree of freedom: how well mass and damping would be known, and what drove it how far."""
     yield (
         (
-            f"{'could tell, one std':<20}{'mass':<12}{'damping':<13}{'driven':>8}{'thrust':>13}{'speed':>14}",
+            f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{'driven':>8}{'thrust':>13}{'speed':>14}",
             "quiet",
         ),
     )
     for dof, name in enumerate(DOFS):
-        line: Line = ((f"  {name:<18}", "plain"),)
+        line: Line = ((f"  {name:<16}", "plain"),)
         for kind, cells in ((MASSES, 12), (DAMPINGS, 13)):
             one = next(c for c in COEFFICIENTS if c.kind == kind and c.dof == dof)
             text, role = known_to((dive.relative_std or {}).get(one.name, math.nan))

@@ -1,6 +1,7 @@
 """The lines on top of every screen: armed state, link, recording, feed-forward; then the screens, and UTC."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -46,15 +47,21 @@ class Tab:
 
 
 def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
-    """The two lines, and a third where there is something that must not be overlooked."""
+    """The two lines, and a third, or two, where there is something that must not be overlooked."""
     clock: Line = ((f"{utc(view.unix_s)} UTC ", "quiet"),)
     first = fit(pieces(view), cells)
     with_clock = apart(first, clock, cells)
     fits = len(with_clock) > len(first)
     second = _tabs(tabs)
     alert = _alert(view)
-    third: Lines = (((f" {cut(alert, cells - 2):<{cells - 2}} ", "lost"),),) if alert else ()
-    return (with_clock if fits else first, second if fits else apart(second, clock, cells), *third)
+    below: Lines = tuple(((f" {piece:<{cells - 2}} ", "lost"),) for piece in _pieces(alert, cells - 2))
+    return (with_clock if fits else first, second if fits else apart(second, clock, cells), *below)
+
+
+def _pieces(alert: str, cells: int) -> list[str]:
+    """A sentence in one line or two, cut where even that is too little."""
+    pieces = textwrap.wrap(alert, cells)
+    return pieces if len(pieces) <= 2 else [pieces[0], cut(" ".join(pieces[1:]), cells)]
 
 
 def pieces(view: View) -> tuple[Piece, ...]:

@@ -2,19 +2,29 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import TYPE_CHECKING, Final, cast
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 
 from tui.app import themes
 from tui.app.actions import EVERYWHERE, Action
 from tui.app.screens.frame import StationScreen
-from tui.app.screens.table import OPENING
+from tui.app.screens.table import OPENING, SCREENS
+
+if TYPE_CHECKING:
+    from tui.app.app import SeatrialApp
+
+MOVING: Final = "replay."
+"""Actions that make no sense before one sees what they move in."""
 
 
 class ActionProvider(Provider):
-    """The actions that are live on the screen that the palette was opened from, and each theme by its name."""
+    """The actions that are live on the screen that the palette was opened from, those of the others, and the themes.
 
-    def _actions(self) -> Iterator[Action]:
+    Where the app is view-only those alone that look.
+    """
+
+    def _live(self) -> Iterator[Action]:
         yield from (action for action in EVERYWHERE if action.id != "app.palette")
         yield from OPENING
         if isinstance(self.screen, StationScreen):
@@ -22,23 +32,33 @@ class ActionProvider(Provider):
         for name in themes.ORDER:
             yield Action(f"theme.{name}", "", f"app.use_theme('{name}')", f"Theme: {name}", "use this theme")
 
+    def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
+        """Name, help and what it does of each."""
+        app = cast("SeatrialApp", self.app)
+        for action in self._live():
+            if app.may(self.screen, action.call):
+                yield action.words, self._help(action), partial(app.run_action, action.call, self.screen)
+        for row in SCREENS:
+            if row.title == self.screen.title:
+                continue
+            for action in row.actions:
+                elsewhere = not action.id.startswith(MOVING) and action.call.partition("(")[0] != "go"
+                if elsewhere and (action.looks or not app.view_only):
+                    words = f"{row.title}: {action.words}"
+                    yield words, action.sentence, partial(app.do_on, row.id, action)
+
     async def discover(self) -> Hits:
-        for action in self._actions():
-            yield DiscoveryHit(action.words, self._command(action), help=self._help(action))
+        for words, sentence, do in self._entries():
+            yield DiscoveryHit(words, do, help=sentence)
 
     async def search(self, query: str) -> Hits:
         matcher = self.matcher(query)
-        for action in self._actions():
-            score = max(matcher.match(action.words), 0.9 * matcher.match(action.sentence))
+        for words, sentence, do in self._entries():
+            score = max(matcher.match(words), 0.9 * matcher.match(sentence))
             if score > 0:
-                yield Hit(
-                    score, matcher.highlight(action.words), self._command(action), help=self._help(action)
-                )
+                yield Hit(score, matcher.highlight(words), do, help=sentence)
 
     def _help(self, action: Action) -> str:
         """What it does, and its key."""
         key = self.screen.key_of(action.id) if isinstance(self.screen, StationScreen) else ""
         return f"{action.sentence} ({key})" if key else action.sentence
-
-    def _command(self, action: Action) -> Callable[[], object]:
-        return partial(self.app.run_action, action.call, self.screen)

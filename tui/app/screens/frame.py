@@ -5,10 +5,12 @@ from typing import ClassVar, Protocol, cast
 
 from textual import events
 from textual.app import ComposeResult
+from textual.binding import ActiveBinding
+from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.widgets import Static
 
-from tui.app.actions import Action
+from tui.app.actions import EVERYWHERE, Action
 from tui.app.desk import Desk
 from tui.app.header import Tab
 from tui.app.view import View
@@ -24,6 +26,10 @@ class AtDesk(Protocol):
 
     async def action_begin(self, screen: str) -> None:
         """Open a screen and let it begin its work."""
+        ...
+
+    def may(self, node: DOMNode, action: str) -> bool:
+        """Whether an action of a node is let through; not all are where the app is view-only."""
         ...
 
 
@@ -45,6 +51,18 @@ class StationScreen(Screen[None]):
     def desk(self) -> Desk:
         """What the screens work on together."""
         return cast(AtDesk, self.app).desk
+
+    @property
+    def active_bindings(self) -> dict[str, ActiveBinding]:
+        """Those that do something now, in the order of the table: a keymap moves no action in footer and help."""
+        may = cast(AtDesk, self.app).may
+        place = {action.id: n for n, action in enumerate((*self.ACTIONS, *EVERYWHERE))}
+        found = [
+            (key, active)
+            for key, active in super().active_bindings.items()
+            if may(active.node, active.binding.action)
+        ]
+        return dict(sorted(found, key=lambda one: place.get(one[1].binding.id or "", len(place))))
 
     def compose(self) -> ComposeResult:
         yield TopLine(self._tabs)
