@@ -16,7 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Frame, decode
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
-from bridge.parameters import MODE
+from bridge.parameters import MODE, RAISED_ARMED
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, NO_INDEX, Heard
 from gcs_plugin.params.deadline import Timing
@@ -28,6 +28,12 @@ QUIET_S: Final = Timing().quiet_s
 UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle may be another than it was
 CONTESTED_QUIET_S: Final = 3.0  # where two may answer: each of them has told its mode by then
 TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
+REASON_S: Final = 1.0  # a refusal's words come with it, or with that of the next write
+
+REFUSED: Final = "FF_MODE refused: "
+SHADOW: Final = "shadow: "
+ARMED: Final = RAISED_ARMED.removeprefix(REFUSED)
+ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
 
 WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
 """What each mode is called by operators."""
@@ -67,6 +73,9 @@ class _Vehicle:
     answered_s: float = 0.0
     told: float | None = None
     refusal: str = ""
+    refused_s: float = 0.0
+    reason: str = ""
+    shadow: str = ""
     lacks_it: bool = False
     contested: bool = False
 
@@ -118,7 +127,24 @@ class _Vehicle:
         if code == DOES_NOT_EXIST and self.holder is None and source == self.target(now_s):
             self.lacks_it = True
         elif source == self.holder:
+            self.refused_s = self.refused_s if self.refusal else now_s
             self.refusal = ERROR_SENTENCES.get(code, f"error {code}")
+
+    def on_text(self, text: str) -> None:
+        if self.sent and text.startswith(REFUSED):
+            self.reason = text.removeprefix(REFUSED)
+        elif self.sent and text.startswith(SHADOW):
+            self.shadow = text
+
+    def against(self) -> str:
+        """What it has against the mode: its own words where they were heard, and what to do."""
+        said = [self.refusal, self.reason, self.shadow]
+        return ": ".join(filter(None, said)) + (f"; {ADVICE}" if self.shadow else "")
+
+    def explained(self, now_s: float) -> bool:
+        """Whether all has been heard that it has against the mode, or time enough has gone for it."""
+        whole = bool(self.reason) and (self.reason != ARMED or bool(self.shadow))
+        return bool(self.refusal) and (whole or now_s >= self.refused_s + REASON_S)
 
     def _judge(self, value: float) -> None:
         """Be quiet once answer and telemetry say what is wanted; send again where `value`, the newest, does not."""
@@ -151,7 +177,7 @@ class _Vehicle:
         if self.answer is None or silent_s >= TELL_SILENCE_S:
             said.append(f"no answer for {silent_s:.1f} s")
         elif self.answer != self.mode:
-            said.append(f"it answers {word(self.answer)}{f' ({self.refusal})' if self.refusal else ''}")
+            said.append(f"it answers {word(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
         if self.told is None and now_s - self.first_s >= TELL_SILENCE_S:
             said.append("no telemetry of it")
         elif self.told is not None and self.told != self.mode:
@@ -200,11 +226,11 @@ class Switch:
 
     @property
     def refusal(self) -> str:
-        """What a vehicle has said against it, "" for nothing."""
+        """What a vehicle has said against it, "" for nothing; a second late where its words are not heard."""
         said = (
-            f"vehicle {n}: {v.refusal}"
+            f"vehicle {n}: {v.against()}"
             for n, v in self._vehicles.items()
-            if v.refusal and v.answer != self.mode
+            if v.explained(self._now_s) and v.answer != self.mode
         )
         return "; ".join(said)
 
@@ -236,7 +262,11 @@ class Switch:
             message = decode(frame)
             if message is None:
                 return
-            if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
+            if frame.message_id == dialect.MAVLINK_MSG_ID_STATUSTEXT:
+                # Whoever speaks is no vehicle for it: only one that is known is listened to.
+                if source[0] in self._vehicles:
+                    self._vehicles[source[0]].on_text(message.text)
+            elif frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
                 self.on_value(message.param_id, message.param_value, source, now_s)
             elif message.target_system in (0, GROUND_STATION[0]):
                 self.on_error(message.param_id, message.error, source, now_s)
@@ -268,4 +298,8 @@ class Switch:
 
 
 _READINGS: Final = (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)
-_ANSWERS: Final = (dialect.MAVLINK_MSG_ID_PARAM_VALUE, dialect.MAVLINK_MSG_ID_PARAM_ERROR)
+_ANSWERS: Final = (
+    dialect.MAVLINK_MSG_ID_PARAM_VALUE,
+    dialect.MAVLINK_MSG_ID_PARAM_ERROR,
+    dialect.MAVLINK_MSG_ID_STATUSTEXT,
+)

@@ -307,6 +307,19 @@ def test_what_the_vehicle_says_against_it_is_shown_and_ends_it(vehicle, monkeypa
     assert len(vehicle.sets) <= 3
 
 
+def test_an_armed_vehicle_says_what_its_shadow_lacks_and_the_crew_hears_what_to_do(vehicle, capsys):
+    vehicle.give_a_model()
+    vehicle.armed = True
+    vehicle.server.unproven = lambda: "shadow: 28 of 60 s flown"
+    assert run("both", "--yes") == exit_codes.NO
+    shown = " ".join(capsys.readouterr().out.split())
+    assert (
+        "it answers off (the vehicle does not permit it now: armed, shadow not good yet: shadow: 28 of 60 s flown; "
+        "disarm it to raise it all the same, or fly on in shadow)"
+    ) in shown
+    assert len(vehicle.sets) <= 3
+
+
 def test_of_two_vehicles_with_one_address_none_is_switched_on(vehicle, capsys):
     vehicle.give_a_model()
     vehicle.twin = VehicleAtTheEnd()

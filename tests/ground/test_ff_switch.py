@@ -131,6 +131,7 @@ def clock():
 def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
     craft = Craft(clock, mode=0.0)
     craft.armed = armed
+    craft.server.unproven = lambda: ""
     switch = Switch(mode)
     assert drive(switch, craft, clock, 5.0)
     assert craft.server.mode == mode

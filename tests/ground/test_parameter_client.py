@@ -132,6 +132,7 @@ def test_a_set_goes_into_the_vehicle_and_flies(client, vehicle, tmp_path):
     assert data["outcome"] == "applied"
     assert data["parameters"][0] == {
         "name": "FF0_M_U",
+        "unit": "kg",
         "before": 72.0,
         "target": 96.5,
         "after": 96.5,
@@ -196,9 +197,12 @@ def test_an_armed_vehicle_is_left_alone(client, vehicle, tmp_path):
     assert vehicle.sets == []
 
 
-def given_armed(client, tmp_path):
+SET = {name: value for name, value in TARGETS.items() if name != "FF_MODE"}
+
+
+def given_armed(client, tmp_path, targets=SET):
     client.find_vehicle()
-    plan = make_plan(TARGETS, client.read_all())
+    plan = make_plan(targets, client.read_all())
     return client.apply(plan, tmp_path / "before.param", even_armed=True)
 
 
@@ -210,6 +214,17 @@ def test_an_armed_vehicle_takes_a_set_on_purpose_while_its_feed_forward_does_not
     vehicle.armed = True
     assert given_armed(client, tmp_path).outcome is Outcome.APPLIED
     assert vehicle.server.active(0)["M_u"] == 96.5
+
+
+def test_an_armed_vehicle_takes_no_set_that_is_to_fly_at_once_for_none_has_been_shadowed(
+    client, vehicle, tmp_path
+):
+    before = truth(vehicle)
+    vehicle.armed = True
+    receipt = given_armed(client, tmp_path, TARGETS)
+    assert receipt.outcome is Outcome.ROLLED_BACK
+    assert receipt.sentence.startswith("FF_MODE = 3 refused: the vehicle does not permit it now")
+    assert truth(vehicle) == before
 
 
 @pytest.mark.parametrize("mode", [2.0, 3.0])
@@ -255,7 +270,7 @@ def test_a_vehicle_armed_meanwhile_gets_its_values_back_or_has_them_all(
         assert {n: vehicle.server.value(n) for n in TARGETS} == TARGETS
     else:
         assert receipt.outcome is Outcome.ROLLED_BACK
-        assert "armed" in receipt.sentence or "FF_COMMIT" in receipt.sentence
+        assert any(word in receipt.sentence for word in ("armed", "FF_COMMIT", "FF_MODE = 3 refused"))
         assert truth(vehicle) == before
 
 
