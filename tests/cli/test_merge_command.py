@@ -2,16 +2,13 @@
 
 import json
 import re
-import sys
 from pathlib import Path
 
 import pytest
+from autopilot_log import Turning, heard, logged
 
 from bridge.ring.whole import WHOLE
 from tui import cli, exit_codes
-
-sys.path.append(str(Path(__file__).resolve().parents[1] / "identify"))
-from autopilot_log import Turning, heard, logged
 
 
 @pytest.fixture

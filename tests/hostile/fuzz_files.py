@@ -6,9 +6,11 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import yaml
+from autopilot_log import Turning, heard, logged
 from fuzz_streams import payload
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -26,6 +28,7 @@ from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
 from tui.app.keymap import load_keymap
 from tui.app.screens.table import PLACES
+from tui.merging import merge
 from tui.parameter_files import read_identification
 
 UNIX_US = 1_790_000_000_000_000
@@ -225,6 +228,23 @@ def beside(name: str, data: bytes, read: Callable[[Path], Any]) -> Callable[[Pat
     return both
 
 
+def merging(folder: Path) -> Any:
+    """Another recorder's file, put to a dive."""
+    dive = DiveFolder(folder / "dive")
+    dive.path.mkdir()
+    (dive.path / "telemetry.tlog").write_bytes(HEARD)
+    return merge(dive, folder / "laptop.tlog")
+
+
+def recorded_beside() -> tuple[bytes, bytes]:
+    """A dive of 40 s, and the autopilot's log of it."""
+    with TemporaryDirectory() as folder:
+        telemetry, log = Path(folder) / "t.tlog", Path(folder) / "1.BIN"
+        heard(telemetry, Turning(), seconds=40.0)
+        logged(log, Turning(), lambda boot_s: boot_s + 7.0, start_s=100.0, seconds=40.0)
+        return telemetry.read_bytes(), log.read_bytes()
+
+
 def stored(folder: Path) -> Any:
     return parameter_store.load(folder / "stored.json")
 
@@ -267,11 +287,14 @@ CURVE = b"voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,50\n"
 FLIGHT = dataflash(random.Random(0), hostile=False)
 ROWS = table(random.Random(0), 0.0)
 TLOG = tlog()
+HEARD, LOGGED = recorded_beside()
 TABLE = ThrustCurve("table", "curve.csv", 16.0)
 
 READERS = (
     Reader("dive.tlog", lambda folder: list(read_tlog(folder / "dive.tlog")), (TLOG,), crafted_tlog),
     Reader("telemetry.tlog", read_dive, (TLOG,), crafted_tlog),
+    Reader("1.BIN", beside("telemetry.tlog", HEARD, read_dive), (LOGGED,), dataflash),
+    Reader("laptop.tlog", merging, (HEARD[len(HEARD) // 3 :],), crafted_tlog),
     Reader("telemetry.BIN", read_dive, (FLIGHT,), dataflash),
     Reader("telemetry.csv", beside("columns.yaml", COLUMNS, read_dive), (ROWS,), table),
     Reader("columns.yaml", beside("telemetry.csv", ROWS, read_dive), (COLUMNS,), in_yaml(COLUMNS)),

@@ -14,6 +14,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.drivers import make_parser
 from bridge.framing import FULL_BYTES, Encoder, Framer, decode
+from bridge.ftp.packet import Op, Packet
+from bridge.ftp.server import FileServer
 from bridge.link.memory import memory_pair
 from bridge.messages import readings
 from bridge.parameters import ParameterServer, vehicle_table
@@ -150,6 +152,36 @@ def bridge() -> Feed:
     return feed
 
 
+class OneFile:
+    """What the file server hands out."""
+
+    def sizes(self) -> list[tuple[str, int]]:
+        return [(RING_FILE, 1000)]
+
+    def read(self, name: str, offset: int, size: int) -> bytes:
+        if name != RING_FILE:
+            raise FileNotFoundError(name)
+        return bytes(1000)[offset : offset + size]
+
+
+def files() -> Feed:
+    """What the vehicle is asked for by MAVLink FTP."""
+    server = FileServer(OneFile(), lambda _: 1e6)
+
+    def feed(data: bytes, time_s: float) -> list[Any]:
+        server.hear((0, 255, 190), data, time_s)
+        return server.due(time_s)
+
+    return feed
+
+
+def asked(rng: random.Random) -> bytes:
+    names = (RING_FILE.encode(), b"/", b"../../etc/passwd", b"\x00", b"@PARAM/param.pck", payload(rng, 40))
+    size, offset = rng.choice((0, 1, 239, 255)), rng.choice((0, 1, 999, 1000, 2**31, 2**32 - 1))
+    session, op = rng.choice((0, 1, 2, 255)), rng.choice((*Op, rng.randrange(256)))
+    return Packet(rng.randrange(65536), session, op, size, offset=offset, data=rng.choice(names)).encode()
+
+
 def sensor(kind: str, port: str = "/dev/ttyUSB0") -> Callable[[], Feed]:
     def make() -> Feed:
         parser = make_parser(Device(kind, port=port), 2)
@@ -228,12 +260,14 @@ WRZ = "wrz,0.120,-0.400,2.000,y,1.30,1.855,1e-07;0;1.4;0;1.2;0;0.2;0;1e+09,7,14,
 FIX = GnssSample(0.0, 3, 59.91, -10.75, 12.5, 2.1, 0.5, 1.0, 9)
 WHEN = datetime(2026, 11, 20, 9, 12, 3, tzinfo=UTC)
 PING = encode_wayfinder((0.5, 0.0, 0.0), (3.0, 3.0, 3.0, 3.0), 2.6, WHEN)
+RING_FILE = "000001-3f9a1c00-000001-0000000000.tlog"
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 STREAMS = (
     Stream("frames of MAVLink", framer, HEARTBEAT, mavlink),
     Stream("what the ground hears", ground, HEARTBEAT, mavlink),
     Stream("what the vehicle is told", bridge, REQUEST, mavlink),
+    Stream("files the vehicle is asked for", files, Packet(0, 0, Op.LIST, 1, data=b"/").encode(), asked),
     Stream("Wayfinder", sensor("wayfinder"), PING, wayfinder),
     Stream("A50, JSON", sensor("a50", "tcp:dvl:16171"), json.dumps(A50).encode() + b"\r\n", waterlink_json),
     Stream("A50, serial", sensor("a50"), encode_sentence(WRZ), waterlink_serial),
