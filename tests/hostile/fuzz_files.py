@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 from autopilot_log import Turning, heard, logged
-from fuzz_streams import payload
+from fuzz_streams import RING_FILE, payload
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import parameter_store
@@ -20,6 +20,7 @@ from bridge.simulator.missions import load_mission
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import CONFIGS, ThrustCurve, load_vehicle
 from bridge.vehicle.controller import load_gains
+from gcs_plugin.fetch.whole import newest_frames
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted, newest_before
@@ -293,6 +294,7 @@ TABLE = ThrustCurve("table", "curve.csv", 16.0)
 READERS = (
     Reader("dive.tlog", lambda folder: list(read_tlog(folder / "dive.tlog")), (TLOG,), crafted_tlog),
     Reader("telemetry.tlog", read_dive, (TLOG,), crafted_tlog),
+    Reader(RING_FILE, lambda folder: newest_frames([folder / RING_FILE], 1_000_000), (TLOG,), crafted_tlog),
     Reader("1.BIN", beside("telemetry.tlog", HEARD, read_dive), (LOGGED,), dataflash),
     Reader("laptop.tlog", merging, (HEARD[len(HEARD) // 3 :],), crafted_tlog),
     Reader("telemetry.BIN", read_dive, (FLIGHT,), dataflash),

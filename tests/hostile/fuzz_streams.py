@@ -2,7 +2,9 @@
 
 import json
 import random
+import socket
 import struct
+import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -29,6 +31,7 @@ from bridge.sensors.wayfinder import encode_packet, encode_wayfinder
 from bridge.sensors.xsens import encode_message, encode_mtdata2, encode_xsens
 from bridge.service import Bridge
 from bridge.vehicle.config import Device, load_vehicle
+from gcs_plugin.hub import Hub
 from gcs_plugin.link_health import LinkHealth
 from gcs_plugin.watch.watcher import Watcher
 from gcs_plugin.watch.words import StatusTexts
@@ -175,6 +178,25 @@ def files() -> Feed:
     return feed
 
 
+def hub() -> Feed:
+    """What a client of the recorder sends it."""
+    clock = SimulatedClock()
+    listening = Hub(clock)
+    _, host, port = listening.address.split(":")
+
+    def feed(data: bytes, time_s: float) -> list[Any]:
+        clock.advance_to(max(time_s, clock.now_s))
+        with socket.create_connection((host, int(port))) as client:
+            client.sendall(data)
+            found = listening.taken()
+        found += listening.taken()
+        assert listening.clients <= 1
+        return found
+
+    weakref.finalize(feed, listening.close)
+    return feed
+
+
 def asked(rng: random.Random) -> bytes:
     names = (RING_FILE.encode(), b"/", b"../../etc/passwd", b"\x00", b"@PARAM/param.pck", payload(rng, 40))
     size, offset = rng.choice((0, 1, 239, 255)), rng.choice((0, 1, 999, 1000, 2**31, 2**32 - 1))
@@ -267,6 +289,7 @@ STREAMS = (
     Stream("frames of MAVLink", framer, HEARTBEAT, mavlink),
     Stream("what the ground hears", ground, HEARTBEAT, mavlink),
     Stream("what the vehicle is told", bridge, REQUEST, mavlink),
+    Stream("clients of the recorder", hub, HEARTBEAT, mavlink),
     Stream("files the vehicle is asked for", files, Packet(0, 0, Op.LIST, 1, data=b"/").encode(), asked),
     Stream("Wayfinder", sensor("wayfinder"), PING, wayfinder),
     Stream("A50, JSON", sensor("a50", "tcp:dvl:16171"), json.dumps(A50).encode() + b"\r\n", waterlink_json),
