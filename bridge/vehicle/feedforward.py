@@ -136,8 +136,8 @@ class Lead:
 
 class Slope:
     """Holds the wrench that is applied within the `reach` (6,) and its slope within `SLOPE_PER_S` of it a second,
-    whatever the parameters and the reference: half a second from nothing to all, five times what a reference that
-    jumps into a turn asks for. It begins at zero. An axis that is off is at zero at once.
+    whatever the parameters and the reference: half a second from nothing to all, twelve times the steepest slope of
+    the missions that are shipped. It begins at zero. An axis that is off is at zero at once.
 
     A tick that comes late is worth no more than `LONGEST_TICK_S`.
     """

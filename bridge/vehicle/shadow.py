@@ -11,8 +11,8 @@ thrusters were asked for:
 
     1 - sum (force - model)^2 / sum force^2 >= 0.7
 
-Of the simulated vehicle's force a model that is right explains 0.86 and more, one that gives half of it 0.6 to 0.76 and
-one that gives twice as much next to nothing: too small a feed-forward leaves work to the PID, one too large pushes.
+Of the simulated force a model that is right explains 0.86 and more, one that gives half of it 0.56 to 0.77 and
+one that gives twice as much 0.65 at most: too small a feed-forward leaves work to the PID, one too large pushes.
 """
 
 import math
