@@ -106,13 +106,20 @@ class QuadraticCurve:
 def thrust_curve(curve: ThrustCurve, directory: Path) -> Curve:
     """The curve of a vehicle file that lies in `directory`.
 
-    Raises ConfigError for a table that is missing, malformed, or lacks the voltage.
+    Raises ConfigError for a table that is missing, malformed, or lacks the voltage, and for a name that leads out of
+    the directory: a vehicle file may come with a stranger's dive.
     """
     if curve.kind == "quadratic":
         return QuadraticCurve(curve.max_n, curve.span_us, curve.dead_band_us)
-    path = directory / curve.file
+    name = Path(curve.file)
+    if name.is_absolute() or ".." in name.parts:
+        raise ConfigError(
+            f"thrust_curve: file: {curve.file} leads out of the vehicle file's folder; put the table beside the "
+            "vehicle file and give its name alone"
+        )
+    path = directory / name
     if not path.exists():
-        path = CONFIGS / "thrusters" / curve.file
+        path = CONFIGS / "thrusters" / name
     return TableCurve(*_table_at(path, curve.voltage_v))
 
 

@@ -107,6 +107,13 @@ def test_a_table_beside_the_vehicle_file_goes_before_the_shipped_one(tmp_path: P
     assert thrust_curve(ThrustCurve(), tmp_path).thrust(1700) == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("name", ["../own.csv", "tables/../../own.csv", "{folder}/own.csv"])
+def test_a_table_outside_the_vehicle_files_folder_is_never_read(tmp_path: Path, name: str) -> None:
+    (tmp_path / "own.csv").write_text("voltage_v,pwm_us,thrust_n\n16,1100,-4\n16,1500,0\n16,1900,4\n")
+    with pytest.raises(ConfigError, match="leads out of the vehicle file's folder"):
+        thrust_curve(ThrustCurve(file=name.format(folder=tmp_path)), tmp_path / "mine")
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
