@@ -91,7 +91,9 @@ class Network:
         with suppress(BlockingIOError):
             self._peers.append(self._listener.accept()[0])
         for peer in self._peers:
-            peer.send(noise)
+            # A bridge that ends hangs up.
+            with suppress(OSError):
+                peer.send(noise)
 
 
 class Wires:

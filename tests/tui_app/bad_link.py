@@ -14,6 +14,7 @@ from bridge.framing import Encoder
 FAULT_EVERY_S = 1.0
 LONGEST_CUT_S = 3.0
 LOSS = 0.3
+CROWD, BETWEEN_S = 300, 0.005
 
 
 class BadLink:
@@ -34,6 +35,14 @@ class BadLink:
 
     def start(self) -> None:
         self._thread.start()
+
+    def crowd(self) -> None:
+        """As many strangers as fill every table, of whom more come later."""
+        for number in range(CROWD):
+            encoder = Encoder(2 + number % 250, 1 + number // 250)
+            for message in self._messages():
+                self._send(True, encoder.encode(message))
+            self._stop.wait(BETWEEN_S)
 
     def mend(self) -> None:
         """No more faults."""
@@ -77,8 +86,11 @@ class BadLink:
         rng = self._rng
         if rng.random() < 0.3:
             return rng.randbytes(rng.randrange(1, 300))
-        encoder = Encoder(rng.randrange(2, 255), rng.randrange(1, 255))
-        messages = (
+        return Encoder(rng.randrange(2, 255), rng.randrange(1, 255)).encode(rng.choice(self._messages()))
+
+    def _messages(self) -> tuple[Any, ...]:
+        rng = self._rng
+        return (
             dialect.MAVLink_heartbeat_message(
                 rng.randrange(40), rng.randrange(20), rng.choice((0, 128)), 0, 4, 3
             ),
@@ -88,7 +100,6 @@ class BadLink:
             dialect.MAVLink_param_request_list_message(1, 1),
             dialect.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),
         )
-        return encoder.encode(rng.choice(messages))
 
     def _send(self, to_ground: bool, data: bytes) -> None:
         if to_ground:

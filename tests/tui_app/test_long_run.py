@@ -62,6 +62,7 @@ class LongRun:
         self.app = Tmux(f"seatrial-long-{os.getpid()}", 80, 24, "sh", alone(folder))
         self.app.keys(f"cd {folder}; exec {line}", "Enter")
         self.app.until("LINK 0.", "REC 00:")
+        self.link.crowd()
         self.pids = {"bridge": self.bridge.pid, "recorder": held(time.time()).pid, "app": self.app.process()}
 
     def trouble(self):

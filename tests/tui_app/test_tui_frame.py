@@ -1,5 +1,6 @@
 """The frame: keys, help, palette, themes, and the off switch that works from everywhere."""
 
+import gc
 import re
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ from made_dives import FakeVerbs, desk
 from made_view import FixedViews, view
 from screen_text import made, pressed, run, text
 from textual.command import CommandPalette
+from textual.widget import Widget
 from textual.widgets import Input
 
 from tui.app.actions import EVERYWHERE
@@ -268,5 +270,20 @@ def test_a_screen_that_becomes_larger_shows_more():
         await pilot.resize_terminal(60, 15)
         await pilot.pause()
         assert "■ ARMED" in text(app)
+
+    run(made(FixedViews()), NARROW, work)
+
+
+def test_screens_that_come_and_go_leave_nothing_in_memory():
+    async def work(_, pilot):
+        counts = []
+        for _ in range(3):
+            for _ in range(3):
+                await pressed(pilot, "question_mark", "escape")
+                await pilot.resize_terminal(*WIDE)
+                await pilot.resize_terminal(*NARROW)
+            gc.collect()
+            counts.append(sum(isinstance(one, Widget) for one in gc.get_objects()))
+        assert counts[1:] == counts[:1] * 2
 
     run(made(FixedViews()), NARROW, work)

@@ -20,6 +20,8 @@ class Key(Protocol):
     action: str
     key_display: str
     description: str
+    compact: bool
+    _reactive_connect: object
 
 
 class KeyLine(Footer):
@@ -30,6 +32,9 @@ class KeyLine(Footer):
     def compose(self) -> ComposeResult:
         self._cells = self.app.size.width
         keys = [cast(Key, key) for key in super().compose()]
+        for key in keys:
+            # Textual never lets go of a key that was bound to its line, and the line is made anew with each screen.
+            key._reactive_connect, key.compact = None, self.compact
         shown, helps = list(keys), next((key for key in keys if key.action == "app.help"), None)
         words = helps.description if helps is not None else ""
         for key in reversed(keys):
