@@ -32,7 +32,7 @@ from tui.app.dying import PATIENCE_S, end_within, keep_trace
 from tui.app.gate import Gate
 from tui.app.keymap import Keymap
 from tui.app.pace import Pace
-from tui.app.palette import ActionProvider
+from tui.app.palette import ActionPalette, ActionProvider
 from tui.app.screens.ask import AskScreen
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.help import HelpScreen, help_lines
@@ -157,7 +157,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     async def on_event(self, event: events.Event) -> None:
         """What is typed behind the key that leaves finds no screen any more, and is dropped."""
-        if self.screen_stack or not isinstance(event, events.InputEvent):
+        if (self.screen_stack and self.is_running) or not isinstance(event, events.InputEvent):
             await super().on_event(event)
 
     async def on_key(self, event: events.Key) -> None:
@@ -167,17 +167,17 @@ class SeatrialApp(App[None], inherit_bindings=False):
 
     async def action_open(self, screen: str) -> None:
         """Show a screen; whatever the one before had opened is closed. The next key is for this screen already."""
+        if not self.is_running:
+            return
         self.action_close()
         await self.switch_mode(screen)
         self.call_after_refresh(self._show)
 
     async def action_begin(self, screen: str) -> None:
         """Show a screen and let it begin its work at once."""
-        self.action_close()
-        await self.switch_mode(screen)
-        if isinstance(self.screen, StationScreen):
+        await self.action_open(screen)
+        if self.is_running and isinstance(self.screen, StationScreen):
             self.screen.begin()
-        self.call_after_refresh(self._show)
 
     def action_force_off(self) -> None:
         """Force the feed-forward off. No question is asked; it goes by the recording's links, so one is begun."""
@@ -267,6 +267,10 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self.desk.dive = self.desk.param = None
         became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
         self.notify(f"{finished.name} {became}; {after}")
+
+    def action_command_palette(self) -> None:
+        if not isinstance(self.screen, ActionPalette):
+            self.push_screen(ActionPalette(id="--command-palette"))
 
     def action_help(self) -> None:
         """What the keys do here."""

@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final, cast
 
-from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.await_complete import AwaitComplete
+from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
 
 from tui.app import themes
 from tui.app.actions import EVERYWHERE, Action
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
 
 MOVING: Final = "replay."
 """Actions that make no sense before one sees what they move in."""
+
+
+class ActionPalette(CommandPalette):
+    """The palette, which closes once: an escape and an enter that come together would close what lies below as well."""
+
+    def dismiss(self, result: None = None) -> AwaitComplete:
+        return super().dismiss(result) if self.is_current else AwaitComplete()
 
 
 class ActionProvider(Provider):
