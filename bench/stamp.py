@@ -21,6 +21,7 @@ SIMULATED = (
 MISSIONS = (
     "bench/missions",
     "bench/trial.py",
+    "bridge/clock_line.py",
     "bridge/errors.py",
     "bridge/framing.py",
     "bridge/plain.py",

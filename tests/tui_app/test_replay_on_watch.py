@@ -237,7 +237,7 @@ def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tm
         await pressed(pilot, "2")
         await until(app, pilot, "UVw")
         await pressed(pilot, "r")
-        await until(app, pilot, "holds no telemetry.tlog; give the folder of a dive")
+        await until(app, pilot, "holds no telemetry.tlog and no dive.yaml")
         with TlogWriter(folder / "telemetry.tlog") as writer:
             for n in range(30):
                 raw = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 3, 0, n, 4, 3))
