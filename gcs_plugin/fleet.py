@@ -17,6 +17,7 @@ from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, REBOOT
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.senders import Senders
 from gcs_plugin.twins import Twins
+from gcs_plugin.twins_across import TwinsAcross
 
 SILENT_S: Final = 6.0
 """Without a HEARTBEAT for so long a vehicle is not there: at 30 % loss of one a second, once in a thousand."""
@@ -69,12 +70,14 @@ class Fleet:
         self._lines: dict[str, _Line] = {}
         self._senders: Senders[_Sender] = Senders()
         self._since_s: dict[int, float] = {}
+        self._across = TwinsAcross()
 
     def on_frame(self, frame: Frame, link: Link, time_s: float) -> News | None:
         """A frame arrived on `link`; what parameters may wait for, None where it has no use for them."""
         line = self._line(link, time_s)
         line.health.on_frame(frame, time_s)
         line.twins.on_frame(frame, time_s)
+        self._across.on_frame(frame, link.name, time_s)
         source = (frame.system, frame.component)
         sender = self._senders.get(source) or _Sender(link.name)
         if not frame.known or not self._senders.put(source, time_s, sender):
@@ -137,7 +140,7 @@ class Fleet:
     def fault(self, system: int) -> str:
         """Why nobody may order this system, "" where all is well."""
         faults = (line.twins.fault(system) for line in self._lines.values())
-        return next((fault for fault in faults if fault), "")
+        return next((fault for fault in faults if fault), "") or self._across.fault(system)
 
     def armed(self, system: int) -> bool:
         """Whether any part of it says that it is armed."""

@@ -12,14 +12,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import Frame, decode
 from gcs_plugin.senders import Senders, Source
+from gcs_plugin.turns import CLOCK_LATE_S, CLOCK_TURNS, Told, Turns
 
-CLOCK_TURNS: Final = 3
 CLOCK_APART_S: Final = 2.0  # more than frames of one vehicle overtake each other
-CLOCK_LATE_S: Final = 5.0  # so much later than before a clock may be heard and count as the same
 SEQUENCE_TURNS: Final = 6
 SEQUENCE_NEAR: Final = 32
 SEQUENCES: Final = 256
-HELD_S: Final = 20.0  # after the last turn: what took turns before has ended
 STATIONS: Final = dialect.MAV_TYPE_GCS
 
 
@@ -30,31 +28,11 @@ class Named(Protocol):
     def name(self) -> str: ...
 
 
-@dataclass
-class _Turns:
-    """The changes between two runs that follow each other closely; `seen_s` is when there were last enough."""
-
-    enough: int
-    turns: int = 0
-    changed_s: float = 0.0
-    seen_s: float | None = None
-
-    def change(self, goes_on: bool, now_s: float) -> None:
-        """It changed to another run, which goes on where it was left or not."""
-        self.turns = self.turns + 1 if goes_on and now_s - self.changed_s <= HELD_S else 0
-        self.changed_s = now_s
-        if self.turns >= self.enough:
-            self.seen_s = now_s
-
-    def are_two(self, now_s: float) -> bool:
-        return self.seen_s is not None and now_s - self.seen_s <= HELD_S
-
-
 class _Sequences:
     """Two counters of frames, each of which goes on where it was left."""
 
     def __init__(self, sequence: int) -> None:
-        self.turns = _Turns(SEQUENCE_TURNS)
+        self.turns = Turns(SEQUENCE_TURNS)
         self._current = sequence
         self._left: int | None = None
 
@@ -66,25 +44,17 @@ class _Sequences:
         self._current = sequence
 
 
-@dataclass(frozen=True)
-class _Told:
-    """A time since boot, and the time of arrival less it, which only a delay or another clock makes larger."""
-
-    boot_s: float
-    booted_s: float
-
-
 class _Clocks:
     """Two boot clocks: the time since boot runs back, then ahead of the time that passed, and so on."""
 
     def __init__(self) -> None:
-        self.turns = _Turns(CLOCK_TURNS)
-        self._current: _Told | None = None
-        self._left: _Told | None = None
+        self.turns = Turns(CLOCK_TURNS)
+        self._current: Told | None = None
+        self._left: Told | None = None
         self._ran_back: bool | None = None
 
     def take(self, boot_s: float, now_s: float) -> None:
-        told, last = _Told(boot_s, now_s - boot_s), self._current
+        told, last = Told(boot_s, now_s - boot_s), self._current
         self._current = told
         if last is None:
             return
@@ -149,8 +119,13 @@ class Twins:
         )
         if not found:
             return ""
-        number, component = found[0]
-        return (
-            f"{self._link.name}: two vehicles beat as system {number}, component {component}, and both would obey; "
-            "stop one, or give one another id (system_id in its vehicle file)"
-        )
+        return twins_sentence(self._link.name, found[0])
+
+
+def twins_sentence(where: str, source: Source) -> str:
+    """What an operator is told of two vehicles under one address."""
+    system, component = source
+    return (
+        f"{where}: two vehicles beat as system {system}, component {component}, and both would obey; "
+        "stop one, or give one another id (system_id in its vehicle file)"
+    )

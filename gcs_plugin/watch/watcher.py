@@ -14,6 +14,7 @@ from bridge.errors import ConfigError
 from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.senders import GONE_S, Source
+from gcs_plugin.twins_across import TwinsAcross
 from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
 from gcs_plugin.watch.links import Beat, WatchedLink, beat_of
@@ -54,6 +55,7 @@ class Watcher:
         self._asked_for = system
         self._ground_unix_s = unix_at_zero_s
         self._links: dict[str, WatchedLink] = {}
+        self._across = TwinsAcross()
         self._begin(system)
 
     def _begin(self, system: int | None) -> None:
@@ -75,6 +77,7 @@ class Watcher:
         if watched is None:
             watched = self._links[link] = WatchedLink(link)
         watched.on_frame(frame, arrived_s)
+        self._across.on_frame(frame, link, arrived_s)
         if not frame.known:
             return
         number = frame.message_id
@@ -117,10 +120,14 @@ class Watcher:
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),
             configuration=configuration,
             said=tuple(self._said),
-            twins=next(filter(None, (link.twins(self.system) for link in self._links.values())), ""),
+            twins=self._twins(),
         )
 
     # Who speaks.
+
+    def _twins(self) -> str:
+        faults = (link.twins(self.system) for link in self._links.values())
+        return next(filter(None, faults), "") or self._across.fault(self.system)
 
     def _beat(self, frame: Frame, arrived_s: float, link: WatchedLink) -> None:
         beat = beat_of(frame, arrived_s)

@@ -126,6 +126,19 @@ def test_one_vehicle_on_two_links_is_no_pair_of_twins(world):
     assert world.fleet.fault(1) == ""
 
 
+def test_two_vehicles_under_one_address_on_a_link_each_are_ordered_nothing(world):
+    other = Quiet("udpin:2")
+    for turn in range(8):
+        world.beat((1, 1))
+        world.beat((1, 1), link=other)
+        world.say((1, 1), dialect.MAVLink_system_time_message(0, 1000 * turn))
+        world.say((1, 1), dialect.MAVLink_system_time_message(0, 500_000 + 1000 * turn), other)
+        world.now_s += 1.0
+    with pytest.raises(LinkError, match="udpin:1 and udpin:2: two vehicles beat as system 1, component 1"):
+        world.meant()
+    assert world.fleet.fault(2) == ""
+
+
 def test_a_start_anew_is_told(world):
     assert not world.say((1, 1), dialect.MAVLink_system_time_message(0, 90_000)).rebooted
     assert not world.say((1, 1), dialect.MAVLink_system_time_message(0, 91_000)).rebooted

@@ -62,7 +62,9 @@ class ReplayedVehicle:
     def stop(self):
         if not self._stop.is_set():
             self._stop.set()
-            self._thread.join()
+            # A test may fail before it starts it.
+            if self._thread.is_alive():
+                self._thread.join()
             self.link.close()
 
     def _run(self):
