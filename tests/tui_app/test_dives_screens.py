@@ -1,5 +1,6 @@
 """The screen Dives: its list, its keys, its looks."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -115,6 +116,37 @@ def test_an_empty_folder_says_so():
     run(made(FixedViews(), desk=desk(FakeVerbs({"dives": []}))), NARROW, work)
 
 
+class Held(FakeVerbs):
+    """Lists only once it is let go."""
+
+    go = None
+
+    async def __call__(self, words, hear):
+        Held.go = asyncio.Event()
+        await Held.go.wait()
+        return await super().__call__(words, hear)
+
+
+@pytest.mark.parametrize(("key", "screen"), [("n", AskScreen), ("c", FormScreen)])
+def test_what_is_asked_for_while_the_list_is_read_opens_with_it_and_its_letters_begin_nothing(
+    key, screen, tmp_path
+):
+    _, at = dives_on_disk(tmp_path, Held)
+
+    async def work(app, pilot):
+        await pressed(pilot, "2", key, *"tide")
+        app._show()
+        await pilot.pause()
+        assert "then note" in text(app) or "then conditions" in text(app)
+        Held.go.set()
+        await shown(app, pilot)
+        await shown(app, pilot)
+        assert isinstance(app.screen, screen)
+        assert not at.jobs.runs("identify")
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+
+
 def test_a_note_is_written_into_the_dive(tmp_path):
     folder = tmp_path / "2026-11-21T0352Z-hovering"
     folder.mkdir()
@@ -163,14 +195,14 @@ def test_a_note_that_could_not_be_written_is_offered_again_as_it_was_typed(tmp_p
     assert DiveFolder(folder).about().notes == "new propellers at the quay!"
 
 
-def dives_on_disk(tmp_path):
+def dives_on_disk(tmp_path, verbs=FakeVerbs):
     """A desk whose list is of two folders that are there: the earlier one was made in salt water."""
     older, newer = tmp_path / "2026-11-20T0252Z-hovering", tmp_path / "2026-11-21T0452Z-deck"
     for folder in (older, newer):
         folder.mkdir()
     DiveFolder(older).set_conditions(Conditions(water_temperature_c=11.0, salinity=35.0))
     listed = [HOVERING | {"folder": str(older)}, DECK | {"folder": str(newer)}]
-    return DiveFolder(newer), desk(FakeVerbs({"dives": listed}))
+    return DiveFolder(newer), desk(verbs({"dives": listed}))
 
 
 def test_conditions_are_asked_with_the_dive_befores_filled_in_and_kept(tmp_path):

@@ -1,5 +1,6 @@
 """The screen Identify: from a dive to its result by one key, cancelled by another."""
 
+import asyncio
 import os
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from tui.app.identify_lines import words_for
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.parameters import ParametersScreen
+from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
 
 SIZES = ((80, 24), (160, 50))
@@ -164,6 +166,53 @@ def test_the_result_is_there_and_goes_to_parameters_while_its_page_is_still_writ
 
     run(made(FixedViews(), desk=desk(verbs, dive=dive)), NARROW, work)
     assert verbs.words[-1][:3] == ("params", "diff", str(places(dive)["--param"]))
+
+
+class Held(FakeVerbs):
+    """Identifies only once it is let go."""
+
+    go = None
+
+    async def __call__(self, words, hear):
+        if words[0] == "identify":
+            self.go = asyncio.Event()
+            await self.go.wait()
+        return await super().__call__(words, hear)
+
+
+@pytest.mark.parametrize(
+    ("code", "screen"), [(exit_codes.DONE, ParametersScreen), (exit_codes.NO + 1, IdentifyScreen)]
+)
+def test_parameters_asked_for_while_it_runs_come_with_its_values_and_never_with_older_ones(
+    code, screen, identified
+):
+    verbs = Held({"identify": {}}, code)
+
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i", "p")
+        await shown(app, pilot)
+        assert "then parameters" in text(app)
+        verbs.go.set()
+        while app.desk.jobs.runs("identify"):
+            await pilot.pause()
+        await shown(app, pilot)
+        assert isinstance(app.screen, screen)
+
+    run(made(FixedViews(), desk=desk(verbs, dive=identified)), NARROW, work)
+
+
+def test_who_leaves_the_screen_is_not_called_to_parameters(identified):
+    verbs = Held({"identify": {}})
+
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i", "p", "1")
+        verbs.go.set()
+        while app.desk.jobs.runs("identify"):
+            await pilot.pause()
+        await shown(app, pilot)
+        assert isinstance(app.screen, WatchScreen)
+
+    run(made(FixedViews(), desk=desk(verbs, dive=identified)), NARROW, work)
 
 
 def test_a_run_that_fails_says_why_and_an_older_result_stays(identified):

@@ -22,15 +22,19 @@ AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
 COLUMNS: Final = f"{'':8}{'value':>9}  {'95 % interval':<19}  {'unit':<12}{'accepted':>10}{'change':>10}"
 
 
-def progress(state: JobState, now_s: float, cells: int) -> Lines:
-    """A bar for each method, and how long it has taken; once it has answered, one for the page that is written."""
+def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -> Lines:
+    """A bar for each method, and how long it has taken; once it has answered, one for the page that is written.
+
+    `goes_on`: its values are to be compared as soon as they are there.
+    """
     newest = {_method(told): told for told in state.told}
     page = newest.pop(PAGE, None)
     if page is not None and state.runs:
         return (_bar(PAGE, page, cells),)
     clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
     title = "STOPPING" if state.cancelled and state.runs else "IDENTIFYING"
-    lines: list[Line] = [heading(f"{title} {_dive(state)}", clock, cells)]
+    then = "then parameters, " if goes_on and state.runs else ""
+    lines: list[Line] = [heading(f"{title} {_dive(state)}", then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
     return (*lines, *(_bar(method, told, cells) for method, told in newest.items()))

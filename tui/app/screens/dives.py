@@ -113,7 +113,7 @@ class DivesScreen(StationScreen):
         """Identify the dive that the crew comes from, wherever the mark stood, once the list tells which."""
         self._at = self._over = self._goes_on = self.desk.dive = None
         self.action_again()
-        self._then = "identify"
+        self._then = "begin('identify')"
 
     def show(self, view: View) -> None:
         recorded = self.desk.recorded() if view.recording is not None else None
@@ -149,22 +149,25 @@ class DivesScreen(StationScreen):
 
     async def action_begin(self, screen: str) -> None:
         if self._at is None:
-            # Two quick keys: the list is still being read.
-            self._then = screen if self.desk.jobs.runs(VERB) else ""
+            self._wait(f"begin('{screen}')")
             return
         self.desk.dive = self._at
         await self.begin_on(screen)
 
     def action_note(self) -> None:
         dive = self._dive()
-        if dive is not None:
+        if dive is None:
+            self._wait("note")
+        else:
             note = self._unwritten.get(dive.folder, " ".join(dive.notes.split()))
             ask = AskScreen(f"Note of {dive.name}", note, "what later explains the dive")
             self.app.push_screen(ask, lambda text: self._note(dive.folder, text))
 
     def action_replay(self) -> None:
         dive = self._dive()
-        if dive is not None:
+        if dive is None:
+            self._wait("replay")
+        else:
             self.run_worker(self._replay(dive.folder), exclusive=True)
 
     async def _replay(self, folder: Path) -> None:
@@ -182,6 +185,7 @@ class DivesScreen(StationScreen):
         """Ask for what the dive was made under; where nothing is known, by what held in the dive before."""
         dive = self._dive()
         if dive is None:
+            self._wait("conditions")
             return
         self._unkept = ""
         try:
@@ -231,8 +235,13 @@ class DivesScreen(StationScreen):
                 self._at = self._dives[0].folder
         if self._then:
             self._tell_skipped()
-            self.call_later(self.action_begin, self._then)
+            self.call_later(self.run_action, self._then)
             self._then = ""
+
+    def _wait(self, action: str) -> None:
+        """Do it once the list is there. The first of quick keys stands: a note's own letters begin nothing else."""
+        if self.desk.jobs.runs(VERB):
+            self._then = self._then or action
 
     def _tell_skipped(self) -> None:
         """Say which newer dives are not the one that is meant, so that nobody takes an older one for the newest."""
@@ -277,7 +286,8 @@ class DivesScreen(StationScreen):
         if state is None or not state.runs:
             return f"{len(self._dives)} in {self.desk.out}" if self._dives else ""
         reads = state.told[-1].words if state.told else "reading"
-        return f"{reads}, then {self._then}" if self._then else reads
+        then = self._then.removeprefix("begin('").removesuffix("')")
+        return f"{reads}, then {then}" if then else reads
 
     def _details(self, cells: int, rows: int) -> Lines:
         del rows

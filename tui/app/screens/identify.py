@@ -7,6 +7,7 @@ from typing import ClassVar, Final
 from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 
+from tui import exit_codes
 from tui.app.actions import Action, bindings
 from tui.app.converging import passes_of
 from tui.app.found import Found, found, places
@@ -52,6 +53,7 @@ class IdentifyScreen(StationScreen):
         self._refused = ""
         self._curves = False
         self._offered: object = None
+        self._then = False
 
     def body(self) -> ComposeResult:
         yield Drawn(self._progress, id="identify-progress")
@@ -62,6 +64,9 @@ class IdentifyScreen(StationScreen):
     def on_screen_resume(self) -> None:
         self._look()
 
+    def on_screen_suspend(self) -> None:
+        self._then = False
+
     def show(self, view: View) -> None:
         state = self.desk.jobs.state(VERB)
         if state is not self._seen:
@@ -69,6 +74,10 @@ class IdentifyScreen(StationScreen):
             if state is not None and state.answered and (was is None or not was.answered):
                 self._curves = False
                 self._look()
+                # Not after a failure: older values may lie there.
+                if self._then and (state.done is None or state.done.code == exit_codes.DONE):
+                    self.call_later(self.action_parameters)
+                self._then = False
         self._arrange()
         super().show(view)
 
@@ -99,7 +108,11 @@ class IdentifyScreen(StationScreen):
         self._draw()
 
     async def action_parameters(self) -> None:
-        if self._found is not None and self._found.param is not None:
+        if not self._answered:
+            # A quick key, or a crew that does something else meanwhile.
+            self._then = True
+            self._draw()
+        elif self._found is not None and self._found.param is not None:
             self.desk.param = self._found.param
             await self.begin_on("parameters")
 
@@ -112,8 +125,7 @@ class IdentifyScreen(StationScreen):
         if action == "curves":
             return self._answered and bool(passes_of(self._told()))
         if action == "parameters":
-            has_values = self._found is not None and self._found.param is not None
-            return self._answered and has_values
+            return not self._answered or self._has_values
         return super().check_action(action, parameters)
 
     def close_up(self) -> None:
@@ -131,6 +143,10 @@ class IdentifyScreen(StationScreen):
         if state is None or state.runs or state.words[1] == str(self._dive):
             return state
         return None
+
+    @property
+    def _has_values(self) -> bool:
+        return self._found is not None and self._found.param is not None
 
     @property
     def _answered(self) -> bool:
@@ -160,7 +176,7 @@ class IdentifyScreen(StationScreen):
     def _progress(self, cells: int, rows: int) -> Lines:
         del rows
         state = self._state()
-        return () if state is None else progress(state, self.desk.jobs.now_s(), cells)
+        return () if state is None else progress(state, self.desk.jobs.now_s(), cells, self._then)
 
     def _charts(self, cells: int, rows: int) -> Lines:
         return curves(self._told(), cells, rows)
