@@ -1,6 +1,7 @@
 """In CI nothing may be skipped, except for data beside the checkout where that folder is absent."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,15 @@ def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest
     state = tmp_path_factory.getbasetemp() / "state"
     (state / "seatrial" / "recording.json").unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
+
+
+@pytest.fixture
+def switched_off() -> Iterator[None]:
+    """Diving vehicles close their files at the end."""
+    from diving_vehicle import switch_all_off
+
+    yield
+    switch_all_off()
 
 
 def unexcused(skips: list[str], shared_is_there: bool) -> list[str]:

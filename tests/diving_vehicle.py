@@ -30,6 +30,15 @@ SHAPE = Configuration(
 VEHICLE = Vehicle("test", {"hovering": SHAPE}, sensors=Sensors(imu=Device("mti300")))
 
 
+_RINGS = []
+
+
+def switch_all_off():
+    """Close the rings of all vehicles: of those of each boot that was cut short, too."""
+    while _RINGS:
+        _RINGS.pop().close()
+
+
 class Boot:
     """The vehicle's clock: boot time from when it was switched on, and a Unix time of its own."""
 
@@ -61,6 +70,7 @@ class Dive:
         clock = Boot(self.world, 1_790_000_000.0 + self.world.now_s - 5.0 * self.boots)
         identity = 1000 + self.boots
         self.ring = RingKeeper(RingFiles(self.folder, self.bounds, identity), identity, clock)
+        _RINGS.append(self.ring)
         near, far = memory_pair()
         self.link = Lossy(far, self.rng, self.world, **self.given)
         server = ParameterServer(None, vehicle_table(VEHICLE), system=1, component=191)

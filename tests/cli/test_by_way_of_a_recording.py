@@ -181,6 +181,7 @@ def at_sea(monkeypatch, tmp_path):
     monkeypatch.setattr("bridge.link.open.open_link", lambda _: Seat(recorder, hub))
     write_holding(holding(clock.unix_s(), hub=hub.address, folder=str(folder.path)))
     yield parameters, folder, recorder
+    recorder.close()
     hub.close()
 
 

@@ -23,6 +23,8 @@ from gcs_plugin.recorder import Recorder
 from tui import cli, exit_codes
 from tui.fetched import MIRROR
 
+pytestmark = pytest.mark.usefixtures("switched_off")
+
 KEY = SigningKey(bytes(range(32)))
 
 

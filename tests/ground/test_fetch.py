@@ -21,6 +21,8 @@ from gcs_plugin.station import ground_heartbeat
 from identify.ingest.open import recording_files
 from tui.fetched import Fetcher
 
+pytestmark = pytest.mark.usefixtures("switched_off")
+
 VEHICLE = (1, 191)
 
 

@@ -17,6 +17,8 @@ from gcs_plugin.folder import DiveFolder
 from gcs_plugin.station import ground_heartbeat
 from tui.merging import merge
 
+pytestmark = pytest.mark.usefixtures("switched_off")
+
 BUSIEST = (1, 191)
 
 
