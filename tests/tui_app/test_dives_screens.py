@@ -1,11 +1,12 @@
 """The screen Dives: its list, its keys, its looks."""
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from made_dives import DECK, DIVES, HOVERING, FakeVerbs, desk
-from made_view import FixedViews
+from made_view import FixedViews, view
 from screen_text import check, made, pressed, run, text
 from textual.widgets import Input
 
@@ -296,6 +297,24 @@ def test_what_lies_over_the_screen_hides_none_of_it_and_the_room_is_given_back(k
         assert text(app).splitlines() == before
 
     run(made(FixedViews(), desk=at), NARROW, work)
+
+
+@pytest.mark.parametrize("key", ["n", "c"])
+def test_what_lies_over_the_screen_hides_no_line_of_a_banner(key, tmp_path):
+    _, at = dives_on_disk(tmp_path)
+    two_lines = (
+        "two vehicles beat as system 1, component 1, and both would obey; stop one, or give one another id"
+    )
+    views = FixedViews(replace(view(), picture=replace(view().picture, twins=two_lines)))
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, key)
+        await shown(app, pilot)
+        assert "give one another id" in text(app)
+        assert any(line.startswith("DIVES ───") for line in text(app).splitlines())
+
+    run(made(views, desk=at), NARROW, work)
 
 
 def test_keys_that_have_no_room_are_counted_beside_the_help_and_none_is_cut():

@@ -11,9 +11,12 @@ from textual import events
 from textual.widgets import Input
 
 from bridge.vehicle.config import CONFIGS
+from gcs_plugin.params.files import write_parameters
+from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from gcs_plugin.watch.picture import Armed
 from tui.app import parameter_lines as lines
 from tui.app.desk import Desk
+from tui.app.jobs import Jobs
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.themes import ORDER
 
@@ -556,3 +559,23 @@ def test_an_implausible_line_that_is_chosen_is_written_for_a_harder_word():
     (words,) = vehicle.writes
     assert words[-2:] == ("--accept-implausible", name)
     assert "--only" not in words
+
+
+@pytest.mark.slow
+def test_values_of_another_vehicle_are_refused_with_the_reason_and_the_key_uploads_nothing(tmp_path):
+    param = tmp_path / "identified.param"
+    write_parameters(param, {"FF0_M_U": 98.0})
+    write_sidecar(param, Sidecar("a" * 64, "b" * 64, "hovering", "likelihood", "1", vehicle="someone else's"))
+    at = Desk("ruvifist:hovering", tmp_path, tmp_path, param=param, jobs=Jobs())
+
+    async def work(app, pilot):
+        await typed(app, pilot, "5")
+        said = " ".join(text(app).split())
+        assert "is of vehicle 'someone else's', and" in said
+        assert "nothing was sent" in said
+        await typed(app, pilot, "u")
+        assert "Nothing can be sent, for what is said above" in text(app)
+        await typed(app, pilot, "y", "enter")
+        assert at.jobs.state("params upload") is None
+
+    run(made(views(), desk=at), NARROW, work)

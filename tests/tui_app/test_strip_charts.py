@@ -11,9 +11,9 @@ from made_view import NOW_S, traces
 
 from gcs_plugin.watch.picture import Freshness, Trace
 from tui.app import braille
-from tui.app.chart import chart
+from tui.app.chart import chart, tick_labels
 from tui.app.quantities import QUANTITIES, Quantity
-from tui.app.scale import nice_step, scale_for
+from tui.app.scale import Scale, nice_step, scale_for
 
 FRESH, STALE, GONE = Freshness
 EDGES = np.arange(0.0, 10.5, 0.5)
@@ -188,6 +188,11 @@ def test_a_chart_is_as_many_rows_as_it_has_and_no_curve_is_wider(key, rows, cell
 
 def test_a_quantity_that_nobody_heard_of_is_dashes():
     assert joined(chart(Quantity("x", "nothing", 1.0, 1), None, NOW_S, 40, 5)[0]).split() == ["nothing", "--"]
+
+
+def test_one_row_of_curve_has_no_tick_for_no_scale_is_seen_in_it():
+    assert tick_labels(Scale(0.0, 0.5, 0.1), 1, False) == {}
+    assert tick_labels(Scale(0.0, 0.5, 0.5), 2, False) == {0: "0.5", 1: "0.0"}
 
 
 def test_one_row_holds_the_value_and_blocks():

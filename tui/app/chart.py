@@ -167,7 +167,9 @@ def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str,
 
 
 def tick_labels(scale: Scale, rows: int, downwards: bool) -> dict[int, str]:
-    """The ticks by row: both ends, zero before others, each with a row to spare on either side."""
+    """The ticks by row: both ends, zero before others, each with a row to spare on either side; in one row none."""
+    if rows == 1:
+        return {}
     count = round((scale.high - scale.low) / scale.step)
     values = [scale.low + n * scale.step for n in range(count + 1)]
     by_row: dict[int, str] = {}

@@ -6,8 +6,11 @@ from textual import events
 from textual.screen import ModalScreen
 
 from tui.app.screens.frame import StationScreen
+from tui.app.widgets.top_line import TopLine
 
 Answer = TypeVar("Answer")
+LEAST_ABOVE = 3
+"""Rows over the box: the lines on top, and one of a banner that may come."""
 
 
 class OverScreen(ModalScreen[Answer]):
@@ -18,6 +21,8 @@ class OverScreen(ModalScreen[Answer]):
     def on_mount(self) -> None:
         below = self.app.screen_stack[0]
         self._below = below if isinstance(below, StationScreen) else None
+        for top in below.query(TopLine):
+            self.watch(top, "virtual_size", self.ask_for_room)
 
     def on_resize(self, _: events.Resize) -> None:
         self.ask_for_room()
@@ -31,5 +36,11 @@ class OverScreen(ModalScreen[Answer]):
         self.call_after_refresh(self._make_room)
 
     def _make_room(self) -> None:
-        if self._below is not None and self.is_current:
-            self._below.make_room(self.query_one(".box").region.bottom)
+        if self._below is None or not self.is_current:
+            return
+        box = self.query_one(".box")
+        above = max([LEAST_ABOVE, *(top.region.bottom for top in self._below.query(TopLine))])
+        if box.styles.margin.top != above:
+            # A banner's second line must not lie under it.
+            box.styles.margin = (above, 0, box.styles.margin.bottom, 0)
+        self._below.make_room(above + box.region.height)
