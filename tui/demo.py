@@ -85,16 +85,8 @@ def campaign(
     """Dive the paper's mission of a configuration with its PID alone, and identify from the recording."""
     file = load_vehicle(VEHICLE)
     mission = mission_named(configuration, file.vehicle.configurations[configuration])
-    folder = simulated.record_dive(
-        file,
-        configuration,
-        mission,
-        root,
-        seed=seed,
-        unix_s=unix_s - simulated.lasts_s(mission),
-        parameters=simulated.server(file, None),
-        mode=Mode.OFF,
-        progress=lambda share: progress(DIVE_SHARE * share),
+    folder = simulated.dive_with_pid(
+        file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
     )
     dive = read_dive(folder.path, None, file)
     found = estimator(DEFAULT)(

@@ -111,6 +111,29 @@ def record_dive(
     return folder
 
 
+def dive_with_pid(
+    file: VehicleFile,
+    configuration: str,
+    mission: Mission,
+    root: Path,
+    seed: int,
+    unix_s: float,
+    progress: Callable[[float], None],
+) -> DiveFolder:
+    """Dive a mission with the PID alone, so that it ends at `unix_s`; its parameters are forgotten."""
+    return record_dive(
+        file,
+        configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s - lasts_s(mission),
+        parameters=server(file, None),
+        mode=Mode.OFF,
+        progress=progress,
+    )
+
+
 def _elsewhere(_unix_s: float, _data: bytes) -> None:
     """The frames of a tick go to the recorder by way of a link, so they are not wanted here."""
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.missions.mission import draw_one
 from bridge.effects import (
     actuators,
     environment,
@@ -21,23 +20,7 @@ from identify.diagnose.accept import accepted_of
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.diagnosis import Found, Value
-from identify.diagnose.nominal import nominal_of
 from identify.feedback import unrecorded
-
-
-@pytest.fixture(scope="module")
-def mission():
-    return draw_one(100_300, seconds=120.0)
-
-
-@pytest.fixture(scope="module")
-def nominal(mission):
-    return nominal_of(mission.dive, mission.file, mission.configuration)
-
-
-@pytest.fixture(scope="module")
-def shape(mission):
-    return mission.file.vehicle.configurations[mission.configuration]
 
 
 def found(effect, *values, width=0.01, also=()):

@@ -5,34 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.missions.mission import draw_one
 from bridge.effects import actuators, hydrodynamics
 from identify.diagnose import misfit
 from identify.diagnose.accept import accepted_of
 from identify.diagnose.cause import Cause
 from identify.diagnose.diagnosis import Found, Value
-from identify.diagnose.nominal import nominal_of
 from identify.estimators import multiplier
 from identify.estimators.doubts import Doubts
 from identify.identification import Outcome
 
 SURGE, YAW, OF_MASS, OF_DAMPING = 0, 5, 0, 6
 FITS = multiplier.Tested(0.0, 0.0, np.zeros(12))
-
-
-@pytest.fixture(scope="module")
-def mission():
-    return draw_one(100_300, seconds=120.0)
-
-
-@pytest.fixture(scope="module")
-def nominal(mission):
-    return nominal_of(mission.dive, mission.file, mission.configuration)
-
-
-@pytest.fixture(scope="module")
-def shape(mission):
-    return mission.file.vehicle.configurations[mission.configuration]
 
 
 @pytest.fixture

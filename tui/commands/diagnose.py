@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes
+from tui.arguments import add_vehicle
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
@@ -24,13 +25,7 @@ EXAMPLE = "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dive", metavar="DIVE", help="a dive folder, .tlog, .tlog.gz, .BIN or .csv")
-    parser.add_argument(
-        "--vehicle",
-        required=True,
-        metavar="FILE[:CONFIGURATION]",
-        help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
-        " configuration where none is named",
-    )
+    add_vehicle(parser)
     parser.add_argument(
         "--check",
         metavar="DIVE",

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from tui import exit_codes
+from tui.arguments import actions_of
 
 EXAMPLE = "seatrial keys make seatrial.key"
 ACTIONS = {
@@ -13,15 +14,7 @@ ACTIONS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (sentence, example) in ACTIONS.items():
-        action = actions.add_parser(
-            name,
-            help=sentence,
-            description=f"{sentence[0].upper()}{sentence[1:]}.",
-            epilog=f"example:\n  {example}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
+    for name, action in actions_of(parser, ACTIONS):
         action.add_argument("key", metavar="FILE", help="the file of the key")
         if name == "make":
             action.add_argument(

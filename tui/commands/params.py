@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes, numbers, secured
+from tui.arguments import actions_of
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -33,15 +34,7 @@ FILES = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (sentence, example) in ACTIONS.items():
-        action = actions.add_parser(
-            name,
-            help=sentence,
-            description=f"{sentence[0].upper()}{sentence[1:]}.",
-            epilog=f"example:\n  {example}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
+    for name, action in actions_of(parser, ACTIONS):
         if name == "show":
             action.add_argument(
                 "patterns", nargs="*", metavar="PATTERN", help="start of a name, or one with *"

@@ -7,7 +7,6 @@ from pathlib import Path
 from bridge.simulator.missions import HeadingReference, mission_named
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.feedforward import Mode
 from identify.dive import Dive
 from identify.estimators.paper import PaperOptions, TrainingCurves, estimate_with_curves, window_ends
 from identify.estimators.paper_physics import PAPER_DOFS, closed_form, excited, fixed_values, samples
@@ -55,16 +54,8 @@ def campaign(
     """Dive the paper's mission with its PID alone and its linear heading references, and identify."""
     file = load_vehicle(VEHICLE)
     mission = mission_named(configuration, file.vehicle.configurations[configuration], HEADING)
-    folder = simulated.record_dive(
-        file,
-        configuration,
-        mission,
-        root,
-        seed=seed,
-        unix_s=unix_s - simulated.lasts_s(mission),
-        parameters=simulated.server(file, None),
-        mode=Mode.OFF,
-        progress=lambda share: progress(DIVE_SHARE * share),
+    folder = simulated.dive_with_pid(
+        file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
     )
     dive = read_dive(folder.path, None, file)
     return identified(

@@ -1,0 +1,33 @@
+"""Arguments that several commands have in common."""
+
+import argparse
+from collections.abc import Iterator, Mapping
+
+
+def add_vehicle(parser: argparse.ArgumentParser) -> None:
+    """The vehicle file of one dive."""
+    parser.add_argument(
+        "--vehicle",
+        required=True,
+        metavar="FILE[:CONFIGURATION]",
+        help="the vehicle file, or the name of one in configs/vehicles; the recording's VEH_CFG chooses the"
+        " configuration where none is named",
+    )
+
+
+def actions_of(
+    parser: argparse.ArgumentParser, actions: Mapping[str, tuple[str, str]]
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """The parsers of the actions of a command, each by its name; of each there are a sentence and an example."""
+    parsers = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (sentence, example) in actions.items():
+        yield (
+            name,
+            parsers.add_parser(
+                name,
+                help=sentence,
+                description=f"{sentence[0].upper()}{sentence[1:]}.",
+                epilog=f"example:\n  {example}",
+                formatter_class=argparse.RawDescriptionHelpFormatter,
+            ),
+        )
