@@ -18,7 +18,7 @@ from bridge.link.memory import memory_pair
 from bridge.parameters import MODE
 from bridge.simulator.body import Start
 from bridge.simulator.dive import TICK_S, WARM_UP_S, SimulatedVehicle, arm_for_mission
-from bridge.simulator.missions import mission_named
+from bridge.simulator.missions import Mission, mission_named
 from bridge.simulator.truth import load_truth
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile, load_vehicle
@@ -69,7 +69,8 @@ def dived(
         folder.mkdir(parents=True, exist_ok=True)
         log.unlink(missing_ok=True)
         flown = _with_model(file, configuration, given) if feed_forward is not None else file
-        time_s, state = _dive(flown, configuration, mission, seed, mode, log)
+        whole = mission_named(mission, file.vehicle.configurations[configuration])
+        time_s, state = dive(flown, configuration, whole, seed, mode, log)
         unfinished = folder / "truth.part.npz"
         np.savez_compressed(unfinished, time_s=time_s, state=state)
         unfinished.rename(truth)
@@ -86,11 +87,10 @@ def _with_model(file: VehicleFile, configuration: str, model: Mapping[str, float
     return replace(file, vehicle=replace(file.vehicle, configurations=shapes))
 
 
-def _dive(
-    file: VehicleFile, configuration: str, mission_name: str, seed: int, mode: Mode, log: Path
+def dive(
+    file: VehicleFile, configuration: str, mission: Mission, seed: int, mode: Mode, log: Path
 ) -> tuple[Array, Array]:
-    """Record the dive in `log`; (n,) boot times and (n, 13) true states."""
-    mission = mission_named(mission_name, file.vehicle.configurations[configuration])
+    """Dive a mission and record it in `log`; (n,) boot times and (n, 13) true states."""
     near, far = memory_pair()
     start = Start(
         seed,

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import pytest
+import yaml
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bench.reading import CAREFUL, OURS, THEIRS, measured, table
+from bench.reading import CAREFUL, HOUR, OURS, THEIRS, hour_lines, measured, table
 from bridge.framing import Encoder
 
 
@@ -29,3 +30,14 @@ def test_the_goal_is_judged_by_the_ratio_to_pymavlink(ours_s: float, said: str) 
     lines = table({"bytes": 22_200_000, "messages": dict.fromkeys(seconds, 300_000), "seconds": seconds})
     assert lines[-2].endswith(said)
     assert f"| {CAREFUL} | 300000 | 1 | 3e+05 | 4 x |" in lines
+
+
+def test_the_hours_mission_lasts_an_hour_and_its_line_tells_both_times() -> None:
+    legs = yaml.safe_load(HOUR)["legs"]
+    assert sum(leg["duration_s"] * leg["alternate"] for leg in legs) == 3600
+    seconds = {OURS: 0.5, CAREFUL: 1.0, THEIRS: 16.0}
+    lines = hour_lines({"bytes": 75e6, "messages": dict.fromkeys(seconds, 1_030_000), "seconds": seconds})
+    assert " ".join(lines).startswith(
+        "The recording of an hour, 1030000 messages in 75.0 MB, opens in 0.5 s;"
+    )
+    assert "takes 16 s, 32 times as long" in " ".join(lines)
