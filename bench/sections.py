@@ -14,6 +14,7 @@ from bench import (
     prediction,
     reading,
     speed,
+    station,
     thrift,
     tracking,
 )
@@ -56,6 +57,10 @@ def _speed(run: Run) -> str:
 
 def _reading(run: Run) -> str:
     return reading.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
+
+
+def _station(run: Run) -> str:
+    return station.page(run.cache / "bench", CAMPAIGN_SEEDS[0])
 
 
 def _thrift(run: Run) -> str:
@@ -116,6 +121,7 @@ SECTIONS = {
     "accuracy": Measurement(_accuracy, _TRIALS),
     "speed": Measurement(_speed, speed.SOURCES),
     "reading": Measurement(_reading, reading.SOURCES),
+    "station": Measurement(_station, station.SOURCES),
     "thrift": Measurement(_thrift, thrift.SOURCES),
     "prediction": Measurement(_prediction, prediction.SOURCES),
     "tracking": Measurement(_tracking, tracking.SOURCES),
