@@ -1,4 +1,7 @@
-"""What a vehicle remembers of its parameters: one small file, replaced whole or not at all."""
+"""The file that keeps a vehicle's parameters through a restart: small, replaced whole or not at all.
+
+For each hull that the vehicle has had, told apart by its mark, it keeps the mode and the set that was committed.
+"""
 
 import json
 import math
@@ -6,25 +9,33 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from bridge.errors import ParamError
 from bridge.plain import from_json
 
+UNTOLD: Final = ""
+"""In place of a hull's mark, of what an earlier version kept: it told none."""
+
 
 @dataclass(frozen=True)
 class Stored:
-    """The mode, and the active set by parameter id; None where no set was ever committed."""
+    """Of one hull the mode, and the active set by parameter id; None where no set was ever committed on it."""
 
     mode: float
     active: Mapping[str, float] | None
 
 
-def save(path: Path, stored: Stored) -> None:
-    """Replace the file in one step, on the disk before this returns. Raises ParamError where it can't."""
-    text = json.dumps(
-        {"mode": stored.mode, "active": None if stored.active is None else dict(stored.active)}, indent=1
-    )
+def save(path: Path, hulls: Mapping[str, Stored]) -> None:
+    """Replace the file in one step, on the disk before this returns; what it keeps of each hull, by its mark.
+
+    Raises ParamError where it can't.
+    """
+    kept = {
+        mark: {"mode": stored.mode, "active": None if stored.active is None else dict(stored.active)}
+        for mark, stored in hulls.items()
+    }
+    text = json.dumps({"hulls": kept}, indent=1)
     new = path.with_name(path.name + ".new")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -42,18 +53,21 @@ def save(path: Path, stored: Stored) -> None:
         raise ParamError(f"{path}: parameters can't be stored ({error.strerror}); check the disk") from None
 
 
-def load(path: Path) -> Stored | None:
-    """What the file holds, None where there is no file. Raises ParamError where it is damaged."""
+def load(path: Path) -> dict[str, Stored]:
+    """What the file keeps of each hull, by its mark; nothing where there is no file. That of an earlier version is
+    `UNTOLD`'s. Raises ParamError where it is damaged."""
     try:
         data = from_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        return None
+        return {}
     except (OSError, ValueError) as error:
         raise ParamError(f"{path}: stored parameters can't be read ({error}); upload them again") from None
-    stored = _checked(data)
-    if stored is None:
+    kept = data["hulls"] if isinstance(data, dict) and set(data) == {"hulls"} else {UNTOLD: data}
+    hulls = {mark: _checked(one) for mark, one in kept.items()} if isinstance(kept, dict) else {UNTOLD: None}
+    whole = {mark: stored for mark, stored in hulls.items() if stored is not None}
+    if len(whole) < len(hulls):
         raise ParamError(f"{path}: stored parameters are damaged; upload them again")
-    return stored
+    return whole
 
 
 def put_aside(path: Path) -> Path:

@@ -6,19 +6,19 @@ feed-forward acts: no model changes under a vehicle that flies by it.
 """
 
 import math
-import struct
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge import parameter_store
 from bridge.errors import ConfigError, ParamError
 from bridge.messages.readings import CONTRACT_VERSION
+from bridge.parameter_memory import Memory
+from bridge.parameter_row import FLOAT, Parameter, to_float32
+from bridge.parameter_store import UNTOLD
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from bridge.vehicle.config import Configuration, Vehicle
 from bridge.vehicle.effect_coefficients import effect_coefficients
@@ -41,23 +41,13 @@ CRAWL_M_S: Final = 0.05
 CRAWL_RAD_S: Final = 0.02
 ARM_M: Final = 1.0
 
-_FLOAT = struct.Struct("<f")
-
-
-def to_float32(value: float) -> float:
-    """`value` as the wire carries it; an infinity where it is too large, and one zero only."""
-    try:
-        return float(_FLOAT.unpack(_FLOAT.pack(value))[0]) + 0.0
-    except OverflowError:
-        return math.copysign(math.inf, value)
-
 
 def set_crc(values: Mapping[str, float]) -> int:
     """The number that stands for a set of parameters: 24 bits, so that a float32 carries it exactly; never 0.
 
     The low 24 bits of the CRC-32 of every name, "=" and its value's float32 bits (little-endian), by name.
     """
-    text = b"".join(name.encode() + b"=" + _FLOAT.pack(values[name] + 0.0) for name in sorted(values))
+    text = b"".join(name.encode() + b"=" + FLOAT.pack(values[name] + 0.0) for name in sorted(values))
     return zlib.crc32(text) & 0xFFFFFF or 1
 
 
@@ -69,24 +59,6 @@ class Refusal(IntEnum):
     DENIED = 3
     READ_ONLY = 5
     WRONG_TYPE = 7
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """One row of the vehicle's table. `optional` also takes 0.0, which means: not set. `later`: a store of an earlier
-    version lacks it."""
-
-    name: str
-    low: float
-    high: float
-    default: float
-    optional: bool = False
-    veh_cfg: int = 0
-    coefficient: str = ""
-    later: bool = False
-
-    def admits(self, value: float) -> bool:
-        return self.low <= value <= self.high or (self.optional and value == 0.0)
 
 
 def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
@@ -146,11 +118,12 @@ def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float
 
 
 class ParameterServer:
-    """Answers parameter messages for one component; the file `store_path` keeps the active set and the mode.
+    """Answers parameter messages for one component; the file `store_path` keeps the committed set and the mode.
 
-    A parameter's index is its place in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. Without
-    a stored set, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE. `trouble`
-    says what was wrong with the file at the start, "" for nothing.
+    A parameter's index is its place in the table; FF_MODE, FF_COMMIT, FF_ACTIVE and FF_VERSION follow. Where no set was
+    ever committed, the table's defaults are active where they set anything. FF_COMMIT reads as FF_ACTIVE. `hull` is the
+    mark of what a model hangs on (`hull_mark`): where sets were committed on other hulls alone, none is active.
+    `trouble` says what was wrong with the file, or with the set in it, at the start, "" for nothing.
 
     While armed the mode is raised only where `unproven` gives "": why the feed-forward has not been good in shadow, as
     the controller sees it (`Autopilot.unproven`). Where no controller has set it nothing is proven. Disarmed it may be
@@ -158,21 +131,29 @@ class ParameterServer:
     """
 
     def __init__(
-        self, store_path: Path | None, table: Sequence[Parameter], *, system: int = 1, component: int = 1
+        self,
+        store_path: Path | None,
+        table: Sequence[Parameter],
+        *,
+        hull: str = UNTOLD,
+        system: int = 1,
+        component: int = 1,
     ) -> None:
         self.system = system
         self.component = component
-        self._path = store_path
         self._table = {parameter.name: parameter for parameter in table}
         self.names = (*self._table, MODE, COMMIT, ACTIVE, VERSION)
         self.unproven: Callable[[], str] = lambda: NONE_FLOWN
-        self._texts: list[str] = []
-        self.trouble = ""
-        self._mode, self._is_stored = 0.0, False
+        self._memory = Memory(store_path, hull, self._table)
+        self.trouble = self._memory.trouble
+        self._texts = [*self._memory.texts]
+        self._mode, self._is_stored = self._memory.mode, False
         defaults = {parameter.name: parameter.default for parameter in table}
-        self._active: dict[str, float] | None = defaults if any(defaults.values()) else None
-        self._load()
-        self._staged = dict(self._active or defaults)
+        self._committed = self._memory.committed
+        self._active = self._committed
+        if self._active is None and any(defaults.values()) and not self._memory.why:
+            self._active = defaults
+        self._staged = dict(self._active or self._memory.offered or defaults)
         self._by_configuration = self._sorted_by_configuration()
         self._cursor = 0
         self._to_list = 0
@@ -251,9 +232,13 @@ class ParameterServer:
     def _set_mode(self, value: float, armed: bool) -> Refusal | None:
         if value not in (0.0, 1.0, 2.0, 3.0):
             return Refusal.OUT_OF_RANGE
-        if armed and value in APPLYING_MODES and self._active is None:
-            self._texts.append("FF_MODE refused: no active set")
-            return Refusal.DENIED
+        if value in APPLYING_MODES and self._active is None:
+            # The crew may not have listened yet when the vehicle started.
+            self._texts += (
+                ["FF_MODE refused: no active set", *self._memory.why] if armed else self._memory.why
+            )
+            if armed:
+                return Refusal.DENIED
         if value == self._mode and self._is_stored:
             return None
         unproven = self.unproven() if armed and Mode(int(value)).raises(Mode(self.mode)) else ""
@@ -269,15 +254,15 @@ class ParameterServer:
         if value != self.staged_crc:
             self._texts.append("FF_COMMIT refused: CRC is not the staged set's")
             return Refusal.OUT_OF_RANGE
-        before = self._active
+        before = self._active, self._committed
         if armed and self._mode in APPLYING_MODES:
             self._texts.append("FF_COMMIT refused: armed, force FF off first")
             return Refusal.DENIED
-        self._active = dict(self._staged)
+        self._active = self._committed = dict(self._staged)
         if not self._save():
-            self._active = before
+            self._active, self._committed = before
             return Refusal.DENIED
-        if self._active != before:
+        if self._active != before[0]:
             self._by_configuration = self._sorted_by_configuration()
             self._texts.append(f"FF set {self.active_crc} active")
         return None
@@ -332,53 +317,10 @@ class ParameterServer:
         return sets
 
     def _save(self) -> bool:
-        if self._path is None:
-            return True
         try:
-            parameter_store.save(self._path, parameter_store.Stored(self._mode, self._active))
+            self._memory.save(self._mode, self._committed)
             self._is_stored = True
         except ParamError:
             self._texts.append("parameters can't be stored: check the disk")
             self._is_stored = False
         return self._is_stored
-
-    def _load(self) -> None:
-        if self._path is None:
-            return
-        try:
-            stored = parameter_store.load(self._path)
-            if stored is None:
-                return
-            if not self._fits(stored):
-                raise ParamError("stored parameters don't fit this vehicle file")
-        except ParamError:
-            self._texts.append("stored parameters unusable, defaults in force")
-            self._put_aside(self._path)
-            return
-        self._mode = stored.mode
-        if stored.active is not None:
-            self._active = {name: stored.active.get(name, row.default) for name, row in self._table.items()}
-
-    def _put_aside(self, path: Path) -> None:
-        try:
-            aside = parameter_store.put_aside(path)
-            self._texts.append(f"damaged file kept: {aside.name}"[:50])
-            self.trouble = (
-                f"{path}: the stored parameters can't be used and lie in {aside}; defaults are in force"
-            )
-        except ParamError:
-            self._texts.append("damaged parameter file can't be put aside")
-            self.trouble = (
-                f"{path}: the stored parameters can't be used, nor put aside; defaults are in force"
-            )
-
-    def _fits(self, stored: parameter_store.Stored) -> bool:
-        if stored.mode not in (0.0, 1.0, 2.0, 3.0):
-            return False
-        if stored.active is None:
-            return True
-        needed = {name for name, row in self._table.items() if not row.later}
-        return needed <= set(stored.active) <= set(self._table) and all(
-            self._table[name].admits(value) and to_float32(value) == value
-            for name, value in stored.active.items()
-        )

@@ -22,6 +22,7 @@ from identify.ingest.open import read_dive
 from tui import show, simulated
 from tui.parameter_files import write_identified
 from tui.side_by_side import side_by_side
+from tui.vehicle_memory import server
 
 VEHICLE = "ruvifist"
 CAMPAIGNS = ("survey", "hovering")
@@ -114,7 +115,7 @@ def _upload(
     for one in campaigns:
         veh_cfg = file.vehicle.veh_cfg(one.configuration)
         targets |= parameters_from_identification(one.identification.to_json(), veh_cfg)
-    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, simulated.server(file, store))
+    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, server(file, store))
     client = ParameterClient(link, clock)
     client.find_vehicle()
     return client.apply(make_plan(targets, client.read_all()), root / "before-upload.param")
@@ -132,7 +133,7 @@ def _validation(
     """One validation dive in hovering with what the vehicle's store holds; the same sea for every mode."""
     configuration = "hovering"
     mission = mission_named("validation", file.vehicle.configurations[configuration])
-    parameters = simulated.server(file, store)
+    parameters = server(file, store)
     folder = simulated.record_dive(
         file,
         configuration,

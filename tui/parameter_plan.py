@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bridge.parameters import MODE, set_crc
+from bridge.parameters import ACTIVE, MODE, set_crc
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.compared import COLUMNS, LEGEND, NUMBERS, Compared, compared
 from gcs_plugin.params.deadline import Timing
@@ -145,6 +145,7 @@ def _beside(
     lines = compared(plan, intervals, last_accepted(receipts, system))
     left = unfinished(receipts, system)
     notes = () if left is None or belongs(left, file) else told(left, plan.present)
+    notes = (*none_in_force(plan.present), *notes)
     return Planned(file, targets, plan, lines, tuple(back), notes)
 
 
@@ -152,3 +153,13 @@ def left_behind(receipts: Path, system: int, present: Mapping[str, float]) -> tu
     """What to tell of an upload to that vehicle that was never finished; nothing where there is none."""
     left = unfinished(receipts, system)
     return () if left is None else told(left, present)
+
+
+def none_in_force(present: Mapping[str, float]) -> tuple[str, ...]:
+    """What to tell of a vehicle that takes sets and has none in force, whatever values it holds; else nothing."""
+    if present.get(ACTIVE) != 0.0:
+        return ()
+    return (
+        f"note: no set is in force on the vehicle ({ACTIVE} is 0), so its feed-forward is zero: upload one; where one "
+        "was in force before, its vehicle file has another hull or other thrusters since",
+    )

@@ -8,7 +8,7 @@ from pathlib import Path
 from bridge.clock import SimulatedClock
 from bridge.link.base import Link
 from bridge.link.memory import memory_pair
-from bridge.parameters import ParameterServer, vehicle_table
+from bridge.parameters import ParameterServer
 from bridge.simulator.body import Start
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, simulate_dive
 from bridge.simulator.missions import Mission
@@ -17,20 +17,9 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.folder import DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recorder import Recorder
-from tui import show
+from tui.vehicle_memory import server
 
 AFLOAT_M = 0.2
-
-
-def server(file: VehicleFile, store: Path | None) -> ParameterServer:
-    """The vehicle's own parameters, kept in `store`; forgotten at the end where that is None."""
-    vehicle = file.vehicle
-    parameters = ParameterServer(
-        store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
-    )
-    if parameters.trouble:
-        show.say(show.words(), f"warning: {parameters.trouble}")
-    return parameters
 
 
 def lasts_s(mission: Mission) -> float:

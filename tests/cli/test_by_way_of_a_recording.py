@@ -25,7 +25,8 @@ from identify.ingest.open import read_dive
 from tui import cli, exit_codes
 from tui.exit_codes import UsageError
 from tui.links import link_for
-from tui.simulated import afloat, server
+from tui.simulated import afloat
+from tui.vehicle_memory import server
 
 LINK = "udpin:127.0.0.1:14550"
 HUB = "tcp:127.0.0.1:4711"

@@ -16,7 +16,8 @@ from identify.planning.knowledge import NAMES, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.propose import propose
 from identify.planning.writing import mission_text
-from tui.simulated import record_dive, server
+from tui.simulated import record_dive
+from tui.vehicle_memory import server
 
 SEEDS = (100_000, 100_001, 100_002)
 

@@ -17,7 +17,8 @@ from hypothesis.stateful import (
 )
 
 from bridge.navigation import Navigation
-from bridge.parameters import ParameterServer, set_crc, to_float32, vehicle_table
+from bridge.parameter_row import to_float32
+from bridge.parameters import ParameterServer, set_crc, vehicle_table
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import RATE_HZ, REFERENCE_STALE_S, Autopilot
 from bridge.vehicle.config import load_vehicle

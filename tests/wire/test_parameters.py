@@ -14,7 +14,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge import parameter_store
 from bridge.errors import ConfigError, ParamError
 from bridge.framing import Encoder, Framer, decode
-from bridge.parameters import ParameterServer, Refusal, set_crc, to_float32, vehicle_table
+from bridge.parameter_row import to_float32
+from bridge.parameters import ParameterServer, Refusal, set_crc, vehicle_table
 from bridge.schema import load_yaml
 from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
 
@@ -388,7 +389,7 @@ def test_a_store_from_before_there_were_effects_is_still_good(tmp_path: Path) ->
     target = server(path)
     fill(target)
     target.write("FF_COMMIT", float(target.staged_crc), False)
-    data = json.loads(path.read_text())
+    (data,) = json.loads(path.read_text())["hulls"].values()
     data["active"] = {name: data["active"][name] for name in target.names[:24]}
     path.write_text(json.dumps(data))
     again = server(path)
@@ -398,15 +399,16 @@ def test_a_store_from_before_there_were_effects_is_still_good(tmp_path: Path) ->
 
 @pytest.mark.parametrize(
     "damage",
-    ["empty", "cut", "text", "nan", "another vehicle", "a larger vehicle", "out of bounds", "mode", "list"],
-)
+    ["empty", "cut", "text", "nan", "another vehicle", "a larger vehicle", "out of bounds", "mode", "list", "hulls",
+     "one of two"],
+)  # fmt: skip
 def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage: str) -> None:
     path = tmp_path / "parameters.json"
     target = server(path)
     fill(target)
     target.write("FF_COMMIT", float(target.staged_crc), False)
     whole = path.read_text()
-    data = json.loads(whole)
+    (data,) = json.loads(whole)["hulls"].values()
     damaged = {
         "empty": "",
         "cut": whole[: len(whole) // 2],
@@ -417,6 +419,8 @@ def test_a_damaged_store_is_kept_aside_and_defaults_hold(tmp_path: Path, damage:
         "out of bounds": json.dumps(data | {"active": data["active"] | {"FF0_M_U": -5.0}}),
         "mode": json.dumps(data | {"mode": 7.0}),
         "list": "[]",
+        "hulls": json.dumps({"hulls": [data]}),
+        "one of two": json.dumps({"hulls": {"": data, "another": data | {"mode": "both"}}}),
     }[damage]
     path.write_text(damaged)
     again = server(path)
@@ -462,7 +466,7 @@ def test_a_mode_that_is_there_already_is_stored_once_and_where_that_failed_again
 
 def test_the_store_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "parameters.json"
-    first = parameter_store.Stored(1.0, {"a": 1.0})
+    first = {"here": parameter_store.Stored(1.0, {"a": 1.0}), "": parameter_store.Stored(0.0, None)}
     parameter_store.save(path, first)
 
     def power_cut(*_: object) -> None:
@@ -470,7 +474,7 @@ def test_the_store_is_replaced_whole_or_not_at_all(tmp_path: Path, monkeypatch: 
 
     monkeypatch.setattr("bridge.parameter_store.os.replace", power_cut)
     with pytest.raises(ParamError, match="can't be stored"):
-        parameter_store.save(path, parameter_store.Stored(2.0, {"a": 2.0}))
+        parameter_store.save(path, {"here": parameter_store.Stored(2.0, {"a": 2.0})})
     assert parameter_store.load(path) == first
 
 

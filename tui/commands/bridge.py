@@ -58,13 +58,13 @@ def ground(text: str) -> "Ground":
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.ground import Ground
-    from bridge.parameters import ParameterServer, vehicle_table
     from bridge.ports import run_ports
     from bridge.service import Bridge
     from bridge.vehicle.config import load_vehicle
     from tui import show
     from tui.outputs import check_folder, check_no_folder
     from tui.running import until_stopped
+    from tui.vehicle_memory import server
 
     if arguments.parameters:
         check_folder("--parameters", str(Path(arguments.parameters).parent))
@@ -84,9 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, refused)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
-    parameters = ParameterServer(
-        store, vehicle_table(vehicle), system=vehicle.system_id, component=vehicle.component_id
-    )
+    parameters = server(file, store)
     files = bridge_ring.files_for(arguments, clock)
     station = arguments.ground or Ground()
     bridge = Bridge(
@@ -99,8 +97,6 @@ def run(arguments: argparse.Namespace) -> int:
         ring=ring,
         files=files,
     )
-    if parameters.trouble:
-        show.say(words, f"warning: {parameters.trouble}")
     told: dict[str, str] = {}
 
     def work(stop: "threading.Event") -> None:

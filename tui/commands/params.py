@@ -156,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
-    from tui.parameter_plan import left_behind, newest, planned, planned_back
+    from tui.parameter_plan import left_behind, newest, none_in_force, planned, planned_back
 
     check_outputs(arguments)
     targets = targets_for(arguments)
@@ -171,7 +171,7 @@ def run(arguments: argparse.Namespace) -> int:
             present = client.read_all()
         receipts, system = Path(arguments.receipts), client.vehicle[0]
         if arguments.action == "show":
-            for note in left_behind(receipts, system, present):
+            for note in (*none_in_force(present), *left_behind(receipts, system, present)):
                 show.say(show.words(), note)
             return show_values(arguments, present)
         if arguments.file is None:

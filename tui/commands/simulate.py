@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.errors import ConfigError
     from bridge.simulator.missions import mission_named
     from bridge.vehicle.config import load_vehicle
-    from tui import simulated
+    from tui import vehicle_memory
     from tui.outputs import check_file, check_folder, check_no_folder
 
     check_file("--json", arguments.json)
@@ -103,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
     )
     store = Path(arguments.parameters) if arguments.parameters else None
-    parameters = simulated.server(file, store)
+    parameters = vehicle_memory.server(file, store)
     clock, troubles = SystemClock(), Troubles()
     opener = secured.Opener(arguments.sign_key, clock, troubles)
     links = [opener.open(spec) for spec in arguments.link]

@@ -17,6 +17,7 @@ from identify.ingest.open import read_dive
 from tui import simulated
 from tui.reproduce.campaigns import VEHICLE
 from tui.reproduce.published import HOVERING_TARGET, RAMP, TOP_SPEED, TRANSIENT
+from tui.vehicle_memory import server
 
 REST_S, STEADY_S = 4.0, 20.0
 HEADING_REST_S = 7.0
@@ -97,7 +98,7 @@ def in_its_dead_zone(file: VehicleFile) -> VehicleFile:
 
 def carrying(file: VehicleFile, configuration: str, coefficients: Mapping[str, float]) -> ParameterServer:
     """The vehicle's parameters with these coefficients in force. Raises ParamRejected for one that it refuses."""
-    parameters = simulated.server(file, None)
+    parameters = server(file, None)
     veh_cfg = file.vehicle.veh_cfg(configuration)
     for name, value in coefficients.items():
         refusal = parameters.write(BY_NAME[name].parameter_id(veh_cfg), value, armed=False)

@@ -1,0 +1,91 @@
+"""A vehicle whose file is edited between two starts, and the ground that looks at it."""
+
+from pathlib import Path
+
+import pytest
+from parameter_vehicle import VEHICLE, VehicleAtTheEnd
+
+from bridge.vehicle.config import load_vehicle
+from tui import cli, exit_codes
+from tui.vehicle_memory import server
+
+NONE_IN_FORCE = "no set is in force on the vehicle (FF_ACTIVE is 0)"
+
+
+class Edited(VehicleAtTheEnd):
+    """A vehicle that starts as the bridge does, from a file that can be edited."""
+
+    def __init__(self, folder):
+        self.file = folder / "ours.yaml"
+        self.file.write_text(Path(VEHICLE).read_text(encoding="utf-8"), encoding="utf-8")
+        super().__init__(folder / "parameters.json")
+
+    def boot(self):
+        self.server = server(load_vehicle(str(self.file)), self.store)
+
+    def edit(self, before, after):
+        text = self.file.read_text(encoding="utf-8")
+        assert before in text
+        self.file.write_text(text.replace(before, after, 1), encoding="utf-8")
+        self.boot()
+
+
+@pytest.fixture
+def vehicle(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    vehicle = Edited(tmp_path)
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    (tmp_path / "ours.param").write_text("FF1_M_U,111.5\nFF1_D_U,56.25\n", encoding="utf-8")
+    return vehicle
+
+
+def params(capsys, *line):
+    """The exit code, and all that was said."""
+    code = cli.main(["params", *line, "--link", "any"])
+    shown = capsys.readouterr()
+    return code, " ".join((shown.out + shown.err).split())
+
+
+def test_an_edited_vehicle_file_puts_its_set_out_of_force_until_it_is_put_back_or_a_set_uploaded(
+    vehicle, capsys
+):
+    code, said = params(capsys, "upload", "ours.param", "--yes")
+    assert (code, NONE_IN_FORCE in said) == (exit_codes.DONE, True)
+    crc = vehicle.server.active_crc
+    assert crc != 0
+
+    vehicle.edit("name: hovering\n", "# moved to another port\nname: hovering\n")
+    assert vehicle.server.active_crc == crc
+    assert NONE_IN_FORCE not in params(capsys, "show")[1]
+    assert NONE_IN_FORCE not in params(capsys, "diff", "ours.param")[1]
+
+    capsys.readouterr()
+    vehicle.edit("position_m: [0.42, -0.32, 0.0]", "position_m: [0.52, -0.32, 0.0]")
+    assert "other thrusters than the vehicle file has now" in " ".join(capsys.readouterr().err.split())
+    assert (vehicle.server.active_crc, vehicle.server.active(1)) == (0, {})
+    assert NONE_IN_FORCE in params(capsys, "show")[1]
+    assert NONE_IN_FORCE in params(capsys, "diff", "ours.param")[1]
+
+    vehicle.edit("position_m: [0.52, -0.32, 0.0]", "position_m: [0.42, -0.32, 0.0]")
+    assert vehicle.server.active_crc == crc
+
+    vehicle.edit("dry_mass_kg: 72.0", "dry_mass_kg: 80.0")
+    assert vehicle.server.active_crc == 0
+    assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
+    vehicle.boot()
+    assert vehicle.server.active(1)["M_u"] == 111.5
+
+
+def test_a_set_that_is_staged_of_an_earlier_version_is_brought_into_force_by_the_same_upload(
+    vehicle, capsys, tmp_path
+):
+    assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
+    held = {name: vehicle.server.value(name) for name in vehicle.server.names[:-4]}
+    (tmp_path / "parameters.json").write_text(str({"mode": 0, "active": held}).replace("'", '"'))
+    vehicle.boot()
+    assert vehicle.server.active_crc == 0
+    code, said = params(capsys, "diff", "ours.param")
+    assert (code, "2 same" in said, NONE_IN_FORCE in said) == (exit_codes.DONE, True, True)
+    assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 111.5

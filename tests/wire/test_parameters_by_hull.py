@@ -1,0 +1,225 @@
+"""A set of coefficients flies on the hull alone on which it was committed, and is never lost."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bridge.parameter_memory import OF_ANOTHER, OF_NONE
+from bridge.parameters import ParameterServer, vehicle_table
+from bridge.vehicle.config import Configuration, Device, Prior, Sensors, ThrustCurve, Thruster, Vehicle, Water
+from bridge.vehicle.hull import hull_mark
+
+SHAPE = Configuration(
+    dry_mass_kg=72.0,
+    inertia_kgm2=(2.0, 9.0, 10.0),
+    thrusters=(Thruster((1.0, 0.0, 0.0), (0.0, 0.2, 0.0)), Thruster((1.0, 0.0, 0.0), (0.0, -0.2, 0.0))),
+)
+OURS = Vehicle("ours", {"survey": SHAPE, "hovering": replace(SHAPE, dry_mass_kg=75.0)})
+MOVED = replace(SHAPE, thrusters=(SHAPE.thrusters[0], Thruster((1.0, 0.0, 0.0), (0.0, -0.3, 0.0))))
+REBUILT = replace(OURS, configurations={**OURS.configurations, "survey": MOVED})
+TABLE = "voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,{most}\n"
+
+
+def with_shape(**changes: object) -> Vehicle:
+    return replace(OURS, configurations={**OURS.configurations, "survey": replace(SHAPE, **changes)})  # type: ignore[arg-type]
+
+
+def with_curve(**changes: object) -> Vehicle:
+    return replace(OURS, thrust_curve=ThrustCurve(**changes))  # type: ignore[arg-type]
+
+
+def boot(path: Path, vehicle: Vehicle = OURS) -> ParameterServer:
+    return ParameterServer(path, vehicle_table(vehicle), hull=hull_mark(vehicle, path.parent))
+
+
+def upload(server: ParameterServer, mass_kg: float) -> int:
+    """A set of that mass, committed; its CRC."""
+    for name in server.names[:24]:
+        assert server.write(name, mass_kg, False) is None
+    assert server.write("FF_COMMIT", float(server.staged_crc), False) is None
+    return server.active_crc
+
+
+def nothing_flies(server: ParameterServer) -> bool:
+    return (server.active_crc, server.active(0), server.active(1)) == (0, {}, {})
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "parameters.json"
+
+
+def test_a_set_stays_at_zero_on_another_hull_says_why_and_what_to_do_and_comes_back_with_its_own(
+    path: Path,
+) -> None:
+    first = boot(path)
+    crc = upload(first, 80.0)
+    assert first.write("FF_MODE", 3.0, False) is None
+    kept = path.read_bytes()
+
+    other = boot(path, REBUILT)
+    assert nothing_flies(other)
+    assert other.mode == 0
+    assert {other.value(name) for name in other.names[:24]} == {0.0}
+    assert tuple(other.take_texts()) == OF_ANOTHER
+    assert all(len(text) <= 50 for text in OF_ANOTHER + OF_NONE)
+    assert "upload a set of this vehicle, or put the vehicle file back" in other.trouble
+    assert path.read_bytes() == kept
+
+    back = boot(path)
+    assert (back.active_crc, back.mode, back.active(0)) == (crc, 3, first.active(0))
+    assert (back.take_texts(), back.trouble) == ([], "")
+
+
+def test_a_fresh_upload_puts_it_right_and_each_hull_keeps_its_own_set_and_mode(path: Path) -> None:
+    ours = upload(boot(path), 80.0)
+    rebuilt = boot(path, REBUILT)
+    theirs = upload(rebuilt, 90.0)
+    assert rebuilt.active(0)["M_u"] == 90.0
+    assert rebuilt.write("FF_MODE", 1.0, False) is None
+    for _ in range(2):
+        again = boot(path)
+        assert (again.active_crc, again.mode, again.take_texts()) == (ours, 0, [])
+        again = boot(path, REBUILT)
+        assert (again.active_crc, again.mode, again.take_texts()) == (theirs, 1, [])
+
+
+def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(path: Path) -> None:
+    crc = upload(boot(path), 80.0)
+    other = boot(path, REBUILT)
+    other.take_texts()
+    assert other.write("FF_MODE", 2.0, False) is None
+    assert tuple(other.take_texts()) == OF_ANOTHER
+    assert other.write("FF_MODE", 3.0, True) is not None
+    assert tuple(other.take_texts()) == ("FF_MODE refused: no active set", *OF_ANOTHER)
+    again = boot(path, REBUILT)
+    assert nothing_flies(again)
+    assert (again.mode, tuple(again.take_texts())) == (2, OF_ANOTHER)
+    assert (boot(path).active_crc, boot(path).mode) == (crc, 0)
+
+
+def test_the_model_of_the_file_does_not_fly_in_place_of_a_set_of_another_hull(path: Path) -> None:
+    upload(boot(path), 80.0)
+    other = boot(path, with_shape(dry_mass_kg=90.0, model={"M_u": 120.0, "D_u": 30.0}))
+    assert nothing_flies(other)
+    assert other.value("FF0_M_U") == 120.0
+    assert other.write("FF_COMMIT", float(other.staged_crc), False) is None
+    assert other.active(0)["M_u"] == 120.0
+
+
+def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path: Path) -> None:
+    first = boot(path, with_shape(model={"M_u": 80.0}))
+    assert first.write("FF_MODE", 3.0, False) is None
+    for mass_kg in (80.0, 85.0):
+        same = boot(path, with_shape(model={"M_u": mass_kg}))
+        assert (same.active(0)["M_u"], same.mode, same.take_texts()) == (mass_kg, 3, [])
+    other = boot(path, with_shape(dry_mass_kg=90.0, model={"M_u": 120.0}))
+    assert (other.active(0)["M_u"], other.mode, other.take_texts()) == (120.0, 0, [])
+
+
+def of_an_earlier_version(path: Path, active: dict[str, float] | None, mode: float = 3.0) -> None:
+    path.write_text(json.dumps({"mode": mode, "active": active}))
+
+
+def test_a_set_of_an_earlier_version_is_staged_and_in_force_once_it_was_uploaded_again(path: Path) -> None:
+    server = boot(path)
+    crc = upload(server, 80.0)
+    of_an_earlier_version(path, {name: server.value(name) for name in server.names[:-4]})
+    for _ in range(2):
+        again = boot(path)
+        assert nothing_flies(again)
+        assert (again.mode, tuple(again.take_texts())) == (0, OF_NONE)
+        assert again.value("FF1_M_U") == 80.0
+        assert "upload it again" in again.trouble
+        again.write("FF_MODE", 1.0, False)
+        assert boot(path).mode == 1
+        again.write("FF_MODE", 0.0, False)
+    assert again.write("FF_COMMIT", float(again.staged_crc), False) is None
+    assert (boot(path).active_crc, boot(path).take_texts()) == (crc, [])
+    assert tuple(boot(path, REBUILT).take_texts()) == OF_ANOTHER
+
+
+def test_a_set_of_an_earlier_version_that_fits_no_more_is_kept_and_nothing_of_it_is_staged(
+    path: Path,
+) -> None:
+    of_an_earlier_version(path, {"FF0_M_U": 80.0})
+    again = boot(path)
+    assert nothing_flies(again)
+    assert tuple(again.take_texts()) == OF_NONE
+    assert again.value("FF0_M_U") == 0.0
+    upload(again, 90.0)
+    assert json.loads(path.read_text())["hulls"][""] == {"mode": 3.0, "active": {"FF0_M_U": 80.0}}
+
+
+@pytest.mark.parametrize("stored", ["nothing", "the file's own model"])
+def test_what_an_earlier_version_kept_where_no_set_was_committed_is_taken_over(
+    path: Path, stored: str
+) -> None:
+    """It kept the model of the vehicle file as if it had been committed, as soon as the mode was set."""
+    modelled = with_shape(model={"M_u": 80.0, "D_u": 40.0})
+    server = boot(path, modelled)
+    own = {name: server.value(name) for name in server.names[:24]}
+    of_an_earlier_version(path, None if stored == "nothing" else own)
+    for _ in range(2):
+        again = boot(path, modelled)
+        assert (again.mode, again.active(0)["M_u"], again.take_texts()) == (3, 80.0, [])
+        again.write("FF_MODE", 3.0, False)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        with_shape(dry_mass_kg=72.1),
+        with_shape(inertia_kgm2=(2.0, 9.0, 10.1)),
+        with_shape(centre_of_gravity_below_buoyancy_m=0.01),
+        with_shape(net_buoyancy_n=1.0),
+        with_shape(thruster_limit_n=35.0),
+        with_shape(thrusters=SHAPE.thrusters[:1]),
+        with_shape(thrusters=SHAPE.thrusters[::-1]),
+        with_shape(thrusters=(replace(SHAPE.thrusters[0], gain=0.9), SHAPE.thrusters[1])),
+        with_shape(thrusters=(replace(SHAPE.thrusters[0], direction=(-1.0, 0.0, 0.0)), SHAPE.thrusters[1])),
+        with_shape(thrusters=(replace(SHAPE.thrusters[0], position_m=(0.0, 0.2, 0.01)), SHAPE.thrusters[1])),
+        with_shape(veh_cfg=3),
+        replace(OURS, configurations={"survey": SHAPE}),
+        replace(OURS, configurations=dict(reversed(OURS.configurations.items()))),
+        with_curve(voltage_v=14.0),
+        with_curve(lag_s=0.1),
+        with_curve(kind="quadratic"),
+        with_curve(forward_n_s2=0.02),
+        with_curve(reverse_n_s2=0.02),
+    ],
+)
+def test_whatever_a_model_hangs_on_tells_a_hull_from_another(other: Vehicle, tmp_path: Path) -> None:
+    assert hull_mark(other, tmp_path) != hull_mark(OURS, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "same",
+    [
+        replace(OURS, name="renamed", system_id=7),
+        replace(OURS, water=Water(1025.0, 1003.0)),
+        replace(OURS, sensors=Sensors(dvl=Device("wayfinder", port="/dev/ttyUSB7"))),
+        replace(OURS, configurations={"north sea": SHAPE, "hovering": OURS.configurations["hovering"]}),
+        with_shape(model={"M_u": 80.0}, priors={"M_u": Prior(80.0, 3.0)}, gains="other"),
+        with_shape(dry_mass_std_kg=2.0, veh_cfg=0),
+        with_curve(scale_std=0.02),
+    ],
+)
+def test_nothing_else_of_a_vehicle_file_does(same: Vehicle, tmp_path: Path) -> None:
+    assert hull_mark(same, tmp_path) == hull_mark(OURS, tmp_path)
+
+
+def test_a_thrust_table_counts_by_its_numbers_and_not_by_its_name_or_comments(tmp_path: Path) -> None:
+    def marked(name: str, text: str) -> str:
+        (tmp_path / name).write_text(text)
+        return hull_mark(with_curve(file=name), tmp_path)
+
+    plain = marked("a.csv", TABLE.format(most=50))
+    assert marked("b.csv", "# measured in spring\n" + TABLE.format(most="50.0")) == plain
+    assert marked("a.csv", TABLE.format(most=50.1)) != plain
+
+
+def test_the_mark_of_a_hull_stays_what_it_was_from_one_version_to_the_next(tmp_path: Path) -> None:
+    assert hull_mark(with_curve(kind="quadratic"), tmp_path) == "219d9978d5e69281"
