@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from bridge.framing import Frame
+from gcs_plugin.senders import Senders
 
 SEQUENCES: Final = 256
 LATE: Final = 128  # a gap that wide is a frame that came late, not half a round of lost ones
 RESTART_S: Final = 5.0  # after so long a silence the numbers may have started anew
 RATE_WINDOW: Final = 20
-MOST_SOURCES: Final = 256  # components: far more than any fleet has
-MOST_KINDS: Final = 4096  # kinds of messages of all of them: some 5 MB
+PLACED_EVERY_S: Final = 1.0  # at each frame it would cost half as much again as all else here
+MOST_KINDS: Final = 4096  # kinds of messages of all senders: some 5 MB
 CROWDED: Final = "more senders or kinds of messages than any fleet has, so somebody makes up addresses"
 
 
@@ -56,31 +57,34 @@ class Health:
         return min((m.age_s for m in self.messages if m.message_id == message_id), default=float("inf"))
 
 
-@dataclass
-class _Source:
-    sequence: int
-    last_s: float
-    received: int = 1
-    lost: int = 0
-
-
-@dataclass
+@dataclass(slots=True)
 class _Message:
     count: int = 0
     times_s: deque[float] = field(default_factory=lambda: deque(maxlen=RATE_WINDOW))
 
 
+@dataclass(slots=True)
+class _Source:
+    sequence: int
+    last_s: float
+    placed_s: float
+    received: int = 1
+    lost: int = 0
+    messages: dict[int, _Message] = field(default_factory=dict)
+
+
 class LinkHealth:
     """Counts of one link. Only frames with a checked CRC count: an unknown id proves nothing.
 
-    Who came first keeps his place, so that a sender of made-up addresses fills neither the memory nor the place of
-    the vehicle; frames of those who came too late are counted in `left_out`.
+    Who speaks keeps his place, so that a sender of made-up addresses fills neither the memory nor the place of the
+    vehicle; one who has long been silent leaves it, with his counts, to who comes when all are taken. Frames of those
+    who found none are counted in `left_out`.
     """
 
     def __init__(self) -> None:
         self.left_out = 0
-        self._sources: dict[tuple[int, int], _Source] = {}
-        self._messages: dict[tuple[int, int, int], _Message] = {}
+        self._sources: Senders[_Source] = Senders()
+        self._kinds = 0
 
     def on_frame(self, frame: Frame, time_s: float) -> None:
         if not frame.known:
@@ -88,31 +92,48 @@ class LinkHealth:
         key = (frame.system, frame.component)
         source = self._sources.get(key)
         if source is None:
-            if len(self._sources) >= MOST_SOURCES:
+            source = _Source(frame.sequence, time_s, time_s)
+            if not self._sources.put(key, time_s, source):
                 self.left_out += 1
                 return
-            self._sources[key] = _Source(frame.sequence, time_s)
+            self._count_kinds()
         else:
+            # A replay that is set back counts as a second that went by.
+            if not 0.0 <= time_s - source.placed_s < PLACED_EVERY_S:
+                self._sources.put(key, time_s, source)
+                source.placed_s = time_s
             self._count(source, frame.sequence, time_s)
-        kind = (*key, frame.message_id)
-        message = self._messages.get(kind)
+        message = source.messages.get(frame.message_id)
         if message is None:
-            if len(self._messages) >= MOST_KINDS:
+            if not self._has_place(time_s):
                 self.left_out += 1
                 return
-            message = self._messages[kind] = _Message()
+            message = source.messages[frame.message_id] = _Message()
+            self._kinds += 1
         message.count += 1
         message.times_s.append(time_s)
 
     def snapshot(self, now_s: float) -> Health:
-        sources = [
-            SourceHealth(*key, s.received, s.lost, now_s - s.last_s) for key, s in self._sources.items()
-        ]
+        """All who have a place, by address."""
+        kept = sorted(self._sources.items(), key=lambda one: one[0])
+        sources = [SourceHealth(*key, s.received, s.lost, now_s - s.last_s) for key, s in kept]
         messages = [
-            MessageHealth(*key, m.count, now_s - m.times_s[-1], _rate_hz(m.times_s))
-            for key, m in self._messages.items()
+            MessageHealth(*key, number, m.count, now_s - m.times_s[-1], _rate_hz(m.times_s))
+            for key, s in kept
+            for number, m in s.messages.items()
         ]
         return Health(tuple(sources), tuple(messages), self.left_out)
+
+    def _has_place(self, time_s: float) -> bool:
+        """Whether there is a place for one more kind of message, if need be that of one who is gone."""
+        while self._kinds >= MOST_KINDS:
+            if not self._sources.let_go(time_s):
+                return False
+            self._count_kinds()
+        return True
+
+    def _count_kinds(self) -> None:
+        self._kinds = sum(len(source.messages) for _, source in self._sources.items())
 
     @staticmethod
     def _count(source: _Source, sequence: int, time_s: float) -> None:

@@ -62,7 +62,7 @@ class RecordedLink:
             self._crowded = True
             self._say(
                 "warning",
-                f"{self.name}: {CROWDED}; all is recorded, loss and age are told of the first alone",
+                f"{self.name}: {CROWDED}; all is recorded, loss and age are told of those alone who have a place",
             )
 
     def read(self, timeout_s: float) -> list[Frame]:

@@ -19,7 +19,7 @@ class Senders(Generic[T]):
 
     def put(self, source: Source, time_s: float, kept: T) -> bool:
         """Keep this of one who speaks at `time_s`; False where there is no place for him."""
-        if source not in self._kept and not self._has_place(time_s):
+        if source not in self._kept and len(self._kept) >= MOST_SENDERS and not self.let_go(time_s):
             return False
         self._kept[source] = time_s, kept
         self._kept.move_to_end(source)
@@ -39,9 +39,10 @@ class Senders(Generic[T]):
         """Everybody, the one who was heard last at the end."""
         return [(source, kept) for source, (_, kept) in self._kept.items()]
 
-    def _has_place(self, time_s: float) -> bool:
-        if len(self._kept) < MOST_SENDERS:
-            return True
+    def let_go(self, time_s: float) -> bool:
+        """Forget the one who has been silent the longest, if for more than `GONE_S`; False where nobody has."""
+        if not self._kept:
+            return False
         source, (heard_s, _) = next(iter(self._kept.items()))
         if time_s - heard_s <= GONE_S:
             return False

@@ -100,8 +100,8 @@ class WatchedLink:
 
     def _row(self, source: Source, now: tuple[int, int], now_s: float) -> LinkRow:
         then_s, before = self._base(now_s)
-        received, lost = (a - b for a, b in zip(now, before.get(source, (0, 0)), strict=True))
-        lost = max(lost, 0)
+        # Who left his place and has another since counts from nothing again.
+        received, lost = (max(a - b, 0) for a, b in zip(now, before.get(source, (0, 0)), strict=True))
         beat = self._beats.get(source)
         age_s = math.inf if beat is None else now_s - beat.time_s
         loss = lost / (received + lost) if received + lost else 0.0

@@ -1,7 +1,11 @@
 """Loss, age and rate as seen on one link."""
 
 from bridge.framing import Frame
-from gcs_plugin.link_health import MOST_KINDS, MOST_SOURCES, LinkHealth
+from gcs_plugin.link_health import MOST_KINDS, LinkHealth
+from gcs_plugin.senders import GONE_S, MOST_SENDERS
+from gcs_plugin.watch.links import WatchedLink
+
+FIRST_KIND = 1000  # none that anything reads
 
 
 def heard(sequences, step_s=0.1, known=True):
@@ -48,8 +52,8 @@ def test_made_up_addresses_fill_no_memory_and_take_nobodys_place():
         health.on_frame(Frame(b"", 0, made_up % 250 + 2, made_up // 250, 0, True), 1.0)
     health.on_frame(Frame(b"", 0, 1, 1, 3, True), 2.0)
     told = health.snapshot(2.0)
-    assert len(told.sources) == len(told.messages) == MOST_SOURCES
-    assert told.left_out == 10_001 - MOST_SOURCES
+    assert len(told.sources) == len(told.messages) == MOST_SENDERS
+    assert told.left_out == 10_001 - MOST_SENDERS
     assert (told.sources[0].received, told.sources[0].lost) == (2, 2)
 
 
@@ -61,3 +65,66 @@ def test_made_up_kinds_of_messages_fill_no_memory_and_are_counted():
     assert len(told.messages) == MOST_KINDS
     assert told.left_out == 10_000 - MOST_KINDS
     assert (told.sources[0].received, told.sources[0].lost) == (10_000, 0)
+
+
+def crowd(health, time_s, kinds=1):
+    """As many made-up senders as there are places, none of them (1, 1), each of so many kinds of messages."""
+    for made_up in range(MOST_SENDERS):
+        for kind in range(kinds):
+            health.on_frame(
+                Frame(b"", FIRST_KIND + kind, made_up % 250 + 2, made_up // 250, kind, True), time_s
+            )
+
+
+def test_whoever_made_up_addresses_before_the_vehicle_spoke_keeps_it_out_only_until_they_fall_silent():
+    health = LinkHealth()
+    crowd(health, 0.0)
+    health.on_frame(Frame(b"", 7, 1, 1, 0, True), GONE_S)
+    told = health.snapshot(GONE_S)
+    assert (len(told.sources), told.left_out, told.age_s(7)) == (MOST_SENDERS, 1, float("inf"))
+    for sequence in range(1, 4):
+        health.on_frame(Frame(b"", 7, 1, 1, sequence, True), GONE_S + sequence)
+    told = health.snapshot(GONE_S + 4.0)
+    ours = told.sources[0]
+    assert (ours.system, ours.component, ours.received, ours.lost, ours.age_s) == (1, 1, 3, 0, 1.0)
+    assert (len(told.sources), told.left_out, told.age_s(7)) == (MOST_SENDERS, 1, 1.0)
+
+
+def test_a_sender_who_is_gone_leaves_the_places_of_his_kinds_of_messages_too():
+    health = LinkHealth()
+    crowd(health, 0.0, MOST_KINDS // MOST_SENDERS)
+    for second in range(1, 70):
+        health.on_frame(Frame(b"", FIRST_KIND, 2, 0, 0, True), float(second))
+    for kind in range(40):
+        health.on_frame(Frame(b"", kind, 1, 1, kind, True), 70.0)
+    told = health.snapshot(70.0)
+    assert [m.message_id for m in told.messages if m.system == 1] == list(range(40))
+    assert any((m.system, m.component) == (2, 0) for m in told.messages)
+    assert (len(told.messages) <= MOST_KINDS, told.left_out) == (True, 0)
+    for kind in range(MOST_KINDS):
+        health.on_frame(Frame(b"", kind, 3, 9, kind % 256, True), 71.0)
+    told = health.snapshot(71.0)
+    assert (len(told.messages), told.left_out) == (MOST_KINDS, 40 + 16)
+
+
+def test_who_speaks_once_a_second_or_more_often_keeps_his_place_whoever_comes():
+    health = LinkHealth()
+    for tenth in range(10 * round(2 * GONE_S)):
+        health.on_frame(Frame(b"", 0, 1, 1, tenth % 256, True), tenth / 10)
+        health.on_frame(Frame(b"", 0, 2 + tenth % 250, tenth // 250, 0, True), tenth / 10)
+    (ours,) = [s for s in health.snapshot(2 * GONE_S).sources if s.system == 1]
+    assert (ours.received, ours.lost) == (10 * round(2 * GONE_S), 0)
+
+
+def test_who_lost_his_place_and_has_another_is_told_of_as_one_who_just_came():
+    link = WatchedLink("udpin:1")
+    for sequence in range(100):
+        link.on_frame(Frame(b"", FIRST_KIND, 1, 1, sequence, True), 0.0)
+    crowd(link, 1.0)
+    back_s = GONE_S + 5.0
+    for second in range(round(back_s)):
+        link.on_frame(Frame(b"", FIRST_KIND, 2, 0, second, True), float(second))
+    link.on_frame(Frame(b"", FIRST_KIND, 9, 250, 0, True), back_s)
+    link.on_frame(Frame(b"", FIRST_KIND, 1, 1, 100, True), back_s)
+    (ours,) = [row for row in link.rows(back_s + 1.0) if (row.system, row.component) == (1, 1)]
+    assert (ours.rate_hz, ours.loss) == (0.0, 0.0)

@@ -12,8 +12,8 @@ from bridge.framing import Encoder, Framer
 from bridge.link.memory import memory_pair
 from bridge.link.receive_buffer import ASKED_BYTES, ReceiveBuffer
 from bridge.link.udp import UdpLink
-from gcs_plugin.link_health import MOST_SOURCES
 from gcs_plugin.recorded_link import TOLD_EVERY_S, RecordedLink
+from gcs_plugin.senders import MOST_SENDERS
 
 SENT = 2000
 linux = pytest.mark.skipif(sys.platform != "linux", reason="the system does not count")
@@ -106,7 +106,7 @@ def test_a_crowd_of_made_up_addresses_is_told_once() -> None:
     ours, theirs = memory_pair()
     said = list[str]()
     recorded = RecordedLink(ours, SimulatedClock(), lambda _, words: said.append(words))
-    for component in range(MOST_SOURCES + 2):
+    for component in range(MOST_SENDERS + 2):
         theirs.write(Encoder(1 + component // 200, component % 200 + 1).frame(0, bytes(9)))
         for frame in recorded.read(0.0):
             recorded.health.on_frame(frame, 0.0)
