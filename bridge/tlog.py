@@ -32,6 +32,7 @@ Record = tuple[int, Frame]
 T = TypeVar("T")
 
 STAMP_BYTES: Final = 8
+GZIP: Final = b"\x1f\x8b"
 LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
 OUTLIER_US: Final = 100_000
 UNFOLD_BYTES: Final = 1024  # small, because zlib throws away all that came from the piece that ends in damage
@@ -161,7 +162,7 @@ def load_bytes(path: Path) -> tuple[bytes, bool]:
         raise LogError(f"{path}: no such file; check the name") from None
     except OSError as error:
         raise LogError(f"{path}: can't be read ({error.strerror}); give a recording that can") from None
-    if not data.startswith(b"\x1f\x8b"):
+    if not data.startswith(GZIP):
         return data, True
     return _unfold(data)
 

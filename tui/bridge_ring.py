@@ -15,6 +15,8 @@ MEGABYTE: Final = 1_000_000
 TOTAL_MB: Final = 1000
 SEGMENT_MB: Final = 4
 FEWEST_SEGMENTS: Final = 4
+MOST_SEGMENT_MB: Final = 4000
+"""MAVLink FTP reaches 4 GiB into a file."""
 NETWORK_BYTES_S: Final = 200_000.0
 SERIAL_SHARE: Final = 0.25
 """Of what a serial port carries: the rest is the telemetry's."""
@@ -57,6 +59,11 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
         raise UsageError(
             f"--ring-mb {arguments.ring_mb}: holds fewer than {FEWEST_SEGMENTS} files of "
             f"--segment-mb {arguments.segment_mb}; give more, or make the files smaller"
+        )
+    if arguments.segment_mb > MOST_SEGMENT_MB:
+        raise UsageError(
+            f"--segment-mb {arguments.segment_mb}: MAVLink FTP reaches no more than {MOST_SEGMENT_MB} MB into a file; "
+            "make the files smaller"
         )
     bounds = Bounds(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)
     return ring_in(Path(arguments.ring), bounds, clock)

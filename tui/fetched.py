@@ -10,7 +10,8 @@ from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
 from gcs_plugin.fetch.client import fetch
-from gcs_plugin.fetch.fetching import Fetching, Listing
+from gcs_plugin.fetch.fetching import Fetching
+from gcs_plugin.fetch.listing import Listing
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
 from gcs_plugin.folder import About, DiveFolder, new_folder

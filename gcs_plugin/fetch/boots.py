@@ -12,12 +12,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import LogError
 from bridge.framing import Frame, decode
 from bridge.ring.segments import Segment
+from gcs_plugin.fetch.listing import Listing
 
 MARGIN_MS: Final = 10_000
 """Around the first and the last that was heard: a boot is told once a second, and any may be lost."""
 BOOT_ID: Final = "BOOT_ID"
 _TELLS: Final[int] = dialect.MAVLINK_MSG_ID_NAMED_VALUE_INT
-Listing = list[tuple[Segment, int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +60,12 @@ def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
         )
     first, last = min(numbers), max(numbers)
     chosen = []
-    for number, (segment, size) in enumerate(listing):
+    afters = _followers(listing)
+    for segment, size in listing:
         if not first <= segment.boot <= last:
             continue
         boot = heard.get(segment.identity)
-        after = next((one for one, _ in listing[number + 1 :] if one.identity == segment.identity), None)
+        after = afters.get(segment)
         if boot is not None and segment.boot == first and after is not None:
             over = after.begins_ms < boot.first_ms - MARGIN_MS
         else:
@@ -74,6 +75,17 @@ def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
         if not over:
             chosen.append((segment, size))
     return chosen
+
+
+def _followers(listing: Listing) -> dict[Segment, Segment]:
+    """Each segment's next of the same boot."""
+    found: dict[Segment, Segment] = {}
+    before: dict[int, Segment] = {}
+    for segment, _ in listing:
+        if segment.identity in before:
+            found[before[segment.identity]] = segment
+        before[segment.identity] = segment
+    return found
 
 
 def newest(listing: Listing, most_ms: int | None) -> Listing:

@@ -1,7 +1,8 @@
 """The fetching of segments: the list, then each one's bytes in order, then its checksum.
 
 Pure but for the mirror on the disk, which always holds a beginning without a hole: whoever is cut off, killed or has
-the vehicle start anew goes on where that ends.
+the vehicle start anew goes on where that ends. No answer is trusted: one that nobody asked for means nothing, and only
+what brings the end nearer counts as heard, so that no vehicle keeps the ground at it with words alone.
 """
 
 from collections.abc import Callable, Hashable
@@ -9,13 +10,16 @@ from enum import Enum, auto
 from typing import Final
 
 from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet
-from bridge.ring.segments import Segment, segment_named
+from bridge.ring.segments import Segment
+from gcs_plugin.fetch.listing import MOST_SEGMENTS, Listed, Listing
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import MOST_AT_ONCE, Requests
 
-Listing = list[tuple[Segment, int]]
 MOST_TRIES: Final = 3
 """Of a segment whose checksum is wrong."""
+MOST_AHEAD: Final = 1 << 18
+"""Bytes that may wait in memory for one that lacks before them."""
+SUM_BYTES: Final = 4
 
 
 class _Stage(Enum):
@@ -41,12 +45,14 @@ class Fetching:
         self._mirror, self._choose = mirror, choose
         self._requests = Requests(now_s)
         self._stage = _Stage.LIST
-        self._listed: dict[Segment, int] = {}
+        self._now_s = now_s
+        self._listed = Listed()
         self._left: Listing = []
-        self._segment = Segment(0, 0, 0, 0)
-        self._size = self._session = self._asked = self._tries = 0
+        self._segment = self._newest = Segment(0, 0, 0, 0)
+        self._size = self._session = self._kept = self._asked = self._tries = 0
+        self._held = 0
         self._pieces: dict[int, bytes] = {}
-        self._ask_list(0)
+        self._ask_list()
 
     @property
     def done(self) -> bool:
@@ -56,7 +62,7 @@ class Fetching:
     @property
     def held_bytes(self) -> int:
         """How much of what was chosen is there."""
-        return sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
+        return self._held
 
     @property
     def total_bytes(self) -> int:
@@ -74,10 +80,9 @@ class Fetching:
         key = self._requests.answered(packet, now_s)
         if key is None:
             return
+        self._now_s = now_s
         fault = Fault(packet.data[0]) if packet.op == Op.NAK and packet.data[:1] in _FAULTS else Fault.FAIL
         granted = packet.op == Op.ACK
-        if granted or fault is Fault.END:
-            self.heard_s = now_s
         if self._stage is _Stage.LIST:
             self._on_list(packet, granted, fault)
         elif self._stage is _Stage.OPEN:
@@ -87,51 +92,66 @@ class Fetching:
         elif self._stage is _Stage.SUM:
             self._on_sum(packet, granted, fault)
 
-    def _ask_list(self, index: int) -> None:
-        self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=index, data=b"/"))
+    def _nearer(self) -> None:
+        self.heard_s = self._now_s
+
+    def _ask_list(self) -> None:
+        self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=self._listed.index, data=b"/"))
 
     def _on_list(self, packet: Packet, granted: bool, fault: Fault) -> None:
-        if granted:
-            entries = [entry for entry in packet.data.split(b"\0") if entry]
-            for entry in entries:
-                name, _, size = entry[1:].decode("ascii", "replace").partition("\t")
-                segment = segment_named(name)
-                if segment is not None and size.isdecimal():
-                    self._listed[segment] = int(size)
-            self._ask_list(packet.offset + max(len(entries), 1))
-        elif fault is Fault.END:
-            self.chosen = self._choose(sorted(self._listed.items()))
-            self._left = list(self.chosen)
-            self._next()
-        elif fault in (Fault.UNKNOWN, Fault.NOT_FOUND):
+        if granted and self._listed.hear(packet):
+            self._nearer()
+        if self._listed.is_too_long:
+            self._fail(
+                f"the vehicle lists more than {MOST_SEGMENTS} files; clear the folder of its bridge's --ring"
+            )
+        elif not granted and fault is Fault.END:
+            self._begin()
+        elif not granted and fault in (Fault.UNKNOWN, Fault.NOT_FOUND):
             self._fail("the vehicle keeps no recording of its own; start its bridge with --ring FOLDER")
         else:
-            self._ask_list(packet.offset)
+            self._ask_list()
+
+    def _begin(self) -> None:
+        """The list is there. Raises LogError where nothing of it is wanted, or it has no room."""
+        listing = self._listed.listing()
+        self.chosen = self._choose(listing)
+        if listing:
+            self._newest = listing[-1][0]
+        self._held = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
+        # What lacks, and as much as all of it for the recording that is made of it.
+        self._mirror.need(2 * self.total_bytes - self._held)
+        self._left = self.chosen[::-1]
+        self._next()
 
     def _next(self) -> None:
-        """Begin the next segment of which something lacks."""
+        """Begin the next segment of which something lacks, or ask whether one that is there is the vehicle's."""
         self._requests.forget()
         self._pieces.clear()
+        self._nearer()
         while self._left:
-            self._segment, self._size = self._left.pop(0)
+            self._segment, self._size = self._left.pop()
             name = self._segment.name
-            if self._mirror.is_whole(name) or (self._is_growing and self._mirror.size(name) >= self._size):
+            if self._is_growing and self._mirror.size(name) >= self._size:
                 continue
             self._tries = 0
-            self._open()
+            if self._mirror.is_whole(name):
+                self._finish()
+            else:
+                self._open()
             return
         self._stage = _Stage.DONE
 
     @property
     def _is_growing(self) -> bool:
         """Whether the vehicle may still write to it: then nobody knows the checksum of what was listed."""
-        return self._segment == max(self._listed)
+        return self._segment == self._newest
 
     def _open(self) -> None:
         self._requests.forget()
         self._pieces.clear()
-        self._asked = self._mirror.size(self._segment.name)
-        if self._asked >= self._size:
+        self._kept = self._asked = self._mirror.size(self._segment.name)
+        if self._kept >= self._size:
             self._finish()
             return
         self._stage = _Stage.OPEN
@@ -147,7 +167,8 @@ class Fetching:
             self._open()
 
     def _ask_reads(self) -> None:
-        while len(self._requests) < MOST_AT_ONCE and self._asked < self._size:
+        end = min(self._size, self._kept + MOST_AHEAD)
+        while len(self._requests) < MOST_AT_ONCE and self._asked < end:
             size = min(DATA_BYTES, self._size - self._asked)
             self._ask_read(self._asked, size)
             self._asked += size
@@ -178,15 +199,17 @@ class Fetching:
 
     def _keep(self) -> None:
         """Put on the disk what follows on what is there."""
-        name = self._segment.name
-        at = begun = self._mirror.size(name)
         ready = []
+        at = self._kept
         while at in self._pieces:
             ready.append(self._pieces.pop(at))
             at += len(ready[-1])
         if ready:
-            self._mirror.append(name, b"".join(ready))
-            self.fetched += at - begun
+            self._mirror.append(self._segment.name, b"".join(ready))
+            self.fetched += at - self._kept
+            self._held += at - self._kept
+            self._kept = at
+            self._nearer()
         if at >= self._size:
             self._finish()
 
@@ -194,7 +217,7 @@ class Fetching:
         """The vehicle lost the end of it, as where its power went."""
         self._size = min(self._size, offset)
         self._asked = min(self._asked, self._size)
-        if self._mirror.size(self._segment.name) >= self._size:
+        if self._kept >= self._size:
             self._finish()
 
     def _finish(self) -> None:
@@ -210,17 +233,25 @@ class Fetching:
 
     def _on_sum(self, packet: Packet, granted: bool, fault: Fault) -> None:
         name = self._segment.name
+        there = self._mirror.is_whole(name)
         if not granted:
-            if fault is Fault.NOT_FOUND:
+            if there:  # the vehicle can't tell any more; it could when it was fetched
+                self._next()
+            elif fault is Fault.NOT_FOUND:
                 self._gone()
             else:
                 self._finish()
             return
-        if int.from_bytes(packet.data[:4], "little") == self._mirror.checksum(name):
-            self._mirror.finish(name)
+        if packet.data[:SUM_BYTES] == self._mirror.checksum(name).to_bytes(SUM_BYTES, "little"):
+            if not there:
+                self._mirror.finish(name)
             self._next()
             return
-        self._mirror.drop(name)
+        self._held -= min(self._mirror.size(name), self._size)
+        if there:
+            self._mirror.set_aside(name)
+        else:
+            self._mirror.drop(name)
         self._tries += 1
         if self._tries >= MOST_TRIES:
             self._fail(f"{name}: arrived {MOST_TRIES} times with a wrong checksum; check the vehicle's disk")

@@ -1,12 +1,15 @@
 """What the ground has of vehicles' rings: each segment under its own name, so that no byte is fetched twice.
 
-A segment that is not whole yet is a `.part`: the beginning of it, without a hole, whenever the program ends.
+A segment that is not whole yet is a `.part`: the beginning of it, without a hole, whenever the program ends. A
+`.other-N` was whole under a name under which the vehicle now has something else.
 """
 
 import contextlib
 import fcntl
 import os
+import shutil
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from typing import Final
 
@@ -48,6 +51,16 @@ class Mirror:
         finally:
             os.close(file)
 
+    def need(self, more: int) -> None:
+        """Raises LogError where the disk has no room for so many bytes more: a disk that is full records nothing."""
+        place = next(one for one in (self._folder, *self._folder.parents) if one.exists())
+        free = shutil.disk_usage(place).free
+        if more > free:
+            raise LogError(
+                f"{self._folder}: the vehicle's recording needs {more / 1e6:.0f} MB, and {free / 1e6:.0f} MB are free; "
+                "free disk space and fetch again"
+            )
+
     def path(self, name: str) -> Path:
         """Where what there is of a segment lies."""
         whole = self._folder / name
@@ -88,12 +101,25 @@ class Mirror:
         """It is whole."""
         path = self._folder / (name + PART)
         try:
-            with path.open("rb+") as file:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            # Of one that was begun and holds nothing there is no file yet.
+            with path.open("ab") as file:
                 os.fsync(file.fileno())
             path.replace(self._folder / name)
         except OSError as error:
             raise LogError(
                 f"{path}: can't be kept ({error.strerror}); check the disk and fetch again"
+            ) from None
+
+    def set_aside(self, name: str) -> None:
+        """Keep what is whole under another name: the vehicle has something else under this one."""
+        path = self._folder / name
+        others = (path.with_name(f"{name}.other-{number}") for number in count(1))
+        try:
+            path.rename(next(other for other in others if not other.exists()))
+        except OSError as error:
+            raise LogError(
+                f"{path}: can't be set aside ({error.strerror}); check the disk and fetch again"
             ) from None
 
     def drop(self, name: str) -> None:

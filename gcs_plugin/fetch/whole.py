@@ -23,7 +23,7 @@ from bridge.clock_line import ClockLine, fit_clock
 from bridge.errors import LogError, NothingRecorded
 from bridge.framing import MAGIC_2, Frame
 from bridge.ring.segments import segment_named
-from bridge.tlog import of_those_that_hold_frames, read_tlog
+from bridge.tlog import GZIP, of_those_that_hold_frames, read_tlog
 
 BLOCK_US: Final = 10_000_000
 EARLIEST_US: Final = -1_000_000
@@ -94,12 +94,23 @@ def ring_frames(files: Sequence[Path]) -> Iterator[_Kept]:
     """The frames of segments, oldest first; one that is empty or cut gives what it holds. Raises LogError."""
     for path in files:
         segment = segment_named(path.name.removesuffix(".part"))
+        if segment is not None and _is_folded(path):
+            continue
         try:
             records = read_tlog(path)
         except NothingRecorded:
             continue
         for stamp_us, frame in records:
             yield _Kept(segment.boot if segment else 0, stamp_us, frame.raw)
+
+
+def _is_folded(path: Path) -> bool:
+    """Whether it would be unfolded: no ring writes gzip, and what unfolds on a vehicle's word may have no end."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(GZIP)) == GZIP
+    except OSError:  # who reads it next says why
+        return False
 
 
 def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, int]) -> Whole:
@@ -259,9 +270,8 @@ def _dated(kept: Sequence[_Kept], offsets: dict[int, _Offsets]) -> list[int]:
 
 def _place(places: Sequence[int], dated: Sequence[int], stamp_us: int) -> int | None:
     """Which of the vehicle's frames of the same bytes arrived then; None where none can have."""
-    times = [dated[place] for place in places]
-    latest = bisect_left(times, stamp_us - EARLIEST_US) - 1
-    if latest < 0 or stamp_us - times[latest] > LATEST_US:
+    latest = bisect_left(places, stamp_us - EARLIEST_US, key=dated.__getitem__) - 1
+    if latest < 0 or stamp_us - dated[places[latest]] > LATEST_US:
         return None
     return places[latest]
 

@@ -28,6 +28,11 @@ def test_a_ring_of_too_few_files_is_refused_before_anything_begins(tmp_path, cap
     assert not (tmp_path / "ring").exists()
 
 
+def test_files_of_which_nobody_could_ask_for_the_end_are_refused(tmp_path, capsys) -> None:
+    assert bridge(tmp_path / "ring", "--ring-mb", "20000", "--segment-mb", "4001") == exit_codes.BAD_INPUT
+    assert "reaches no more than 4000 MB" in " ".join(capsys.readouterr().err.split())
+
+
 def test_a_ring_that_would_lie_in_a_file_is_refused(tmp_path, capsys) -> None:
     (tmp_path / "ring").write_text("")
     assert bridge(tmp_path / "ring") == exit_codes.BAD_INPUT

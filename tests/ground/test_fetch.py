@@ -154,6 +154,17 @@ def test_a_segment_that_the_ring_lets_go_meanwhile_costs_only_itself(tmp_path) -
     )
 
 
+def test_a_segment_that_was_begun_and_holds_nothing_is_fetched_as_such(tmp_path) -> None:
+    """As where the power went just then."""
+    dive, mirror = Dive(tmp_path / "ring"), Mirror(tmp_path / "mirror")
+    dive.folder.mkdir(exist_ok=True)
+    empty = dive.folder / Segment(1, 999, 1, 0).name
+    empty.touch()
+    dive.dive(5.0)
+    assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
+    assert mirror.is_whole(empty.name)
+
+
 def test_a_vehicle_without_a_ring_is_named() -> None:
     fetching = Fetching(Mirror(None), everything, 0.0)
     (asked,) = fetching.tick(0.0)

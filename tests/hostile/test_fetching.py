@@ -1,0 +1,303 @@
+"""A vehicle that answers anything to the ground that fetches: an end and a sentence, and nothing beside its mirror."""
+
+import gzip
+import random
+import re
+import shutil
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import pytest
+from figures import keep
+from fuzz_bytes import KINDS
+from lying_vehicle import ABSURD, LIES, SIZES, VEHICLE, Crafted, Lie, Vehicle, mutated, noise
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+from test_fuzz import LONG, MOST_MORE_MB, SHORT, most_mb, soon
+
+from bridge.errors import LinkError, LinkTimeout, LogError, SeatrialError
+from bridge.framing import Encoder
+from bridge.ftp.packet import Fault, Op, Packet, acknowledged, refused
+from bridge.ftp.server import crc32
+from bridge.ring.segments import Segment
+from bridge.ring.whole import WHOLE
+from bridge.tlog import read_tlog
+from gcs_plugin.fetch.client import fetch
+from gcs_plugin.fetch.fetching import MOST_AHEAD, Fetching
+from gcs_plugin.fetch.listing import Listed
+from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.whole import newest_frames, write_records
+from gcs_plugin.folder import About, DiveFolder
+from tui.fetched import MIRROR, Fetcher
+
+BOOT = 7
+UNIX_US = 1_790_000_000_000_000
+SEGMENTS, FRAMES = 4, 40
+PATIENCE_S, LONGEST_S = 2.0, 600.0
+A_VEHICLE_BYTES = 20_000
+MIRRORED = re.compile(r"(\d{6}-[0-9a-f]{8}-\d{6}-\d{10}\.tlog(\.part|\.other-\d+)?|fetching\.lock)", re.ASCII)
+
+
+def segment(number: int) -> Segment:
+    return Segment(1, BOOT, number, number * FRAMES * 50)
+
+
+def frames(number: int) -> list[tuple[int, bytes]]:
+    """What the vehicle kept in one segment, dated on its clock."""
+    encoder, out = Encoder(*VEHICLE), []
+    for n in range(number * FRAMES, (number + 1) * FRAMES):
+        imu = dialect.MAVLink_highres_imu_message(n * 50_000, 0.1, 0, -9.8, 0.1, n % 7, *[0] * 8, 63)
+        boot = dialect.MAVLink_named_value_int_message(n * 50, b"BOOT_ID", BOOT)
+        out += [(UNIX_US + n * 50_000, encoder.encode(one)) for one in (imu, boot)]
+    return out
+
+
+KEPT = [frames(number) for number in range(SEGMENTS)]
+
+
+def ring(folder: Path, segments: int) -> Path:
+    folder.mkdir(exist_ok=True)
+    for number in range(segments):
+        write_records(folder / segment(number).name, KEPT[number])
+    return folder
+
+
+def heard(root: Path) -> DiveFolder:
+    """The ground's recording, of every third frame."""
+    dive = DiveFolder(root / "dives" / "2026-11-20T0912Z-lake")
+    dive.path.mkdir(parents=True)
+    every = [(stamp + 40_000_000, raw) for kept in KEPT for stamp, raw in kept]
+    write_records(dive.path / "telemetry.tlog", every[::3])
+    return dive
+
+
+def fetched(vehicle: Vehicle, dive: DiveFolder, anew: bool = False) -> str:
+    """The sentence that a fetch ends with; empty where it fetched."""
+    fetcher = Fetcher(vehicle, vehicle.world, PATIENCE_S, lambda *_: None)
+    try:
+        with soon(b"what the vehicle said"):
+            if anew:
+                made = fetcher.new(dive.path.parent, VEHICLE, None, "new", About())
+                shutil.rmtree(made.path.parent)
+            else:
+                fetcher.whole(dive)
+    except SeatrialError as error:
+        return str(error)
+    return ""
+
+
+def keeps_to_its_place(root: Path) -> int:
+    """How many bytes the mirror holds; fails where a file lies that is none of its."""
+    mirror = root / "dives" / MIRROR
+    ours = {root / "ring", root / "dives", mirror, root / "dives" / "2026-11-20T0912Z-lake"}
+    for path in root.rglob("*"):
+        inside = path.parent == mirror and MIRRORED.fullmatch(path.name)
+        assert inside or path in ours or path.parent in ours - {mirror, root}, path
+        assert not path.is_symlink()
+    return sum(path.stat().st_size for path in mirror.iterdir())
+
+
+def is_fetched_whole(root: Path, dive: DiveFolder) -> None:
+    """From an honest vehicle, of all that is closed, whatever lies in the mirror: what grows can't be checked yet."""
+    honest = Vehicle(ring(root / "ring", SEGMENTS), None, random.Random(0), 1e9, LONGEST_S)
+    assert fetched(honest, dive) == ""
+    for number in range(SEGMENTS - 1):
+        name = segment(number).name
+        assert (root / "dives" / MIRROR / name).read_bytes() == (root / "ring" / name).read_bytes()
+    made = [frame.raw for _, frame in read_tlog(dive.path / WHOLE)]
+    closed = [raw for kept in KEPT[: SEGMENTS - 1] for _, raw in kept]
+    assert made[: len(closed)] == closed
+
+
+def attack(kind: str, total: int, seed: int, root: Path) -> None:
+    """Vehicle after vehicle lies, knowing the honest one's names, until they have said `total` bytes."""
+    rng, said, dive = random.Random(f"{kind} {seed}"), 0, heard(root)
+    mirror, before_mb = root / "dives" / MIRROR, most_mb()
+    while said < total:
+        lie: Lie = {"random": noise, "mutated": mutated}.get(kind) or Crafted()
+        vehicle = Vehicle(ring(root / "ring", SEGMENTS), lie, rng, A_VEHICLE_BYTES, LONGEST_S)
+        fetched(vehicle, dive, rng.random() < 0.3)
+        said += max(vehicle.said, 1)
+        keeps_to_its_place(root)
+        if rng.random() < 0.3:
+            is_fetched_whole(root, dive)
+        if rng.random() < 0.3:
+            shutil.rmtree(mirror)
+            mirror.mkdir()
+    assert most_mb() - before_mb < MOST_MORE_MB
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_answers_stop_a_fetch_and_an_honest_vehicle_is_fetched_whole_after_them(
+    kind: str, tmp_path: Path
+) -> None:
+    attack(kind, SHORT // len(KINDS), 0, tmp_path)
+
+
+@pytest.mark.soak
+def test_no_number_of_answers_stops_a_fetch(tmp_path: Path) -> None:
+    for kind in KINDS:
+        attack(kind, LONG // len(KINDS), 1, tmp_path / kind)
+    keep("hostile_fetch", f"{LONG:.0e} bytes of answers, no exception, no hang, honest vehicles whole")
+
+
+EACH = [(op, name) for op, lies in LIES.items() for name in lies]
+
+
+@pytest.mark.parametrize(("op", "name"), EACH, ids=lambda one: str(getattr(one, "name", one)))
+def test_each_lie_told_for_ever_comes_to_an_end(
+    op: Op, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gcs_plugin.fetch.listing.MOST_SEGMENTS", 1000)
+    told(LIES[op][name], op, tmp_path)
+
+
+def told(lie: Lie, to: Op, root: Path) -> None:
+    """To all requests of a kind, without an end; all others are answered truly."""
+    dive = heard(root)
+
+    def one(asked: Packet, true: Packet, rng: random.Random) -> Packet:
+        return lie(asked, true, rng) if asked.op == to else true
+
+    fetched(Vehicle(ring(root / "ring", SEGMENTS), one, random.Random(0), 1e9, LONGEST_S), dive)
+    keeps_to_its_place(root)
+    is_fetched_whole(root, dive)
+
+
+def run(vehicle: Vehicle, mirror: Mirror) -> None:
+    fetching = Fetching(mirror, lambda listing: listing, vehicle.world.boot_s())
+    fetch(vehicle, vehicle.world, fetching, VEHICLE, PATIENCE_S, lambda _: None)
+
+
+def test_a_list_without_an_end_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gcs_plugin.fetch.listing.MOST_SEGMENTS", 1000)
+    lie = LIES[Op.LIST]["files without end"]
+    with pytest.raises(LinkError, match="lists more than"):
+        run(
+            Vehicle(ring(tmp_path / "ring", 1), lie, random.Random(0), 1e9, LONGEST_S), Mirror(tmp_path / "m")
+        )
+
+
+@pytest.mark.parametrize(
+    "name", ["one file again and again", "nothing, without end", "entries that are none, without end"]
+)
+def test_a_list_that_brings_nothing_new_counts_as_no_answer(name: str, tmp_path: Path) -> None:
+    vehicle = Vehicle(ring(tmp_path / "ring", 1), LIES[Op.LIST][name], random.Random(0), 1e9, LONGEST_S)
+    with pytest.raises(LinkTimeout, match="answered nothing for 2 s"):
+        run(vehicle, Mirror(tmp_path / "m"))
+    assert vehicle.world.now_s < 2 * PATIENCE_S
+
+
+def listing(size: int) -> list[bytes]:
+    return [f"F{segment(0).name}\t{size}".encode(), f"F{segment(1).name}\t0".encode()]
+
+
+def test_what_is_missing_in_front_does_not_fill_the_memory(tmp_path: Path) -> None:
+    """The first bytes never come, and all that is asked for after them."""
+    fetching, asked_for = Fetching(Mirror(tmp_path / "m"), lambda listing: listing, 0.0), []
+    for tick in range(500):
+        for asked in fetching.tick(tick * 0.01):
+            if asked.op == Op.LIST:
+                data = b"\0".join(listing(2**31))
+                answer = refused(asked, Fault.END) if asked.offset else acknowledged(asked, data)
+            elif asked.op == Op.READ:
+                asked_for.append(asked.offset)
+                answer = acknowledged(asked, bytes(asked.size) if asked.offset else b"")
+            else:
+                answer = acknowledged(asked)
+            fetching.on_packet(answer, tick * 0.01)
+    assert asked_for.count(0) > 100
+    assert MOST_AHEAD - 1000 < max(asked_for) < MOST_AHEAD
+
+
+def test_of_absurd_names_and_sizes_nothing_is_taken() -> None:
+    listed = Listed()
+    assert listed.hear(Packet(0, 0, Op.ACK, data=b"\0".join(ABSURD)))
+    assert listed.listing() == [(Segment(0, 0, 0, 0), 50)]
+    listed = Listed()
+    sized = [f"F{segment(n).name}\t".encode() + size for n, size in enumerate(SIZES)]
+    assert listed.hear(Packet(0, 0, Op.ACK, data=b"\0".join(sized)))
+    assert listed.index == len(sized)
+    assert listed.listing() == [
+        (segment(0), 0),
+        (segment(1), 1),
+        (segment(3), 100_000),
+        (segment(4), 2**32 - 1),
+    ]
+
+
+def test_sizes_that_no_disk_holds_are_refused_before_a_byte_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
+        if asked.op == Op.LIST and not asked.offset:
+            return acknowledged(asked, b"\0".join(listing(2**32 - 1)))
+        return refused(asked, Fault.END) if asked.op == Op.LIST else true
+
+    monkeypatch.setattr(
+        "gcs_plugin.fetch.mirror.shutil.disk_usage", lambda _: shutil._ntuple_diskusage(9, 8, 10**9)
+    )
+    vehicle = Vehicle(ring(tmp_path / "ring", 2), lie, random.Random(0), 1e9, LONGEST_S)
+    with pytest.raises(LogError, match="needs 8590 MB, and 1000 MB are free"):
+        run(vehicle, Mirror(tmp_path / "m"))
+    assert not (tmp_path / "m").exists()
+
+
+def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_fetched(
+    tmp_path: Path,
+) -> None:
+    """It had made up the bytes and their checksum."""
+    dive, name = heard(tmp_path), segment(0).name
+    said = random.Random(0).randbytes((ring(tmp_path / "ring", 2) / name).stat().st_size)
+
+    def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
+        if asked.op == Op.READ:
+            return replace(true, data=said[asked.offset :][: asked.size])
+        return acknowledged(asked, crc32(said).to_bytes(4, "little")) if asked.op == Op.CRC32 else true
+
+    fetched(Vehicle(tmp_path / "ring", lie, random.Random(0), 1e9, LONGEST_S), dive)
+    mirror = tmp_path / "dives" / MIRROR
+    assert (mirror / name).read_bytes() == said
+    is_fetched_whole(tmp_path, dive)
+    assert (mirror / f"{name}.other-1").read_bytes() == said
+    keeps_to_its_place(tmp_path)
+
+
+def test_a_vehicle_that_can_not_tell_a_checksum_any_more_costs_nothing_that_is_whole(tmp_path: Path) -> None:
+    dive = heard(tmp_path)
+    is_fetched_whole(tmp_path, dive)
+    mirror = tmp_path / "dives" / MIRROR
+    before = {path.name: path.read_bytes() for path in mirror.glob("*.tlog")}
+
+    def lie(asked: Packet, true: Packet, _: random.Random) -> Packet:
+        return refused(asked, Fault.FAIL) if asked.op == Op.CRC32 else true
+
+    assert fetched(Vehicle(tmp_path / "ring", lie, random.Random(0), 1e9, LONGEST_S), dive) == ""
+    assert {path.name: path.read_bytes() for path in mirror.glob("*.tlog")} == before
+
+
+def test_a_segment_that_would_unfold_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / segment(0).name
+    path.write_bytes(gzip.compress(b"".join(stamp.to_bytes(8, "big") + raw for stamp, raw in KEPT[0])))
+    with pytest.raises(LogError, match="holds no frame"):
+        newest_frames([path], None)
+
+
+@pytest.mark.soak
+def test_every_pair_of_lies_told_for_ever_comes_to_an_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gcs_plugin.fetch.listing.MOST_SEGMENTS", 1000)
+    for number, lies in enumerate(product(*({None: None, **one}.values() for one in LIES.values()))):
+        by_op = dict(zip(LIES, lies, strict=True))
+
+        def one(asked: Packet, true: Packet, rng: random.Random, by_op: dict = by_op) -> Packet:
+            lie = by_op.get(asked.op)
+            return true if lie is None else lie(asked, true, rng)
+
+        root = tmp_path / str(number)
+        dive = heard(root)
+        fetched(Vehicle(ring(root / "ring", SEGMENTS), one, random.Random(number), 1e9, LONGEST_S), dive)
+        keeps_to_its_place(root)
+        is_fetched_whole(root, dive)
+        shutil.rmtree(root)
