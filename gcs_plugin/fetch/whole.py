@@ -265,7 +265,8 @@ def _dated(kept: Sequence[_Kept], offsets: dict[int, _Offsets]) -> list[int]:
         ends = dated[known & (boots > boot)].min(initial=np.inf)
         begins = begins if np.isfinite(begins) else ends
         dated[own] = np.minimum(begins + stamps[own] - stamps[own][0], ends)
-    return [round(one) for one in np.maximum.accumulate(dated).tolist()]
+    # A recording has no time before 1970, and a ground whose clock stands there may have heard the last first.
+    return [round(one) for one in np.maximum.accumulate(np.maximum(dated, 0.0)).tolist()]
 
 
 def _place(places: Sequence[int], dated: Sequence[int], stamp_us: int) -> int | None:

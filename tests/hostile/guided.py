@@ -9,16 +9,7 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(
-    include=[
-        "bridge.framing",
-        "bridge.messages",
-        "bridge.parameters",
-        "bridge.sensors",
-        "bridge.service",
-        "gcs_plugin",
-    ]
-):
+with atheris.instrument_imports(include=["bridge", "gcs_plugin", "pynmeagps", "pyubx2"]):
     from fuzz_streams import STREAMS
 
 LONGEST_BYTES, LONGEST_S, MOST_MB = 4096, 20, 2000
