@@ -25,6 +25,7 @@ SUM_BYTES: Final = 4
 class _Stage(Enum):
     LIST = auto()
     OPEN = auto()
+    TAIL = auto()
     READ = auto()
     SUM = auto()
     DONE = auto()
@@ -87,6 +88,8 @@ class Fetching:
             self._on_list(packet, granted, fault)
         elif self._stage is _Stage.OPEN:
             self._on_open(packet, granted, fault)
+        elif self._stage is _Stage.TAIL:
+            self._on_tail(packet, granted, fault)
         elif self._stage is _Stage.READ:
             self._on_read(key, packet, granted, fault)
         elif self._stage is _Stage.SUM:
@@ -132,13 +135,13 @@ class Fetching:
         while self._left:
             self._segment, self._size = self._left.pop()
             name = self._segment.name
-            if self._is_growing and self._mirror.size(name) >= self._size:
-                continue
             self._tries = 0
-            if self._mirror.is_whole(name):
-                self._finish()
-            else:
+            if not self._mirror.is_whole(name):
                 self._open()
+            elif self._is_growing:
+                continue
+            else:
+                self._finish()
             return
         self._stage = _Stage.DONE
 
@@ -151,7 +154,9 @@ class Fetching:
         self._requests.forget()
         self._pieces.clear()
         self._kept = self._asked = self._mirror.size(self._segment.name)
-        if self._kept >= self._size:
+        if self._kept > self._size and self._is_growing:
+            self._drop()
+        if self._kept >= self._size and not (self._is_growing and self._kept):
             self._finish()
             return
         self._stage = _Stage.OPEN
@@ -160,11 +165,43 @@ class Fetching:
 
     def _on_open(self, packet: Packet, granted: bool, fault: Fault) -> None:
         if granted:
-            self._session, self._stage = packet.session, _Stage.READ
+            self._session = packet.session
+            if self._is_growing and self._kept:
+                self._ask_tail()
+            else:
+                self._stage = _Stage.READ
         elif fault is Fault.NOT_FOUND:
             self._gone()
         else:
             self._open()
+
+    def _ask_tail(self) -> None:
+        """For the last of what is there: no checksum tells yet whether that is the vehicle's."""
+        size = min(DATA_BYTES, self._kept)
+        self._stage = _Stage.TAIL
+        self._requests.ask("tail", Packet(0, self._session, Op.READ, size, offset=self._kept - size))
+
+    def _on_tail(self, packet: Packet, granted: bool, fault: Fault) -> None:
+        size = min(DATA_BYTES, self._kept)
+        answered = granted and packet.offset == self._kept - size and len(packet.data) == size
+        if answered and packet.data == self._mirror.tail(self._segment.name, size):
+            self._stage = _Stage.READ
+            self._keep()
+        elif answered or fault is Fault.END:
+            self._drop()
+            self._open()
+        elif fault is Fault.SESSION:
+            self._open()
+        elif fault is Fault.NOT_FOUND:
+            self._gone()
+        else:
+            self._ask_tail()
+
+    def _drop(self) -> None:
+        """What is there of a segment is none of it."""
+        self._held -= min(self._mirror.size(self._segment.name), self._size)
+        self._mirror.drop(self._segment.name)
+        self._kept = self._asked = 0
 
     def _ask_reads(self) -> None:
         end = min(self._size, self._kept + MOST_AHEAD)
@@ -247,11 +284,11 @@ class Fetching:
                 self._mirror.finish(name)
             self._next()
             return
-        self._held -= min(self._mirror.size(name), self._size)
         if there:
+            self._held -= self._size
             self._mirror.set_aside(name)
         else:
-            self._mirror.drop(name)
+            self._drop()
         self._tries += 1
         if self._tries >= MOST_TRIES:
             self._fail(f"{name}: arrived {MOST_TRIES} times with a wrong checksum; check the vehicle's disk")

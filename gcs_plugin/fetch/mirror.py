@@ -97,6 +97,18 @@ class Mirror:
                 crc = crc32(data, crc)
         return crc
 
+    def tail(self, name: str, size: int) -> bytes:
+        """The last bytes of what there is. Raises LogError where it can't be read."""
+        path = self.path(name)
+        try:
+            with path.open("rb") as file:
+                file.seek(-size, os.SEEK_END)
+                return file.read()
+        except OSError as error:
+            raise LogError(
+                f"{path}: can't be read ({error.strerror}); check the disk and fetch again"
+            ) from None
+
     def finish(self, name: str) -> None:
         """It is whole."""
         path = self._folder / (name + PART)

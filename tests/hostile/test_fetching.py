@@ -52,7 +52,7 @@ def frames(number: int) -> list[tuple[int, bytes]]:
     return out
 
 
-KEPT = [frames(number) for number in range(SEGMENTS)]
+KEPT = [frames(number) for number in range(SEGMENTS + 1)]
 
 
 def ring(folder: Path, segments: int) -> Path:
@@ -63,10 +63,10 @@ def ring(folder: Path, segments: int) -> Path:
 
 
 def heard(root: Path) -> DiveFolder:
-    """The ground's recording, of every third frame."""
+    """The ground's recording, of every third frame of all segments but the last."""
     dive = DiveFolder(root / "dives" / "2026-11-20T0912Z-lake")
     dive.path.mkdir(parents=True)
-    every = [(stamp + 40_000_000, raw) for kept in KEPT for stamp, raw in kept]
+    every = [(stamp + 40_000_000, raw) for kept in KEPT[:SEGMENTS] for stamp, raw in kept]
     write_records(dive.path / "telemetry.tlog", every[::3])
     return dive
 
@@ -97,16 +97,16 @@ def keeps_to_its_place(root: Path) -> int:
     return sum(path.stat().st_size for path in mirror.iterdir())
 
 
-def is_fetched_whole(root: Path, dive: DiveFolder) -> None:
-    """From an honest vehicle, of all that is closed, whatever lies in the mirror: what grows can't be checked yet."""
-    honest = Vehicle(ring(root / "ring", SEGMENTS), None, random.Random(0), 1e9, LONGEST_S)
+def is_fetched_whole(root: Path, dive: DiveFolder, segments: int = SEGMENTS) -> None:
+    """From an honest vehicle, whatever lies in the mirror."""
+    honest = Vehicle(ring(root / "ring", segments), None, random.Random(0), 1e9, LONGEST_S)
     assert fetched(honest, dive) == ""
-    for number in range(SEGMENTS - 1):
+    for number in range(SEGMENTS):
         name = segment(number).name
-        assert (root / "dives" / MIRROR / name).read_bytes() == (root / "ring" / name).read_bytes()
+        assert Mirror(root / "dives" / MIRROR).path(name).read_bytes() == (root / "ring" / name).read_bytes()
     made = [frame.raw for _, frame in read_tlog(dive.path / WHOLE)]
-    closed = [raw for kept in KEPT[: SEGMENTS - 1] for _, raw in kept]
-    assert made[: len(closed)] == closed
+    every = [raw for kept in KEPT[:SEGMENTS] for _, raw in kept]
+    assert made == every[: (len(every) - 1) // 3 * 3 + 1]
 
 
 def attack(kind: str, total: int, seed: int, root: Path) -> None:
@@ -120,7 +120,9 @@ def attack(kind: str, total: int, seed: int, root: Path) -> None:
         said += max(vehicle.said, 1)
         keeps_to_its_place(root)
         if rng.random() < 0.3:
-            is_fetched_whole(root, dive)
+            # Once it has begun another: of one that grows no checksum is there, and its middle may be hurt.
+            is_fetched_whole(root, dive, SEGMENTS + 1)
+            (root / "ring" / segment(SEGMENTS).name).unlink()
         if rng.random() < 0.3:
             shutil.rmtree(mirror)
             mirror.mkdir()
@@ -136,6 +138,7 @@ def test_no_answers_stop_a_fetch_and_an_honest_vehicle_is_fetched_whole_after_th
 
 @pytest.mark.soak
 def test_no_number_of_answers_stops_a_fetch(tmp_path: Path) -> None:
+    """Half a minute of one core."""
     for kind in KINDS:
         attack(kind, LONG // len(KINDS), 1, tmp_path / kind)
     keep("hostile_fetch", f"{LONG:.0e} bytes of answers, no exception, no hang, honest vehicles whole")
@@ -262,6 +265,13 @@ def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_f
     is_fetched_whole(tmp_path, dive)
     assert (mirror / f"{name}.other-1").read_bytes() == said
     keeps_to_its_place(tmp_path)
+
+
+@pytest.mark.parametrize("size", [1, 239, 500, 10**5])
+def test_what_another_said_of_the_file_that_grows_is_begun_anew(size: int, tmp_path: Path) -> None:
+    dive = heard(tmp_path)
+    Mirror(tmp_path / "dives" / MIRROR).append(segment(SEGMENTS - 1).name, b"\1" * size)
+    is_fetched_whole(tmp_path, dive)
 
 
 def test_a_vehicle_that_can_not_tell_a_checksum_any_more_costs_nothing_that_is_whole(tmp_path: Path) -> None:

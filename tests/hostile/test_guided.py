@@ -15,7 +15,7 @@ MINUTES = 10.0
 
 
 @pytest.mark.soak
-@pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="atheris is not installed")
+@pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="needs pip install 'atheris>=3'")
 def test_nothing_new_is_found_in_ten_minutes(tmp_path: Path) -> None:
     seconds = round(60 * MINUTES / len(STREAMS))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(HERE.parents[1]), str(HERE), *sys.path))}
