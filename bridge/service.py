@@ -6,7 +6,7 @@ bytes with their time of arrival, and calls `step` at the control rate.
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -15,8 +15,8 @@ from bridge.answers import answer_command, answer_file_transfer, answer_timesync
 from bridge.clock import Clock
 from bridge.decimate import FogMean, ImuMean
 from bridge.drivers import make_parser
-from bridge.errors import FrameError, LinkError
-from bridge.framing import Encoder, Frame, Framer, decode
+from bridge.errors import FrameError
+from bridge.framing import Encoder, Frame, decode
 from bridge.ground import Ground
 from bridge.link.base import Link
 from bridge.messages import compose
@@ -36,6 +36,7 @@ from bridge.sensors.samples import (
     PressureSample,
     Sample,
 )
+from bridge.sides import Sides
 from bridge.thrust_feedback import ThrustFeedback
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Vehicle
@@ -43,9 +44,6 @@ from bridge.watch import SensorWatch
 
 BEAT_S: Final = 1.0
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
-LARGEST_WRITE: Final = 1200  # fits a datagram on every network
-PAUSE_S: Final = 0.2
-MOST_READS_A_STEP: Final = 64
 WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, and no more than the loop can answer
 STORES_HZ, MOST_STORES = 5.0, 50  # those that wait for the disk
 
@@ -93,21 +91,6 @@ class FileAnswers(Protocol):
         ...
 
 
-@dataclass
-class _Side:
-    """One link with its own framer; `fault` is why it fails, "" once a whole step went through it.
-
-    `dropped` is how many writes it has lost of which the crew knows.
-    """
-
-    link: Link
-    framer: Framer = field(default_factory=Framer)
-    heard_s: float = 0.0
-    fault: str = ""
-    failed: bool = False
-    dropped: int = 0
-
-
 class Bridge:
     """One vehicle's bridge. Orders (writes, arming) are taken from `ground` alone.
 
@@ -115,7 +98,7 @@ class Bridge:
     None that is refused.
     `motor_tests` is set by what drives the thrusters while no mission runs, None where nothing does.
     `counts`: "unfit" (readings that fit no message), "refused" (orders from strangers), "too fast" (writes
-    that were dropped), "link faults".
+    that were dropped).
     """
 
     def __init__(
@@ -138,7 +121,7 @@ class Bridge:
         self.motor_tests: MotorTests | None = None
         self._vehicle = vehicle
         self._clock = clock
-        self._sides = [_Side(link) for link in links]
+        self._sides = Sides(links, self.say)
         self._parameters = parameters
         self._ground = ground
         self._ring, self._files = ring, files
@@ -172,7 +155,7 @@ class Bridge:
     @property
     def link_faults(self) -> dict[str, str]:
         """Why links do not work, by name."""
-        return {side.link.name: side.fault for side in self._sides if side.fault}
+        return self._sides.faults
 
     @property
     def device_faults(self) -> dict[str, str]:
@@ -234,8 +217,8 @@ class Bridge:
     def step(self) -> None:
         """Listen, answer, and send what is due. Call at the control rate."""
         now_s = self._clock.boot_s()
-        for side in self._sides:
-            self._listen(side, now_s)
+        for number, frame in self._sides.heard(now_s):
+            self._hear(number, frame)
         for message in self._parameters.step(MOST_VALUES_A_STEP):
             self._queue.append(self._encoder.encode(message))
         if self._attitude is not None:
@@ -305,44 +288,24 @@ class Bridge:
             return float(dialect.MAV_TYPE_ONBOARD_CONTROLLER), float(dialect.MAV_AUTOPILOT_INVALID)
         return float(dialect.MAV_TYPE_SUBMARINE), float(dialect.MAV_AUTOPILOT_GENERIC)
 
-    def _listen(self, side: _Side, now_s: float) -> None:
-        for _ in range(MOST_READS_A_STEP):
-            try:
-                data = side.link.read(0.0)
-            except LinkError as error:
-                self._failed(side, str(error))
-                return
-            if not data:
-                # A link that mends itself raises nothing: it says in words that it is away.
-                away = getattr(side.link, "fault", "")
-                if away:
-                    self._failed(side, away)
-                if now_s - side.heard_s > PAUSE_S:
-                    self._hear(side, side.framer.flush())
-                return
-            side.heard_s = now_s
-            self._hear(side, side.framer.feed(data))
-
-    def _hear(self, side: _Side, frames: Iterable[Frame]) -> None:
+    def _hear(self, number: int, frame: Frame) -> None:
+        """A frame came on the link of that number."""
         own = (self._encoder.system, self._encoder.component)
-        for frame in frames:
-            if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own:
-                continue
-            message = decode(frame)
-            if message is None:
-                continue
-            if message.get_type() == "TIMESYNC":
-                # Only the one who asked can use the answer: it measures the way there and back.
-                for answer in answer_timesync(message, self._clock.boot_s()):
-                    self._write(side, self._encoder.encode(answer))
-                continue
-            if message.get_type() == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
-                if (message.target_system, message.target_component) == own:
-                    peer = (self._sides.index(side), frame.system, frame.component)
-                    self._files.hear(peer, frame.payload[_FTP_TARGET_BYTES:], self._clock.boot_s())
-                continue
-            for answer in self._answers(message):
-                self._queue.append(self._encoder.encode(answer))
+        if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own:
+            return
+        message = decode(frame)
+        if message is None:
+            return
+        if message.get_type() == "TIMESYNC":
+            # Only the one who asked can use the answer: it measures the way there and back.
+            answers = answer_timesync(message, self._clock.boot_s())
+            self._sides.write(number, [self._encoder.encode(answer) for answer in answers])
+        elif message.get_type() == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
+            if (message.target_system, message.target_component) == own:
+                peer = (number, frame.system, frame.component)
+                self._files.hear(peer, frame.payload[_FTP_TARGET_BYTES:], self._clock.boot_s())
+        else:
+            self._queue += [self._encoder.encode(answer) for answer in self._answers(message)]
 
     def _answers(self, message: Any) -> list[Any]:
         kind = message.get_type()
@@ -391,14 +354,9 @@ class Bridge:
         if self._ring is not None:
             now_s = self._clock.boot_s()
             self._ring.put(round((self._unix_at_boot_s + now_s) * 1e6), now_s, queue)
-        for data in _batches(queue):
-            for side in self._sides:
-                self._write(side, data)
+        self._sides.write_all(queue)
         self._send_files()
-        for side in self._sides:
-            if side.fault and not side.failed:
-                self._is_back(side)
-            side.failed = False
+        self._sides.end_step()
 
     def _send_files(self) -> None:
         """To the side that asked alone, and never into the ring, which would fill with itself."""
@@ -409,38 +367,4 @@ class Bridge:
             frame = self._encoder.frame(_FTP, bytes((0, *target)) + payload)
             asked.setdefault(number, []).append(frame)
         for number, frames in asked.items():
-            for data in _batches(frames):
-                self._write(self._sides[number], data)
-
-    def _write(self, side: _Side, data: bytes) -> None:
-        try:
-            side.link.write(data)
-        except LinkError as error:
-            self._failed(side, str(error))
-
-    def _is_back(self, side: _Side) -> None:
-        # A link that mends itself knows how often it was written to meanwhile.
-        dropped = getattr(side.link, "counts", Counter())["dropped"]
-        lost = f", {dropped - side.dropped} writes lost" if dropped > side.dropped else ""
-        self.say(f"link back: {side.link.name}{lost}")
-        side.fault, side.dropped = "", dropped
-
-    def _failed(self, side: _Side, fault: str) -> None:
-        self.counts["link faults"] += 1
-        if not side.fault:
-            self.say(f"link lost: {side.link.name}")
-        side.fault, side.failed = fault, True
-
-
-def _batches(frames: Sequence[bytes]) -> Iterable[bytes]:
-    """The frames in order, joined as far as one write carries them."""
-    batch: list[bytes] = []
-    size = 0
-    for frame in frames:
-        if size + len(frame) > LARGEST_WRITE and batch:
-            yield b"".join(batch)
-            batch, size = [], 0
-        batch.append(frame)
-        size += len(frame)
-    if batch:
-        yield b"".join(batch)
+            self._sides.write(number, frames)
