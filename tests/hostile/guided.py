@@ -1,24 +1,41 @@
-"""One parser fed what coverage leads to: `python guided.py PARSER SECONDS FOLDER`, where atheris is installed.
+"""One parser or reader fed what coverage leads to: `python guided.py NAME SECONDS FOLDER`, where atheris is installed.
 
 It ends with 0 where nothing was found; what was found lies in FOLDER.
 """
 
 import random
+import shutil
 import sys
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["bridge", "gcs_plugin", "pynmeagps", "pyubx2"]):
-    from fuzz_streams import STREAMS
+# What numba compiles can't count where it comes along.
+with atheris.instrument_imports(
+    include=[
+        "bridge",
+        "gcs_plugin",
+        "identify.ingest",
+        "tui.merging",
+        "tui.parameter_files",
+        "pynmeagps",
+        "pyubx2",
+    ],
+    exclude=["identify.ingest.walk"],
+):
+    from fuzz_files import READERS, Reader
+    from fuzz_streams import STREAMS, Stream
+
+    from bridge.errors import SeatrialError
 
 LONGEST_BYTES, LONGEST_S, MOST_MB = 4096, 20, 2000
 AFRESH_AFTER = 500
 SEEDS = 20
 
 
-def main(name: str, seconds: str, folder: Path) -> None:
-    stream = next(one for one in STREAMS if one.name == name)
+def feeding(stream: Stream) -> Callable[[bytes], None]:
     feed, fed = stream.make(), 0
 
     def one(data: bytes) -> None:
@@ -29,11 +46,34 @@ def main(name: str, seconds: str, folder: Path) -> None:
         fed += 1
         feed(bytes(data), 0.001 * fed)
 
+    return one
+
+
+def reading(reader: Reader, folder: Path) -> Callable[[bytes], None]:
+    def one(data: bytes) -> None:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        (folder / reader.name).write_bytes(bytes(data))
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                reader.read(folder)
+        except SeatrialError:
+            pass
+
+    return one
+
+
+def main(name: str, seconds: str, folder: Path) -> None:
     corpus = folder / "corpus"
     corpus.mkdir(parents=True)
-    (corpus / "good").write_bytes(stream.good)
-    for seed in range(SEEDS):
-        (corpus / str(seed)).write_bytes(stream.craft(random.Random(seed)))
+    found = next(one for one in (*STREAMS, *READERS) if one.name == name)
+    if isinstance(found, Stream):
+        one, good = feeding(found), (found.good,)
+    else:
+        one, good = reading(found, folder / "read"), found.good
+    for number, data in enumerate((*good, *(found.craft(random.Random(seed)) for seed in range(SEEDS)))):
+        (corpus / str(number)).write_bytes(data)
     options = {
         "max_total_time": seconds, "max_len": LONGEST_BYTES, "timeout": LONGEST_S, "rss_limit_mb": MOST_MB,
         "artifact_prefix": f"{folder}/", "verbosity": 0,

@@ -108,6 +108,7 @@ def test_no_stream_of_any_length_stops_a_parser() -> None:
 
 @pytest.mark.soak
 def test_no_number_of_files_gets_more_than_a_sentence_each(tmp_path: Path) -> None:
+    """Some eight minutes of one core."""
     for reader, kind in product(READERS, KINDS):
         read_hostile(reader, kind, LONG // len(KINDS), 1, tmp_path / "f")
     keep("hostile_files", f"{LONG:.0e} bytes for each of {len(READERS)} readers, no exception")

@@ -1,32 +1,40 @@
-"""Fuzzing that is guided by coverage finds nothing that stops a parser."""
+"""Fuzzing that is guided by coverage finds nothing that stops a parser, or a reader of files."""
 
 import importlib.util
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from figures import keep
+from fuzz_files import READERS
 from fuzz_streams import STREAMS
 
 HERE = Path(__file__).resolve().parent
 MINUTES = 10.0
 
+pytestmark = [
+    pytest.mark.soak,
+    pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="needs pip install 'atheris>=3'"),
+]
 
-@pytest.mark.soak
-@pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="needs pip install 'atheris>=3'")
-def test_nothing_new_is_found_in_ten_minutes(tmp_path: Path) -> None:
-    seconds = round(60 * MINUTES / len(STREAMS))
+
+def find_nothing(names: Sequence[str], folder: Path) -> None:
+    seconds = round(60 * MINUTES / len(names))
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(HERE.parents[1]), str(HERE), *sys.path))}
-    for number, stream in enumerate(STREAMS):
-        command = [
-            sys.executable,
-            str(HERE / "guided.py"),
-            stream.name,
-            str(seconds),
-            str(tmp_path / str(number)),
-        ]
+    for number, name in enumerate(names):
+        command = [sys.executable, str(HERE / "guided.py"), name, str(seconds), str(folder / str(number))]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{stream.name}: {done.stderr[-4000:]}"
+        assert done.returncode == 0, f"{name}: {done.stderr[-4000:]}"
+
+
+def test_nothing_new_is_found_in_ten_minutes(tmp_path: Path) -> None:
+    find_nothing([stream.name for stream in STREAMS], tmp_path)
     keep("hostile_guided", f"{MINUTES:.0f} min over {len(STREAMS)} parsers, nothing found")
+
+
+def test_no_file_is_found_in_ten_minutes_that_gets_more_than_a_sentence(tmp_path: Path) -> None:
+    find_nothing([reader.name for reader in READERS], tmp_path)
+    keep("hostile_guided_files", f"{MINUTES:.0f} min over {len(READERS)} readers, nothing found")
