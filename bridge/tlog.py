@@ -37,6 +37,8 @@ LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is dama
 OUTLIER_US: Final = 100_000
 UNFOLD_BYTES: Final = 1024  # small, because zlib throws away all that came from the piece that ends in damage
 MOST_BYTES: Final = 4 << 30  # a recording is untrusted: a gzip file may unfold without end
+MOST_FOLDS: Final = 100  # recordings and tables fold some four times; nothing true is as even as this
+FEW_BYTES: Final = 1 << 24
 _STAMP = struct.Struct(">Q")
 
 
@@ -168,9 +170,10 @@ def load_bytes(path: Path) -> tuple[bytes, bool]:
 
 
 def _unfold(data: bytes) -> tuple[bytes, bool]:
-    """All that a gzip file gives up to where it was cut or damaged, and whether it was whole."""
+    """All that a gzip file gives up to where it was cut or damaged, or unfolds beyond all measure, and whether it was
+    whole."""
     parts: list[bytes] = []
-    size = 0
+    size, most = 0, min(max(MOST_FOLDS * len(data), FEW_BYTES), MOST_BYTES)
     while data:
         unfolder = zlib.decompressobj(wbits=31)
         at = 0
@@ -181,7 +184,7 @@ def _unfold(data: bytes) -> tuple[bytes, bool]:
                 return b"".join(parts), False
             at += UNFOLD_BYTES
             size += len(parts[-1])
-            if size > MOST_BYTES:
+            if size > most:
                 return b"".join(parts), False
         if not unfolder.eof:
             return b"".join(parts), False

@@ -1,13 +1,16 @@
 """What a dive says opens no other file than a vehicle's, and nothing in it is ever run."""
 
 import ast
+import gzip
 import os
+import random
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from bridge.errors import ConfigError
+from bridge.tlog import FEW_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import About, DiveFolder
 from tui.dive_list import row_of
@@ -81,3 +84,13 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere() -> None:
             if name in FORBIDDEN or loader or shell:
                 found.append(f"{place}:{call.lineno} {name}")
     assert found == []
+
+
+def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memory(tmp_path: Path) -> None:
+    path = tmp_path / "dive.tlog.gz"
+    for good, most in ((b"", FEW_BYTES), (random.Random(0).randbytes(300_000), 2 * MOST_FOLDS * 300_000)):
+        path.write_bytes(gzip.compress(good) + gzip.compress(bytes(1 << 26)))
+        data, whole = load_bytes(path)
+        assert data.startswith(good)
+        assert FEW_BYTES < len(data) < most + UNFOLD_BYTES * 1040
+        assert not whole
