@@ -101,6 +101,7 @@ class Modes(RuleBasedStateMachine):
         self.staged = dict(self.committed or self.defaults)
         self.applied, self.scaled = (0.0, 0.0, 0.0), False
         self.off: set[str] = set()
+        self.seen: Set = {}
         self.shadow_s = 0.0
 
     def keep(self) -> None:
@@ -151,8 +152,7 @@ class Modes(RuleBasedStateMachine):
         acts = self.armed and LEFT_TO_IT[self.mode] > 0
         assert taken == (right and not acts and not self.disk_is_full)
         if taken:
-            if self.committed != self.staged:
-                self.committed, self.shadow_s = dict(self.staged), 0.0
+            self.committed = dict(self.staged)
             self.keep()
 
     @rule(mass=st.sampled_from(FIT + UNFIT), damping=st.sampled_from(FIT + UNFIT))
@@ -179,7 +179,8 @@ class Modes(RuleBasedStateMachine):
         elif self.committed is None:
             assert refused
         elif LEFT_TO_IT[wanted] > LEFT_TO_IT[before]:
-            proven = self.shadow_s >= SHADOW_S + TICK_S - 1e-6 and self.fits
+            # What flew for no tick changed nothing.
+            proven = self.flown == self.seen and self.shadow_s >= SHADOW_S + TICK_S - 1e-6 and self.fits
             assert refused == (not proven)
             assert (texts[:1] == ["FF_MODE refused: armed, shadow not good yet"]) == refused
             assert not refused or texts[1].startswith("shadow: ")
@@ -231,12 +232,11 @@ class Modes(RuleBasedStateMachine):
 
     @rule(name=st.sampled_from(sorted(NAMES.values())), value=st.sampled_from(BAD))
     def a_coefficient_goes_bad_on_board(self, name: str, value: float) -> None:
-        self.poison, self.shadow_s = {name: value}, 0.0
+        self.poison = {name: value}
 
     @rule()
     def it_is_well_again(self) -> None:
-        if self.poison:
-            self.poison, self.shadow_s = {}, 0.0
+        self.poison = {}
 
     # What the vehicle does.
 
@@ -319,6 +319,8 @@ class Modes(RuleBasedStateMachine):
             0.6,
             self.now_s,
         )
+        if self.flown != self.seen:
+            self.seen, self.shadow_s = self.flown, 0.0
         self.bridge.step()
         self.pilot.mode = Mode(self.server.mode)
         told = (self.pilot.step if self.bridge.armed else self.pilot.rest)(self.now_s, known, reference)
