@@ -66,9 +66,7 @@ class TlogWriter:
             while record:
                 record = record[os.write(self._file, record) :]
         except OSError as error:
-            raise LogError(
-                f"{self.path}: can't be written ({error.strerror}); free disk space and start a new file"
-            ) from None
+            raise LogError(f"{self.path}: can't be written ({error.strerror}); free disk space") from None
 
     def sync(self) -> None:
         """Wait until all of it is on the disk: about 3 ms, so keep it off the receive path."""

@@ -6,14 +6,14 @@ from typing import Final
 LOOK_EVERY_S: Final = 2.0
 WARN_S: Final = 600.0
 LEAST_FREE_BYTES: Final = 1_000_000
-RATE_SHARE: Final = 0.1
-"""Of the newest look, in the mean rate that the time left is told by."""
+MEAN_OVER_S: Final = 60.0
+"""The time left is told by the mean rate over about so long, of what came while something came."""
 
 
 class DiskLeft:
     """`free_bytes` tells the space left where the files lie, or raises OSError; `warn` hears a sentence.
 
-    `left_s` is how long the disk lasts, inf where nothing is written.
+    `left_s` is how long the disk lasts for what comes, be it written or not; inf where nothing comes.
     """
 
     def __init__(self, free_bytes: Callable[[], int], warn: Callable[[str], None], now_s: float) -> None:
@@ -21,7 +21,7 @@ class DiskLeft:
         self._due_s = self._looked_s = now_s
         self._bytes = 0
         self._is_short = False
-        self._mean_rate = 0.0
+        self._mean_rate = self._came_for_s = 0.0
         self.left_s = float("inf")
 
     @property
@@ -29,23 +29,25 @@ class DiskLeft:
         """Whether another file may be begun."""
         return self._space() >= LEAST_FREE_BYTES
 
-    def begin_anew(self, written_bytes: int) -> None:
-        """From now on the count of bytes begins at 0 again; it stands at this."""
-        self._bytes -= written_bytes
+    def came(self, count: int) -> None:
+        """So many bytes came over a link."""
+        self._bytes += count
 
-    def look(self, written_bytes: int, now_s: float) -> None:
-        """So much has been written by now."""
+    def look(self, now_s: float) -> None:
+        """See now and then what is left."""
         if now_s < self._due_s:
             return
         self._due_s = now_s + LOOK_EVERY_S
         span_s = now_s - self._looked_s
         if span_s <= 0:
             return
-        rate = (written_bytes - self._bytes) / span_s
-        self._looked_s, self._bytes = now_s, written_bytes
+        rate = self._bytes / span_s
+        self._looked_s, self._bytes = now_s, 0
         free = self._space()
         left_s = free / rate if rate > 0 else float("inf")
-        self._mean_rate += RATE_SHARE * (rate - self._mean_rate) if self._mean_rate > 0 else rate
+        if rate > 0:  # a silence changes nothing of how fast it comes once it comes
+            self._came_for_s = min(self._came_for_s + span_s, MEAN_OVER_S)
+            self._mean_rate += min(span_s / self._came_for_s, 1.0) * (rate - self._mean_rate)
         self.left_s = free / self._mean_rate if rate > 0 else float("inf")
         short = left_s < WARN_S or free < LEAST_FREE_BYTES
         if short and not self._is_short:

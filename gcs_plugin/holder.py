@@ -20,6 +20,7 @@ class Holding:
     """A recording that runs. `hub` is "" where it serves nobody; `disk_left_s` is inf where nothing comes.
 
     `refused` counts the frames that a signed link did not let in, by kind; "" for none.
+    `waiting` frames could not be written yet, for the reason `unwritten`; "" where all that came is in a file.
     `trouble` says what to do where nothing of a system is let in; `sign_key` is the file of the key, "" for none.
     """
 
@@ -37,6 +38,8 @@ class Holding:
     refused: str = ""
     trouble: str = ""
     sign_key: str = ""
+    unwritten: str = ""
+    waiting: int = 0
 
     @property
     def began_unix_s(self) -> float:

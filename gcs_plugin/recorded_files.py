@@ -62,7 +62,7 @@ class RecordedFiles:
         self._open_file, self._clock, self._has_room, self._say = open_file, clock, has_room, say
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._waiting_bytes = 0
-        self._sync_failure = ""
+        self._sync_failure = self._failure = ""
         self._following: _Following | None = None
         self._finished: deque[Writer] = deque()
         self._begin(open_file(1))
@@ -77,6 +77,16 @@ class RecordedFiles:
     def kept(self) -> Kept:
         """What the present dive's files hold."""
         return Kept(self.files, self.frames, self.bytes, self.lost)
+
+    @property
+    def waiting(self) -> int:
+        """How many frames could not be written yet."""
+        return len(self._waiting)
+
+    @property
+    def unwritten(self) -> str:
+        """What the newest try to write failed of, while frames wait for it; "" where none does."""
+        return self._failure if self._waiting else ""
 
     def put(self, unix_us: int, raw: bytes) -> None:
         """Write a frame, or keep it until it can be."""
@@ -176,12 +186,14 @@ class RecordedFiles:
             self._writer = self._open_file(self.files)
             self._fresh = True
         except LogError as error:
-            self._say("error", str(error))
+            self._failure = str(error)
+            self._say("error", self._failure)
             self._delay()
             return
         self._say("warning", f"the recording goes on in its file {self.files}")
 
     def _fail(self, sentence: str) -> None:
+        self._failure = sentence
         self._say("error", sentence)
         self._give_up()
         if self._fresh:

@@ -109,6 +109,16 @@ class Recorder:
         return self._files.lost
 
     @property
+    def unwritten(self) -> str:
+        """Why frames that came are in no file yet, in a sentence; "" where none waits."""
+        return self._files.unwritten
+
+    @property
+    def waiting(self) -> int:
+        """How many of them wait in memory."""
+        return self._files.waiting
+
+    @property
     def lost_here(self) -> int:
         """How many datagrams this computer lost itself before they could be read, on all links."""
         return sum(link.lost_here for link in self._links)
@@ -140,7 +150,7 @@ class Recorder:
         self._files.drain()
         for link in self._links:
             link.look()
-        self._disk.look(self.recorded_bytes, self._clock.boot_s())
+        self._disk.look(self._clock.boot_s())
         return taken
 
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Count], None]) -> None:
@@ -189,7 +199,6 @@ class Recorder:
     def _over(self, kept: Kept) -> Count:
         """What a dive came to that is over; the next one's counts begin at 0."""
         heard, self.heard = self.heard, 0
-        self._disk.begin_anew(kept.bytes)
         return _count(kept, heard)
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:
@@ -198,6 +207,7 @@ class Recorder:
     def _keep(self, link: RecordedLink, frame: Frame) -> Recorded:
         link.health.on_frame(frame, self._clock.boot_s())
         self.heard += 1
+        self._disk.came(len(frame.raw))
         return Recorded(self._store(frame.raw), link.name, frame)
 
     def _store(self, raw: bytes) -> int:

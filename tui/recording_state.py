@@ -78,6 +78,8 @@ class RecordingState:
             "; ".join(filter(None, map(self._opener.words, self._links))),
             next(filter(None, map(self._opener.trouble, self._links)), ""),
             self._sign_key,
+            recorder.unwritten.replace(f"{folder}/", ""),
+            recorder.waiting,
         )
         try:
             write_holding(holding)

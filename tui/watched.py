@@ -89,6 +89,8 @@ def recording_words(holding: "Holding | None") -> str:
     left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
     lost = f"  {holding.lost} LOST" if holding.lost else ""
     refused = f"  {holding.refused}" if holding.refused else ""
+    if holding.unwritten:
+        return f"NOT WRITTEN: {holding.unwritten}  {holding.waiting} frames wait{lost}{refused}"
     return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{refused}{left}"
 
 

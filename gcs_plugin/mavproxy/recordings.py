@@ -157,4 +157,5 @@ def _words(holding: Holding, unix_s: float) -> str:
     )
     lost = f", {holding.lost} LOST" if holding.lost else ""
     how = progress(unix_s - holding.began_unix_s, holding.frames, left)
-    return f"recorded by process {holding.pid} into {holding.folder}: {how}{lost}"
+    unwritten = f", NOT WRITTEN: {holding.unwritten}" if holding.unwritten else ""
+    return f"recorded by process {holding.pid} into {holding.folder}: {how}{lost}{unwritten}"

@@ -448,6 +448,42 @@ def test_the_time_that_the_disk_lasts_is_told_while_something_comes():
     assert ground.recorder.disk_left_s == float("inf")
 
 
+def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
+    ground, frame = Ground(), frames_of(1)[0]
+    told = []
+
+    def hear(count, seconds):
+        for _ in range(seconds):
+            ground.hear(frame * count, after_s=1.0)
+            told.append(ground.recorder.disk_left_s)
+
+    hear(100, 120)
+    usual_s = ground.disk.free / (100 * len(frame))
+    assert told[-1] == pytest.approx(usual_s, rel=0.01)
+    hear(200, 4)
+    assert told[-1] == pytest.approx(usual_s, rel=0.15)
+    hear(100, 120)
+    hear(0, 24)
+    assert told[-1] == float("inf")
+    hear(100, 4)
+    assert told[-1] == pytest.approx(usual_s, rel=0.05)
+
+
+def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer():
+    ground = Ground()
+    first, *rest = frames_of(20)
+    ground.hear(first)
+    assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
+    ground.disk.full, ground.disk.free = True, 0
+    for raw in rest[:-1]:
+        ground.hear(raw, after_s=1.0)
+    assert (ground.recorder.unwritten, ground.recorder.waiting) == ("the disk failed; mend it", 18)
+    assert ground.recorder.disk_left_s == 0.0
+    ground.disk.full, ground.disk.free = False, 1 << 40
+    ground.hear(rest[-1], after_s=10.0)
+    assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
+
+
 def test_each_second_others_are_told_even_where_the_disk_stalls(monkeypatch, tmp_path):
     monkeypatch.setattr("gcs_plugin.recorder.SYNC_EVERY_S", 0.01)
     ours, _ = memory_pair()

@@ -63,6 +63,30 @@ def test_the_off_key_leaves_one_that_runs_as_it_is():
     assert begun == []
 
 
+def said_after(*recordings):
+    """What the app says while these recordings are seen one after the other."""
+
+    async def work(app, pilot):
+        for one in recordings:
+            app._views.shown = replace(view(), recording=one)
+            app._refresh_view()
+            await pilot.pause()
+        return [notice.message for notice in app._notifications]
+
+    return run(made(FixedViews(view()), desk=desk()), SIZE, work)
+
+
+def test_once_there_is_space_again_it_is_said_that_the_recording_goes_on():
+    well = view().recording
+    full = replace(well, unwritten="telemetry.tlog: can't be written (No space left on device)", waiting=9)
+    assert said_after(well, full, full) == []
+    assert said_after(full, None, full, well, well) == [
+        "the recording goes on: every frame that waited is written"
+    ]
+    assert said_after(full, replace(well, lost=12)) == ["the recording goes on: 12 frames are lost"]
+    assert said_after(full, replace(well, began_unix_s=well.began_unix_s + 60.0)) == []
+
+
 def begun_after(*shown, end=None):
     """How often a recording was begun, the off key pressed at the first of these views, and then the others came."""
     begun = []

@@ -73,6 +73,44 @@ def test_the_recording_tells_its_time_and_how_long_the_disk_lasts():
     )
 
 
+def test_nothing_is_said_to_come_only_once_the_disk_was_looked_at():
+    young = first(replace(view(), recording=Recording(UNIX_S - 4, math.inf, 0)))
+    assert "REC 00:00:04" in joined(young)
+    assert "nothing comes" not in joined(young)
+
+
+FULL = "telemetry.tlog: can't be written (No space left on device); free disk space"
+
+
+def test_frames_that_are_not_written_are_told_inverse_with_the_reason():
+    full = Recording(UNIX_S - 90, 0.0, 0, unwritten=FULL, waiting=321)
+    lines = header(replace(view(), recording=full), TABS, 80)
+    assert (" REC 00:01:30  NOT WRITTEN ", "lost") in lines[0]
+    assert " ".join(" ".join(map(joined, lines[2:])).split()) == (
+        f"NOTHING IS WRITTEN, 321 frames wait in memory: {FULL}"
+    )
+    assert {line[0][1] for line in lines[2:]} == {"lost"}
+    silent = Recording(UNIX_S - 90, math.inf, 0, unwritten=FULL, waiting=1)
+    lines = header(replace(view(), recording=silent), TABS, 80)
+    assert "nothing comes" not in joined(lines[0])
+    assert joined(lines[2]).startswith(" NOTHING IS WRITTEN, 1 frame waits in memory: ")
+
+
+def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_recording():
+    def seen(age_s):
+        told = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - age_s)
+        return header(replace(view(), recording=told), TABS, 80)
+
+    assert "REC 00:07:26  278 h left" in joined(seen(4.9)[0])
+    assert len(seen(4.9)) == 2
+    lines = seen(6.0)
+    assert (" NOT RECORDING? silent 6 s ", "lost") in lines[0]
+    assert joined(lines[2]).strip() == (
+        "the recorder has told nothing of itself for 6 s: it may have stopped writing"
+    )
+    assert lines[2][0][1] == "lost"
+
+
 def test_no_recording_and_a_short_disk_are_inverse():
     assert role_of(first(replace(view(), recording=None)), "NOT RECORDING") == "lost"
     short = first(replace(view(), recording=Recording(UNIX_S - 751, 480.0, 0)))

@@ -87,6 +87,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self._pace = Pace(fps)
         self._keys = keymap or {}
         self._off_may_record = self._dies = False
+        self._unwritten_of: float | None = None
         self._told_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
@@ -326,6 +327,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
     def _refresh_view(self) -> None:
         now_s = self._clock()
         self._watch_over_off()
+        self._tell_written()
         if self._pace.may_draw(now_s):
             self._show()
             if isinstance(self._driver, AnsweringDriver) and self._pace.may_ask():
@@ -340,6 +342,20 @@ class SeatrialApp(App[None], inherit_bindings=False):
         view = self._views.view()
         if view.forcing is not None and not view.forcing.done and view.recording is None:
             self._record_for_off()
+
+    def _tell_written(self) -> None:
+        """Say that a dive's frames are written again, which the top line told that they were not."""
+        recording = self._views.view().recording
+        if recording is None:
+            return
+        if self._unwritten_of == recording.began_unix_s and not recording.unwritten:
+            frames = (
+                f"{recording.lost} frames are lost"
+                if recording.lost
+                else "every frame that waited is written"
+            )
+            self.notify(f"the recording goes on: {frames}", timeout=TELL_S)
+        self._unwritten_of = recording.began_unix_s if recording.unwritten else None
 
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())

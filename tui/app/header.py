@@ -15,6 +15,10 @@ STALE_S, GONE_S = 3.0, 10.0
 """A HEARTBEAT and FF_MODE come once a second: after 3 periods stale, after 10 gone."""
 SHORT_DISK_S: Final = 600.0
 ENGINE_SILENT_S: Final = 3.0
+RECORDER_SILENT_S: Final = 5.0
+"""It tells of itself once a second, also on a disk that stalls, and is looked at once a second."""
+FIRST_LOOK_S: Final = 5.0
+"""A dive so young has not been looked at yet: nobody knows whether something comes."""
 APART: Final = ("  │  ", " │ ", "  ")
 FF_MODES: Final = ("off", "shadow", "only", "both")
 SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
@@ -135,13 +139,29 @@ def _recording(view: View) -> Piece:
     recording = view.recording
     if recording is None:
         return Piece(7, "lost", (" NOT RECORDING ", " NOT REC "))
-    clock = f"REC {stopwatch(view.unix_s - recording.began_unix_s)}"
+    silent_s = recorder_silent_s(view)
+    if silent_s > RECORDER_SILENT_S:
+        return Piece(
+            11, "lost", (f" NOT RECORDING? silent {silent_s:.0f} s ", f" NOT REC? {silent_s:.0f} s ")
+        )
+    lasted_s = view.unix_s - recording.began_unix_s
+    clock = f"REC {stopwatch(lasted_s)}"
+    if recording.unwritten:
+        return Piece(11, "lost", (f" {clock}  NOT WRITTEN ", " NOT WRITTEN "))
     if not math.isfinite(recording.disk_left_s):
-        return Piece(11, "plain", (f"{clock}  nothing comes", clock))
+        nothing = (f"{clock}  nothing comes",) if lasted_s > FIRST_LOOK_S else ()
+        return Piece(11, "plain", (*nothing, clock))
     lasts = left(recording.disk_left_s)
     if recording.disk_left_s < SHORT_DISK_S:
         return Piece(11, "lost", (f" {clock}  {lasts} ", f" REC {lasts} "))
     return Piece(11, "plain", (f"{clock}  {lasts}", f"{clock} {lasts}", f"REC {lasts}"))
+
+
+def recorder_silent_s(view: View) -> float:
+    """For how long the recording has told nothing of itself; 0 where none runs."""
+    if view.recording is None or not math.isfinite(view.recording.told_unix_s):
+        return 0.0
+    return abs(view.unix_s - view.recording.told_unix_s)
 
 
 def _feedforward(view: View) -> Piece:
@@ -191,6 +211,12 @@ def _alert(view: View) -> str:
         return f"nothing is read from the link since {view.behind_s:.0f} s: leave the app and start it again"
     if view.picture.twins:
         return view.picture.twins
+    silent_s = recorder_silent_s(view)
+    if silent_s > RECORDER_SILENT_S:
+        return f"the recorder has told nothing of itself for {silent_s:.0f} s: it may have stopped writing"
+    if view.recording is not None and view.recording.unwritten:
+        frames = "1 frame waits" if view.recording.waiting == 1 else f"{view.recording.waiting} frames wait"
+        return f"NOTHING IS WRITTEN, {frames} in memory: {view.recording.unwritten}"
     if view.recording is not None and view.recording.lost:
         return f"{view.recording.lost} frames could not be recorded: check the disk"
     return view.trouble or (view.recording.trouble if view.recording else "")

@@ -27,7 +27,15 @@ def recording(now_unix_s: float) -> Recording | None:
 
 def as_recording(holding: Holding) -> Recording:
     """What the top line tells of a recording."""
-    return Recording(holding.began_unix_s, holding.disk_left_s, holding.lost, holding.trouble)
+    return Recording(
+        holding.began_unix_s,
+        holding.disk_left_s,
+        holding.lost,
+        holding.trouble,
+        holding.unwritten,
+        holding.waiting,
+        holding.written_unix_s,
+    )
 
 
 def recorded() -> Path | None:

@@ -1,5 +1,6 @@
 """What the app shows at one instant, and who makes it."""
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,13 +12,17 @@ from tui.app.replay import Replayed
 class Recording:
     """The recording that runs; `disk_left_s` is inf where nothing comes.
 
-    `trouble` says what to do where its signed link lets nothing in.
+    `trouble` says what to do where its signed link lets nothing in. `waiting` frames could not be written yet, for the
+    reason `unwritten`; "" where all that came is in a file. `told_unix_s` is when it told of itself, inf for just now.
     """
 
     began_unix_s: float
     disk_left_s: float
     lost: int
     trouble: str = ""
+    unwritten: str = ""
+    waiting: int = 0
+    told_unix_s: float = math.inf
 
 
 @dataclass(frozen=True)
