@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from bridge.parameters import ACTIVE, MODE, set_crc
+from gcs_plugin.params import staging
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.compared import COLUMNS, LEGEND, NUMBERS, Compared, compared
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
-from gcs_plugin.params.plan import Plan, Verdict, make_plan, taken_back
+from gcs_plugin.params.plan import Plan, Verdict, make_plan, staged_crc, taken_back
 from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.transfer import Source
 from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.while_armed import not_raised, obstacle
@@ -64,9 +66,13 @@ class Planned:
         show.say(console, self.plan.summary())
 
     def to_json(self, client: ParameterClient) -> dict[str, Any]:
-        """The form that `params diff --json` writes. `writes`: an upload would write something, if only a commit."""
+        """The form that `params diff --json` writes. `writes`: an upload would write something, if only a commit.
+
+        `active_crc` and `staged_crc` are those of the set that flies, 0 for none, and of the set that the vehicle
+        holds: where they differ, that one does not fly. Null for a vehicle that takes no sets.
+        """
         system, component = client.vehicle
-        rehearsed = Upload(self.plan.with_implausible(), client.vehicle, 0.0, Timing(), set_crc)
+        rehearsed = self._rehearsed(client.vehicle)
         return {
             "summary": self.plan.summary(),
             "file": str(self.file),
@@ -75,11 +81,20 @@ class Planned:
             "vehicle": {"system": system, "component": component, "armed": client.armed},
             "ff_mode": self.plan.present.get(MODE),
             "writes": rehearsed.ending is None,
+            "active_crc": self.plan.present.get(ACTIVE),
+            "staged_crc": staged_crc(self.plan.present),
             "needs_disarmed": rehearsed.needs_disarmed,
             "obstacle_armed": obstacle(self.plan.present),
             "notes": list(self.notes),
             "parameters": [self._line(line) for line in self.lines],
         }
+
+    def writes(self, vehicle: Source) -> bool:
+        """Whether an upload would write something, if only a commit."""
+        return self._rehearsed(vehicle).ending is None
+
+    def _rehearsed(self, vehicle: Source) -> Upload:
+        return Upload(self.plan.with_implausible(), vehicle, 0.0, Timing(), set_crc)
 
     def _line(self, line: Compared) -> dict[str, Any]:
         doubted = self.targets.sidecar.doubted if self.targets.sidecar else {}
@@ -145,7 +160,7 @@ def _beside(
     lines = compared(plan, intervals, last_accepted(receipts, system))
     left = unfinished(receipts, system)
     notes = () if left is None or belongs(left, file) else told(left, plan.present)
-    notes = (*none_in_force(plan.present), *notes)
+    notes = (*staging.told(plan.present), *notes)
     return Planned(file, targets, plan, lines, tuple(back), notes)
 
 
@@ -153,13 +168,3 @@ def left_behind(receipts: Path, system: int, present: Mapping[str, float]) -> tu
     """What to tell of an upload to that vehicle that was never finished; nothing where there is none."""
     left = unfinished(receipts, system)
     return () if left is None else told(left, present)
-
-
-def none_in_force(present: Mapping[str, float]) -> tuple[str, ...]:
-    """What to tell of a vehicle that takes sets and has none in force, whatever values it holds; else nothing."""
-    if present.get(ACTIVE) != 0.0:
-        return ()
-    return (
-        f"note: no set is in force on the vehicle ({ACTIVE} is 0), so its feed-forward is zero: upload one; where one "
-        "was in force before, its vehicle file has another hull or other thrusters since",
-    )

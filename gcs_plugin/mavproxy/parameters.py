@@ -9,6 +9,7 @@ from typing import Any, Final
 from bridge.clock import Clock
 from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.params import staging
 from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
 from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, unfinished
@@ -172,6 +173,8 @@ class Parameters:
                 self._say(
                     f"note: effects accepted before are no part of this model and are taken back: {back}"
                 )
+            for line in staging.told(plan.present):
+                self._say(line)
             left = unfinished(RECEIPTS, errand.source[0])
             if left is not None and not belongs(left, work.file):
                 for line in told(left, plan.present):
@@ -194,7 +197,7 @@ class Parameters:
                 f"rollback {work.file} {ARMED}" if work.action == "rollback" else f"yes {errand.code(armed)}"
             )
             self._say(
-                f"to write {self._what(plan)} to vehicle {errand.source[0]}{', which is ARMED' if armed else ''}:"
+                f"to {staging.about_to(plan)} on vehicle {errand.source[0]}{', which is ARMED' if armed else ''}:"
             )
             self._say(f"    seatrial params {again}")
             if work.action == "rollback":
@@ -276,7 +279,7 @@ class Parameters:
         self._last_before = before
         lines = lines_of(plan, ending.results)
         rows: list[Sequence[str]] = [("name", "unit", "before", "now", "what became of it")]
-        rows += [_became(line) for line in lines if line.name in plan.changes]
+        rows += [_became(line) for line in lines if line.name in plan.changes | plan.staged]
         for row in _aligned(rows) if len(rows) > 1 else []:
             self._say(row)
         self._say(f"params: {ending.outcome.value}: {ending.sentence}")
@@ -305,13 +308,6 @@ class Parameters:
         system = errand.source[0]
         fleet = self._fleet
         return Told(fleet.armed(system), fleet.silent_s(errand.source, now_s), fleet.fault(system))
-
-    @staticmethod
-    def _what(plan: Plan) -> str:
-        count = len(plan.changes)
-        if count == 0:
-            return "the staged set's commit"
-        return f"{'this' if count == 1 else 'these'} {count} parameter{'s' if count > 1 else ''}"
 
     @staticmethod
     def _progress(work: _Work) -> str:

@@ -90,11 +90,12 @@ class Errand:
         return self._upload.crc if self._upload is not None and self._upload.commits else None
 
     def code(self, armed: bool) -> str:
-        """What names the writes of the plan: how many, and a number that stands for their names and values; with a word
-        before it for a vehicle that is armed.
+        """What names all that the plan writes and puts in force: how many lines, and a number that stands for their
+        names and values; with a word before it for a vehicle that is armed.
         """
         assert self.plan is not None
-        return f"{'armed-' if armed else ''}{len(self.plan.changes)}-{set_crc(self.plan.changes):06x}"
+        lines = self.plan.changes | self.plan.staged
+        return f"{'armed-' if armed else ''}{len(lines)}-{set_crc(lines):06x}"
 
     def rehearsed(self, now_s: float) -> Upload:
         """The upload of the plan as it would begin now: does it change anything, may an armed vehicle take it."""

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION
+from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION, set_crc
 from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from gcs_plugin.params import float32
@@ -27,9 +27,13 @@ _BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in _COEFF
 
 
 class Verdict(Enum):
-    """What an upload does with one line; the value is the word that the operator reads."""
+    """What an upload does with one line; the value is the word that the operator reads.
+
+    STAGED: the vehicle holds it, in a staged set that is not the one in force; a commit puts it there.
+    """
 
     CHANGED = "changed"
+    STAGED = "staged"
     SAME = "same"
     UNKNOWN = "not on the vehicle"
     READ_ONLY = "read-only"
@@ -62,6 +66,11 @@ class Plan:
     @property
     def changes(self) -> dict[str, float]:
         return self.named(Verdict.CHANGED)
+
+    @property
+    def staged(self) -> dict[str, float]:
+        """What waits on the vehicle, so that an upload need only put it in force."""
+        return self.named(Verdict.STAGED)
 
     def count(self, verdict: Verdict) -> int:
         return sum(row.verdict is verdict for row in self.rows)
@@ -162,7 +171,23 @@ def objection(name: str, value: float) -> str:
 
 def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:
     """The plan of bringing a vehicle that holds `present` to `targets`."""
-    return Plan(tuple(_row(name, target, present) for name, target in targets.items()), dict(present))
+    rows = tuple(_row(name, target, present) for name, target in targets.items())
+    after = {**present, **{row.name: row.target for row in rows if row.verdict is Verdict.CHANGED}}
+    if in_force(present) is False and in_force(after) is False:
+        rows = tuple(_waiting(row, present[ACTIVE]) for row in rows)
+    return Plan(rows, dict(present))
+
+
+def staged_crc(present: Mapping[str, float]) -> int | None:
+    """The CRC of the set that a commit would put in force; None for a vehicle that takes no sets."""
+    staged = {name: value for name, value in present.items() if is_staged(name)}
+    return set_crc(staged) if staged and COMMIT in present and ACTIVE in present else None
+
+
+def in_force(present: Mapping[str, float]) -> bool | None:
+    """Whether what a vehicle holds is what it flies; None where it takes no sets."""
+    crc = staged_crc(present)
+    return None if crc is None else float32.same(present[ACTIVE], float(crc))
 
 
 def taken_back(targets: Mapping[str, float], present: Mapping[str, float]) -> dict[str, float]:
@@ -198,6 +223,13 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     if float32.same(now, value):
         return Row(name, now, value, Verdict.SAME)
     return Row(name, now, value, Verdict.CHANGED)
+
+
+def _waiting(row: Row, active: float) -> Row:
+    """A line that is so on a vehicle whose staged set is not the one in force: where none is, 0 is as good as there."""
+    if row.verdict is not Verdict.SAME or not is_staged(row.name) or (active == 0.0 and row.target == 0.0):
+        return row
+    return replace(row, verdict=Verdict.STAGED)
 
 
 def value_text(value: float) -> str:

@@ -105,7 +105,8 @@ def begin(
     started_utc = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
     words = f"what vehicle {vehicle[0]}, component {vehicle[1]} held before an upload, {started_utc}"
     write_parameters(preimage, plan.present, (words,), *vehicle)
-    outcomes = {Verdict.CHANGED: Outcome.BEGUN, Verdict.SAME: Outcome.SAME}
+    begun = dict.fromkeys((Verdict.CHANGED, Verdict.STAGED), Outcome.BEGUN)
+    outcomes = {**begun, Verdict.SAME: Outcome.SAME}
     lines = tuple(
         Line(row.name, row.present, row.target, None, outcomes.get(row.verdict, Outcome.NOT_SENT), "")
         for row in plan.rows

@@ -299,10 +299,16 @@ class Upload:
             self._end(Outcome.REFUSED if refused else Outcome.NOT_SENT, f"{cause}; nothing was written")
 
     def _finish(self) -> None:
-        count = len(self._plan.changes)
-        changed = f"{count} parameter{'s' if count != 1 else ''} written and read back"
-        active = f", set {self._crc_new} is active" if self._needs_commit else ""
-        self._end(Outcome.APPLIED, changed + active)
+        parts = [
+            f"{count} {kind}parameter{'s' if count != 1 else ''} {done}"
+            for count, kind, done in (
+                (len(self._plan.changes), "", "written and read back"),
+                (len(self._plan.staged), "staged ", "read back"),
+            )
+            if count
+        ]
+        active = (f"set {self._crc_new} is active",) if self._needs_commit else ()
+        self._end(Outcome.APPLIED, ", ".join((*parts, *active)))
 
     def _end(self, outcome: Outcome, sentence: str) -> None:
         self._stage = Stage.DONE
@@ -316,7 +322,7 @@ class Upload:
         for row in self._plan.rows:
             if row.verdict is Verdict.SAME:
                 results[row.name] = Result(Outcome.SAME, "it was so already", row.present)
-            elif row.verdict is Verdict.CHANGED:
+            elif row.verdict in (Verdict.CHANGED, Verdict.STAGED):
                 results[row.name] = self._results.get(row.name, Result(Outcome.NOT_SENT, "not sent", None))
             else:
                 results[row.name] = Result(Outcome.NOT_SENT, row.reason, row.present)

@@ -86,6 +86,6 @@ def test_a_set_that_is_staged_of_an_earlier_version_is_brought_into_force_by_the
     vehicle.boot()
     assert vehicle.server.active_crc == 0
     code, said = params(capsys, "diff", "ours.param")
-    assert (code, "2 same" in said, NONE_IN_FORCE in said) == (exit_codes.DONE, True, True)
+    assert (code, "2 staged" in said, NONE_IN_FORCE in said) == (exit_codes.NO, True, True)
     assert params(capsys, "upload", "ours.param", "--yes")[0] == exit_codes.DONE
     assert vehicle.server.active(1)["M_u"] == 111.5

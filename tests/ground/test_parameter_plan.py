@@ -3,10 +3,12 @@
 import pytest
 
 from bridge.errors import ParamRejected, ParamUnknown
+from bridge.parameters import set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.compared import compared
 from gcs_plugin.params.plan import Verdict, is_staged, make_plan, taken_back
 from gcs_plugin.params.sidecar import Sidecar, intervals_of, read_sidecar, sidecar_path, write_sidecar
+from gcs_plugin.params.staging import about_to
 from gcs_plugin.params.targets import parameters_from_identification
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
@@ -61,6 +63,45 @@ def test_lines_can_be_chosen_and_nothing_is_skipped_in_silence():
     assert chosen.changes == {"FF0_D_U": 42.0}
     with pytest.raises(ParamUnknown, match="no line FF9"):
         plan.chosen(["FF9"])
+
+
+def held(active, **values):
+    return {**values, "FF_COMMIT": active, "FF_ACTIVE": active}
+
+
+HOLDS = {"FF0_M_U": 24.5, "FF0_D_U": 40.0, "FF0_X_UU": 0.0}
+
+
+def test_what_is_held_and_not_in_force_is_staged_and_not_the_same():
+    plan = make_plan(HOLDS, held(0.0, **HOLDS))
+    assert plan.staged == {"FF0_M_U": 24.5, "FF0_D_U": 40.0}  # without a set 0 is as good as in force
+    assert make_plan(HOLDS, held(4711.0, **HOLDS)).staged == HOLDS
+    assert make_plan(HOLDS, held(float(set_crc(HOLDS)), **HOLDS)).staged == {}
+    assert make_plan(HOLDS, HOLDS).staged == {}  # a vehicle that takes no sets flies what it holds
+
+
+def test_beside_a_set_in_force_a_line_that_changes_makes_no_other_a_staged_one():
+    present = held(float(set_crc(HOLDS)), **HOLDS)
+    assert make_plan({**HOLDS, "FF0_D_U": 44.0}, present).summary() == "3 parameters: 1 changed, 2 same"
+
+
+def test_lines_that_make_the_held_set_the_one_in_force_again_leave_the_others_the_same():
+    present = held(float(set_crc(HOLDS)), **{**HOLDS, "FF0_D_U": 44.0})
+    assert make_plan(HOLDS, present).summary() == "3 parameters: 1 changed, 2 same"
+
+
+@pytest.mark.parametrize(
+    ("present", "words"),
+    [
+        (held(0.0, **HOLDS), "put 2 parameters in force"),
+        (held(4711.0, **{**HOLDS, "FF0_D_U": 44.0}), "write 1 parameter and put the 2 staged in force"),
+        (held(float(set_crc(HOLDS)), **HOLDS), "write 1 parameter"),
+        (held(0.0, FF0_M_U=0.0, FF0_D_U=0.0, FF0_X_UU=0.0), "write 2 parameters"),
+    ],
+)
+def test_what_an_upload_is_about_to_do_is_said_as_it_is(present, words):
+    wanted = {**HOLDS, "FF0_D_U": 41.0} if words == "write 1 parameter" else HOLDS
+    assert about_to(make_plan(wanted, present)) == words
 
 
 def test_rows_print_with_comparable_values():

@@ -71,9 +71,7 @@ def test_an_upload_asks_for_its_code_and_is_read_back_and_rolled_back_in_one_ste
     mavproxy.ask(f"seatrial params diff {name}", "3 parameters: 2 changed, 1 refused")
     mavproxy.ask(f"seatrial params upload {name}", "FF1_D_V: -1 is outside .*nothing was sent")
     chosen = f"seatrial params upload {name} FF1_M_U FF1_D_U"
-    code = mavproxy.ask(chosen, r"to write these 2 parameters to vehicle 1:\n\s+seatrial params (yes \S+)\n")[
-        1
-    ]
+    code = mavproxy.ask(chosen, r"to write 2 parameters on vehicle 1:\n\s+seatrial params (yes \S+)\n")[1]
     mavproxy.ask("seatrial params yes 2-000000", "is not the code of the plan shown.*nothing was sent")
     done = mavproxy.ask(f"seatrial params {code}", r"(?s)what became of it.*values before: (\S+)\n")
     assert re.search(r"FF1_M_U +kg +0 +120.5 +read back equal", done[0])

@@ -59,6 +59,8 @@ def plan(**what):
         "vehicle": {"system": 1, "component": 1, "armed": False},
         "ff_mode": 1.0,
         "writes": True,
+        "active_crc": 4711.0,
+        "staged_crc": 4711,
         "needs_disarmed": True,
         "obstacle_armed": "",
         "notes": ["from hovering of ruvifist, configuration hovering, by pinn: converged"],

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 CHANGED: Final = "changed"
 IMPLAUSIBLE: Final = "implausible"
+STAGED: Final = "staged"
 READ_ONLY: Final = "read-only"
 CONVERGED: Final = "converged"
 ACTING: Final = (2, 3)
@@ -40,6 +41,11 @@ class Entry:
         return self.verdict == CHANGED
 
     @property
+    def staged(self) -> bool:
+        """Whether the vehicle holds it and does not fly it: any upload puts it in force."""
+        return self.verdict == STAGED
+
+    @property
     def implausible(self) -> bool:
         """Whether an upload would write it only where it is accepted by name."""
         return self.verdict == IMPLAUSIBLE
@@ -52,7 +58,8 @@ class Entry:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a file asks of a vehicle. `writes`: an upload of all would write something, if only a commit.
+    """What a file asks of a vehicle. `active_crc` and `staged_crc` stand for the set that flies, 0 for none, and for
+    the one that the vehicle holds; None where it takes no sets.
 
     `needs_disarmed`: it changes more than what an armed vehicle takes without a word; `of` is the dive it comes from.
     """
@@ -65,7 +72,8 @@ class Comparison:
     system: int
     armed: bool
     ff_mode: int | None
-    writes: bool
+    active_crc: int | None
+    staged_crc: int | None
     needs_disarmed: bool
     entries: tuple[Entry, ...]
 
@@ -80,14 +88,27 @@ class Comparison:
         return tuple(entry.name for entry in self.entries if entry.changes)
 
     @property
+    def waits(self) -> bool:
+        """Whether what is shown of the vehicle is not what it flies; where none flies, 0 is as good as that."""
+        if self.staged_crc is None or self.active_crc in (None, self.staged_crc):
+            return False
+        return bool(self.active_crc) or any(entry.present for entry in self.entries)
+
+    @property
+    def staged(self) -> tuple[str, ...]:
+        """The lines that any upload would put in force without a write."""
+        return tuple(entry.name for entry in self.entries if entry.staged)
+
+    @property
     def choosable(self) -> tuple[str, ...]:
         """The lines that can be written."""
         return tuple(entry.name for entry in self.entries if entry.choosable)
 
     def only(self, chosen: Collection[str]) -> tuple[str, ...]:
-        """What `--only` is to name for these lines; nothing for all of them."""
-        lines = self.choosable
-        return () if set(chosen) == set(lines) else tuple(name for name in lines if name in chosen)
+        """What `--only` is to name for these lines, beside what is put in force with them; nothing for all of them."""
+        if set(chosen) == set(self.choosable):
+            return ()
+        return tuple(entry.name for entry in self.entries if entry.staged or entry.name in chosen)
 
     def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
         """Those of these lines that are written although they are implausible."""
@@ -98,7 +119,6 @@ def comparison(data: Any) -> Comparison | None:
     """The comparison that a verb left; None for nothing, or something else."""
     try:
         vehicle = data["vehicle"]
-        mode = data["ff_mode"]
         rows = [row for row in data["parameters"] if row["verdict"] != READ_ONLY]
         return Comparison(
             Path(data["file"]),
@@ -108,10 +128,15 @@ def comparison(data: Any) -> Comparison | None:
             tuple(map(str, data["notes"])),
             int(vehicle["system"]),
             bool(vehicle["armed"]),
-            None if mode is None else int(mode),
-            bool(data["writes"]),
+            _whole(data["ff_mode"]),
+            _whole(data["active_crc"]),
+            _whole(data["staged_crc"]),
             bool(data["needs_disarmed"]),
             tuple(Entry(**{field: row[field] for field in Entry.__slots__}) for row in rows),
         )
     except (KeyError, TypeError, ValueError):
         return None
+
+
+def _whole(value: Any) -> int | None:
+    return None if value is None else int(value)

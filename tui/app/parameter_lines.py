@@ -64,7 +64,7 @@ def table(
     above, below = first, len(shown.entries) - first - len(entries)
     left_out = f"   … {above} lines above, {below} below"
     more: Lines = (((left_out, "warn"),),) if above or below else ()
-    return (_head(cells, back, bool(became)), *body, *more)
+    return (_head(cells, back, "was" if became else "staged" if shown.waits else "vehicle"), *body, *more)
 
 
 def _window(count: int, at: int, rows: int) -> tuple[int, int]:
@@ -82,9 +82,9 @@ def entry_at(y: int, count: int, at: int, rows: int) -> int | None:
     return entry if 1 <= y <= room and entry < count else None
 
 
-def _head(cells: int, back: bool, written: bool) -> Line:
+def _head(cells: int, back: bool, present: str) -> Line:
     wide = _widths(cells)
-    values = "was" if written else "vehicle", "before" if back else "identified"
+    values = present, "before" if back else "identified"
     head = f"   {'name':<{NAME}}{'unit':<{wide.unit}}{values[0]:>{wide.number}}{values[1]:>{wide.file}}"
     return ((f"{head}{'±95 %':>{wide.half}}{'accepted':>{wide.number}}{IN_HALVES:>{CHANGE}}", "quiet"),)
 
@@ -129,7 +129,8 @@ def _words(entry: Entry, became: str, room: int) -> Span:
         )
     if entry.changes:
         return (entry.reason or "", "warn")
-    return (entry.verdict, "quiet" if entry.verdict == "same" else "bad")
+    role: Role = "warn" if entry.staged else "quiet" if entry.verdict == "same" else "bad"
+    return (entry.verdict, role)
 
 
 def details(entry: Entry, became: str, cells: int) -> Lines:
@@ -139,7 +140,7 @@ def details(entry: Entry, became: str, cells: int) -> Lines:
     when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
     last = f"last accepted {number(entry.accepted)}{unit}{when}" if entry.accepted is not None else ""
     size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
-    was = "before" if became else "on the vehicle"
+    was = "before" if became else "staged on the vehicle" if entry.staged else "on the vehicle"
     is_now = "the vehicle has none" if entry.present is None else f"{was} {number(entry.present)}{unit}"
     sentence = "; ".join(
         filter(None, (is_now, f"in the file {number(entry.target)}{unit}{told}", last, size))
@@ -167,6 +168,8 @@ def top(shown: Comparison, chosen: Collection[str], cells: int, *, back: bool) -
     else:
         title = f"{shown.file.name} OF {shown.of}" if shown.of else str(shown.file)
     count = f"{len(chosen)} of {len(shown.choosable)} chosen"
+    if shown.staged:
+        count = f"{len(shown.staged)} staged, {count}" if shown.choosable else f"{len(shown.staged)} staged"
     lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
     if shown.doubted:
         lines += wrapped(
@@ -175,10 +178,29 @@ def top(shown: Comparison, chosen: Collection[str], cells: int, *, back: bool) -
     return lines
 
 
-def asking(shown: Comparison, count: int, needed: str, *, armed: bool, back: bool, cells: int) -> Lines:
-    """What is about to be written, and what is to be typed for it."""
-    what = f"{'write back' if back else 'write'} {count} line{'' if count == 1 else 's'}"
-    sentence = f"To {what} to vehicle {shown.system}, type {needed} and Enter; escape leaves it."
+def waiting(shown: Comparison, key: str, cells: int) -> Lines:
+    """What is to be known first, where the vehicle holds values and does not fly them; `key` puts them in force."""
+    if not shown.waits:
+        return ()
+    flies = f"another set flies ({shown.active_crc})" if shown.active_crc else "none of it flies"
+    commit = f": commit it with {key}" if key and shown.staged else ""
+    return wrapped(f"{DOUBT} staged, and {flies}{commit}", "bad", cells)
+
+
+def _lines(count: int) -> str:
+    return f"{count} line{'' if count == 1 else 's'}"
+
+
+def asking(shown: Comparison, chosen: int, needed: str, *, armed: bool, back: bool, cells: int) -> Lines:
+    """What is about to be written and put in force, and what is to be typed for it."""
+    staged, write = len(shown.staged), "write back" if back else "write"
+    if not staged:
+        what = f"{write} {_lines(chosen)} to"
+    elif not chosen:
+        what = f"put {_lines(staged)} in force on"
+    else:
+        what = f"{write} {_lines(chosen)} and put the {staged} staged in force on"
+    sentence = f"To {what} vehicle {shown.system}, type {needed} and Enter; escape leaves it."
     if armed:
         return (
             ((f" ■ vehicle {shown.system} is ARMED ", "armed"),),

@@ -102,7 +102,9 @@ class Transfer:
             return True
         if self.back:
             # All that the vehicle held is in that file; what is so already is of no interest.
-            self.shown = replace(self.shown, entries=tuple(e for e in self.shown.entries if e.changes))
+            self.shown = replace(
+                self.shown, entries=tuple(e for e in self.shown.entries if e.changes or e.staged)
+            )
         self.chosen = set(self.shown.changed)
         return True
 
@@ -128,14 +130,15 @@ class Transfer:
         """What is to be typed."""
         shown = self.shown
         doubted = shown is not None and not self.back and (shown.doubted or bool(shown.accepted(self.chosen)))
-        return needed(len(self.chosen), armed=self.armed(picture), doubted=doubted)
+        count = len(self.chosen) + (len(shown.staged) if shown is not None else 0)
+        return needed(count, armed=self.armed(picture), doubted=doubted)
 
     def obstacle(self, picture: Picture | None, off_key: str) -> str:
         """Why nothing can be written now, "" where it can; `off_key` forces the feed-forward off."""
         shown = self.shown
         if shown is None:
             return "nothing was read yet"
-        if not self.chosen and not (shown.writes and not shown.choosable):
+        if not self.chosen and not shown.staged:
             where = "the vehicle holds all of it already" if not shown.choosable else "no line is chosen"
             return f"{where}: there is nothing to write"
         mode = picture.ff_mode if picture is not None else None

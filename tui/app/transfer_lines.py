@@ -54,6 +54,6 @@ def became(written: JobState | None, shown: Comparison | None) -> dict[str, str]
     done = written.done
     if done is not None and done.result is not None and shown is not None:
         for row in done.result["parameters"]:
-            if row["name"] in shown.choosable:
+            if row["name"] in (*shown.choosable, *shown.staged):
                 found[row["name"]] = EQUAL if row["outcome"] == "applied" else row["sentence"]
     return found

@@ -152,11 +152,12 @@ class Watch:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.framing import Encoder
+    from gcs_plugin.params import staging
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
-    from tui.parameter_plan import left_behind, newest, none_in_force, planned, planned_back
+    from tui.parameter_plan import left_behind, newest, planned, planned_back
 
     check_outputs(arguments)
     targets = targets_for(arguments)
@@ -171,7 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
             present = client.read_all()
         receipts, system = Path(arguments.receipts), client.vehicle[0]
         if arguments.action == "show":
-            for note in (*none_in_force(present), *left_behind(receipts, system, present)):
+            for note in (*staging.told(present), *left_behind(receipts, system, present)):
                 show.say(show.words(), note)
             return show_values(arguments, present)
         if arguments.file is None:
@@ -241,12 +242,13 @@ def apply(
     from gcs_plugin.params.last_accepted import keep_accepted
     from gcs_plugin.params.plan import Verdict, unit_of
     from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
+    from gcs_plugin.params.staging import about_to
     from tui import show
 
     plan = planned.plan
     planned.tell(arguments.json, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
-    if plan.changes and not arguments.yes and not agreed(client, f"write {len(plan.changes)} parameters?"):
+    if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{about_to(plan)}?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
     before = new_preimage(Path(arguments.receipts), unix_s)
@@ -263,7 +265,7 @@ def apply(
     rows = [
         (line.name, unit_of(line.name), _text(line.before), _text(line.after), _became(line))
         for line in receipt.lines
-        if line.name in plan.changes
+        if line.name in plan.changes or line.name in plan.staged
     ]
     if rows:
         columns = ("name", "unit", "before", "now", "what became of it")

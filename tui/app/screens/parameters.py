@@ -225,6 +225,9 @@ class ParametersScreen(StationScreen):
         trouble = wrapped(transfer.trouble, "bad", cells) if transfer.trouble else ()
         if transfer.shown is not None:
             head = lines.top(transfer.shown, transfer.chosen, cells, back=transfer.back)
+            if transfer.written is None:
+                key = "" if transfer.back else self.key_of("parameters.upload")
+                head += lines.waiting(transfer.shown, key, cells)
             return (*head, *trouble, *transfer_lines.writing(transfer.written, cells))
         reading = transfer_lines.reading(self.desk.jobs.state(READ), cells)
         return (*trouble, *reading) or wrapped(self._nothing(), "plain", cells)
@@ -262,5 +265,5 @@ class ParametersScreen(StationScreen):
         if transfer.shown is None or self._obstacle():
             return wrapped("Nothing can be sent, for what is said above; escape leaves it.", "strong", cells)
         armed, asked = transfer.armed(self._picture), transfer.needed(self._picture)
-        count = len(transfer.chosen)
-        return lines.asking(transfer.shown, count, asked, armed=armed, back=transfer.back, cells=cells)
+        chosen = len(transfer.chosen)
+        return lines.asking(transfer.shown, chosen, asked, armed=armed, back=transfer.back, cells=cells)
