@@ -11,6 +11,23 @@ from gcs_plugin.link_names import among
 from tui.exit_codes import UsageError
 
 
+class ByWay:
+    """A link to the hub of a recording, called by the links that it records: the hub's port says nobody anything."""
+
+    def __init__(self, hub: Link, links: Iterable[str]) -> None:
+        self._hub = hub
+        self.name = ", ".join(links)
+
+    def read(self, timeout_s: float) -> bytes:
+        return self._hub.read(timeout_s)
+
+    def write(self, data: bytes) -> None:
+        self._hub.write(data)
+
+    def close(self) -> None:
+        self._hub.close()
+
+
 def holding_now() -> Holding | None:
     """The recording that runs, if one does."""
     from bridge.clock import SystemClock
@@ -44,7 +61,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
         what = f"{spec}: " if spec else ""
         raise LinkError(f"{what}{words_of(holding)} holds the link and serves nobody; end it first")
     show.say(show.words(), f"by way of {words_of(holding)}")
-    return open_link(holding.hub)
+    return ByWay(open_link(holding.hub), holding.links)
 
 
 def coming_back(
@@ -58,7 +75,7 @@ def coming_back(
     from bridge.link.open import open_link
 
     holding = holding_now()
-    by_way = spec is None or (holding is not None and link.name == holding.hub)
+    by_way = spec is None or (holding is not None and holds(holding, spec))
     later = Aside(_of_recording if by_way else lambda: (open_one or open_link)(str(spec)), link.name)
     first = [link]
     return Reconnecting(lambda: first.pop() if first else later(), clock, link.name)
@@ -71,7 +88,7 @@ def _of_recording() -> Link:
     holding = holding_now()
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to; start `seatrial record`")
-    return open_link(holding.hub)
+    return ByWay(open_link(holding.hub), holding.links)
 
 
 def refuse_second(specs: Iterable[str]) -> None:

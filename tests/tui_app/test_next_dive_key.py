@@ -9,6 +9,7 @@ from made_view import FixedViews, view
 from screen_text import made, pressed, run, settled, text
 
 from bridge.errors import LinkError
+from tui.app.aside import aside
 from tui.app.screens.ask import AskScreen
 
 SIZE = (80, 24)
@@ -70,8 +71,10 @@ def test_a_dive_in_which_nothing_arrived_is_said_not_to_be_kept():
 @pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
 def test_where_nothing_is_recorded_the_key_says_so(key):
     boat = Boat()
+    assert after([key], boat, SILENT) == ["no recording runs that the app could speak to"]
+    boat.desk.record = print
     (said,) = after([key], boat, SILENT)
-    assert said.startswith("no recording runs")
+    assert said == "no recording runs that the app could speak to; ^g begins one"
     assert boat.asked == []
 
 
@@ -149,3 +152,55 @@ def test_who_only_looks_ends_no_dive(key):
 
     run(made(FixedViews(), desk=boat.desk, view_only=True), SIZE, work)
     assert boat.asked == []
+
+
+@pytest.fixture
+def dives(tmp_path):
+    """A dive that has ended, the one that is being recorded, and the one after it, which is not there yet."""
+    folders = [tmp_path / f"2026-11-21T0{hour}52Z-hovering" for hour in (3, 4, 5)]
+    for folder in folders[:2]:
+        lie(folder)
+    return folders
+
+
+def lie(folder):
+    folder.mkdir(exist_ok=True)
+    (folder / "telemetry.tlog").write_bytes(b"")
+
+
+@pytest.mark.parametrize(
+    ("screen", "key", "verb"), [("3", "i", "identify"), ("4", "d", "diagnose"), ("6", "v", "validate")]
+)
+@pytest.mark.parametrize("by_key", [True, False])
+def test_a_dive_that_is_worked_on_keeps_its_screens_whatever_ends_meanwhile(screen, key, verb, by_key, dives):
+    first, second, third = dives
+    recorded = [second]
+
+    def go_on():
+        lie(third)
+        recorded[0] = third
+        return second
+
+    at = desk(FakeVerbs(), recorded=lambda: recorded[0], next_dive=go_on)
+    at.out = first.parent
+
+    async def work(app, pilot):
+        await pressed(pilot, screen, key)
+        assert at.jobs.runs(verb)
+        await (pressed(pilot, "ctrl+n") if by_key else aside(go_on))
+        await app.workers.wait_for_complete()
+        at.jobs.cancel(verb)
+        while at.jobs.runs(verb):
+            await pilot.pause()
+        app._show()
+        await pilot.pause()
+        assert at.chosen() == first
+        assert first.name in text(app)
+        said = [notice.message for notice in app._notifications]
+        await pressed(pilot, "ctrl+n")
+        await app.workers.wait_for_complete()
+        assert at.chosen() == second
+        return said
+
+    words = f"{second.name} is whole; the next dive is recorded; the screens stay on {first.name}"
+    assert run(made(FixedViews(), desk=at), (160, 50), work) == ([words] if by_key else [])

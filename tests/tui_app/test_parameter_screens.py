@@ -308,11 +308,17 @@ def test_what_was_refused_is_told_line_by_line():
     on_screen(vehicle, work)
 
 
-def test_a_vehicle_that_cannot_be_read_says_why():
+def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
     vehicle = FakeVehicle({}, said=("seatrial: no vehicle's HEARTBEAT within 5 s",))
 
     async def work(app, pilot):
         assert "no vehicle's HEARTBEAT" in text(app)
+        assert "Nothing was written by this reading; ^r reads the vehicle again." in text(app)
+        app.set_keymap({"parameters.read": "f7"})
+        await pilot.pause()
+        app._show()
+        await pilot.pause()
+        assert "Nothing was written by this reading; f7 reads the vehicle again." in text(app)
         await typed(app, pilot, "u")
         assert "type" not in text(app)
 
@@ -642,3 +648,62 @@ def test_values_of_another_vehicle_are_refused_with_the_reason_and_the_key_uploa
         assert at.jobs.state("params upload") is None
 
     run(made(views(), desk=at), NARROW, work)
+
+
+@pytest.mark.parametrize(
+    ("key", "typed_", "words"), [("u", "7", "u tries it again"), ("r", "7", "r tries it again")]
+)
+def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_to_try_again(
+    key, typed_, words
+):
+    vehicle = FakeVehicle(
+        written={}, code=3, said=("seatrial: vehicle 1: no HEARTBEAT for 5 s; check the link",)
+    )
+
+    async def work(app, pilot):
+        await typed(app, pilot, key, typed_, "enter")
+        assert "no HEARTBEAT for 5 s" in text(app)
+        assert f"Nothing was written; {words}." in text(app)
+
+    on_screen(vehicle, work)
+
+
+@pytest.mark.parametrize("how", ["the link is lost", "it is another vehicle", "it was long ago"])
+def test_what_the_vehicle_held_is_dimmed_and_dated_once_it_may_no_longer_be_so(how):
+    now_s, shown = [0.0], views()
+
+    async def work(app, pilot):
+        value = "     96.5 "
+        assert role_at(app, "FF1_M_U ", value) != "stale"
+        assert "was read" not in text(app)
+        fresh = shown.shown.picture
+        now_s[0] = 121.0 if how == "it was long ago" else 31.0
+        link = replace(fresh.links[0], **LINKS[how])
+        shown.shown = replace(shown.shown, picture=replace(fresh, links=(link,)))
+        app._show()
+        await pilot.pause()
+        age = "2 min ago" if how == "it was long ago" else "31 s ago"
+        assert f"what the vehicle holds was read {age}" in text(app)
+        assert f"on the vehicle {age} 96.5 kg" in text(app)
+        assert role_at(app, "FF1_M_U ", value) == "stale"
+        now_s[0] = 1.0
+        shown.shown = replace(shown.shown, picture=fresh)
+        app._show()
+        await pilot.pause()
+        assert "was read" not in text(app)
+
+    on_screen(FakeVehicle(), work, shown=shown, now_s=lambda: now_s[0])
+
+
+LINKS = {
+    "the link is lost": {"lost": True, "age_s": 31.0},
+    "it is another vehicle": {"system": 7},
+    "it was long ago": {},
+}
+
+
+def role_at(app, name, value):
+    """The role of the vehicle's value on the line of that name."""
+    table = app.screen._table(80, 20)
+    line = next(line for line in table if any(name.strip() == text.strip() for text, _ in line))
+    return next(role for text, role in line if text.strip() == value.strip())

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from made_dives import OUT, desk
 from made_view import FixedViews, view
-from screen_text import made, pressed, run
+from screen_text import made, pressed, run, text
 
 from bridge.errors import LinkError
 from tui.app.view import Forcing
@@ -125,3 +125,19 @@ def test_none_is_begun_where_off_was_acknowledged_before_it_died():
 
 def test_none_is_begun_where_the_crew_itself_ended_it():
     assert begun_after(RUNS, DEAD, end="END") == 0
+
+
+def test_while_nothing_is_recorded_the_top_names_the_key_that_records_by_its_live_binding():
+    def on_top(record, shown=SILENT, **what):
+        async def look(app, pilot):
+            await pilot.pause()
+            return text(app).splitlines()[2].strip()
+
+        return run(made(FixedViews(shown), desk=desk(record=record), **what), SIZE, look)
+
+    assert on_top(print) == "no recording runs; ^g begins one"
+    assert on_top(print, keymap={"recording.begin": "f7"}) == "no recording runs; f7 begins one"
+    lost = replace(SILENT, trouble="no recording runs that could be listened to")
+    assert on_top(print, lost) == "no recording runs that could be listened to; ^g begins one"
+    assert "begins one" not in on_top(None)
+    assert "begins one" not in on_top(print, view_only=True)

@@ -52,7 +52,7 @@ ORDERS = "orders"
 LONG = ("identify", "diagnose", "validate")
 """The verbs whose work would be missed."""
 END = "END"
-NOTHING_RUNS = "no recording runs that the app could speak to; Record in the palette begins one"
+NOTHING_RUNS = "no recording runs that the app could speak to"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
 
@@ -204,7 +204,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         if jobs.runs(WRITE):
             await self.action_open("parameters")
             return
-        at_work = {(verb, state.began_s) for verb in LONG if (state := jobs.state(verb)) and state.runs}
+        at_work = self._at_work()
         if at_work <= self._told_of:
             self.exit()
             return
@@ -212,6 +212,11 @@ class SeatrialApp(App[None], inherit_bindings=False):
         verbs = " and ".join(sorted(verb for verb, _ in at_work))
         key = next(self._key_of(action) for action in EVERYWHERE if action.id == "app.quit")
         self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")
+
+    def _at_work(self) -> set[tuple[str, float]]:
+        """The long verbs that run, and when each began."""
+        jobs = self.desk.jobs
+        return {(verb, state.began_s) for verb in LONG if (state := jobs.state(verb)) and state.runs}
 
     def action_record(self) -> None:
         """Begin a recording where none runs."""
@@ -235,7 +240,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
     def action_next_dive(self) -> None:
         """Let the recording go on in a new folder: no question, for all is recorded either way."""
         if self.desk.next_dive is None or self._views.view().recording is None:
-            self.notify(NOTHING_RUNS, severity="error")
+            self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
         elif not any(worker.group == ORDERS and not worker.is_finished for worker in self.workers):
             self.run_worker(self._order(self.desk.next_dive, "the next dive is recorded"), group=ORDERS)
 
@@ -243,7 +248,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         """Ask, then end the recording."""
         end, recorded = self.desk.end_recording, self.desk.recorded()
         if end is None or recorded is None or self._views.view().recording is None:
-            self.notify(NOTHING_RUNS, severity="error")
+            self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
             return
 
         def answered(typed: str | None) -> None:
@@ -259,13 +264,17 @@ class SeatrialApp(App[None], inherit_bindings=False):
         self.push_screen(AskScreen(title, does="ends it, and the link with it"), answered)
 
     async def _order(self, order: Callable[[], Path], after: str) -> None:
+        desk, worked, chosen = self.desk, bool(self._at_work()), self.desk.dive
         try:
             finished = await aside(order)
         except SeatrialError as error:
             self.notify(str(error), severity="error", timeout=TELL_S)
             return
-        # The dive that is over is the newest finished one: that is what the screens show by themselves.
-        self.desk.dive = self.desk.param = None
+        if not worked and not self._at_work() and desk.dive == chosen:
+            # The dive that is over is the newest finished one: that is what the screens show by themselves.
+            desk.dive = desk.param = None
+        elif desk.dive is not None:
+            after += f"; the screens stay on {desk.dive.name}"
         became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
         self.notify(f"{finished.name} {became}; {after}")
 
@@ -357,11 +366,20 @@ class SeatrialApp(App[None], inherit_bindings=False):
             self.notify(f"the recording goes on: {frames}", timeout=TELL_S)
         self._unwritten_of = recording.began_unix_s if recording.unwritten else None
 
+    def _begins(self) -> str:
+        """Which key begins a recording, to end a sentence with; "" where none can."""
+        if self.desk.record is None or self.view_only:
+            return ""
+        action = next(action for action in EVERYWHERE if action.id == "recording.begin")
+        return f"; {self._key_of(action)} begins one"
+
     def _answered(self) -> None:
         self._pace.on_answered(self._clock())
 
     def _show(self) -> None:
         view = self._views.view()
+        if view.recording is None and (begins := self._begins()):
+            view = replace(view, trouble=f"{view.trouble or 'no recording runs'}{begins}")
         replayed = None if self.desk.replay is None else self.desk.replay.shown()
         view = replace(
             view, picture=aged(view.picture, view.behind_s), view_only=self.view_only, replay=replayed

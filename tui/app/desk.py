@@ -24,12 +24,12 @@ def nothing_recorded() -> Path | None:
 class Desk:
     """`vehicle` is FILE[:CONFIGURATION], or ""; `out` holds the dive folders, `receipts` what uploads leave.
 
-    `dive` is the one that was chosen on the screen Dives, None for the newest; `param` the parameter file that the
-    screen Parameters is to show, None for the one beside that dive; `replay` what Watch shows in place of the vehicle,
-    None for the vehicle. `record` begins a recording where none runs, None where nothing is to be recorded; `recorded`
-    tells the dive that is being recorded. `next_dive` lets the recording that runs go on in a new folder,
-    `end_recording` ends it: both wait for it, answer the folder of the dive that is over, and raise SeatrialError; None
-    where the app has no say.
+    `dive` is the one that was chosen on the screen Dives, or that a verb was begun on, None for the newest; `param` the
+    parameter file that the screen Parameters is to show, None for the one beside that dive; `replay` what Watch shows
+    in place of the vehicle, None for the vehicle. `record` begins a recording where none runs, None where nothing is to
+    be recorded; `recorded` tells the dive that is being recorded. `next_dive` lets the recording that runs go on in a
+    new folder, `end_recording` ends it: both wait for it, answer the folder of the dive that is over, and raise
+    SeatrialError; None where the app has no say.
     """
 
     vehicle: str = ""

@@ -6,7 +6,7 @@ from typing import Final
 
 from tui.app.comparison import Comparison, Entry
 from tui.app.lines import Line, Lines, Role, Span, cut, heading
-from tui.app.shown import NOTHING
+from tui.app.shown import NOTHING, ago
 from tui.app.wrapped import wrapped
 
 AT: Final = "▶"
@@ -53,12 +53,16 @@ def table(
     rows: int,
     *,
     back: bool = False,
+    stale: bool = False,
 ) -> Lines:
-    """A heading and so many lines of the table that the one at `at` is among them; `became` tells of those written."""
+    """A heading and so many lines of the table that the one at `at` is among them; `became` tells of those written.
+
+    `stale`: what the vehicle held may no longer be so.
+    """
     first, room = _window(len(shown.entries), at, rows)
     entries = shown.entries[first : first + room]
     body = tuple(
-        _row(entry, entry.name in chosen, first + n == at, became.get(entry.name, ""), cells)
+        _row(entry, entry.name in chosen, first + n == at, became.get(entry.name, ""), cells, stale=stale)
         for n, entry in enumerate(entries)
     )
     above, below = first, len(shown.entries) - first - len(entries)
@@ -93,9 +97,10 @@ def _widths(cells: int) -> _Widths:
     return ROOMY if cells >= WIDE else TIGHT
 
 
-def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int) -> Line:
+def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale: bool) -> Line:
     mark = (CHOSEN if chosen else LEFT) if entry.choosable else NOT_ASKED
     lively: Role = "strong" if chosen else "plain" if entry.choosable else "quiet"
+    present: Role = "stale" if stale else "plain" if entry.changes else "quiet"
     wide = _widths(cells)
     change = NOTHING if entry.change is None else f"{entry.change:+.1f}"
     far: Role = "quiet" if entry.change is None or abs(entry.change) <= ALIKE else "plain"
@@ -107,7 +112,7 @@ def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int) -> Line:
         (DOUBT if entry.doubted else " ", "warn"),
         (f"{cut(entry.name, NAME - 1):<{NAME}}", "tab" if at else lively),
         (f"{cut(entry.unit, wide.unit - 1):<{wide.unit}}", "quiet"),
-        (f"{number(entry.present):>{wide.number}}", "plain" if entry.changes else "quiet"),
+        (f"{number(entry.present):>{wide.number}}", present),
         (f"{number(entry.target):>{wide.file}}", lively),
         (f"{number(half(entry)):>{wide.half}}", "quiet"),
         (f"{number(entry.accepted):>{wide.number}}", "quiet"),
@@ -133,14 +138,15 @@ def _words(entry: Entry, became: str, room: int) -> Span:
     return (entry.verdict, role)
 
 
-def details(entry: Entry, became: str, cells: int) -> Lines:
-    """All that is known of one line, in sentences."""
+def details(entry: Entry, became: str, stale_s: float | None, cells: int) -> Lines:
+    """All that is known of one line, in sentences; `stale_s` is how old the vehicle's value is, None for fresh."""
     unit = "" if entry.unit in ("", "1") else f" {entry.unit}"
     told = f", 95 % between {number(entry.low95)} and {number(entry.high95)}" if half(entry) else ""
     when = f" ({_when(entry.accepted_at)})" if entry.accepted_at else ""
     last = f"last accepted {number(entry.accepted)}{unit}{when}" if entry.accepted is not None else ""
     size = f"the change is {abs(entry.change):.1f} halves of the interval" if entry.change else ""
-    was = "before" if became else "staged on the vehicle" if entry.staged else "on the vehicle"
+    held = "staged on the vehicle" if entry.staged else "on the vehicle"
+    was = "before" if became else held if stale_s is None else f"{held} {ago(stale_s)}"
     is_now = "the vehicle has none" if entry.present is None else f"{was} {number(entry.present)}{unit}"
     sentence = "; ".join(
         filter(None, (is_now, f"in the file {number(entry.target)}{unit}{told}", last, size))
@@ -161,8 +167,10 @@ def _when(time: str) -> str:
     return f"{time[:10]} {time[11:13]}:{time[13:15]} UTC"
 
 
-def top(shown: Comparison, chosen: Collection[str], cells: int, *, back: bool) -> Lines:
-    """What the file is, and what it asks for."""
+def top(
+    shown: Comparison, chosen: Collection[str], stale_s: float | None, cells: int, *, back: bool
+) -> Lines:
+    """What the file is, what it asks for, and how old the vehicle's values are where they are no longer fresh."""
     if back:
         title = f"ROLL BACK to the values before {_when(shown.file.name)}"
     else:
@@ -171,6 +179,8 @@ def top(shown: Comparison, chosen: Collection[str], cells: int, *, back: bool) -
     if shown.staged:
         count = f"{len(shown.staged)} staged, {count}" if shown.choosable else f"{len(shown.staged)} staged"
     lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
+    if stale_s is not None:
+        lines += wrapped(f"what the vehicle holds was read {ago(stale_s)}", "stale", cells)
     if shown.doubted:
         lines += wrapped(
             f"{DOUBT} the identification ended with '{shown.outcome}': its values may be wrong", "bad", cells

@@ -52,7 +52,7 @@ def hub() -> str:
 
     holding = held(SystemClock().unix_s())
     if holding is None or not holding.hub:
-        raise LinkError("no recording runs that could be listened to; begin one: Record in the palette")
+        raise LinkError("no recording runs that could be listened to")
     return holding.hub
 
 

@@ -8,6 +8,7 @@ from typing import Final
 from bridge.errors import ConfigError
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.watch.picture import Armed, Picture
+from tui.app.aging import STALE_S
 from tui.app.comparison import ACTING, Comparison, comparison
 from tui.app.confirming import agrees, needed
 from tui.app.desk import Desk
@@ -118,6 +119,25 @@ class Transfer:
         state = self._taken
         read_s = -OLD_S if state is None or state.ended_s is None else state.ended_s
         return self.shown is None or self.written is not None or self._desk.jobs.now_s() - read_s > OLD_S
+
+    def stale_s(self, picture: Picture | None) -> float | None:
+        """How long ago the values were read where they may no longer hold: the vehicle isn't heard, or it is long ago.
+
+        None where they are fresh, or stand for what was before a writing.
+        """
+        state, shown = self._taken, self.shown
+        if (
+            shown is None
+            or state is None
+            or state.ended_s is None
+            or self.written is not None
+            or picture is None
+        ):
+            return None
+        age_s = self._desk.jobs.now_s() - state.ended_s
+        links = [link for link in picture.links if link.system == shown.system]
+        heard = any(not link.lost and link.age_s <= STALE_S for link in links)
+        return None if heard and age_s <= OLD_S else age_s
 
     def armed(self, picture: Picture | None) -> bool:
         """Whether the vehicle is armed, by its newest HEARTBEAT."""

@@ -1,5 +1,6 @@
 """Reading and writing parameters as lines: how far it is, how it ended, what became of each line."""
 
+from tui import exit_codes
 from tui.app.comparison import Comparison
 from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, cut
@@ -23,8 +24,8 @@ def reading(state: JobState | None, cells: int) -> Lines:
     return (progress(told.share if told else 0.0, told.words if told else "begins", cells),)
 
 
-def writing(written: JobState | None, cells: int) -> Lines:
-    """How far the writing is, or how it ended; nothing where none was begun."""
+def writing(written: JobState | None, cells: int, retries: str) -> Lines:
+    """How far the writing is, or how it ended; nothing where none was begun. `retries` is the key to try again by."""
     if written is None:
         return ()
     if written.done is None:
@@ -37,7 +38,10 @@ def writing(written: JobState | None, cells: int) -> Lines:
     result = written.done.result
     if result is None:
         said = " ".join(written.done.said[-1:]).removeprefix("seatrial: ")
-        return wrapped(said or "it ended without a word", "bad", cells)
+        lines = wrapped(said or "it ended without a word", "bad", cells)
+        if written.done.code == exit_codes.LINK:  # a link that fails later leaves a receipt
+            lines += wrapped(f"Nothing was written; {retries} tries it again.", "strong", cells)
+        return lines
     good = written.done.code == 0
     sentence = f"{'✓' if good else DOUBT} {result['outcome'].replace('_', ' ')}: {result['sentence']}"
     return (

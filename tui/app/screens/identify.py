@@ -96,6 +96,7 @@ class IdentifyScreen(StationScreen):
                 f"{self._dive}: names no vehicle file that is there; start the app with --vehicle NAME"
             )
         else:
+            self.desk.dive = self._dive
             self.desk.jobs.start(VERB, words_for(str(self._dive), vehicle, places(self._dive)))
         self._draw()
 

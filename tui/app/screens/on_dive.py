@@ -108,6 +108,7 @@ class DiveScreen(StationScreen):
 
     def action_start(self) -> None:
         if self.dive is not None:
+            self.desk.dive = self.dive
             self.desk.jobs.start(self.VERB, self.words(self.dive, self.desk.vehicle_of(self.dive)))
             self._look()
 

@@ -224,11 +224,16 @@ class ParametersScreen(StationScreen):
         transfer = self._transfer
         trouble = wrapped(transfer.trouble, "bad", cells) if transfer.trouble else ()
         if transfer.shown is not None:
-            head = lines.top(transfer.shown, transfer.chosen, cells, back=transfer.back)
+            stale_s = transfer.stale_s(self._picture)
+            head = lines.top(transfer.shown, transfer.chosen, stale_s, cells, back=transfer.back)
             if transfer.written is None:
                 key = "" if transfer.back else self.key_of("parameters.upload")
                 head += lines.waiting(transfer.shown, key, cells)
-            return (*head, *trouble, *transfer_lines.writing(transfer.written, cells))
+            retries = self.key_of("parameters.back" if transfer.back else "parameters.upload")
+            return (*head, *trouble, *transfer_lines.writing(transfer.written, cells, retries))
+        if trouble and not transfer.reads:
+            again = f"Nothing was written by this reading; {self.key_of('parameters.read')} reads the vehicle again."
+            return (*trouble, *wrapped(again, "strong", cells))
         reading = transfer_lines.reading(self.desk.jobs.state(READ), cells)
         return (*trouble, *reading) or wrapped(self._nothing(), "plain", cells)
 
@@ -246,7 +251,10 @@ class ParametersScreen(StationScreen):
         if transfer.shown is None:
             return ()
         became = self._became()
-        return lines.table(transfer.shown, transfer.chosen, self._at, became, cells, rows, back=transfer.back)
+        stale, back = transfer.stale_s(self._picture) is not None, transfer.back
+        return lines.table(
+            transfer.shown, transfer.chosen, self._at, became, cells, rows, back=back, stale=stale
+        )
 
     def _below(self, cells: int, rows: int) -> Lines:
         del rows
@@ -254,7 +262,8 @@ class ParametersScreen(StationScreen):
         if entry is None or shown is None:
             return ()
         notes = tuple(line for note in shown.notes for line in wrapped(note, "quiet", cells))
-        return (*lines.details(entry, self._became().get(entry.name, ""), cells), *notes)
+        became, stale_s = self._became().get(entry.name, ""), self._transfer.stale_s(self._picture)
+        return (*lines.details(entry, became, stale_s, cells), *notes)
 
     def _question(self, cells: int, rows: int) -> Lines:
         del rows
