@@ -6,7 +6,8 @@ from pathlib import Path
 
 from bridge.errors import ConfigError
 from gcs_plugin.conditions import LIMITS, NOTHING_SAID, Conditions, why_not
-from gcs_plugin.folder import list_folders
+from gcs_plugin.dive_order import order, recordings
+from gcs_plugin.folder import described_folders
 
 TITLES: Mapping[str, str] = {
     "water_temperature_c": "water temperature, °C",
@@ -45,8 +46,12 @@ def of_texts(texts: Mapping[str, str]) -> Conditions:
 
 def last_conditions(root: Path, before: Path | None = None) -> Conditions:
     """Those of the newest dive under `root`, earlier than the folder `before`, of which any are known."""
-    for folder in reversed(list_folders(root)):
-        if before is not None and folder.path.name >= before.resolve().name:
+    # A dive of which nothing is recorded yet is later than all.
+    last = order(before) if before is not None and recordings(before) else None
+    for folder in reversed(described_folders(root)):
+        if before is not None and folder.path.resolve() == before.resolve():
+            continue
+        if last is not None and order(folder.path) >= last:
             continue
         try:
             conditions = folder.about().conditions

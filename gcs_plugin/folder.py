@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,10 +16,10 @@ from bridge.ring.whole import WHOLE, standing_for
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
+from gcs_plugin.dive_order import number, order, recordings
 
 ABOUT: Final = "dive.yaml"
 YAML: Final = (".yaml", ".yml")
-_FOLDER = re.compile(r"\d{4}-\d{2}-\d{2}T\d{4}Z(-.+)?")
 
 
 @dataclass(frozen=True)
@@ -94,11 +95,11 @@ class DiveFolder:
 
     def telemetry(self) -> list[Path]:
         """Its recordings to be read: as `heard`, or the one that was made whole of them."""
-        return standing_for(sorted(self.path.glob("telemetry*.tlog"), key=_number))
+        return standing_for(sorted(self.path.glob("telemetry*.tlog"), key=number))
 
     def heard(self) -> list[Path]:
         """The ground's own recordings in the order in which they were begun."""
-        return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=_number) if path.name != WHOLE]
+        return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=number) if path.name != WHOLE]
 
     def open_telemetry(self, number: int) -> TlogWriter:
         """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError."""
@@ -127,10 +128,24 @@ def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:
 
 
 def list_folders(root: Path) -> list[DiveFolder]:
-    """The dives under `root`, oldest first."""
+    """The dives under `root`, oldest first, whatever their folders are called: all that hold a recording, be it one
+    that can't be opened. Raises LogError where `root` can't be read."""
+    return _in_order(root, lambda path: bool(recordings(path)))
+
+
+def described_folders(root: Path) -> list[DiveFolder]:
+    """The folders under `root` with a `dive.yaml`, oldest first: those of dives, and of one that is about to begin.
+    Raises LogError where `root` can't be read."""
+    return _in_order(root, lambda path: (path / ABOUT).exists())
+
+
+def _in_order(root: Path, wanted: Callable[[Path], bool]) -> list[DiveFolder]:
     if not root.is_dir():
         return []
-    return [DiveFolder(p) for p in sorted(root.iterdir()) if p.is_dir() and _FOLDER.fullmatch(p.name)]
+    try:
+        return [DiveFolder(p) for p in sorted(filter(Path.is_dir, root.iterdir()), key=order) if wanted(p)]
+    except OSError as error:
+        raise LogError(f"{root}: can't be read ({error.strerror}); check its rights") from None
 
 
 def find_folder(path: Path) -> DiveFolder:
@@ -160,8 +175,3 @@ def about_vehicle(file: VehicleFile, configuration: str, notes: str = "") -> Abo
 def utc_text(unix_s: float) -> str:
     """`2026-11-20T09:12:03Z`."""
     return f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
-
-
-def _number(path: Path) -> int:
-    middle = path.name.removeprefix("telemetry").removesuffix("tlog").strip(".")
-    return int(middle) if middle.isdecimal() else 1

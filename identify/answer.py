@@ -3,9 +3,10 @@
 import math
 from dataclasses import replace
 
+from bridge.dates import date_in_name
 from bridge.vehicle.config import VehicleFile
 from identify.bounds import with_bounds
-from identify.dates import date_in_name, utc
+from identify.dates import utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
 from identify.fed_velocity import stamp_doubts

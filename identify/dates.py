@@ -1,17 +1,12 @@
 """When a dive began, and who says so."""
 
-import re
 from datetime import UTC, datetime
 from pathlib import Path
 
+from bridge.dates import OLDEST_UNIX_S, date_in_name
 from bridge.tlog import read_tlog
 from identify.dive import Dive
 from identify.ingest.open import recording_files
-
-OLDEST_UNIX_S = 1e9
-"""A computer without a clock believes in 1970; no dive was recorded before this (2001)."""
-
-_IN_NAME = re.compile(r"(?<!\d)(\d{4})-(\d{2})-(\d{2})(?:T(\d{2})(\d{2})Z)?")
 
 
 def date_of(dive: Dive) -> tuple[float | None, str]:
@@ -26,18 +21,6 @@ def date_of(dive: Dive) -> tuple[float | None, str]:
         return stamp_s, "the recorder's clock"
     named_s = date_in_name(dive.name)
     return named_s, "" if named_s is None else "its name"
-
-
-def date_in_name(name: str) -> float | None:
-    """Unix time of a name such as `2026-11-20T0912Z-hovering` or `2026-11-20`; None where it holds no date."""
-    found = _IN_NAME.search(name)
-    if found is None:
-        return None
-    year, month, day, hour, minute = (int(part or 0) for part in found.groups())
-    try:
-        return datetime(year, month, day, hour, minute, tzinfo=UTC).timestamp()
-    except ValueError:
-        return None
 
 
 def utc(unix_s: float | None) -> str:

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.plain import from_json
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.dive_order import GLANCE, began, order, recordings
+from gcs_plugin.folder import About, DiveFolder, list_folders
 from tui.dive_vehicle import vehicle_named
 from tui.stray_bytes import stray_bytes
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 Load = Callable[[str], VehicleFile]
 
-GLANCE: Final = ".glance.json"
 VERSION: Final = 4
 PARTIAL: Final = ".part"
 GOOD, FAIR = 0.1, 0.3
@@ -80,13 +80,12 @@ class DiveRow:
 
 
 def dive_folders(root: Path) -> list[Path]:
-    """`root` itself where it is a dive folder, else those in it, by name. Raises LogError where `root` is none."""
+    """`root` itself where it is a dive folder, else those in it, the oldest first. Raises LogError where `root` is
+    none."""
     if not root.is_dir():
         what = "is a file" if root.exists() else "no such folder"
         raise LogError(f"{root}: {what}; give the folder that holds the dives")
-    if _recordings(root):
-        return [root]
-    return sorted(path for path in root.iterdir() if path.is_dir() and _recordings(path))
+    return [root] if recordings(root) else [folder.path for folder in list_folders(root)]
 
 
 def row_of(
@@ -106,7 +105,7 @@ def row_of(
     if glance is None:
         glance = _looked(folder, vehicle, trouble)
         _keep(folder, key, glance)
-    size = sum(file.stat().st_size for file in files)
+    size = sum(size for _, size, _ in key["recordings"])
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
     return DiveRow(
         folder,
@@ -132,7 +131,7 @@ def rows_of(
     for number, folder in enumerate(folders):
         progress(number / len(folders), f"look at {folder.name}")
         rows.append(row_of(folder, named, otherwise, load))
-    return sorted(rows, key=lambda row: (row.glance.began_unix_s or 0.0, row.folder.name))
+    return sorted(rows, key=lambda row: order(row.folder))  # by what was told meanwhile of some
 
 
 def short_name(folder: Path) -> str:
@@ -164,8 +163,6 @@ def _letter(axis: str, relative_std: float) -> str:
 def _recordings(folder: Path) -> list[Path]:
     from identify.ingest.open import recording_files
 
-    if not any(folder.glob("telemetry*.*")):
-        return []
     try:
         return recording_files(folder)
     except LogError:
@@ -174,15 +171,19 @@ def _recordings(folder: Path) -> list[Path]:
 
 def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
     """What reading the recording tells."""
-    from identify.dates import date_in_name, date_of
+    from identify.dates import date_of
     from identify.ingest.open import read_dive
     from identify.ingest.runs import RESTARTED
 
     columns = folder / "columns.yaml"
+    # A pipe would be waited for without an end.
+    odd = next((file for file in recordings(folder) if file.exists() and not file.is_file()), None)
+    if odd is not None:
+        return Glance(began_unix_s=began(folder), error=f"{odd}: is no file; take it away")
     try:
         dive = read_dive(folder, columns if columns.exists() else None, vehicle)
     except SeatrialError as error:
-        return Glance(began_unix_s=date_in_name(folder.name), error=str(error))
+        return Glance(began_unix_s=began(folder), error=str(error))
     told, why_not = _excitation(dive, vehicle)
     return Glance(
         began_unix_s=date_of(dive)[0],
@@ -232,12 +233,20 @@ def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
 
 def _key(files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
     """What a glance depends on."""
-    states = [(file, file.stat()) for file in files]
     return {
         "version": VERSION,
-        "recordings": [[file.name, state.st_size, state.st_mtime_ns] for file, state in states],
+        "recordings": [_state(file) for file in files],
         "vehicle": "" if vehicle is None else f"{vehicle.sha256}:{vehicle.configuration or ''}",
     }
+
+
+def _state(file: Path) -> list[str | int]:
+    """Name, size and time of change of a recording; zeros for one that can't be opened."""
+    try:
+        state = file.stat()
+    except OSError:
+        return [file.name, 0, 0]
+    return [file.name, state.st_size, state.st_mtime_ns]
 
 
 def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:

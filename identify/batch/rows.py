@@ -9,10 +9,10 @@ from datetime import UTC, datetime
 from itertools import combinations
 from typing import Any
 
+from bridge.dates import date_in_name
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
 from identify.batch.doubts import clauses, doubts_in
 from identify.batch.jobs import Result
-from identify.dates import date_in_name
 from identify.identification import Doubt, Outcome
 
 NAMES = (*(coefficient.name for coefficient in COEFFICIENTS), *ADDED_MASS_NAMES)

@@ -5,11 +5,12 @@ import gzip
 import batch_jobs
 import pytest
 
+from bridge.dates import date_in_name
 from bridge.errors import LogError
 from identify.batch.beginnings import with_beginnings
 from identify.batch.jobs import Recording, Result
 from identify.batch.recordings import BEGINNING, find_recordings, name_of, told_apart
-from identify.dates import date_in_name, utc
+from identify.dates import utc
 from identify.ingest.identity import OPENING_BYTES
 
 

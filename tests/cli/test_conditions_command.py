@@ -22,6 +22,7 @@ def dive(tmp_path, monkeypatch):
     for name, conditions in (("2026-11-19T0900Z", SEA), ("2026-11-20T0900Z", NOTHING_SAID)):
         folder = DiveFolder(Path("dives", name))
         folder.path.mkdir(parents=True)
+        folder.open_telemetry(1).close()
         folder.describe(about_vehicle(load_vehicle("ruvifist"), "hovering"))
         folder.set_conditions(conditions)
     return folder

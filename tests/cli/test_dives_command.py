@@ -1,6 +1,7 @@
 """`seatrial dives`: the list of dive folders, and the small file that makes it quick."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -262,6 +263,19 @@ def test_a_folder_without_dives_says_so_and_one_that_is_not_there_is_refused(tmp
     assert cli.main(["dives", str(tmp_path)]) == exit_codes.DONE
     assert "holds no dive" in capsys.readouterr().out
     assert cli.main(["dives", str(tmp_path / "nowhere")]) == exit_codes.BAD_INPUT
+
+
+def test_a_recording_that_can_not_be_opened_is_a_line_with_its_error(dives, capsys):
+    for name in ("dangling", "pipe"):
+        (dives / name).mkdir()
+    (dives / "dangling" / "telemetry.tlog").symlink_to("/nonexistent")
+    os.mkfifo(dives / "pipe" / "telemetry.tlog")
+    assert cli.main(["dives", str(dives)]) == exit_codes.PARTLY
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "dangling: can't be read: " in shown
+    assert "telemetry.tlog: no such file" in shown
+    assert "telemetry.tlog: is no file; take it away" in shown
+    assert "U·····" in shown
 
 
 def test_letters_are_capitals_to_a_tenth_small_to_three_tenths_and_dots_beyond():

@@ -1,9 +1,16 @@
 """Dive folders: named by UTC, never shared, never overwritten."""
 
+import gzip
+import os
+from pathlib import Path
+
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError, LogError
-from gcs_plugin.folder import About, Event, list_folders, load_folder, new_folder
+from bridge.framing import Encoder
+from gcs_plugin.dive_order import began
+from gcs_plugin.folder import About, DiveFolder, Event, list_folders, load_folder, new_folder
 
 SECOND_S = 1_795_165_923.0
 
@@ -24,8 +31,63 @@ def test_dives_are_listed_oldest_first_and_other_folders_left_out(tmp_path):
     (tmp_path / "notes").mkdir()
     later = new_folder(tmp_path, SECOND_S + 3600, "a")
     earlier = new_folder(tmp_path, SECOND_S, "b")
+    for folder in (later, earlier):
+        folder.open_telemetry(1).close()
     assert list_folders(tmp_path) == [earlier, later]
     assert list_folders(tmp_path / "none") == []
+
+
+def recorded(root, name, began_s, telemetry="telemetry.tlog"):
+    folder = root / name
+    folder.mkdir()
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    data = round(began_s * 1e6).to_bytes(8, "big") + frame
+    (folder / telemetry).write_bytes(gzip.compress(data) if telemetry.endswith(".gz") else data)
+    return DiveFolder(folder)
+
+
+def test_dives_are_in_the_order_in_which_they_began_whatever_they_are_called(tmp_path):
+    second = recorded(tmp_path, "a-off", SECOND_S + 90)
+    third = recorded(tmp_path, "2026-11-20T0912Z-both", SECOND_S + 100, "telemetry.tlog.gz")
+    fourth = recorded(tmp_path, "2026-11-20T0912Z-again", SECOND_S + 110)
+    first = recorded(tmp_path, "z", SECOND_S)
+    assert list_folders(tmp_path) == [first, second, third, fourth]
+
+
+def test_a_name_dates_a_dive_only_where_its_recording_does_not(tmp_path):
+    by_name = recorded(tmp_path, "2026-11-20T0913Z-no-clock", 12.0)  # the recorder believed in 1970
+    before = recorded(tmp_path, "2026-11-21T0000Z-misnamed", SECOND_S)
+    after = recorded(tmp_path, "2026-11-19T0000Z-misnamed", SECOND_S + 120)
+    nobody_knows = recorded(tmp_path, "lake", 12.0)
+    assert list_folders(tmp_path) == [nobody_knows, before, by_name, after]
+
+
+def test_a_recording_that_has_just_begun_is_dated_by_its_first_frame_once_it_is_there(tmp_path):
+    folder = DiveFolder(tmp_path / "off")
+    folder.path.mkdir()
+    with folder.open_telemetry(1) as writer:
+        assert began(folder.path) is None
+        writer.write(
+            round(SECOND_S * 1e6), Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+        )
+        assert began(folder.path) == SECOND_S
+
+
+def test_the_order_is_told_without_reading_a_recording_twice(tmp_path, monkeypatch):
+    dives = [recorded(tmp_path, name, SECOND_S + n) for n, name in enumerate("ab")]
+    assert list_folders(tmp_path) == dives
+    monkeypatch.setattr(Path, "open", None)
+    assert list_folders(tmp_path) == dives
+
+
+def test_a_recording_that_can_not_be_opened_hides_no_dive(tmp_path):
+    good = recorded(tmp_path, "a", SECOND_S)
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "telemetry.tlog").symlink_to("/nonexistent")
+    (tmp_path / "c").mkdir()
+    os.mkfifo(tmp_path / "c" / "telemetry.tlog")
+    assert [folder.path.name for folder in list_folders(tmp_path)] == ["b", "c", "a"]
+    assert list_folders(tmp_path)[-1] == good
 
 
 def test_what_is_known_of_a_dive_is_kept_beside_it(tmp_path):

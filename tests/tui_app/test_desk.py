@@ -3,13 +3,17 @@
 import asyncio
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError
+from bridge.framing import Encoder
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import About, DiveFolder
 from tui import exit_codes
+from tui.app.check_dives import check_dives
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
+from tui.dive_list import dive_folders
 from tui.job import Done
 from tui.told import Told
 
@@ -149,6 +153,18 @@ def test_the_newest_finished_dive_is_chosen_where_none_was(tmp_path):
 def test_where_there_is_only_the_dive_that_is_being_recorded_it_is_that(tmp_path):
     only = dive(tmp_path, "2026-11-20T0800Z")
     assert Desk(out=tmp_path, recorded=lambda: only).chosen() == only
+
+
+def test_the_newest_is_the_one_that_began_last_whatever_the_folders_are_called(tmp_path):
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    names = "2026-11-20T1645Z-validation-shadow", "2026-11-20T1645Z-validation-both", "b-off", "a-off"
+    for second, name in enumerate(names):
+        telemetry = dive(tmp_path, name) / "telemetry.tlog"
+        telemetry.write_bytes(((1_795_165_923 + second) * 1_000_000).to_bytes(8, "big") + frame)
+    desk = Desk(out=tmp_path)
+    assert desk.chosen() == tmp_path / "a-off"
+    assert [path.name for path in check_dives(desk, desk.chosen())] == list(reversed(names[:-1]))
+    assert [path.name for path in dive_folders(tmp_path)] == list(names)
 
 
 def test_the_vehicle_of_a_dive_is_the_one_that_it_names(tmp_path):

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from gcs_plugin.folder import list_folders
 from tui.app.desk import Desk
 
 
@@ -12,9 +11,7 @@ def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:
     out = {dive.resolve()} | ({recorded.resolve()} if recorded is not None else set())
     vehicle = desk.vehicle_of(dive)
     return tuple(
-        folder.path
-        for folder in reversed(list_folders(desk.out))
-        if folder.path.resolve() not in out
-        and any(folder.path.glob("telemetry*.*"))
-        and desk.vehicle_of(folder.path) == vehicle
+        folder
+        for folder in reversed(desk.dives())
+        if folder.resolve() not in out and desk.vehicle_of(folder) == vehicle
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, LogError
 from gcs_plugin.folder import DiveFolder, list_folders
 from tui.app.jobs import Jobs
 from tui.app.replay import Replay
@@ -48,10 +48,16 @@ class Desk:
         """The dive that was chosen, else the newest that is finished, else the one that is being recorded."""
         if self.dive is not None:
             return self.dive
-        dives = [folder.path for folder in list_folders(self.out) if any(folder.path.glob("telemetry*.*"))]
-        recorded = self.recorded()
+        dives, recorded = self.dives(), self.recorded()
         finished = [path for path in dives if recorded is None or path.resolve() != recorded.resolve()]
         return next(reversed(finished or dives), None)
+
+    def dives(self) -> list[Path]:
+        """All dives, the oldest first, as the verb `dives` lists them; none where their folder can't be read."""
+        try:
+            return [folder.path for folder in list_folders(self.out)]
+        except LogError:
+            return []
 
     def vehicle_of(self, dive: Path) -> str:
         """The vehicle file that a dive's `dive.yaml` names, with its configuration; else the app's; "" for none."""

@@ -55,9 +55,8 @@ class ListedDive:
 
 
 def listed(result: Any) -> tuple[ListedDive, ...]:
-    """The dives of a list; none where it is no list."""
-    rows = [_dive(one) for one in result] if isinstance(result, list) else []
-    return tuple(sorted(rows, key=lambda row: (_or(row.began_unix_s, 0.0), row.folder.name), reverse=True))
+    """The dives of a list, the other way round; none where it is no list."""
+    return tuple(_dive(one) for one in reversed(result)) if isinstance(result, list) else ()
 
 
 def usual(dives: Sequence[ListedDive], otherwise: Path | None) -> Path | None:

@@ -1,0 +1,92 @@
+"""Which folders hold a dive, and which dive is the newest: one answer for all that list or choose dives.
+
+It is asked for several times a second, so it reads no recording but for its first stamp, and that once.
+"""
+
+import gzip
+import os
+import stat
+import struct
+import zlib
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+from bridge.dates import OLDEST_UNIX_S, date_in_name
+from bridge.framing import MAGIC_1, MAGIC_2
+from bridge.plain import from_json
+from bridge.ring.whole import standing_for
+from bridge.tlog import LATEST_US
+
+GLANCE: Final = ".glance.json"
+"""What `seatrial dives` keeps beside a recording that it has read, with when it began."""
+_HEARD: Final = (".tlog", ".tlog.gz")
+_MADE_ELSEWHERE: Final = (".bin", ".csv")
+_STAMP: Final = struct.Struct(">Q")
+_KEPT: Final = 4096
+
+
+def recordings(folder: Path) -> list[Path]:
+    """The recordings of a dive folder by name, `telemetry.tlog` and such, whether they can be opened or not."""
+    try:
+        names = [name for name in sorted(os.listdir(folder)) if name.startswith("telemetry")]
+    except OSError:
+        return []
+    heard = [name for name in names if name.endswith(_HEARD)]
+    other = [n for n in names if n.startswith("telemetry.") and n.lower().endswith(_MADE_ELSEWHERE)]
+    return [folder / name for name in heard or other]
+
+
+def order(folder: Path) -> tuple[float, str]:
+    """What dives are sorted by, the oldest first: when it began, then its name; what nothing dates is the oldest."""
+    began_unix_s = began(folder)
+    return (0.0 if began_unix_s is None else began_unix_s), folder.name
+
+
+def began(folder: Path) -> float | None:
+    """Unix time at which a dive began: by the first stamp of its recorder, else as it was told by whoever read its
+    recording, else by the folder's name; None where nothing tells it.
+    """
+    try:
+        return _told(folder, folder.stat().st_mtime_ns)
+    except (OSError, LookupError):
+        return date_in_name(folder.name or folder.resolve().name)
+
+
+@lru_cache(_KEPT)
+def _told(folder: Path, _changed_ns: int) -> float:
+    """What a recording tells; raises LookupError, and is not kept, where none does yet. A folder changes with what is
+    put into it or taken away."""
+    files = recordings(folder)
+    first = next(iter(standing_for(sorted(files, key=number))), None)
+    stamp_s = _first_stamp_s(first) if first is not None else None
+    return _by_glance(folder) if stamp_s is None else stamp_s
+
+
+def number(recording: Path) -> int:
+    """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, the one that the recorder began next."""
+    middle = recording.name.removeprefix("telemetry").partition("tlog")[0].strip(".")
+    return int(middle) if middle.isdecimal() else 1
+
+
+def _first_stamp_s(file: Path) -> float | None:
+    """When the first frame of a recording was heard; None where there is none, or it bears no time."""
+    try:
+        if not file.name.endswith(_HEARD) or not stat.S_ISREG(file.stat().st_mode):
+            return None
+        with gzip.open(file) if file.name.endswith(".gz") else file.open("rb") as opened:
+            head = opened.read(_STAMP.size + 1)
+    except (OSError, EOFError, zlib.error):
+        return None
+    if len(head) <= _STAMP.size or head[-1] not in (MAGIC_1, MAGIC_2):
+        return None
+    (stamp_us,) = _STAMP.unpack_from(head)
+    return stamp_us * 1e-6 if OLDEST_UNIX_S * 1e6 < stamp_us < LATEST_US else None
+
+
+def _by_glance(folder: Path) -> float:
+    """Raises LookupError."""
+    try:
+        return float(from_json((folder / GLANCE).read_text(encoding="utf-8"))["glance"]["began_unix_s"])
+    except (OSError, ValueError, TypeError):
+        raise LookupError from None
