@@ -11,7 +11,7 @@ from made_view import NOW_S, traces
 
 from gcs_plugin.watch.picture import Freshness, Trace
 from tui.app import braille
-from tui.app.chart import chart, tick_labels
+from tui.app.chart import chart, curve_row, tick_labels
 from tui.app.quantities import QUANTITIES, Quantity
 from tui.app.scale import Scale, nice_step, scale_for
 
@@ -206,3 +206,9 @@ def test_a_trace_with_one_reading_is_a_dot():
     one = Trace("u", "m/s", np.array([NOW_S - 1.0]), np.array([0.1]), None, 0.1, FRESH)
     drawn = "".join(joined(line)[7:] for line in chart(QUANTITIES["u"], one, NOW_S, 46, 6)[1:])
     assert len([c for c in drawn if 0x2800 < ord(c) < 0x2900]) == 1
+
+
+def test_the_measured_curve_is_drawn_over_the_reference_so_that_its_shape_alone_tells_it():
+    measured, asked = np.array([0x2809, braille.BLANK]), np.array([0x2840, 0x2840])
+    row = curve_row(measured, asked, np.zeros(2, dtype=bool), " ", "accent")
+    assert row == (("⠉", "accent"), ("⡀", "reference"))

@@ -152,7 +152,8 @@ def curve_row(measured: Codes, asked: Codes, gaps: NDArray[np.bool_], grid: str,
     for value, reference, gap in zip(measured.tolist(), asked.tolist(), gaps.tolist(), strict=True):
         span: Span
         if value != braille.BLANK:
-            span = (chr(value | reference), role)
+            # Over the reference: its dots beside a solid line would be taken for the line.
+            span = (chr(value), role)
         elif reference != braille.BLANK:
             span = (chr(reference), "reference")
         elif gap:

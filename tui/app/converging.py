@@ -57,6 +57,8 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "
     )
     dotted = (low | high) & (np.arange(middle.shape[1]) % 2 == 0)
     measured, asked = braille.cells(middle), braille.cells(dotted)
+    # An interval narrower than a row shows in the value's own cells or nowhere.
+    measured = np.where(measured != braille.BLANK, measured | asked, measured)
     labels = {0: significant(top), rows - 2: significant(bottom)}
     lines: list[Line] = [_cut(head, cells)]
     for row in range(rows - 1):
