@@ -53,6 +53,22 @@ def test_a_row_has_length_loss_letters_and_what_was_made_of_it():
     assert lines[3].split() == ["2026-11-20", "02:52", "--", "--", "------", "------", "survey"]
 
 
+@pytest.mark.parametrize(
+    ("cells", "name", "ending"),
+    [
+        (80, "hovering", " hovering    ident. diagn."),
+        (80, "validation-shadow", " validation… ident. diagn."),
+        (96, "validation-shadow", " validation-shadow   identified, diagnosed"),
+        (90, "validation-shadow", " validation-shadow     ident. diagn."),
+    ],
+)
+def test_what_was_made_of_a_dive_never_vanishes_for_its_name(cells, name, ending):
+    learnt = ["identified by pinn: converged", "diagnosed: explained"]
+    (row,) = said(table(listed([dive(name, learnt=learnt)]), 0, None, None, cells, 2))[1:]
+    assert row.endswith(ending)
+    assert len(row) == cells
+
+
 def test_much_loss_stands_out():
     (row,) = table(listed([dive("a", loss=0.06)]), 0, None, None, 80, 2)[1:]
     assert ("   6.0 %"[2:] + "  ", "warn") in row

@@ -1,6 +1,7 @@
 """The screen Parameters: what it shows, what is chosen, and what has to be typed before anything is written."""
 
 import json
+import os
 from dataclasses import replace
 
 import pytest
@@ -301,7 +302,7 @@ def test_what_was_refused_is_told_line_by_line():
     async def work(app, pilot):
         await typed(app, pilot, "u", "7", "enter")
         assert "▲ refused: FF1_D_V refused" in text(app)
-        assert "▲ refus" in line_of(app, "FF1_D_V  ")
+        assert line_of(app, "FF1_D_V  ").split()[-2:] == ["▲", "failed"]
         await typed(app, pilot, *["down"] * 5)
         assert "FF1_D_V refused: the vehicle permits it not." in text(app)
 
@@ -401,6 +402,74 @@ def test_a_vehicle_that_never_had_a_set_shows_no_staged_values():
         assert "staged" not in text(app)
 
     on_screen(FakeVehicle(plan(parameters=told, active_crc=0.0, staged_crc=8205)), work)
+
+
+def test_between_numbers_there_is_always_a_blank():
+    one = {
+        **plan()["parameters"][0],
+        "present": -0.000123456,
+        "target": 16.075,
+        "low95": 16.075 - 0.51403,
+        "high95": 16.075 + 0.51403,
+        "accepted": -123456.0,
+        "change": 1234567.0,
+    }
+
+    async def work(app, _):
+        told = line_of(app, "FF1_M_U").split()
+        assert told[3:] == ["-0.00012", "16.075", "0.514", "-1.2e+05", "+1e+06"]
+
+    on_screen(FakeVehicle(plan(parameters=[one])), work)
+
+
+def test_only_the_side_on_which_lines_are_left_out_is_told():
+    one = plan()["parameters"][0]
+    many = [{**one, "name": f"FF1_{n}"} for n in range(30)]
+
+    async def work(app, pilot):
+        assert "lines below" in text(app)
+        assert "above" not in text(app)
+        await typed(app, pilot, "end")
+        assert "lines above" in text(app)
+        assert "below" not in text(app)
+
+    on_screen(FakeVehicle(plan(parameters=many)), work)
+
+
+def test_what_was_left_out_or_taken_by_name_stays_so_when_the_same_file_is_read_again():
+    async def work(app, pilot):
+        await typed(app, pilot, "space", "down", "space", "ctrl+r")
+        assert "5 of 7 chosen" in text(app)
+        assert line_of(app, "FF1_M_U").startswith(" □")
+        assert line_of(app, "FF1_M_W").startswith(" ■")
+        await typed(app, pilot, "r", "escape", "escape")
+        assert "5 of 7 chosen" in text(app)
+        await typed(app, pilot, "u", "5", "enter", "ctrl+r")
+        assert "5 of 7 chosen" in text(app)
+
+    on_screen(FakeVehicle(), work)
+
+
+def test_of_a_file_that_is_another_since_all_lines_are_chosen_again(tmp_path):
+    file = tmp_path / "identified.param"
+    write_parameters(file, {"FF1_M_U": 111.5})
+    vehicle = FakeVehicle(plan(file=str(file)))
+
+    async def work(app, pilot):
+        await typed(app, pilot, "space", "ctrl+r")
+        assert "6 of 7 chosen" in text(app)
+        os.utime(file, ns=(1, 1))
+        await typed(app, pilot, "ctrl+r")
+        assert "7 of 7 chosen" in text(app)
+
+    shown = desk(vehicle)
+    shown.dive, shown.param = tmp_path, file
+
+    async def begin(app, pilot):
+        await typed(app, pilot, "5")
+        await work(app, pilot)
+
+    run(made(views(), desk=shown), NARROW, begin)
 
 
 def test_no_line_chosen_asks_nothing():
@@ -565,7 +634,7 @@ def test_lines_that_have_no_room_are_counted_and_a_question_hides_none():
         await pilot.resize_terminal(80, 15)
         await typed(app, pilot, "end")
         shown = [row["name"] for row in plan()["parameters"] if f"{row['name']}  " in text(app)]
-        assert f"{len(plan()['parameters']) - len(shown)} lines above, 0 below" in text(app)
+        assert f"{len(plan()['parameters']) - len(shown)} lines above" in text(app)
 
     on_screen(FakeVehicle(), work)
 

@@ -15,6 +15,8 @@ from tui.dive_list import FAIR, letters
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
 HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
 MASSES, DAMPINGS = "mass", "damping"
+SHORT: Final = 5  # letters of a word that has no room: `ident.`
+LEAST_NAME: Final = 8  # cells
 ANGULAR: Final = 3  # the degree of freedom from which on they turn
 
 
@@ -68,8 +70,18 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
         (f"{letters(told, MASSES):<7}", "accent"),
         (f"{letters(told, DAMPINGS):<8}", "accent"),
     )
-    named: Line = (*line, (cut(dive.name, cells - width(line)), role))
-    return apart(named, ((dive.worked_on, "quiet"),), cells)
+    room = cells - width(line)
+    made = _made_of(dive, room)
+    name = cut(dive.name, room - (len(made) + 1 if made else 0))
+    return apart((*line, (name, role)), ((made, "quiet"),), cells)
+
+
+def _made_of(dive: ListedDive, room: int) -> str:
+    """What was made of it: in whole words where they and the name have room, else in short; a long name gives way."""
+    short = " ".join(f"{word[:SHORT]}." for word in dive.worked_on.split(", ") if word)
+    if len(dive.name) + 1 + len(dive.worked_on) <= room:
+        return dive.worked_on
+    return short if room - len(short) > LEAST_NAME else ""
 
 
 def _of_loss(loss: float, role: Role) -> Role:

@@ -12,6 +12,8 @@ from tui.app.wrapped import wrapped
 AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
 EQUAL: Final = "read back equal"
+FAILED: Final = "failed"
+SENTENCE: Final = 20  # cells from which the beginning of a sentence tells more than a word
 DIGITS: Final = 5
 WIDE: Final = 90  # cells from which columns are as wide as any value needs
 ALIKE, FAR = 1.0, 3.0
@@ -34,9 +36,20 @@ class _Widths:
 ROOMY, TIGHT = _Widths(13, 10, 11, 8), _Widths(12, 9, 11, 7)
 
 
-def number(value: float | None) -> str:
-    """A value to five digits, as a person compares it."""
-    return NOTHING if value is None else f"{value + 0.0:.{DIGITS}g}"
+def number(value: float | None, cells: int = 0) -> str:
+    """A value to five digits, as a person compares it; to fewer where these and a blank are more than `cells`."""
+    if value is None:
+        return NOTHING
+    texts = [f"{value + 0.0:.{digits}g}" for digits in range(DIGITS, 0, -1)]
+    return next((text for text in texts if not cells or len(text) < cells), texts[-1])
+
+
+def _change(change: float | None) -> str:
+    """A change with a blank before it."""
+    if change is None:
+        return NOTHING
+    texts = f"{change:+.1f}", f"{change:+.0f}", f"{change:+.0e}"
+    return next((text for text in texts if len(text) < CHANGE), texts[-1])
 
 
 def half(entry: Entry) -> float | None:
@@ -66,8 +79,8 @@ def table(
         for n, entry in enumerate(entries)
     )
     above, below = first, len(shown.entries) - first - len(entries)
-    left_out = f"   … {above} lines above, {below} below"
-    more: Lines = (((left_out, "warn"),),) if above or below else ()
+    out = [f"{_lines(count)} {where}" for count, where in ((above, "above"), (below, "below")) if count]
+    more: Lines = (((f"   … {', '.join(out)}", "warn"),),) if out else ()
     return (_head(cells, back, "was" if became else "staged" if shown.waits else "vehicle"), *body, *more)
 
 
@@ -102,7 +115,6 @@ def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale
     lively: Role = "strong" if chosen else "plain" if entry.choosable else "quiet"
     present: Role = "stale" if stale else "plain" if entry.changes else "quiet"
     wide = _widths(cells)
-    change = NOTHING if entry.change is None else f"{entry.change:+.1f}"
     far: Role = "quiet" if entry.change is None or abs(entry.change) <= ALIKE else "plain"
     if entry.change is not None and abs(entry.change) > FAR:
         far = "warn"
@@ -112,11 +124,11 @@ def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale
         (DOUBT if entry.doubted else " ", "warn"),
         (f"{cut(entry.name, NAME - 1):<{NAME}}", "tab" if at else lively),
         (f"{cut(entry.unit, wide.unit - 1):<{wide.unit}}", "quiet"),
-        (f"{number(entry.present):>{wide.number}}", present),
-        (f"{number(entry.target):>{wide.file}}", lively),
-        (f"{number(half(entry)):>{wide.half}}", "quiet"),
-        (f"{number(entry.accepted):>{wide.number}}", "quiet"),
-        (f"{change:>{CHANGE}}", far),
+        (f"{number(entry.present, wide.number):>{wide.number}}", present),
+        (f"{number(entry.target, wide.file):>{wide.file}}", lively),
+        (f"{number(half(entry), wide.half):>{wide.half}}", "quiet"),
+        (f"{number(entry.accepted, wide.number):>{wide.number}}", "quiet"),
+        (f"{_change(entry.change):>{CHANGE}}", far),
     )
     room = cells - sum(len(text) for text, _ in line) - 2
     words, role = _words(entry, became, room)
@@ -126,12 +138,11 @@ def _row(entry: Entry, chosen: bool, at: bool, became: str, cells: int, *, stale
 def _words(entry: Entry, became: str, room: int) -> Span:
     """What is to be read at the end of a line, in so many cells."""
     if became:
-        equal = f"✓ {EQUAL}"
-        return (
-            (equal if len(equal) <= room else f"✓ {EQUAL.split()[-1]}", "accent")
-            if became.endswith(EQUAL)
-            else (f"{DOUBT} {became.removeprefix(entry.name).strip()}", "bad")
-        )
+        if became.endswith(EQUAL):
+            equal = f"✓ {EQUAL}"
+            return equal if len(equal) <= room else f"✓ {EQUAL.split()[-1]}", "accent"
+        failed = f"{DOUBT} {became.removeprefix(entry.name).strip()}"
+        return failed if len(failed) <= room or room >= SENTENCE else f"{DOUBT} {FAILED}", "bad"
     if entry.changes:
         return (entry.reason or "", "warn")
     role: Role = "warn" if entry.staged else "quiet" if entry.verdict == "same" else "bad"

@@ -38,6 +38,7 @@ class Transfer:
         self.written: JobState | None = None
         self._taken: JobState | None = None
         self._read_of: tuple[Path, int] | None = None
+        self._decided: tuple[tuple[Path, int] | None, dict[str, bool]] = (None, {})
         self._reads_back = False
 
     @property
@@ -52,6 +53,8 @@ class Transfer:
         """Read the vehicle beside the file, or beside the values before the last upload; not while it is written to."""
         if self.writes:
             return
+        if self.shown is not None and not self.back:
+            self._decided = self._read_of, {name: name in self.chosen for name in self.shown.choosable}
         self.back, self.shown, self.written, self.trouble = back, None, None, ""
         if (
             not self.reads
@@ -107,6 +110,10 @@ class Transfer:
                 self.shown, entries=tuple(e for e in self.shown.entries if e.changes or e.staged)
             )
         self.chosen = set(self.shown.changed)
+        of, decided = self._decided
+        if not self.back and of == self._read_of:
+            # Who has left out or taken a line of this file did so by its name.
+            self.chosen = {name for name in self.shown.choosable if decided.get(name, name in self.chosen)}
         return True
 
     def choose_all(self) -> None:
