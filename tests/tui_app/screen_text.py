@@ -6,6 +6,7 @@ at once. Keep anew, after looking: SEATRIAL_KEEP_SCREENS=1.
 
 import asyncio
 import os
+from functools import partial
 from pathlib import Path
 
 from rich.segment import Segment
@@ -25,10 +26,18 @@ def run(app, size, work=None):
 
     async def begin():
         async with app.run_test(size=size) as pilot:
+            pilot.press = partial(_pressed, app, pilot, pilot.press)
             await settled(app, pilot)
             return await work(app, pilot) if work else None
 
     return asyncio.run(begin())
+
+
+async def _pressed(app, pilot, press, *keys):
+    """Press keys, and wait until each has had its effect."""
+    await press(*keys)
+    while app.is_typing:
+        await pilot.pause()
 
 
 async def settled(app, pilot):

@@ -8,6 +8,7 @@ import pytest
 from made_dives import DECK, DIVES, HOVERING, FakeVerbs, desk
 from made_view import FixedViews, view
 from screen_text import check, made, pressed, run, text
+from textual import events
 from textual.widgets import Input
 
 from gcs_plugin.conditions import Conditions
@@ -221,6 +222,23 @@ def test_conditions_are_asked_with_the_dive_befores_filled_in_and_kept(tmp_path)
 
     run(made(FixedViews(), desk=at), NARROW, work)
     assert folder.about().conditions == Conditions(9.5, 35.0, 40.0)
+
+
+@pytest.mark.parametrize("next_line", ["down", "tab"])
+def test_what_is_typed_into_a_form_in_one_go_lands_in_the_lines_that_it_is_for(next_line, tmp_path):
+    folder, at = dives_on_disk(tmp_path)
+
+    async def work(app, pilot):
+        await opened(app, pilot)
+        await pressed(pilot, "home")
+        first, second = (["backspace", "backspace", *typed] for typed in ("9.5", "34"))
+        for key in ("c", *first, next_line, *second, next_line, "7", "enter"):
+            app.post_message(events.Key(key, key if len(key) == 1 else None))
+        while folder.about().conditions == Conditions():
+            await pilot.pause()
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+    assert folder.about().conditions == Conditions(9.5, 34.0, 7.0)
 
 
 def test_a_bad_number_is_told_at_its_line_and_all_that_was_typed_stays_until_it_is_mended(tmp_path):

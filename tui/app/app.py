@@ -11,7 +11,6 @@ from typing import ClassVar
 from rich.text import Text
 from textual import events
 from textual.actions import ActionParseResult
-from textual.app import App
 from textual.binding import Binding
 from textual.css.query import NoMatches
 from textual.dom import DOMNode
@@ -30,6 +29,7 @@ from tui.app.confirming import agrees
 from tui.app.desk import Desk
 from tui.app.dying import PATIENCE_S, end_within, keep_trace
 from tui.app.gate import Gate
+from tui.app.in_turn import KeysInTurn
 from tui.app.keymap import Keymap
 from tui.app.pace import Pace
 from tui.app.palette import ActionPalette, ActionProvider
@@ -56,7 +56,7 @@ NOTHING_RUNS = "no recording runs that the app could speak to"
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
 
-class SeatrialApp(App[None], inherit_bindings=False):
+class SeatrialApp(KeysInTurn, inherit_bindings=False):
     """Shows what `views` makes, so often; `keep_theme` keeps the theme that was chosen.
 
     `desk` is what the screens work on together. `view_only`: nobody does more than look.
@@ -67,6 +67,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
     CSS = themes.component_css()
     BINDINGS = [*bindings((*EVERYWHERE, *OPENING)), WORDS_OF_COPY]  # noqa: RUF012 (Textual's own type)
     COMMANDS: ClassVar = {ActionProvider}
+    AT_ONCE = frozenset({"ff.off"})
 
     def __init__(
         self,
@@ -80,7 +81,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
         desk: Desk | None = None,
         view_only: bool = False,
     ) -> None:
-        super().__init__(driver_class=driver)
+        super().__init__(driver)
         self.desk = desk or Desk()
         self.view_only = view_only
         self._views, self._keep_theme, self._clock = views, keep_theme, clock
@@ -155,11 +156,6 @@ class SeatrialApp(App[None], inherit_bindings=False):
             await self.run_action(action.call, self.screen)
         else:
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
-
-    async def on_event(self, event: events.Event) -> None:
-        """What is typed behind the key that leaves finds no screen any more, and is dropped."""
-        if (self.screen_stack and self.is_running) or not isinstance(event, events.InputEvent):
-            await super().on_event(event)
 
     async def on_key(self, event: events.Key) -> None:
         """A key that no widget took: a screen that asks for something takes it before any binding does."""
@@ -344,6 +340,7 @@ class SeatrialApp(App[None], inherit_bindings=False):
                 self.call_after_refresh(self._driver.ask)
         period_s = self._pace.period_s(now_s)
         self._views.set_period(period_s)
+        self.call_later(self.next_key)
         self.set_timer(period_s, self._refresh_view)
 
     def _watch_over_off(self) -> None:

@@ -1,0 +1,89 @@
+"""Keys in turn: none is given to a screen before the one before it has had its effect.
+
+Textual hands a key to what has the focus at that moment, and its effect comes by way of the queues of all that lie
+above. What a slow link brings in one go would so be typed into the line, or the screen, that was left meanwhile.
+"""
+
+import time
+from collections import deque
+from functools import partial
+from typing import ClassVar, Final
+
+from textual import events
+from textual.app import App
+from textual.driver import Driver
+from textual.message import Message
+
+PATIENCE_S: Final = 1.0
+"""For the effect of a key whose widget is gone before it had it."""
+
+
+class KeyBehind(Message):
+    """Goes the same way up as the key before it, and so arrives behind it."""
+
+    def __init__(self, turn: int) -> None:
+        super().__init__()
+        self.turn = turn
+
+
+class KeysInTurn(App[None]):
+    """`AT_ONCE` are the bindings whose keys wait for no other key."""
+
+    AT_ONCE: ClassVar[frozenset[str]] = frozenset()
+
+    def __init__(self, driver: type[Driver] | None) -> None:
+        super().__init__(driver_class=driver)
+        self._typed: deque[events.Key] = deque()
+        self._turn = 0
+        self._given_s: float | None = None
+
+    @property
+    def is_typing(self) -> bool:
+        """Whether a key has yet to have its effect."""
+        return self.is_running and (self._given_s is not None or bool(self._typed))
+
+    async def on_event(self, event: events.Event) -> None:
+        """What is typed behind the key that leaves finds no screen any more, and is dropped."""
+        if not isinstance(event, events.InputEvent):
+            await super().on_event(event)
+        elif not (self.screen_stack and self.is_running):
+            self._typed.clear()
+        elif isinstance(event, events.Key) and not event.is_forwarded and not self._is_at_once(event.key):
+            self._typed.append(event)
+            await self.next_key()
+        else:
+            await super().on_event(event)
+
+    async def next_key(self) -> None:
+        """Give the next key that waits to the screen, where none is under way; to be called now and then, too, for a
+        key whose widget is gone is never over by itself."""
+        now_s = time.monotonic()
+        if not self._typed or (self._given_s is not None and now_s - self._given_s < PATIENCE_S):
+            return
+        event = self._typed.popleft()
+        target = self.focused or self.screen
+        self._turn += 1
+        turn, self._given_s = self._turn, now_s
+        await super().on_event(event)
+        if not target.post_message(KeyBehind(turn)):
+            await self._over(turn)
+
+    async def on_key_behind(self, message: KeyBehind) -> None:
+        """The key has had its effect; what it opened is there once the screen is drawn."""
+        over = partial(self._over, message.turn)
+        if not (self.screen_stack and self.screen.call_after_refresh(over)):
+            await over()
+
+    async def _over(self, turn: int) -> None:
+        if turn != self._turn:
+            return
+        self._given_s = None
+        if self.screen_stack and self.is_running:
+            await self.next_key()
+
+    def _is_at_once(self, key: str) -> bool:
+        return any(
+            binding.id in self.AT_ONCE
+            for _, bindings in self.screen._binding_chain
+            for binding in bindings.key_to_bindings.get(key, ())
+        )
