@@ -22,6 +22,7 @@ MISSIONS = (
     "bench/missions",
     "bench/trial.py",
     "bridge/clock_line.py",
+    "bridge/dates.py",
     "bridge/errors.py",
     "bridge/framing.py",
     "bridge/plain.py",

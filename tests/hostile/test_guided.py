@@ -15,10 +15,9 @@ from fuzz_streams import STREAMS
 HERE = Path(__file__).resolve().parent
 MINUTES = 10.0
 
-pytestmark = [
-    pytest.mark.soak,
-    pytest.mark.skipif(importlib.util.find_spec("atheris") is None, reason="needs pip install 'atheris>=3'"),
-]
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("atheris") is None, reason="needs pip install 'atheris>=3'"
+)
 
 
 def find_nothing(names: Sequence[str], folder: Path) -> None:
@@ -30,11 +29,13 @@ def find_nothing(names: Sequence[str], folder: Path) -> None:
         assert done.returncode == 0, f"{name}: {done.stderr[-4000:]}"
 
 
+@pytest.mark.soak
 def test_nothing_new_is_found_in_ten_minutes(tmp_path: Path) -> None:
     find_nothing([stream.name for stream in STREAMS], tmp_path)
     keep("hostile_guided", f"{MINUTES:.0f} min over {len(STREAMS)} parsers, nothing found")
 
 
+@pytest.mark.soak
 def test_no_file_is_found_in_ten_minutes_that_gets_more_than_a_sentence(tmp_path: Path) -> None:
     find_nothing([reader.name for reader in READERS], tmp_path)
     keep("hostile_guided_files", f"{MINUTES:.0f} min over {len(READERS)} readers, nothing found")

@@ -122,5 +122,5 @@ def write(folder, name, **values):
 
 def upload(mavproxy, line):
     """Type an upload, then its code; what came of it."""
-    code = mavproxy.ask(line, r"to write .* to vehicle \d:\n\s+seatrial params (yes \S+)\n")[1]
+    code = mavproxy.ask(line, r"to write .* on vehicle \d:\n\s+seatrial params (yes \S+)\n")[1]
     return mavproxy.ask(f"seatrial params {code}", r"(?s)what became of it.*values before: (\S+)\n")
