@@ -60,20 +60,25 @@ def measured(log: Path) -> Data:
         folder = dives / "2026-01-01T0000Z-finished"
         folder.mkdir()
         shutil.copy(log, folder / "telemetry.tlog")
-        clock = SystemClock()
-        station = Station(
-            LinkSource(lambda: open_link(recorder.hub()), "hub", clock),
-            Watcher(load_vehicle(VEHICLE)),
-            clock,
-            recorder.recording,
-            lambda: Switch(Mode.OFF),
-        )
+        station = by_the_recording()
         desk = Desk(VEHICLE, dives, dives.parent / "receipts", recorded=recorder.recorded)
         station.start()
         try:
             return asyncio.run(_flown(SeatrialApp(station, keep_theme=lambda _: None, desk=desk)))
         finally:
             station.stop()
+
+
+def by_the_recording() -> Station:
+    """What the app shows of the vehicle whose recording runs."""
+    clock = SystemClock()
+    return Station(
+        LinkSource(lambda: open_link(recorder.hub()), "hub", clock),
+        Watcher(load_vehicle(VEHICLE)),
+        clock,
+        recorder.recording,
+        lambda: Switch(Mode.OFF),
+    )
 
 
 async def _flown(app: SeatrialApp) -> Data:
