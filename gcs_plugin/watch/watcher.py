@@ -28,6 +28,12 @@ TEXTS_KEPT: Final = 20
 TWICE_WITHIN_S: Final = 1.0
 """The same frame again within so long came over a second link."""
 
+SETTLED_BEATS: Final = 3
+"""Who beat so often is a vehicle that a crew looks at, and is watched however long it is silent."""
+
+PASSED_S: Final = 10.0
+"""Who beat less often, and not for so long, has passed by where another beats."""
+
 HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
@@ -43,7 +49,8 @@ _OTHERS: Final = (
 class Watcher:
     """Feed it every frame, of all links, both ways; ask it for a picture as often as one is looked at.
 
-    `system` is the vehicle to watch. `unix_at_zero_s` is Unix time less the time of `feed`; where it is not given,
+    `system` is the vehicle to watch; without it that of the file, else the first that beats, unless it only passes by.
+    `unix_at_zero_s` is Unix time less the time of `feed`; where it is not given,
     the vehicle's own clock dates what it says.
     """
 
@@ -62,6 +69,7 @@ class Watcher:
         """Forget whatever was heard; from now on `system` is watched."""
         self.system = system
         self._system_beats: dict[int, Beat] = {}
+        self._beats_heard = 0
         self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
         self._channels |= {signal: Channel(always) for signal in _OTHERS}
         self._quantities = Quantities(self._vehicle, self._channels)
@@ -132,15 +140,24 @@ class Watcher:
     def _beat(self, frame: Frame, arrived_s: float, link: WatchedLink) -> None:
         beat = beat_of(frame, arrived_s)
         link.beat((frame.system, frame.component), beat)
-        if beat.is_vehicle and self._is_to_be_watched(frame.system):
+        if beat.is_vehicle and self._is_to_be_watched(frame.system, arrived_s):
             self._begin(frame.system)
         if frame.system == self.system and beat.is_vehicle:
             self._system_beats[frame.component] = beat
+            self._beats_heard += 1
 
-    def _is_to_be_watched(self, system: int) -> bool:
+    def _is_to_be_watched(self, system: int, now_s: float) -> bool:
         if self._asked_for is not None or system == self.system:
             return False
-        return self.system is None or (self._vehicle is not None and system == self._vehicle.system_id)
+        own = None if self._vehicle is None else self._vehicle.system_id
+        if self.system is None or system == own:
+            return True
+        return self.system != own and self._has_passed_by(now_s)
+
+    def _has_passed_by(self, now_s: float) -> bool:
+        """Whether whoever is watched beat a time or two and no more: another boat's, or an echo of the last dive."""
+        newest_s = max((beat.time_s for beat in self._system_beats.values()), default=-math.inf)
+        return self._beats_heard < SETTLED_BEATS and now_s - newest_s > PASSED_S
 
     def _commander(self) -> int | None:
         """The component whose word counts for armed or not: an autopilot before a companion computer."""

@@ -8,6 +8,7 @@ import pytest
 from diving_vehicle import Dive
 
 from bridge.clock import SystemClock
+from bridge.ring.files import Bounds
 from bridge.ring.whole import WHOLE
 from bridge.signing.gate import Gate
 from bridge.signing.key import SigningKey, write_key
@@ -89,7 +90,7 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    signed = SignedDive(tmp_path / "ring")
+    signed = SignedDive(tmp_path / "ring", bounds=Bounds(10_000_000, 4000))
     signed.dive(5.0)
     monkeypatch.setattr("bridge.link.open.open_link", lambda _: signed)
     write_key(tmp_path / "lake.key", KEY)

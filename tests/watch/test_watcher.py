@@ -10,7 +10,7 @@ from bridge.answers import status_texts
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.senders import GONE_S
 from gcs_plugin.watch.picture import Armed, Condition, Freshness
-from gcs_plugin.watch.watcher import Watcher
+from gcs_plugin.watch.watcher import PASSED_S, SETTLED_BEATS, Watcher
 
 RUVIFIST = load_vehicle("ruvifist")
 
@@ -107,6 +107,25 @@ def test_the_vehicle_that_the_file_names_is_watched_as_soon_as_it_beats(watcher,
     picture = watcher.picture(1.5)
     assert picture.armed is Armed.DISARMED
     assert len(picture.traces["u"].value) == 0
+
+
+def test_who_beats_once_and_is_silent_is_left_for_the_next_that_beats():
+    watcher = Watcher(None)
+    OnAir(watcher, 9).beats(1.0, armed=True)
+    OnAir(watcher, 1).beats(1.0 + PASSED_S)
+    assert watcher.system == 9
+    OnAir(watcher, 1).beats(1.1 + PASSED_S)
+    assert watcher.system == 1
+    assert watcher.picture(1.2 + PASSED_S).armed is Armed.DISARMED
+
+
+@pytest.mark.parametrize(("file", "beats"), [(None, SETTLED_BEATS), (RUVIFIST, 1)])
+def test_a_vehicle_that_has_settled_or_that_the_file_names_is_watched_however_long_it_is_silent(file, beats):
+    watcher = Watcher(file)
+    for k in range(beats):
+        OnAir(watcher).beats(1.0 + k)
+    OnAir(watcher, 9).beats(1000.0)
+    assert watcher.system == 1
 
 
 def test_the_system_asked_for_is_watched_whoever_else_beats():
