@@ -13,6 +13,8 @@ from bridge.errors import ConfigError, LogError
 from bridge.plain import from_json
 
 FRESH_S: Final = 10.0
+FORGOTTEN_S: Final = 3600.0
+"""What told nothing for so long is not waited for: its number may be another process's by then."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +78,21 @@ def write_holding(holding: Holding) -> None:
 
 def held(now_unix_s: float) -> Holding | None:
     """The recording that runs; None where its process has gone, or has told nothing for 10 s."""
-    holding = _told()
-    if holding is None or abs(now_unix_s - holding.written_unix_s) > FRESH_S or not _lives(holding.pid):
+    holding = _told_within(now_unix_s, FRESH_S)
+    return holding if holding is not None and _lives(holding.pid) else None
+
+
+def hung(now_unix_s: float) -> Holding | None:
+    """The recording whose process is there and keeps its links, though it has told nothing for 10 s."""
+    holding = _told_within(now_unix_s, FORGOTTEN_S)
+    if holding is None or abs(now_unix_s - holding.written_unix_s) <= FRESH_S:
         return None
-    return holding
+    return holding if _lives(holding.pid) else None
+
+
+def how_to_end(process: int) -> str:
+    """What a crew does with a recorder that hangs."""
+    return f"end it with `kill -9 {process}` (what it wrote is kept), then begin another"
 
 
 def release() -> None:
@@ -87,6 +100,12 @@ def release() -> None:
     holding = _told()
     if holding is not None and holding.pid == os.getpid():
         state_file().unlink(missing_ok=True)
+
+
+def _told_within(now_unix_s: float, age_s: float) -> Holding | None:
+    """What was told no longer ago, by either clock."""
+    holding = _told()
+    return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) <= age_s else None
 
 
 def _told() -> Holding | None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from bridge.errors import LogError
-from gcs_plugin.holder import Holding, held, release, state_file, write_holding
+from gcs_plugin.holder import Holding, held, hung, release, state_file, write_holding
 
 NOW_S = 1_790_000_000.0
 
@@ -46,11 +46,20 @@ def test_one_that_has_told_nothing_for_ten_seconds_holds_nothing(now_s):
     assert held(now_s) is None
 
 
+@pytest.mark.parametrize(
+    ("age_s", "hangs"), [(9.5, False), (10.5, True), (3599.0, True), (3601.0, False), (-10.5, True)]
+)
+def test_one_that_tells_nothing_and_whose_process_is_there_hangs_for_an_hour(age_s, hangs):
+    write_holding(holding())
+    assert hung(NOW_S + age_s) == (holding() if hangs else None)
+
+
 def test_one_whose_process_has_gone_holds_nothing():
     with subprocess.Popen([sys.executable, "-c", ""]) as gone:
         gone.wait(20)
     write_holding(holding(pid=gone.pid))
     assert held(NOW_S) is None
+    assert hung(NOW_S + 20.0) is None
 
 
 @pytest.mark.parametrize("pid", [0, -1, 1 << 70])

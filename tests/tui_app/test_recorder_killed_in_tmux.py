@@ -81,6 +81,10 @@ def test_off_reaches_the_vehicle_though_the_recorder_was_killed_just_before_the_
     assert second != first
     assert all(list(read_tlog(folder / "telemetry.tlog")) for folder in (first, second))
 
+    os.kill(again, signal.SIGSTOP)
+    app.until("NOT RECORDING? silent ", "the recorder hangs since 1", f"kill -9 {again}")
+    app.keys("C-g")
+    app.until("nothing is recorded: ")
     os.kill(again, signal.SIGKILL)
     app.until("NOT RECORDING", "no recording runs that could be listened to")
     app.keys("C-e")

@@ -46,6 +46,17 @@ def test_why_none_could_be_begun_is_said():
     ]
 
 
+def test_beside_one_that_hangs_another_is_begun_and_what_holds_it_up_is_said():
+    def fail():
+        raise LinkError("the recorder hangs and keeps the link: end it with `kill -9 4711`")
+
+    hangs = replace(view(), recording=replace(view().recording, hung_process=4711, told_unix_s=0.0))
+    for key in ("ctrl+g", "ctrl+x"):
+        assert said_after_the_key(hangs, fail, key) == [
+            "nothing is recorded: the recorder hangs and keeps the link: end it with `kill -9 4711`"
+        ]
+
+
 def test_an_app_that_records_nothing_says_how_it_would():
     (said,) = said_after_the_key(SILENT, None)
     assert "--unrecorded; leave it and start it without" in said

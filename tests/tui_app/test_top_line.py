@@ -109,6 +109,12 @@ def test_a_recorder_that_has_told_nothing_for_a_few_seconds_is_not_called_record
         "the recorder has told nothing of itself for 6 s: it may have stopped writing"
     )
     assert lines[2][0][1] == "lost"
+    hangs = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - 75.0, hung_process=4711)
+    lines = header(replace(view(), recording=hangs), TABS, 80)
+    assert (" NOT RECORDING? silent 75 s ", "lost") in lines[0]
+    assert " ".join(" ".join(map(joined, lines[2:])).split()) == (
+        "the recorder hangs since 75 s: end it with `kill -9 4711` (what it wrote is kept), then begin another"
+    )
 
 
 def test_no_recording_and_a_short_disk_are_inverse():

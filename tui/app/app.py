@@ -180,7 +180,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         """Force the feed-forward off. No question is asked; it goes by the recording's links, so one is begun."""
         self._views.force_off()
         self._off_may_record = True
-        if self._views.view().recording is None:
+        if not self._views.view().records:
             self._record_for_off()
         self._show()
 
@@ -220,7 +220,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             self.notify(
                 "the app was started with --unrecorded; leave it and start it without", severity="error"
             )
-        elif self._views.view().recording is not None:
+        elif self._views.view().records:
             self.notify("a recording runs already")
         else:
             self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
@@ -235,7 +235,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
 
     def action_next_dive(self) -> None:
         """Let the recording go on in a new folder: no question, for all is recorded either way."""
-        if self.desk.next_dive is None or self._views.view().recording is None:
+        if self.desk.next_dive is None or not self._views.view().records:
             self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
         elif not any(worker.group == ORDERS and not worker.is_finished for worker in self.workers):
             self.run_worker(self._order(self.desk.next_dive, "the next dive is recorded"), group=ORDERS)
@@ -243,7 +243,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def action_end_recording(self) -> None:
         """Ask, then end the recording."""
         end, recorded = self.desk.end_recording, self.desk.recorded()
-        if end is None or recorded is None or self._views.view().recording is None:
+        if end is None or recorded is None or not self._views.view().records:
             self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
             return
 
@@ -346,7 +346,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
     def _watch_over_off(self) -> None:
         """Begin a recording where it died before off was acknowledged, or had died unnoticed before the key."""
         view = self._views.view()
-        if view.forcing is not None and not view.forcing.done and view.recording is None:
+        if view.forcing is not None and not view.forcing.done and not view.records:
             self._record_for_off()
 
     def _tell_written(self) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from gcs_plugin.holder import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.lines import Line, Lines, Role, Span, apart, cut, width
 from tui.app.shown import ago, left, stopwatch, utc
@@ -212,6 +213,8 @@ def _alert(view: View) -> str:
     if view.picture.twins:
         return view.picture.twins
     silent_s = recorder_silent_s(view)
+    if view.recording is not None and view.recording.hung_process:
+        return f"the recorder hangs since {silent_s:.0f} s: {how_to_end(view.recording.hung_process)}"
     if silent_s > RECORDER_SILENT_S:
         return f"the recorder has told nothing of itself for {silent_s:.0f} s: it may have stopped writing"
     if view.recording is not None and view.recording.unwritten:

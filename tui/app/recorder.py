@@ -5,13 +5,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError
 from gcs_plugin import orders
-from gcs_plugin.holder import Holding, held
+from gcs_plugin.holder import Holding, held, how_to_end, hung
 from tui.app.preferences import state_file
 from tui.app.view import Recording
 
@@ -20,9 +21,11 @@ LOOK_EVERY_S: Final = 0.1
 
 
 def recording(now_unix_s: float) -> Recording | None:
-    """The recording that runs, as the top line tells it."""
-    holding = held(now_unix_s)
-    return None if holding is None else as_recording(holding)
+    """The recording that runs or hangs, as the top line tells it."""
+    if holding := held(now_unix_s):
+        return as_recording(holding)
+    holding = hung(now_unix_s)
+    return None if holding is None else replace(as_recording(holding), hung_process=holding.pid)
 
 
 def as_recording(holding: Holding) -> Recording:
@@ -64,12 +67,18 @@ def options(links: Sequence[str], out: str, vehicle: str, sign_key: str = "") ->
 
 
 def begin_again(arguments: Sequence[str]) -> None:
-    """Start a recording where none runs, and wait until it tells of itself. Raises LinkError."""
+    """Start a recording where none runs, and wait until it tells of itself.
+
+    Raises LinkError, also where one hangs that keeps the links.
+    """
     from bridge.clock import SystemClock
 
     clock = SystemClock()
-    if held(clock.unix_s()) is None:
-        begin(arguments, clock, time.sleep)
+    if held(clock.unix_s()) is not None:
+        return
+    if holding := hung(clock.unix_s()):
+        raise LinkError(f"the recorder hangs and keeps the link: {how_to_end(holding.pid)}")
+    begin(arguments, clock, time.sleep)
 
 
 def next_dive() -> Path:

@@ -13,7 +13,8 @@ class Recording:
     """The recording that runs; `disk_left_s` is inf where nothing comes.
 
     `trouble` says what to do where its signed link lets nothing in. `waiting` frames could not be written yet, for the
-    reason `unwritten`; "" where all that came is in a file. `told_unix_s` is when it told of itself, inf for just now.
+    reason `unwritten`; "" where all that came is in a file. `told_unix_s` is when it told of itself, inf for just now;
+    `hung_process` is its number where that is too long ago, 0 else.
     """
 
     began_unix_s: float
@@ -23,6 +24,7 @@ class Recording:
     unwritten: str = ""
     waiting: int = 0
     told_unix_s: float = math.inf
+    hung_process: int = 0
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,11 @@ class View:
     trouble: str = ""
     view_only: bool = False
     replay: Replayed | None = None
+
+    @property
+    def records(self) -> bool:
+        """Whether a recording runs that still tells of itself."""
+        return self.recording is not None and not self.recording.hung_process
 
 
 class Views(Protocol):

@@ -116,7 +116,7 @@ class DivesScreen(StationScreen):
         self._then = "begin('identify')"
 
     def show(self, view: View) -> None:
-        recorded = self.desk.recorded() if view.recording is not None else None
+        recorded = self.desk.recorded() if view.records else None
         if self._goes_on is not None and not _same(self._goes_on, recorded):
             self._over, self._stale = self._goes_on, True
         self._goes_on = recorded
