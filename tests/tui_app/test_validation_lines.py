@@ -6,7 +6,7 @@ from made_diagnosis import CHECK, DIVE
 from made_validation import run, validation
 
 from tui.app import validation_lines as made
-from tui.app.curves import Curve, plot
+from tui.app.curves import Curve, plot, seconds
 from tui.app.lines import width
 from tui.app.validation import runs
 
@@ -86,7 +86,7 @@ def test_curves_show_the_part_in_which_the_axis_moves():
     assert titles == ["sway speed, m/s", "sway error, m/s", "sway force, N"]
     assert len(lines) == 15
     # Sway runs from 40 to 60 s.
-    times = lines[4].replace(" s", "").split()
+    times = lines[-1].replace(" s", "").split()
     assert 37 <= float(times[0]) <= 45
     assert 57 <= float(times[-1]) <= 64
 
@@ -102,13 +102,15 @@ def test_a_plot_runs_from_the_lowest_to_the_highest_value_and_leaves_gaps_empty(
     time_s = np.linspace(0.0, 100.0, 201)
     value = np.sin(time_s / 10)
     value[(time_s > 40) & (time_s < 60)] = np.nan
-    lines = text(plot("u, m/s", time_s, Curve("u", value), None, 0.1, 67, 10))
+    lines = text(plot("u, m/s", time_s, Curve("u", value), None, 0.1, 67, 9))
     assert lines[0].startswith("u, m/s")
     assert lines[1].startswith("   1.0┤")
-    assert lines[-2].startswith("  -1.0┤")
-    gap = [line[7:].ljust(60)[25:35].strip("┈ ") for line in lines[1:-1]]
+    assert lines[-1].startswith("  -1.0┤")
+    gap = [line[7:].ljust(60)[25:35].strip("┈ ") for line in lines[1:]]
     assert gap == [""] * 8
-    assert "50 s" in lines[-1]
+    (times,) = text(seconds(time_s, 67))
+    assert times.index("50 s") == 7 + 30 - 2
+    assert seconds(time_s[:1], 67) == seconds(time_s, 7) == ()
 
 
 @pytest.mark.parametrize("data", [None, {}, [], [{"run": "PID"}], "x"])

@@ -1,4 +1,4 @@
-"""A plot of a whole dive as lines: one curve solid, one dotted, an axis at the left and seconds below."""
+"""Plots of a whole dive as lines: one curve solid, one dotted, an axis at the left; the seconds are for below."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -25,7 +25,7 @@ class Curve:
 def plot(
     title: str, time_s: Array, solid: Curve, dotted: Curve | None, least_span: float, cells: int, rows: int
 ) -> Lines:
-    """The plot in so many cells and rows, its title and the seconds included."""
+    """The plot in so many cells and rows, its title included."""
     head: Line = ((title, "plain"),)
     names: Line = (("━ ", "accent"), (solid.name, "quiet"))
     if dotted is not None:
@@ -33,7 +33,7 @@ def plot(
     head = (
         apart(head, names, cells) if width(head) + width(names) < cells else ((cut(title, cells), "plain"),)
     )
-    across, curve_rows = cells - AXIS_CELLS, rows - 2
+    across, curve_rows = cells - AXIS_CELLS, rows - 1
     if across < 1 or curve_rows < 1 or len(time_s) < 2:
         return (head,)
     both = solid.value if dotted is None else np.concatenate([solid.value, dotted.value])
@@ -54,11 +54,15 @@ def plot(
         grid = GRID if curve_rows >= WITH_GRID and label and 0 < row < curve_rows - 1 else " "
         axis: Span = (f"{label:>{AXIS_CELLS - 1}}{'┤' if label else '│'}", "quiet")
         lines.append((axis, *curve_row(measured[row], asked[row], no_gap, grid, "accent")))
-    return (*lines, _seconds(float(time_s[0]), float(time_s[-1]), across))
+    return tuple(lines)
 
 
-def _seconds(first_s: float, last_s: float, across: int) -> Line:
-    """The row of times, at round seconds."""
+def seconds(time_s: Array, cells: int) -> Lines:
+    """The row of times below plots of so many cells, at round seconds; no row where there is nothing to plot."""
+    across = cells - AXIS_CELLS
+    if across < 1 or len(time_s) < 2:
+        return ()
+    first_s, last_s = float(time_s[0]), float(time_s[-1])
     step_s = nice_step(max((last_s - first_s) * LABEL_CELLS / across, 1e-9))
     row = [" "] * across
     for place in range(int(np.ceil(first_s / step_s)), int(last_s / step_s) + 1):
@@ -67,4 +71,4 @@ def _seconds(first_s: float, last_s: float, across: int) -> Line:
         start = min(max(at - len(text) // 2, 0), across - len(text))
         if start >= 0:
             row[start : start + len(text)] = text
-    return ((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet"))
+    return (((" " * AXIS_CELLS, "quiet"), ("".join(row), "quiet")),)

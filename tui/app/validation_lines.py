@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from identify.glance.followed import CURVES, Followed
-from tui.app.curves import Curve, plot
+from tui.app.curves import Curve, plot, seconds
 from tui.app.lines import Line, Lines, Role, Span, apart, cut
 from tui.app.shown import SHOWN_IN, number
 from tui.app.validation import EFFORTS, ROWS, Judged, Run
@@ -89,18 +89,19 @@ def _row(words: str, values: Sequence[float], digits: int, width: int, *, mark: 
 
 
 def curves(run: Run, axis: str, cells: int, rows: int) -> Lines:
-    """Speed beside its reference, their difference, and feed-forward beside PID, below each other."""
+    """Speed beside its reference, their difference, and feed-forward beside PID, below each other on one time."""
     whole = next((one for one in run.curves if one.axis == axis), None)
     if whole is None:
         return wrapped(
             f"{run.dive} has no curves of {axis}: its reference does not move there", "quiet", cells
         )
     found = _moving(whole)
-    each, rest = divmod(rows, 3)
+    each, rest = divmod(rows - 1, 3)
     return (
-        *_speed(found, cells, each + (rest > 0)),
-        *_difference(found, cells, each + (rest > 1)),
-        *_wrench(found, cells, each),
+        *_speed(found, cells, each + (rest > 1)),
+        *_difference(found, cells, each),
+        *_wrench(found, cells, each + (rest > 0)),
+        *seconds(found.time_s, cells),
     )
 
 
