@@ -120,14 +120,16 @@ class Fleet:
         if self.chosen is not None:
             if self.chosen not in systems:
                 raise LinkTimeout(
-                    f"vehicle {self.chosen} has not beaten for {SILENT_S:.0f} s; check its link, or choose another"
+                    f"vehicle {self.chosen} has not beaten for {SILENT_S:.0f} s; check its link, "
+                    "or choose another: seatrial vehicle N"
                 )
             systems = (self.chosen,)
         if not systems:
             raise LinkTimeout("no vehicle beats on any link; check cable, address, and that the bridge runs")
         if len(systems) > 1:
+            there = ", ".join(map(str, systems))
             raise LinkError(
-                f"several vehicles beat (systems {', '.join(map(str, systems))}) and none is chosen; choose one first"
+                f"several vehicles beat (systems {there}) and none is chosen; choose one: seatrial vehicle {systems[0]}"
             )
         fault = self.fault(systems[0])
         if fault:

@@ -96,9 +96,8 @@ def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFi
         words = (
             f"TAU_FF is zero in {100 * zero:.0f} % of the motion: a coefficient is missing or out of bounds"
         )
-        return [
-            Criterion(f"{axis} fed", False, words, "read what the vehicle said, and upload its set again")
-        ]
+        mend = "read what the vehicle said, and upload a set that it can fly"
+        return [Criterion(f"{axis} fed", False, words, mend)]
     if mode is Mode.ALONE:
         return _by_errors(dof, dive, file)
     pid = low_pass(dive.tau_pid.at(motion.time_s)[:, dof], RATE_HZ, CUTOFF_HZ)

@@ -351,3 +351,14 @@ def test_a_link_that_is_lost_ends_every_mode_but_off(vehicle, capsys):
 def test_an_unknown_mode_is_wrong_usage(capsys):
     assert cli.main(["ff", "on"]) == exit_codes.BAD_INPUT
     assert "'off', 'shadow', 'only', 'both'" in capsys.readouterr().err
+
+
+def test_in_a_terminal_what_the_vehicle_says_stands_on_a_line_of_its_own(vehicle, monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    vehicle.give_a_model()
+    vehicle.armed = True
+    assert run("both", "--yes") == exit_codes.NO
+    # The line of the status is erased first: a carriage return, then the sequence that clears a line.
+    cleared = "\r\x1b[2K"
+    assert f"{cleared}vehicle 1: shadow: none flown, seatrial ff shadow first\n" in capsys.readouterr().err

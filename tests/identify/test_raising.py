@@ -129,7 +129,7 @@ def test_an_axis_that_the_feed_forward_leaves_at_zero_is_no_go_and_says_what_to_
     zeroed[:, 1] = 0.0
     found = judged(replace(dive, tau_ff=Signal(dive.tau_ff.time_s, zeroed)))
     assert failed(found) == ["sway fed"]
-    assert "upload its set again" in found.sentence
+    assert "upload a set that it can fly" in found.sentence
 
 
 def test_an_axis_that_was_not_driven_is_told_as_unknown_and_stops_nothing() -> None:

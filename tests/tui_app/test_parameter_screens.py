@@ -684,6 +684,20 @@ def test_an_implausible_line_says_why_and_is_left_out_of_an_upload():
     assert "--accept-implausible" not in words
 
 
+@pytest.mark.parametrize(
+    ("verdict", "told"),
+    [("not on the vehicle", "absent"), ("implausible", "unlikely"), ("refused", "refused")],
+)
+def test_a_verdict_stands_in_a_whole_word_on_a_narrow_line(verdict, told):
+    one = {**plan()["parameters"][0], "verdict": verdict, "reason": "why so"}
+
+    async def work(app, _):
+        assert line_of(app, one["name"]).rstrip().endswith(f"  {told}")
+        assert f"{verdict}: why so." in text(app)
+
+    on_screen(FakeVehicle(plan(parameters=[one])), work)
+
+
 def test_an_implausible_line_that_is_chosen_is_written_for_a_harder_word():
     vehicle = FakeVehicle(with_an_implausible_mass())
     name = plan()["parameters"][0]["name"]

@@ -132,7 +132,7 @@ def _axes(dive: ListedDive) -> Iterator[Line]:
     """A row for each degree of freedom: how well mass and damping would be known, and what drove it how far."""
     yield (
         (
-            f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{'driven':>8}{'thrust':>13}{'speed':>14}",
+            f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{'recorded':>8}{'thrust':>13}{'speed':>14}",
             "quiet",
         ),
     )

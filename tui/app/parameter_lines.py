@@ -13,6 +13,8 @@ AT: Final = "▶"
 CHOSEN, LEFT, NOT_ASKED, DOUBT = "■", "□", " ", "▲"
 EQUAL: Final = "read back equal"
 FAILED: Final = "failed"
+SHORT: Final = {"not on the vehicle": "absent", "implausible": "unlikely"}
+"""Verdicts where the line has no room for them; the sentence below the table has them whole."""
 SENTENCE: Final = 20  # cells from which the beginning of a sentence tells more than a word
 DIGITS: Final = 5
 WIDE: Final = 90  # cells from which columns are as wide as any value needs
@@ -146,7 +148,7 @@ def _words(entry: Entry, became: str, room: int) -> Span:
     if entry.changes:
         return (entry.reason or "", "warn")
     role: Role = "warn" if entry.staged else "quiet" if entry.verdict == "same" else "bad"
-    return (entry.verdict, role)
+    return (entry.verdict if len(entry.verdict) <= room else SHORT.get(entry.verdict, entry.verdict), role)
 
 
 def details(entry: Entry, became: str, stale_s: float | None, cells: int) -> Lines:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 from tui import exit_codes, numbers, secured
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from bridge.clock import Clock
     from bridge.link.base import Link
     from bridge.vehicle.feedforward import Mode
@@ -85,7 +87,7 @@ def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", open
     def line_on(link: "Link") -> Line:
         return Line(link, clock, switch, arguments.system, tell)
 
-    with Course(switch, clock, arguments.seconds) as course:
+    with Course(words, switch, clock, arguments.seconds) as course:
         try:
             drive_on(line_on(link), course.over, lambda: line_on(link_for(arguments.link, opener.open)), tell)
         except KeyboardInterrupt:
@@ -113,7 +115,7 @@ def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
             raise LinkError(switch.twins)
         return course.over() or bool(switch.refusal)
 
-    with Course(switch, clock, arguments.seconds or PATIENCE_S) as course:
+    with Course(words, switch, clock, arguments.seconds or PATIENCE_S) as course:
         drive(line, over)
     return course.told(arguments.json)
 
@@ -154,12 +156,11 @@ def permitted(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
 class Course:
     """How a switch goes: on a line of the terminal, or in a pipe every few seconds; and what came of it."""
 
-    def __init__(self, switch: "Switch", clock: "Clock", seconds: float | None) -> None:
-        from tui import show
-
+    def __init__(self, console: "Console", switch: "Switch", clock: "Clock", seconds: float | None) -> None:
         self.stopped = False
         self._switch, self._clock, self._seconds = switch, clock, seconds
-        self._console = show.words()
+        # The one that vehicles' words go to as well: a line of another console would break into the status.
+        self._console = console
         self._status = self._console.status("")
         self._start_s = self._tell_s = clock.boot_s()
         self._lacking_s: float | None = None
