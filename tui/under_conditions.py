@@ -1,12 +1,15 @@
-"""A vehicle file as it holds for one dive: with the water and the mass that the dive's conditions tell."""
+"""What a dive's conditions change for what is worked out of it: water and mass of the vehicle file, and causes that can
+not be."""
 
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from bridge.vehicle.config import Configuration, VehicleFile
+from gcs_plugin.conditions import Conditions
 from gcs_plugin.folder import DiveFolder
 
+TETHER: Final = "tether"
 TOTAL_MASSES: Final = ("M_u", "M_v", "M_w")
 LEAST_CHANGE_KG_M3: Final = 0.1
 """Of the density: 1 mm of depth at 10 m."""
@@ -17,7 +20,7 @@ def under_conditions(file: VehicleFile, dive: Path) -> tuple[VehicleFile, tuple[
 
     The mass adds to the dry mass, and to the total masses of the file's model, which was of that dry mass.
     """
-    conditions = DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions
+    conditions = _of(dive)
     vehicle, told = file.vehicle, []
     density, filed = conditions.density_kg_m3, vehicle.water.density_kg_m3
     if density is not None and abs(density - filed) >= LEAST_CHANGE_KG_M3:
@@ -30,6 +33,18 @@ def under_conditions(file: VehicleFile, dive: Path) -> tuple[VehicleFile, tuple[
         vehicle = replace(vehicle, configurations=shapes)
         told.append(f"{carried_kg:+g} kg of ballast and payload on top of the vehicle file's dry mass")
     return replace(file, vehicle=vehicle), tuple(f"{dive.name}: {sentence}" for sentence in told)
+
+
+def can_not_be(dive: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Effects that can't be causes of a dive's gap by its `dive.yaml`, and why, in sentences."""
+    if _of(dive).tether_out_m != 0.0:
+        return (), ()
+    return (TETHER,), (f"{dive.name}: no tether was out, so a tether is not among the causes",)
+
+
+def _of(dive: Path) -> Conditions:
+    """The conditions of a dive folder, or of a recording in one."""
+    return DiveFolder(dive if dive.is_dir() else dive.parent).about().conditions
 
 
 def _heavier(shape: Configuration, carried_kg: float) -> Configuration:

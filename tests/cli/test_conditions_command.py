@@ -3,14 +3,16 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.folder import DiveFolder, about_vehicle
 from tui import cli
-from tui.under_conditions import under_conditions
+from tui.under_conditions import can_not_be, under_conditions
 
 SEA = Conditions(water_temperature_c=11.5, salinity=35.0)
 
@@ -108,3 +110,26 @@ def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
     dive.set_conditions(Conditions(20.0, 0.0))
     filed = load_vehicle("ruvifist")
     assert under_conditions(filed, dive.path) == (filed, ())
+
+
+@pytest.mark.parametrize(
+    ("out_m", "tried", "told"),
+    [
+        (0.0, False, ("2026-11-20T0900Z: no tether was out, so a tether is not among the causes",)),
+        (30.0, True, ()),
+        (None, True, ()),
+    ],
+)
+def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(dive, monkeypatch, capsys, out_m, tried, told):
+    class LookedAt(FitError):
+        """It is enough to see what would be tried."""
+
+    def look(*_, effects, **__):
+        raise LookedAt(f"tether tried: {effects is None or 'tether' in {one.name for one in effects}}")
+
+    dive.set_conditions(Conditions(tether_out_m=out_m))
+    assert can_not_be(dive.path)[1] == told
+    monkeypatch.setattr("identify.ingest.open.read_dive", lambda *_: SimpleNamespace(name="dive"))
+    monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
+    cli.main(["diagnose", str(dive.path), "--vehicle", "ruvifist:hovering"])
+    assert f"tether tried: {tried}" in capsys.readouterr().err

@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.diagnosis_told import with_words
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
     from tui.stray_bytes import stray_bytes
-    from tui.under_conditions import under_conditions
+    from tui.under_conditions import can_not_be, under_conditions
 
     if arguments.against:
         from tui import against
@@ -107,7 +107,9 @@ def run(arguments: argparse.Namespace) -> int:
     before = (
         accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
     )
-    effects = effects_without(arguments.without, configuration, file) if arguments.without else None
+    impossible, why = can_not_be(Path(arguments.dive))
+    without = (*(arguments.without or ()), *impossible)
+    effects = effects_without(without, configuration, file) if without else None
     with show.progress(f"diagnosing {dive.name}") as tell:
         found = diagnose(
             dive,
@@ -119,7 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
             effects_accepted=before.effects,
             progress=tell,
         )
-    found = replace(found, notes=(*before.notes, *(f"{one}." for one in told), *found.notes))
+    found = replace(found, notes=(*before.notes, *(f"{one}." for one in (*told, *why)), *found.notes))
     # Files first: whoever reads the table may leave before its end.
     show.write_json(with_words(found, check.name if check is not None else ""), arguments.json)
     written = []
