@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError
+from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
 
 UNTOLD: Final = ""
@@ -44,11 +45,7 @@ def save(path: Path, hulls: Mapping[str, Stored]) -> None:
             file.flush()
             os.fsync(file.fileno())
         os.replace(new, path)
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+        sync_folder(path.parent)
     except OSError as error:
         raise ParamError(f"{path}: parameters can't be stored ({error.strerror}); check the disk") from None
 

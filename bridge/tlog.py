@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Final, TypeVar
 
 from bridge.errors import LogError, NothingRecorded
+from bridge.folder_sync import sync_folder
 from bridge.framing import (
     INCOMPLETE,
     MAGIC_1,
@@ -50,6 +51,7 @@ class TlogWriter:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._is_named = False
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         except FileExistsError:
@@ -76,6 +78,11 @@ class TlogWriter:
             raise LogError(
                 f"{self.path}: can't be put on the disk ({error.strerror}); check the disk"
             ) from None
+        if not self._is_named:
+            # The file's own name, and that of its folder, which may be as new.
+            sync_folder(self.path.parent)
+            sync_folder(self.path.parent.parent)
+            self._is_named = True
 
     def close(self) -> None:
         if self._file >= 0:

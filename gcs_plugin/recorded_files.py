@@ -97,6 +97,7 @@ class RecordedFiles:
     def drain(self) -> None:
         """Write what waits, as far as that can be done now."""
         if self._sync_failure:
+            self._close()
             self._fail(self._sync_failure)
             self._sync_failure = ""
         while self._waiting:
@@ -166,10 +167,10 @@ class RecordedFiles:
             self._say("error", f"{len(self._waiting)} frames could not be written and are lost")
             self.lost += len(self._waiting)
         self.sync()
-        self._give_up()
+        self._close()
 
     def _finish(self, writer: Writer) -> None:
-        """Put a finished dive's file on the disk, and close it."""
+        """Put a file on the disk that nothing more goes into, and close it."""
         try:
             writer.sync()
         except LogError as error:
@@ -195,13 +196,16 @@ class RecordedFiles:
     def _fail(self, sentence: str) -> None:
         self._failure = sentence
         self._say("error", sentence)
-        self._give_up()
+        if self._writer is not None:
+            # Closed by who syncs, as one of a dive that is over: what it holds is to outlast a loss of power.
+            self._finished.append(self._writer)
+            self._writer = None
         if self._fresh:
             self._delay()
         else:
             self._retry_s = self._clock.boot_s()
 
-    def _give_up(self) -> None:
+    def _close(self) -> None:
         """Let the present file go; what its close has to say changes nothing."""
         if self._writer is not None:
             with contextlib.suppress(OSError):

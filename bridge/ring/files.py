@@ -1,7 +1,6 @@
 """The ring on the disk: records into the newest segment, the oldest goes first. All of it may wait for the disk."""
 
 import contextlib
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -67,8 +66,10 @@ class RingFiles:
             self._writer = None
 
     def _give_up(self) -> None:
-        """End a segment that can't be written; one without a record would only be litter."""
+        """End a segment that can't be written, with what it holds; one without a record would only be litter."""
         writer = self._writer
+        with contextlib.suppress(LogError):
+            self.sync()
         self.close()
         if writer is not None and self._size == 0:
             with contextlib.suppress(OSError):
@@ -84,9 +85,7 @@ class RingFiles:
             raise LogError(f"{self._folder}: the ring can't be kept there ({error.strerror})") from None
         self._number += 1
         segment = Segment(self._boot, self._identity, self._number, boot_ms)
-        writer = TlogWriter(self._folder / segment.name)
-        self._sync_folder()
-        return writer
+        return TlogWriter(self._folder / segment.name)
 
     def _make_room(self, present: list[tuple[Segment, int]]) -> None:
         """Let the oldest go until one more segment fits."""
@@ -96,12 +95,3 @@ class RingFiles:
                 return
             (self._folder / segment.name).unlink(missing_ok=True)
             total -= size
-
-    def _sync_folder(self) -> None:
-        """Without it a loss of power may take a new file's name."""
-        with contextlib.suppress(OSError):
-            place = os.open(self._folder, os.O_RDONLY)
-            try:
-                os.fsync(place)
-            finally:
-                os.close(place)

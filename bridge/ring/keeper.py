@@ -16,7 +16,7 @@ from bridge.errors import LogError
 from bridge.ring.files import Bounds, RingFiles
 
 MOST_WAITING_BYTES: Final = 8_000_000
-SYNC_EVERY_S: Final = 1.0
+SYNC_EVERY_S: Final = 0.5
 RETRY_S: Final = 2.0
 ENDING_S: Final = 3.0
 IDENTITY_BITS: Final = 31  # a positive int32 on the wire
@@ -87,7 +87,7 @@ class RingKeeper:
         return texts
 
     def work(self) -> None:
-        """Write what waits, as far as that can be done now, and once a second put it on the disk."""
+        """Write what waits, as far as that can be done now, and twice a second put it on the disk."""
         now_s = self._clock.boot_s()
         if now_s < self._retry_s:
             return

@@ -7,14 +7,13 @@ did not live to finish is known by it.
 import contextlib
 import json
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.errors import ParamRejected
+from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
 from gcs_plugin.params.files import replace_text, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, unit_of
@@ -182,14 +181,7 @@ def path_of(preimage: Path, kind: str) -> Path:
 def _keep(receipt: Receipt) -> None:
     path = path_of(receipt.preimage, RECEIPT)
     replace_text(path, json.dumps(receipt.to_json(), indent=2, allow_nan=False) + "\n")
-    try:
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)  # the names of all of its files
-        finally:
-            os.close(folder)
-    except OSError as error:
-        raise ParamRejected(f"{path}: can't be written ({error.strerror}); choose another place") from None
+    sync_folder(path.parent)
 
 
 def lines_of(plan: Plan, results: Mapping[str, Result]) -> tuple[Line, ...]:

@@ -176,7 +176,7 @@ def at_sea(monkeypatch, tmp_path):
     folder.describe(About())
     recorder = Recorder(
         [link], folder.open_telemetry, clock, lambda: 1 << 40, lambda _: None, outlet=hub,
-        each_second=lambda: None,
+        before_sync=lambda: None,
     )  # fmt: skip
     monkeypatch.setattr("bridge.clock.SystemClock", lambda: clock)
     monkeypatch.setattr("bridge.link.open.open_link", lambda _: Seat(recorder, hub))

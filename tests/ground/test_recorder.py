@@ -484,7 +484,7 @@ def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer()
     assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
 
 
-def test_each_second_others_are_told_even_where_the_disk_stalls(monkeypatch, tmp_path):
+def test_others_are_told_before_each_sync_even_where_the_disk_stalls(monkeypatch, tmp_path):
     monkeypatch.setattr("gcs_plugin.recorder.SYNC_EVERY_S", 0.01)
     ours, _ = memory_pair()
     stop, told, order = threading.Event(), threading.Event(), []
@@ -494,7 +494,7 @@ def test_each_second_others_are_told_even_where_the_disk_stalls(monkeypatch, tmp
             order.append("sync")
             stop.wait(10.0)
 
-    def each_second():
+    def before_sync():
         order.append("told")
         told.set()
 
@@ -504,7 +504,7 @@ def test_each_second_others_are_told_even_where_the_disk_stalls(monkeypatch, tmp
         SystemClock(),
         lambda: 1 << 40,
         lambda _: None,
-        each_second=each_second,
+        before_sync=before_sync,
     )
     loop = threading.Thread(target=recorder.run, args=(stop,))
     loop.start()

@@ -1,0 +1,143 @@
+"""The power fails at any moment: what the disk then holds of a recording, in which only that is which was synced."""
+
+import os
+import shutil
+
+import pytest
+
+from bridge.clock import SimulatedClock
+from bridge.framing import Encoder
+from bridge.link.memory import memory_pair
+from bridge.ring.files import Bounds, RingFiles
+from bridge.ring.keeper import SYNC_EVERY_S as RING_SYNC_EVERY_S
+from bridge.ring.keeper import RingKeeper
+from bridge.ring.segments import segments_in
+from bridge.tlog import read_tlog
+from gcs_plugin.folder import DiveFolder, new_folder
+from gcs_plugin.recorder import SYNC_EVERY_S, Recorder
+
+STEP_S = 0.05
+UNIX_S = 1_790_000_000.0
+
+
+class Disk:
+    """What outlasts a loss of power: names of folders and bytes of files as they were when each was last synced."""
+
+    def __init__(self, monkeypatch):
+        self.names, self.bytes = {}, {}
+        self._fsync = os.fsync
+        monkeypatch.setattr("os.fsync", self._sync)
+
+    def _sync(self, file):
+        self._fsync(file)
+        seen = os.fstat(file)
+        path = os.readlink(f"/proc/self/fd/{file}")
+        if os.path.isdir(path):
+            self.names[seen.st_ino] = {entry.name for entry in os.scandir(path)}
+        else:
+            self.bytes[seen.st_ino] = seen.st_size
+
+    def after(self, folder, copy):
+        """The folder, which was there long before, as it is once the power is back, in a new one."""
+        shutil.rmtree(copy, ignore_errors=True)
+        copy.mkdir()
+        kept = self.names.get(folder.stat().st_ino, set())
+        for entry in folder.iterdir():
+            if entry.name not in kept:
+                continue
+            if entry.is_dir():
+                self.after(entry, copy / entry.name)
+            else:
+                (copy / entry.name).write_bytes(entry.read_bytes()[: self.bytes.get(entry.stat().st_ino, 0)])
+        return copy
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    return Disk(monkeypatch)
+
+
+def frames_in(files):
+    return [frame.raw for file in files if file.stat().st_size for _, frame in read_tlog(file)]
+
+
+class Power:
+    """Stands in for the end of a recording: while it is waited for, frames come, and after each the power may fail."""
+
+    def __init__(self, disk, folder, seconds):
+        self.disk, self.folder, self.left_s = disk, folder, seconds
+        self.clock, self.encoder, self.said, self.looks = SimulatedClock(), Encoder(1, 1), [], 0
+        ours, self.vehicle = memory_pair()
+        self.dive = new_folder(folder, UNIX_S, "lake")
+        self.recorder = Recorder(
+            [ours], self.dive.open_telemetry, self.clock, lambda: 1 << 40, lambda _: None
+        )
+
+    def wait(self, timeout_s):
+        for _ in range(round(timeout_s / STEP_S)):
+            self.clock.advance_to(self.clock.now_s + STEP_S)
+            raw = self.encoder.frame(30, bytes(28))
+            self.vehicle.write(raw)
+            self.recorder.step(0.0)
+            self.said.append((self.clock.now_s, raw))
+            self.look()
+        self.left_s -= timeout_s
+        return self.left_s <= 0
+
+    def look(self):
+        """All but what came in the last half second, and a step, is there."""
+        left = self.disk.after(self.folder, self.folder.with_name("after"))
+        kept = frames_in(file for dive in sorted(left.iterdir()) for file in DiveFolder(dive).telemetry())
+        old = [raw for at_s, raw in self.said if at_s <= self.clock.now_s - SYNC_EVERY_S - STEP_S]
+        assert kept[: len(old)] == old
+        self.looks += bool(old)
+
+
+def test_a_recorder_loses_half_a_second_at_most_when_the_power_fails(disk, tmp_path):
+    (tmp_path / "dives").mkdir()
+    power = Power(disk, tmp_path / "dives", 5.0)
+    power.recorder._sync_until(power)
+    assert power.looks > 50
+    following = new_folder(tmp_path / "dives", UNIX_S + 60.0, "lake")
+    power.recorder.go_on(following.open_telemetry, lambda _: None)
+    power.recorder.sync()
+    power.left_s = 5.0
+    power.recorder._sync_until(power)
+    assert len(frames_in([following.path / "telemetry.tlog"])) > 50
+    power.recorder.close()
+
+
+def test_what_a_file_held_that_could_not_be_written_on_is_put_on_the_disk(disk, tmp_path, monkeypatch):
+    (tmp_path / "dives").mkdir()
+    power = Power(disk, tmp_path / "dives", 5.0)
+    write, fails_at = os.write, iter(range(1, 1000))
+    monkeypatch.setattr(
+        "os.write", lambda file, data: refuse() if next(fails_at) == 37 else write(file, data)
+    )
+
+    def refuse():
+        raise OSError(28, "No space left on device")
+
+    power.recorder._sync_until(power)
+    assert power.recorder.files == 2
+    assert power.looks > 50
+    power.recorder.close()
+
+
+def test_a_vehicles_own_recording_loses_half_a_second_at_most_when_its_power_fails(disk, tmp_path):
+    ring, clock, encoder = tmp_path / "ring", SimulatedClock(), Encoder(1, 1)
+    ring.mkdir()
+    keeper = RingKeeper(RingFiles(ring, Bounds(1_000_000, 1000), 7), 7, clock)
+    said = []
+    for _ in range(200):
+        clock.advance_to(clock.now_s + STEP_S)
+        raw = encoder.frame(30, bytes(28))
+        keeper.put(round((UNIX_S + clock.now_s) * 1e6), clock.now_s, [raw])
+        keeper.work()
+        said.append((clock.now_s, raw))
+        left = disk.after(ring, tmp_path / "after")
+        kept = frames_in([left / segment.name for segment, _ in segments_in(left)])
+        old = [raw for at_s, raw in said if at_s <= clock.now_s - RING_SYNC_EVERY_S - STEP_S]
+        assert kept[: len(old)] == old
+    assert len(segments_in(ring)) == 5
+    keeper.close()
