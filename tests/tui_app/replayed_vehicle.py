@@ -18,11 +18,11 @@ LENGTH_S = 90
 REAL32 = dialect.MAV_PARAM_TYPE_REAL32
 
 
-def record(path):
-    """A vehicle that surges to and fro, armed, with its feed-forward on; ten readings a second."""
+def record(path, hz=10):
+    """A vehicle that surges to and fro, armed, with its feed-forward on; so many readings a second of each kind."""
     encoder, writer = Encoder(1, 1), TlogWriter(path)
-    for n in range(10 * LENGTH_S):
-        now_s = n / 10
+    for n in range(hz * LENGTH_S):
+        now_s = n / hz
         surge = 0.3 * math.sin(now_s)
         readings = [
             ("imu", (0.0, 0.0, -9.81, 0.0, 0.0, 0.05, math.nan)),
@@ -33,7 +33,7 @@ def record(path):
             ("nu_fb", (surge, 0.0, 0.0, 0.0, 0.0, 0.05)),
             ("nu_ref", (0.3, *(0.0,) * 13)),
         ]
-        if n % 10 == 0:
+        if n % hz == 0:
             readings += [
                 ("alive", (1.0, float(dialect.MAV_TYPE_SUBMARINE), float(dialect.MAV_AUTOPILOT_GENERIC))),
                 ("battery", (15.9, 12.0)),

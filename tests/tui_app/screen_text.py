@@ -89,7 +89,7 @@ def _known(app):
     widget = next(iter(app.screen.query(LineView)))
     letters, legend = {}, {}
     for role in ROLES:
-        segments = [Segment("x", widget.get_component_rich_style(f"line--{role}"))]
+        segments = [Segment("x", widget.screen.get_component_rich_style(f"line--{role}"))]
         for line_filter in app.get_line_filters():
             segments = line_filter.apply(segments, Color.parse("black"))
         look = _look(segments[0].style)

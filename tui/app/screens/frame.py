@@ -13,6 +13,7 @@ from textual.widgets import Static
 from tui.app.actions import EVERYWHERE, Action
 from tui.app.desk import Desk
 from tui.app.header import Tab
+from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
 from tui.app.widgets.key_line import KeyLine
 from tui.app.widgets.line_view import LineView
@@ -36,6 +37,7 @@ class AtDesk(Protocol):
 class StationScreen(Screen[None]):
     """Subclasses give a body, their actions, and a legend: what their marks mean, by mark."""
 
+    COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)
     ACTIONS: ClassVar[tuple[Action, ...]] = ()
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = ()
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (140, "-wide")]  # noqa: RUF012 (Textual's own type)

@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Iterator
-from typing import Final
+from typing import ClassVar, Final
 
 from textual.app import App, ComposeResult
 from textual.binding import Binding
@@ -12,6 +12,7 @@ from textual.screen import ModalScreen, Screen
 from tui.app.actions import Action, bindings
 from tui.app.lines import Line, Lines
 from tui.app.screens.frame import StationScreen
+from tui.app.themes import ROLE_CLASSES
 from tui.app.view import View
 from tui.app.widgets.line_view import LineView
 
@@ -48,6 +49,7 @@ class HelpText(LineView):
 class HelpScreen(ModalScreen[None]):
     """A box over the screen; the top line stays bright and live."""
 
+    COMPONENT_CLASSES: ClassVar[set[str]] = set(ROLE_CLASSES)
     BINDINGS = bindings(CLOSING)  # type: ignore[assignment]
 
     def __init__(self, lines: Lines) -> None:

@@ -105,8 +105,7 @@ class WatchScreen(StationScreen):
         await self.begin_on("dives")
 
     def action_charts(self) -> None:
-        self.toggle_class("-first")
-        self.toggle_class("-second")
+        self.toggle_class("-first", "-second")
 
     def action_words(self) -> None:
         self.toggle_class("-words")

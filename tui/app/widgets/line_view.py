@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import zip_longest
-from typing import ClassVar, Final
+from typing import Final
 
 from rich.segment import Segment
 from rich.style import Style
@@ -11,16 +11,14 @@ from textual.geometry import Region, Size
 from textual.strip import Strip
 from textual.widget import Widget
 
-from tui.app.lines import ROLES, Lines, Role, changed, harmless
+from tui.app.lines import Lines, Role, changed, harmless
 from tui.app.view import View
 
 NOT_UNDERLINED: Final = Style(underline=False)
 
 
 class LineView(Widget):
-    """Subclasses say which lines a view is, for so many cells and rows."""
-
-    COMPONENT_CLASSES: ClassVar[set[str]] = {f"line--{role}" for role in ROLES}
+    """Subclasses say which lines a view is, for so many cells and rows. Its screen has the classes of the roles."""
 
     def __init__(self, *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes)
@@ -63,7 +61,7 @@ class LineView(Widget):
     def _segments(self, text: str, role: Role) -> Iterator[Segment]:
         """One span; what only fills at its ends is not underlined."""
         text = harmless(text)
-        style = self.get_component_rich_style(f"line--{role}")
+        style = self.screen.get_component_rich_style(f"line--{role}")
         bare = text.strip() if style.underline else text
         before, _, after = text.partition(bare) if bare else (text, "", "")
         unmarked = style + NOT_UNDERLINED
