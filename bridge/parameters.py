@@ -147,6 +147,7 @@ class ParameterServer:
         self._memory = Memory(store_path, hull, self._table)
         self.trouble = self._memory.trouble
         self._texts = [*self._memory.texts]
+        self._news: list[str] = []
         self._mode, self._is_stored = self._memory.mode, False
         defaults = {parameter.name: parameter.default for parameter in table}
         self._committed = self._memory.committed
@@ -229,6 +230,11 @@ class ParameterServer:
         texts, self._texts = self._texts, []
         return texts
 
+    def take_news(self) -> list[str]:
+        """What went as it should, each once, for STATUSTEXT: nothing to warn of."""
+        news, self._news = self._news, []
+        return news
+
     def _set_mode(self, value: float, armed: bool) -> Refusal | None:
         if value not in (0.0, 1.0, 2.0, 3.0):
             return Refusal.OUT_OF_RANGE
@@ -264,7 +270,7 @@ class ParameterServer:
             return Refusal.DENIED
         if self._active != before[0]:
             self._by_configuration = self._sorted_by_configuration()
-            self._texts.append(f"FF set {self.active_crc} active")
+            self._news.append(f"FF set {self.active_crc} active")
         return None
 
     def _is_mine(self, message: Any, broadcast: bool) -> bool:

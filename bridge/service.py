@@ -235,6 +235,8 @@ class Bridge:
         kept = self._ring.take_texts() if self._ring else ()
         for text in (*self._parameters.take_texts(), *self._watch.texts(now_s), *kept):
             self.say(text)
+        for text in self._parameters.take_news():
+            self.say(text, dialect.MAV_SEVERITY_NOTICE)
         self._flush()
 
     def _take(self, sample: Sample) -> None:

@@ -100,15 +100,20 @@ class Recordings:
         return found
 
     def newest(self) -> Path:
-        """The dive that was over last; before one was, the newest folder. Raises LogError where there is none."""
-        other, dive = self._other(), self._finished
+        """The dive that was over last, never the one that is being recorded. Raises LogError where there is none."""
+        other, dive, present = self._other(), self._finished, None
         if self._own is not None:
-            dive = self._own.finished or dive or self._own.folder.path
+            present = self._own.folder.path
+            dive = self._own.finished or dive or newest_dive(self._root, present)
         elif other is not None:
             present = Path(other.folder)
-            dive = newest_dive(present.parent, present) or present
+            dive = newest_dive(present.parent, present)
         else:
             dive = dive or newest_dive(self._root)
+        if dive is None and present is not None:
+            raise LogError(
+                f"no dive is over yet, {present} is being recorded; `seatrial record next` ends it, or give a DIVE"
+            )
         if dive is None:
             raise LogError(
                 f"{self._root}: no dive folder is there; give a DIVE, or `seatrial record start` first"

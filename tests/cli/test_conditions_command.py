@@ -63,8 +63,8 @@ def test_json_has_them_with_the_density(dive, capsys):
     ("words", "sentence"),
     [
         (["nowhere"], "nowhere: no such dive folder"),
-        (["--salinity", "much"], "salinity: 'much' is no number"),
-        (["--water-temperature", "90"], "water_temperature_c: must lie from -2 to 40"),
+        (["--salinity", "much"], "--salinity: 'much' is no number"),
+        (["--water-temperature", "90"], "--water-temperature: must lie from -2 to 40"),
     ],
 )
 @pytest.mark.usefixtures("dive")

@@ -302,6 +302,16 @@ def test_a_newer_recording_that_can_tell_nothing_is_said_to_be_passed_over(dive)
     assert said == ["hovering; deck, recorded since, can tell nothing yet"]
 
 
+def test_two_dives_of_one_name_are_told_apart_by_their_folders(dive):
+    async def work(app, pilot):
+        await pressed(pilot, "i")
+        await ended(app, pilot)
+
+    newer = DECK | {"folder": str(dive.with_name("2026-11-21T0452Z-hovering")), "name": "hovering"}
+    _, said = on_watch([HOVERING | {"folder": str(dive)}, newer], work)
+    assert said == [f"{dive.name}; 2026-11-21T0452Z-hovering, recorded since, can tell nothing yet"]
+
+
 def test_leaving_while_the_dives_are_listed_begins_nothing_later(dive):
     verbs = FakeVerbs({})
 

@@ -9,6 +9,7 @@ from made_dives import FakeVerbs, desk
 from made_view import FixedViews, view
 from screen_text import made, pressed, run, text
 from textual.command import CommandPalette
+from textual.containers import VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Input
 
@@ -87,6 +88,28 @@ def test_help_shows_the_live_keys_and_what_marks_mean_and_escape_closes_it(key):
         assert isinstance(app.screen, WatchScreen)
 
     run(made(FixedViews()), WIDE, work)
+
+
+@pytest.mark.parametrize("row", SCREENS, ids=lambda row: row.id)
+def test_help_says_what_each_mark_means_in_whole_sentences_where_it_is_narrow(row):
+    async def work(app, pilot):
+        await app.run_action(f"app.open('{row.id}')")
+        await pressed(pilot, "question_mark")
+        app.screen.query_one(VerticalScroll).scroll_end(animate=False)
+        await pilot.pause()
+        shown = " ".join(" ".join(line.strip(" │▁▂▃▄▅▆▇█▎▊") for line in text(app).splitlines()).split())
+        assert all(f"{mark} {meaning}" in shown for mark, meaning in row.make.LEGEND)
+
+    run(made(FixedViews(), desk=desk()), (80, 48), work)
+
+
+@pytest.mark.parametrize(("keymap", "key"), [({}, "^q"), ({"app.quit": "f10"}, "f10")])
+def test_ctrl_c_leaves_nothing_and_says_in_plain_words_which_key_does(keymap, key):
+    async def work(app, pilot):
+        await pressed(pilot, "ctrl+c")
+        assert [one.message for one in app._notifications] == [f"{key} leaves; the recording goes on"]
+
+    run(made(FixedViews(), keymap=keymap), NARROW, work)
 
 
 def test_help_shows_keys_as_the_keymap_has_them():

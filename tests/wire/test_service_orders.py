@@ -86,6 +86,19 @@ def test_parameters_are_listed_paced_written_and_guarded_while_armed() -> None:
     assert sorted(kinds) == ["PARAM_ERROR", "PARAM_VALUE", "STATUSTEXT"]
 
 
+def test_a_set_that_became_active_is_told_as_news_and_a_refused_one_as_a_warning() -> None:
+    rig = Rig()
+
+    def commit(crc: int) -> list[tuple[str, int]]:
+        told = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF_COMMIT", float(crc), 9))
+        return [(m.text, m.severity) for m in told if m.get_type() == "STATUSTEXT"]
+
+    rig.parameters.write("FF0_M_U", 96.5, False)
+    crc = rig.parameters.staged_crc
+    assert commit(crc) == [(f"FF set {crc} active", dialect.MAV_SEVERITY_NOTICE)]
+    assert commit(1) == [("FF_COMMIT refused: CRC is not the staged set's", dialect.MAV_SEVERITY_WARNING)]
+
+
 def test_writes_that_come_too_fast_are_dropped_and_told_and_off_is_taken_all_the_same() -> None:
     rig = Rig()
     rig.parameters.write("FF_COMMIT", float(rig.parameters.staged_crc), False)

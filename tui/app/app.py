@@ -209,6 +209,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         key = next(self._key_of(action) for action in EVERYWHERE if action.id == "app.quit")
         self.notify(f"{verbs} at work, and lost if you leave now; {key} again leaves", severity="warning")
 
+    def action_help_quit(self) -> None:
+        """Ctrl-C, which ends nothing here: say which key leaves."""
+        action = next(action for action in EVERYWHERE if action.id == "app.quit")
+        self.notify(f"{self._key_of(action)} leaves; the recording goes on")
+
     def _at_work(self) -> set[tuple[str, float]]:
         """The long verbs that run, and when each began."""
         jobs = self.desk.jobs

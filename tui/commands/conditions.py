@@ -42,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from gcs_plugin.asked_conditions import last_conditions, of_texts, texts_of
+    from bridge.errors import ConfigError
+    from gcs_plugin.asked_conditions import last_conditions, mistakes, of_texts, texts_of
     from gcs_plugin.conditions import NOTHING_SAID
     from tui import show
     from tui.outputs import check_file
@@ -50,6 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     check_file("--json", arguments.json)
     folder = _folder(arguments.dive)
     given = {name: getattr(arguments, name) for name in OPTIONS if getattr(arguments, name) is not None}
+    if wrong := mistakes(given):
+        raise ConfigError(". ".join(f"{OPTIONS[name][0]}: {sentence}" for name, sentence in wrong.items()))
     before = last_conditions(folder.path.resolve().parent, folder.path)
     conditions = folder.about().conditions
     if given or arguments.same:

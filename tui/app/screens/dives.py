@@ -245,10 +245,14 @@ class DivesScreen(StationScreen):
 
     def _tell_skipped(self) -> None:
         """Say which newer dives are not the one that is meant, so that nobody takes an older one for the newest."""
-        skipped = [dive.name for dive in self._dives[: self._index()]]
+        among = self._dives[: self._index() + 1]
+        names = [dive.name for dive in among]
+        if len(set(names)) < len(names):
+            names = [dive.folder.name for dive in among]  # with its date, for two bear one name
+        *skipped, meant = names
         if skipped:
             newer = " and ".join(reversed(skipped))
-            self.notify(f"{self._dives[self._index()].name}; {newer}, recorded since, can tell nothing yet")
+            self.notify(f"{meant}; {newer}, recorded since, can tell nothing yet")
 
     def _index(self) -> int:
         return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), 0)

@@ -89,7 +89,9 @@ def _legend(screen: StationScreen) -> Iterator[Line]:
     if screen.LEGEND:
         yield (("Marks", "strong"),)
         for mark, meaning in screen.LEGEND:
-            yield ((f"  {mark:<{KEY_CELLS}}", "accent"), (meaning, "plain"))
+            head, *further = textwrap.wrap(meaning, CELLS - KEY_CELLS - 2)
+            yield ((f"  {mark:<{KEY_CELLS}}", "accent"), (head, "plain"))
+            yield from (((" " * (2 + KEY_CELLS), "plain"), (piece, "plain")) for piece in further)
         yield ()
 
 

@@ -1,0 +1,68 @@
+"""Which dive MAVProxy's `seatrial identify` takes where none is given: the one that was over last."""
+
+import os
+import struct
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LogError
+from bridge.framing import Encoder
+from gcs_plugin.holder import Holding, write_holding
+
+recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
+
+VEHICLE = Encoder(1, 1)
+HUB = "tcpin:127.0.0.1:5777"
+
+
+@pytest.fixture(autouse=True)
+def at_home(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+
+
+def dive(name, began_s):
+    folder = Path("dives") / name
+    folder.mkdir(parents=True)
+    frame = VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    (folder / "telemetry.tlog").write_bytes(struct.pack(">Q", int(began_s * 1e6)) + frame)
+    return folder
+
+
+def of_another(present):
+    """MAVProxy at the hub of a process that records into `present`."""
+    clock = SimulatedClock()
+    began = "2026-11-20T09:12:03Z"
+    write_holding(Holding(os.getpid(), HUB, (), str(present), began, 1, 1, 0, 7200.0, (), clock.unix_s()))
+    return recordings.Recordings(clock, lambda _: None, lambda: [HUB], lambda: None)
+
+
+def test_of_a_dive_that_is_recorded_by_another_process_it_takes_the_one_before():
+    earlier, present = dive("a", 1.79e9), dive("b", 1.79e9 + 3600)
+    assert of_another(present).newest() == earlier
+
+
+def test_the_dive_that_is_recorded_is_refused_where_it_is_the_only_one():
+    present = dive("a", 1.79e9)
+    with pytest.raises(LogError, match=f"no dive is over yet, {present} is being recorded"):
+        of_another(present).newest()
+
+
+def test_mavproxys_own_recording_is_refused_likewise_and_the_dive_before_it_is_taken():
+    own = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
+    own.command(["start"])
+    try:
+        with pytest.raises(LogError, match="no dive is over yet"):
+            own.newest()
+        earlier = dive("a", 1.79e9)
+        assert own.newest() == earlier
+    finally:
+        own.stop()
+
+
+def test_where_no_dive_is_there_it_says_how_one_is_made():
+    with pytest.raises(LogError, match="dives: no dive folder is there; give a DIVE"):
+        recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None).newest()
