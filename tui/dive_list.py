@@ -8,7 +8,7 @@ import contextlib
 import json
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Load = Callable[[str], VehicleFile]
 
-VERSION: Final = 4
+VERSION: Final = 5
 PARTIAL: Final = ".part"
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""
@@ -66,7 +66,7 @@ class Glance:
 class DiveRow:
     """One dive of a list; `notes` and `events` are the crew's own words, each event with its time.
 
-    `conditions` is what the dive was made under, in a line.
+    `conditions` is what the dive was made under, in a line. `damaged` says why its `dive.yaml` can't be read.
     """
 
     folder: Path
@@ -77,6 +77,7 @@ class DiveRow:
     events: tuple[str, ...]
     learnt: tuple[str, ...]
     conditions: str = ""
+    damaged: str = ""
 
 
 def dive_folders(root: Path) -> list[Path]:
@@ -92,9 +93,12 @@ def row_of(
     folder: Path, named: VehicleFile | None = None, otherwise: str = "", load: Load = load_vehicle
 ) -> DiveRow:
     """One dive; `named` is the vehicle file to judge it by, else the one that `dive.yaml` names, else `otherwise`."""
-    about, vehicle, trouble = About(), named, ""
+    about, damaged, vehicle, trouble = About(), "", named, ""
     try:
         about = DiveFolder(folder).about()
+    except ConfigError as error:
+        damaged = str(error)
+    try:
         if vehicle is None and (file := vehicle_named(about, otherwise)):
             vehicle = load(file)
     except ConfigError as error:
@@ -103,8 +107,10 @@ def row_of(
     key = _key(files, vehicle)
     glance = _kept(folder, key)
     if glance is None:
-        glance = _looked(folder, vehicle, trouble)
+        glance = _looked(folder, vehicle)
         _keep(folder, key, glance)
+    if trouble:
+        glance = replace(glance, why_not=trouble)
     size = sum(size for _, size, _ in key["recordings"])
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
     return DiveRow(
@@ -116,6 +122,7 @@ def row_of(
         events,
         tuple(_learnt(folder)),
         about.conditions.words,
+        damaged,
     )
 
 
@@ -169,7 +176,7 @@ def _recordings(folder: Path) -> list[Path]:
         return []
 
 
-def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
+def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
     """What reading the recording tells."""
     from identify.dates import date_of
     from identify.ingest.open import read_dive
@@ -191,7 +198,7 @@ def _looked(folder: Path, vehicle: VehicleFile | None, trouble: str) -> Glance:
         loss=_loss(folder),
         relative_std=told,
         spans=_spans(dive, vehicle),
-        why_not=trouble or why_not,
+        why_not=why_not,
         stray=stray_bytes(folder),
         restarts=next((note for note in dive.notes if note.startswith(RESTARTED)), ""),
     )

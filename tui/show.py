@@ -24,6 +24,7 @@ from bridge.clock import Clock, SystemClock
 from bridge.errors import LogError
 from bridge.printable import printable
 from tui import told
+from tui.whole_file import replace_file
 
 Tell = Callable[[float, str], None]
 
@@ -250,7 +251,7 @@ def _named_lines(console: Console, sentence: str, clock: Clock) -> Tell:
 
 
 def write_json(data: Any, target: str | None) -> None:
-    """Write `data` as JSON to a file, or to standard output for `-`; nothing where `target` is None.
+    """Write `data` as JSON to a file, whole or not at all, or to standard output for `-`; nothing where it is None.
 
     Raises LogError where the file can't be written.
     """
@@ -261,7 +262,7 @@ def write_json(data: Any, target: str | None) -> None:
         sys.stdout.write(text)
         return
     try:
-        Path(target).write_text(text, encoding="utf-8")
+        replace_file(Path(target), text)
     except OSError as error:
         raise LogError(f"{target}: the JSON can't be written ({error.strerror}); give another file") from None
 

@@ -259,6 +259,34 @@ def test_a_vehicle_file_that_is_gone_is_told_and_the_rest_is_shown(dives, vehicl
     assert "------" in shown
 
 
+def test_a_damaged_dive_yaml_is_told_however_the_dive_was_listed_before(dives, vehicle, capsys):
+    folder = dives / "2026-11-20T1015Z-nobody"
+    row_of(folder)
+    (folder / "dive.yaml").write_text("vehicle: [1,2", encoding="utf-8")
+    unknown = row_of(folder)
+    judged = row_of(folder, otherwise=f"{vehicle}:only")
+    assert (unknown.glance.relative_std, judged.glance.relative_std["M_u"] < 0.1) == (None, True)
+    assert unknown.damaged == judged.damaged
+    assert f"{folder}/dive.yaml" in judged.damaged
+    for words in ([], ["--vehicle", f"{vehicle}:only"], ["--otherwise", f"{vehicle}:only"]):
+        capsys.readouterr()
+        cli.main(["dives", str(folder), *words])
+        shown = " ".join(capsys.readouterr().out.split())
+        assert f"nobody: {judged.damaged}" in shown
+        assert ("no vehicle file is known" in shown) == (not words)
+        assert "nothing to identify" not in shown
+    DiveFolder(folder).path.joinpath("dive.yaml").unlink()
+    assert row_of(folder).damaged == ""
+
+
+def test_why_a_vehicle_file_is_not_there_is_kept_in_no_glance(dives, vehicle):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    vehicle.unlink()
+    assert "one-axis.yaml: the dive's vehicle file is not there" in row_of(folder).glance.why_not
+    (folder / "dive.yaml").unlink()
+    assert row_of(folder).glance.why_not == "no vehicle file is known; give one with --vehicle"
+
+
 def test_a_folder_without_dives_says_so_and_one_that_is_not_there_is_refused(tmp_path, capsys):
     assert cli.main(["dives", str(tmp_path)]) == exit_codes.DONE
     assert "holds no dive" in capsys.readouterr().out

@@ -1,6 +1,9 @@
 """What verbs show: numbers, tables, JSON."""
 
+import errno
 import json
+import os
+from pathlib import Path
 
 import pytest
 
@@ -41,6 +44,31 @@ def test_json_goes_into_a_file_and_nowhere_without_one(tmp_path, capsys):
 def test_json_that_can_not_be_written_names_the_file(tmp_path):
     with pytest.raises(LogError, match="nowhere"):
         show.write_json([1], str(tmp_path / "nowhere" / "out.json"))
+
+
+def test_json_on_a_full_disk_leaves_what_lay_there_and_no_empty_file(tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    kept = tmp_path / "kept.json"
+    show.write_json([1], str(kept))
+    monkeypatch.setattr(os, "fsync", full)
+    for name in ("kept.json", "new.json"):
+        with pytest.raises(
+            LogError, match=f"{name}: the JSON can't be written \\(No space left on device\\)"
+        ):
+            show.write_json([2], str(tmp_path / name))
+    assert list(tmp_path.iterdir()) == [kept]
+    assert kept.read_text(encoding="utf-8") == "[\n  1\n]\n"
+
+
+def test_json_goes_into_a_device_and_through_a_link(tmp_path):
+    (tmp_path / "link.json").symlink_to(tmp_path / "out.json")
+    show.write_json([1], str(tmp_path / "link.json"))
+    assert (tmp_path / "link.json").is_symlink()
+    assert json.loads((tmp_path / "out.json").read_text(encoding="utf-8")) == [1]
+    show.write_json([1], os.devnull)
+    assert not Path(os.devnull).is_file()
 
 
 def test_progress_without_a_terminal_is_a_line_every_few_seconds(monkeypatch, capsys):

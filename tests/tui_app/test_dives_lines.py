@@ -153,3 +153,10 @@ def test_bytes_that_belong_to_no_message_are_told():
 def test_a_restart_and_the_run_that_is_used_are_told():
     (restarted,) = listed([HOVERING | {"restarts": "The vehicle restarted 1 time; of 2 runs one is used."}])
     assert "The vehicle restarted 1 time; of 2 runs one is used." in said(details(restarted, False, 80))
+
+
+def test_a_damaged_dive_yaml_is_told_beside_what_the_dive_could_tell():
+    (damaged,) = listed([HOVERING | {"damaged": "dives/a/dive.yaml: line 2: no YAML"}])
+    lines = said(details(damaged, False, 80))
+    assert "dives/a/dive.yaml: line 2: no YAML" in lines
+    assert not any("not known" in line or "nothing to identify" in line for line in lines)

@@ -105,6 +105,8 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
         lines += hanging(f"can't be read: {dive.error}", "bad", cells)
     else:
         lines += _axes(dive)
+    if dive.damaged:
+        lines += hanging(dive.damaged, "bad", cells)
     if dive.why_not:
         unknown = (
             "what it could identify is not known" if dive.relative_std is None else "nothing to identify"

@@ -22,7 +22,7 @@ class Span:
 class ListedDive:
     """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
 
-    `spans` by axis ("surge"). `why_not`, `error`, `stray` and `restarts` are sentences, "" for none.
+    `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts` and `damaged` are sentences, "" for none.
     """
 
     folder: Path
@@ -41,6 +41,7 @@ class ListedDive:
     conditions: str = ""
     stray: str = ""
     restarts: str = ""
+    damaged: str = ""
 
     @property
     def identifiable(self) -> bool:
@@ -86,6 +87,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         str(data["conditions"]),
         str(data.get("stray", "")),
         str(data.get("restarts", "")),
+        str(data.get("damaged", "")),
     )
 
 

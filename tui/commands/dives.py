@@ -97,6 +97,8 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
     glance = row.glance
     if glance.error:
         yield f"can't be read: {glance.error}"
+    if row.damaged:
+        yield row.damaged
     if glance.why_not:
         yield (
             f"what it could identify is not known: {glance.why_not}"
@@ -148,6 +150,7 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "error": glance.error,
         "stray": glance.stray,
         "restarts": glance.restarts,
+        "damaged": row.damaged,
         "notes": row.notes,
         "conditions": row.conditions,
         "events": list(row.events),
