@@ -54,6 +54,21 @@ def test_a_job_that_has_told_nothing_reads_the_dive_and_one_that_is_stopped_says
     assert said(progress(JobState(WORDS, 0.0, cancelled=True), 1.0, 80))[0].startswith("STOPPING")
 
 
+@pytest.mark.parametrize(
+    ("what", "title"),
+    [
+        ({"done": Done(exit_codes.DONE, {}, ())}, "IDENTIFIED"),
+        ({"done": Done(exit_codes.NO, {}, ())}, "IDENTIFIED"),
+        ({"done": Done(exit_codes.BAD_INPUT, None, ())}, "FAILED"),
+        ({"done": Done(exit_codes.INTERRUPTED, None, ()), "cancelled": True}, "STOPPED"),
+    ],
+)
+def test_once_it_is_over_the_title_says_how_it_ended(what, title):
+    over = JobState(WORDS, 10.0, (*passes(), answer(), answer("pinn")), ended_s=43.0, **what)
+    assert said(progress(over, 99.0, 80))[0].startswith(f"{title} 2026-11-21T0352Z-hovering ─")
+    assert said(progress(over, 99.0, 80))[0].endswith("00:00:33")
+
+
 def test_the_answer_of_one_method_stands_beside_the_curves_of_the_other_as_soon_as_it_is_there():
     told = (*passes(), answer(), *passes(4)[-1:])
     assert said(curves(told, 80, 18))[0].startswith("M_u      111.8 ± 2.8 kg        vs 111.7 ")
@@ -107,6 +122,17 @@ def test_all_curves_fit_into_their_room(cells, rows):
     assert len(lines) <= rows
     assert all(width(line) <= cells for line in lines)
     assert all(name in "\n".join(said(lines)) for name in BY_NAME)
+
+
+@pytest.mark.parametrize("rows", [12, 16, 17, 18, 23])
+def test_no_row_is_left_empty_where_the_lines_on_top_take_some(rows):
+    lines = said(curves(passes(), 80, rows))
+    assert len(lines) == rows
+    heads = [n for n, line in enumerate(lines) if "±" in line]
+    assert len(heads) == 6
+    for head, following in zip(heads, [*heads[1:], rows], strict=True):
+        drawn = "".join(lines[head + 1 : following])
+        assert any("\u2801" <= character <= "\u28ff" for character in drawn)
 
 
 def test_what_lies_beside_a_dive_is_read(dive):

@@ -16,7 +16,6 @@ from tui.told import Told
 LEAST_PASSES: Final = 4
 LEAST_SPAN: Final = 0.001  # of the value, so that one that stands still has an axis
 SMALLEST: Final = 1e-9
-CURVE_ROWS: Final = 2
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "
     told: Line = ((f" ± {significant(float(half[-1]), 2)}", "reference"), (f" {unit}", "quiet"))
     head = (*head, *told)
     across = cells - AXIS_CELLS
-    if rows <= CURVE_ROWS or across < 1:
+    if rows < 2 or across < 1:
         return (_cut(head, cells),)
     head = apart(head, ((beside or f"pass {len(value)}", "reference" if beside else "quiet"),), cells)
     bottom, top = _range(value, half)
@@ -59,7 +58,8 @@ def converging(passes: Passes, unit: str, cells: int, rows: int, beside: str = "
     measured, asked = braille.cells(middle), braille.cells(dotted)
     # An interval narrower than a row shows in the value's own cells or nowhere.
     measured = np.where(measured != braille.BLANK, measured | asked, measured)
-    labels = {0: significant(top), rows - 2: significant(bottom)}
+    # A single row has no two ends to be named.
+    labels = {0: significant(top), rows - 2: significant(bottom)} if rows > 2 else {}
     lines: list[Line] = [_cut(head, cells)]
     for row in range(rows - 1):
         label = labels.get(row, "")

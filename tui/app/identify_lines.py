@@ -32,12 +32,19 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
     if page is not None and state.runs:
         return (_bar(PAGE, page, cells),)
     clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
-    title = "STOPPING" if state.cancelled and state.runs else "IDENTIFYING"
     then = "then parameters, " if goes_on and state.runs else ""
-    lines: list[Line] = [heading(f"{title} {_dive(state)}", then + clock, cells)]
+    lines: list[Line] = [heading(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
     return (*lines, *(_bar(method, told, cells) for method, told in newest.items()))
+
+
+def _stage(state: JobState) -> str:
+    if state.done is None:
+        return "STOPPING" if state.cancelled else "IDENTIFYING"
+    if state.cancelled and not state.draws:
+        return "STOPPED"
+    return "IDENTIFIED" if state.cancelled or state.done.code in AFTER_A_RUN else "FAILED"
 
 
 def _dive(state: JobState) -> str:
@@ -68,11 +75,11 @@ def curves(told: Sequence[Told], cells: int, rows: int) -> Lines:
     beside = {method: values for method, values in answered.items() if method != own}
     columns = 4 if cells >= WIDE else 2
     below = -(-len(passes) // columns)
-    each, high = cells // columns, max(rows // below, 1)
+    each, (high, left) = cells // columns, divmod(rows, below)
     lines: list[Line] = []
     for row in range(below):
         charts = [
-            converging(one, _unit(one.name), each - 1, high, _said(beside, one.name))
+            converging(one, _unit(one.name), each - 1, high + (row < left), _said(beside, one.name))
             for one in passes[row * columns : (row + 1) * columns]
         ]
         for y in range(max(map(len, charts))):
