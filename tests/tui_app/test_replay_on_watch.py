@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from made_dives import HOVERING, FakeVerbs, desk
+from made_replay import StillReplay, replayed
 from made_view import FixedViews, picture
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
@@ -13,7 +14,7 @@ from screen_text import check, made, pressed, run, text
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter
 from tui.app.lines import width
-from tui.app.replay import BEFORE_S, SPEEDS, Replay, Replayed, bar
+from tui.app.replay import BEFORE_S, SPEEDS, Replay, bar
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
 
@@ -132,10 +133,6 @@ def test_it_stands_still_at_its_end_with_the_last_frame_and_begins_anew(replay, 
     assert replay.shown().picture == (0, 2, 3)
 
 
-def replayed(**what):
-    return replace(Replayed("2026-11-21T0352Z-hovering", picture(), 192.0, 807.0, 4.0, False), **what)
-
-
 def test_the_line_says_what_is_replayed_and_where_in_it_one_is():
     text = bar(replayed(), 80)[0][0]
     assert text.startswith(" REPLAY 2026-11-21T0352Z-hovering ")
@@ -149,26 +146,6 @@ def test_the_line_is_as_wide_as_the_screen_and_inverse_throughout(cells):
     line = bar(replayed(name="x" * 100), cells)
     assert width(line) == cells
     assert {role for _, role in line} == {"lost"}
-
-
-class StillReplay:
-    """A replay that stands still, and counts what it is told."""
-
-    def __init__(self, shown=None):
-        quiet = replace(picture(), said=(), armed_age_s=0.2)
-        self.now, self.told = shown or replayed(picture=quiet), []
-
-    def shown(self):
-        return self.now
-
-    def toggle(self):
-        self.told.append("toggle")
-
-    def seek(self, by_s):
-        self.told.append(by_s)
-
-    def faster(self, steps):
-        self.told.append(f"{steps:+d}")
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 from made_dives import FakeVerbs, desk
+from made_replay import StillReplay
 from made_view import FixedViews, view
 from screen_text import made, pressed, run, text
 from textual.command import CommandPalette
@@ -164,6 +165,23 @@ def test_the_palette_has_every_action():
         assert not any(name.startswith("Watch: ") for name in others)
 
     run(made(FixedViews()), NARROW, work)
+
+
+def test_what_moves_is_in_the_palette_of_its_own_screen_while_it_does_something():
+    async def found(app, words):
+        provider = next(iter(app.COMMANDS))(app.screen)
+        return words in [hit.text async for hit in provider.search(words)]
+
+    async def on_watch(app, _):
+        return [await found(app, words) for words in ("Slower", "+10 s", "Newest")]
+
+    async def on_dives(app, pilot):
+        await pressed(pilot, "2")
+        return [await found(app, words) for words in ("Slower", "+10 s", "Newest")]
+
+    assert run(made(FixedViews(), desk=desk()), NARROW, on_watch) == [False, False, False]
+    assert run(made(FixedViews(), desk=desk(replay=StillReplay())), NARROW, on_watch) == [True, True, False]
+    assert run(made(FixedViews(), desk=desk()), NARROW, on_dives) == [False, False, True]
 
 
 def test_an_action_of_another_screen_opens_that_screen_and_says_where_it_does_nothing_there():

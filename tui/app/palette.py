@@ -1,4 +1,4 @@
-"""Every action in the command palette, from the same table as keys and help."""
+"""What can be done now, in the command palette: from the same table as keys and help."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tui.app.app import SeatrialApp
 
 MOVING: Final = "replay."
-"""Actions that make no sense before one sees what they move in."""
+"""Actions that make no sense before one sees what they move in: a replay ends as Watch is left."""
 
 
 class ActionPalette(CommandPalette):
@@ -29,6 +29,7 @@ class ActionPalette(CommandPalette):
 class ActionProvider(Provider):
     """The actions that are live on the screen that the palette was opened from, those of the others, and the themes.
 
+    On its own screen an action is there while it does something; of other screens none that moves a mark or a replay.
     Where the app is view-only those alone that look.
     """
 
