@@ -7,7 +7,7 @@ import pytest
 from made_view import SAID, SENSORS, picture
 
 from gcs_plugin.watch.picture import Condition, Freshness, Said
-from tui.app.panes import sensors, signed_bar, thrusters, words, worst
+from tui.app.panes import sensors, signed_bar, thrusters, thrusters_heading, words, worst
 
 FRESH, STALE, GONE = Freshness
 
@@ -101,6 +101,19 @@ def test_thrusters_fit_and_none_is_missing(cells):
     assert all(len(joined(line)) <= cells for line in lines)
     assert all(f" {n} " in f" {text} " for n in range(1, 9))
     assert len(lines) == (8 if cells >= 50 else 4)
+
+
+@pytest.mark.parametrize("cells", [32, 60])
+def test_the_unit_of_the_pulses_is_told_once_where_there_is_little_room_and_by_each_where_there_is_more(
+    cells,
+):
+    head = joined(thrusters_heading("hovering", cells))
+    rows = [joined(line) for line in thrusters(picture().thrusters, cells)]
+    assert head.endswith(" hovering")
+    assert len(head) == cells
+    assert ("µs" in head, all("µs" in row or "ago" in row or "--" in row for row in rows)) == (
+        (True, False) if cells == 32 else (False, True)
+    )
 
 
 def test_an_old_thruster_is_dimmed_and_one_that_is_gone_has_no_number():

@@ -4,7 +4,7 @@ import math
 from typing import Final
 
 from gcs_plugin.watch.picture import Condition, Freshness, LinkRow, Said, SensorRow, ThrusterRow
-from tui.app.lines import Line, Lines, Role, Span, apart, cut, width
+from tui.app.lines import Line, Lines, Role, Span, apart, cut, heading, width
 from tui.app.shown import NOTHING, age, ago, number, utc
 
 WIDE: Final = 50
@@ -87,6 +87,11 @@ def _with_words(head: Line, words: str, role: Role, cells: int) -> Lines:
     return (head, (("    ", "plain"), (cut(words, cells - 4), role)))
 
 
+def thrusters_heading(configuration: str, cells: int) -> Line:
+    """Above them, with the unit of their pulses where the rows have no room for it."""
+    return heading("THRUSTERS" if cells >= WIDE else "THRUSTERS, µs", configuration, cells)
+
+
 def thrusters(rows: tuple[ThrusterRow, ...], cells: int) -> Lines:
     """A signed bar for each, about the pulse that stands still; two beside each other where there is little room."""
     if cells >= WIDE:
@@ -110,7 +115,7 @@ def _wide_thruster(row: ThrusterRow, cells: int) -> Line:
     _, speed = _told(row, row.rpm, "plain")
     name = row.name if row.name != str(row.number) else ""
     head: Line = ((f"{row.number:>2} ", "quiet"), (f"{cut(name, 18):<18} " if name else "", "plain"))
-    tail: Line = ((f"{pulse:>6}", role), (" us", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
+    tail: Line = ((f"{pulse:>6}", role), (" µs", "quiet"), (f"{speed:>7}", role), (" rpm", "quiet"))
     if row.freshness is not Freshness.FRESH:
         tail = ((f"{pulse:>6}", role), (f" {ago(row.age_s):<13}", "stale"))
     return (

@@ -15,7 +15,7 @@ from tui.app.quantities import QUANTITIES
 from tui.app.screens.frame import StationScreen
 from tui.app.view import View
 from tui.app.widgets.line_view import LineView
-from tui.app.widgets.panes import Heading, SensorTable, ThrusterBars, Words
+from tui.app.widgets.panes import Heading, SensorTable, ThrusterBars, ThrusterHeading, Words
 from tui.app.widgets.replay_bar import ReplayBar
 from tui.app.widgets.strip_chart import StripChart
 from tui.app.widgets.top_line import TopLine
@@ -85,7 +85,7 @@ class WatchScreen(StationScreen):
                 with VerticalScroll(id="sensors-scroll"):
                     yield SensorTable()
                 with Vertical(id="thrusters-pane"):
-                    yield Heading("THRUSTERS", lambda view: view.picture.configuration)
+                    yield ThrusterHeading()
                     yield ThrusterBars()
         with Vertical(id="words-pane"):
             yield Heading("WORDS", self._words_note)

@@ -28,6 +28,14 @@ class SensorTable(LineView):
         return panes.sensors(view.picture.links, view.picture.sensors, cells)
 
 
+class ThrusterHeading(LineView):
+    """The title of the bars, with the configuration that flies."""
+
+    def lines(self, view: View, cells: int, rows: int) -> Lines:
+        del rows
+        return (panes.thrusters_heading(view.picture.configuration, cells),)
+
+
 class ThrusterBars(LineView):
     """Thruster commands as signed bars."""
 
