@@ -1,11 +1,15 @@
 """How well a link carries: loss by sequence number, age and rate of each message, as seen here."""
 
+import struct
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Final
 
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
 from bridge.framing import Frame
 from gcs_plugin.senders import Senders
+from gcs_plugin.twins import CLOCK_APART_S
 
 SEQUENCES: Final = 256
 LATE: Final = 128  # a gap that wide is a frame that came late, not half a round of lost ones
@@ -13,6 +17,8 @@ RESTART_S: Final = 5.0  # after so long a silence the numbers may have started a
 RATE_WINDOW: Final = 20
 PLACED_EVERY_S: Final = 1.0  # at each frame it would cost half as much again as all else here
 MOST_KINDS: Final = 4096  # kinds of messages of all senders: some 5 MB
+_BOOT_MS: Final = struct.Struct("<I")
+_BOOT_MS_AT, _SYSTEM_TIME_BYTES = 8, 12  # behind the Unix time
 CROWDED: Final = "more senders or kinds of messages than any fleet has, so somebody makes up addresses"
 
 
@@ -70,6 +76,8 @@ class _Source:
     placed_s: float
     received: int = 1
     lost: int = 0
+    boot_ms: int | None = None
+    lost_by_then: int = 0
     messages: dict[int, _Message] = field(default_factory=dict)
 
 
@@ -103,6 +111,8 @@ class LinkHealth:
                 self._sources.put(key, time_s, source)
                 source.placed_s = time_s
             self._count(source, frame.sequence, time_s)
+        if frame.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME:
+            self._hear_clock(source, frame)
         message = source.messages.get(frame.message_id)
         if message is None:
             if not self._has_place(time_s):
@@ -149,6 +159,15 @@ class LinkHealth:
             return
         source.lost += gap
         source.sequence = sequence
+
+    @staticmethod
+    def _hear_clock(source: _Source, frame: Frame) -> None:
+        """A sender that started anew began its numbers anew since its clock was heard last: what seemed lost since then
+        was not."""
+        (boot_ms,) = _BOOT_MS.unpack_from(frame.payload.ljust(_SYSTEM_TIME_BYTES, b"\0"), _BOOT_MS_AT)
+        if source.boot_ms is not None and boot_ms < source.boot_ms - 1000 * CLOCK_APART_S:
+            source.lost, source.sequence = source.lost_by_then, frame.sequence
+        source.boot_ms, source.lost_by_then = boot_ms, source.lost
 
 
 def _rate_hz(times_s: deque[float]) -> float:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Load = Callable[[str], VehicleFile]
 
-VERSION: Final = 5
+VERSION: Final = 6
 PARTIAL: Final = ".part"
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""

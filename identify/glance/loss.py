@@ -1,7 +1,8 @@
 """How much of what a vehicle sent is not in its recording: by the sequence numbers of each of its components.
 
-A recording of two links holds frames twice, and late ones: numbers are unwrapped first, then counted once each. Routers
-keep most of what a camera or a companion says to themselves, which looks like loss: who says little does not count.
+A recording of two links holds frames twice, and late ones: numbers are unwrapped first, then counted once each. Who
+starts anew begins its numbers anew, which is no loss. Routers keep most of what a camera or a companion says to
+themselves, which looks like loss: who says little does not count.
 """
 
 from collections.abc import Sequence
@@ -12,8 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.ingest.frames import Frames, load_frames
-from identify.ingest.messages import vehicle_system
+from identify.ingest.frames import Fields, Frames, load_frames, message_id
+from identify.ingest.messages import REBOOT_S, vehicle_system
 from identify.ingest.walk import Rows
 
 ROUND: Final = 256
@@ -22,6 +23,7 @@ RESTART_S: Final = 5.0
 
 MAGIC_2: Final = 0xFD
 HEADER_1, HEADER_2 = 6, 10
+CLOCK: Final = "SYSTEM_TIME"
 LEAST_SHARE: Final = 0.1
 """Of a vehicle's frames, for a component to count."""
 
@@ -52,13 +54,22 @@ def _of_component(frames: Frames, rows: Rows) -> Loss:
     step = np.diff(number)
     # From one to the next by the shorter way: what comes late steps back.
     step = (step + ROUND // 2) % ROUND - ROUND // 2
-    silent = np.diff(frames.arrival_s[rows]) > RESTART_S
+    anew = np.diff(frames.arrival_s[rows]) > RESTART_S
+    anew[_restarts(frames, rows, step)] = True
     received = lost = 0
-    for run in np.split(np.concatenate(([0], step)), np.flatnonzero(silent) + 1):
+    for run in np.split(np.concatenate(([0], step)), np.flatnonzero(anew) + 1):
         different = len(np.unique(np.cumsum(run)))
         received += different
         lost += int(np.ptp(np.cumsum(run))) + 1 - different
     return Loss(received, lost)
+
+
+def _restarts(frames: Frames, rows: Rows, step: NDArray[np.int64]) -> list[int]:
+    """Steps over which the sender started anew: the widest between two tellings of a boot clock that ran back."""
+    at = np.flatnonzero(frames.message[rows] == message_id(CLOCK))
+    boot_ms = Fields(frames, CLOCK, rows[at])["time_boot_ms"].astype(np.int64)
+    back = np.flatnonzero(np.diff(boot_ms) < -1000 * REBOOT_S)
+    return [int(at[k] + np.argmax(np.abs(step[at[k] : at[k + 1]] - 1))) for k in back]
 
 
 def _sequence(frames: Frames, rows: Rows) -> NDArray[np.int64]:

@@ -1,6 +1,9 @@
 """Loss, age and rate as seen on one link."""
 
-from bridge.framing import Frame
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import Encoder, Frame, Framer
 from gcs_plugin.link_health import MOST_KINDS, LinkHealth
 from gcs_plugin.senders import GONE_S, MOST_SENDERS
 from gcs_plugin.watch.links import WatchedLink
@@ -34,6 +37,43 @@ def test_after_a_long_silence_the_numbers_may_start_anew():
     assert heard([200, 3], step_s=10.0).sources[0].lost == 0
 
 
+def clocked(count, before_s=0.0, first=0, missing=()):
+    """Ten frames a second of one boot, each second's first with the clock; numbers from `first` on."""
+    encoder, framer, frames = Encoder(1, 1), Framer(), []
+    for k in range(first + count):
+        boot_ms = round(1000 * before_s) + 100 * (k - first)
+        clock = dialect.MAVLink_system_time_message(0, boot_ms)
+        other = dialect.MAVLink_attitude_message(boot_ms, 0, 0, 0, 0, 0, 0)
+        (frame,) = framer.feed(encoder.encode(other if (k - first) % 10 else clock))
+        if k >= first and k - first not in missing:
+            frames.append(frame)
+    return frames
+
+
+def counted(frames):
+    health = LinkHealth()
+    for k, frame in enumerate(frames):
+        health.on_frame(frame, 0.1 * k)
+    (source,) = health.snapshot(0.1 * len(frames)).sources
+    return source.received, source.lost
+
+
+@pytest.mark.parametrize("first", [20, 100, 150, 250])
+@pytest.mark.parametrize("unheard", [(), (0, 1, 2)])
+def test_numbers_that_start_anew_with_the_vehicle_are_no_loss(first, unheard):
+    before = clocked(95, before_s=60.0, first=first, missing=(33,))
+    after = clocked(60, missing=(*unheard, 45))
+    assert counted([*before, *after]) == (94 + 59 - len(unheard), 2)
+
+
+def test_a_clock_that_comes_late_or_runs_on_takes_no_loss_back():
+    frames = clocked(100, before_s=60.0, missing=(33, 34))
+    late = frames.pop(38)
+    assert late.message_id == dialect.MAVLINK_MSG_ID_SYSTEM_TIME
+    frames.insert(50, late)
+    assert counted(frames) == (98, 2)
+
+
 def test_a_frame_of_an_unknown_id_counts_for_nothing():
     assert heard([0, 9], known=False).sources == ()
 
@@ -60,7 +100,7 @@ def test_made_up_addresses_fill_no_memory_and_take_nobodys_place():
 def test_made_up_kinds_of_messages_fill_no_memory_and_are_counted():
     health = LinkHealth()
     for kind in range(10_000):
-        health.on_frame(Frame(b"", kind, 1, 1, kind % 256, True), 1.0)
+        health.on_frame(Frame(b"", FIRST_KIND + kind, 1, 1, kind % 256, True), 1.0)
     told = health.snapshot(2.0)
     assert len(told.messages) == MOST_KINDS
     assert told.left_out == 10_000 - MOST_KINDS
@@ -96,13 +136,13 @@ def test_a_sender_who_is_gone_leaves_the_places_of_his_kinds_of_messages_too():
     for second in range(1, 70):
         health.on_frame(Frame(b"", FIRST_KIND, 2, 0, 0, True), float(second))
     for kind in range(40):
-        health.on_frame(Frame(b"", kind, 1, 1, kind, True), 70.0)
+        health.on_frame(Frame(b"", FIRST_KIND + kind, 1, 1, kind, True), 70.0)
     told = health.snapshot(70.0)
-    assert [m.message_id for m in told.messages if m.system == 1] == list(range(40))
+    assert [m.message_id for m in told.messages if m.system == 1] == [FIRST_KIND + kind for kind in range(40)]
     assert any((m.system, m.component) == (2, 0) for m in told.messages)
     assert (len(told.messages) <= MOST_KINDS, told.left_out) == (True, 0)
     for kind in range(MOST_KINDS):
-        health.on_frame(Frame(b"", kind, 3, 9, kind % 256, True), 71.0)
+        health.on_frame(Frame(b"", FIRST_KIND + kind, 3, 9, kind % 256, True), 71.0)
     told = health.snapshot(71.0)
     assert (len(told.messages), told.left_out) == (MOST_KINDS, 40 + 16)
 

@@ -54,6 +54,25 @@ def test_numbers_that_start_anew_after_a_silence_are_no_loss(tmp_path):
     assert lost_in(tmp_path, [*attitudes(300), *again], late_us=60_000_000).lost == 0
 
 
+def clocked(count, first=0):
+    """Numbers from `first` on; of each ten frames the first tells the boot clock."""
+    encoder, frames = Encoder(1, 1), []
+    for k in range(first + count):
+        boot_ms = 100 * (k - first) % 2**32
+        clock = mav.MAVLink_system_time_message(0, boot_ms)
+        other = mav.MAVLink_attitude_quaternion_message(boot_ms, 1.0, 0, 0, 0, 0, 0, 0)
+        frames.append(encoder.encode(other if (k - first) % 10 else clock))
+    return frames[first:]
+
+
+@pytest.mark.parametrize("first", [0, 20, 100, 150])
+@pytest.mark.parametrize("unheard", [0, 3])
+def test_numbers_that_start_anew_with_the_vehicle_are_no_loss(tmp_path, first, unheard):
+    heard = [*clocked(95, first), *clocked(200)[unheard:]]
+    numbered = [item for item in enumerate(heard) if item[0] not in (33, 120)]
+    assert lost_in(tmp_path, numbered) == Loss(95 + 200 - unheard - 2, 2)
+
+
 def test_who_says_little_does_not_count(tmp_path):
     camera = [item for item in attitudes(1000, component=100) if item[0] % 50 == 0]
     assert lost_in(tmp_path, sorted([*attitudes(1000), *camera], key=lambda item: item[0])) == Loss(1000, 0)
