@@ -34,6 +34,7 @@ from identify.dive import Array, Dive
 from identify.filters import AlignedDive, aligned, low_pass
 from identify.glance.beside_pid import RATE_HZ, beside_pid
 from identify.glance.criteria import ANEW, Criterion, Raising
+from identify.glance.one_mode import in_one_mode
 from identify.validate import CUTOFF_HZ, SHORTEST_RUN_S, Phases, phases, tracking_errors
 
 MOST_THRUST: Final = 0.8
@@ -45,8 +46,9 @@ NO_REACH: Final = 1e-6
 
 
 def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | None:
-    """Judge the longest part of a dive that was flown in one mode; None where it tells no FF_MODE or no reference."""
-    mode, dive = _in_one_mode(dive)
+    """Judge the part of a dive that was flown in one mode; None where it tells no FF_MODE or no reference."""
+    one = in_one_mode(dive)
+    mode, dive = one.mode, one.dive
     if mode is None or dive.nu_ref is None or not len(dive.nu_ref):
         return None
     if dive.tau_ff is None or dive.tau_pid is None or not (len(dive.tau_ff) and len(dive.tau_pid)):
@@ -60,26 +62,11 @@ def go_no_go(dive: Dive, file: VehicleFile, configuration: str) -> Raising | Non
     thrusters = Allocator(shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent))
     reach = thrusters.reach()
     driven = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH]
-    criteria = [one for dof in driven for one in _axis(dof, mode, dive, motion, file)]
-    if all(one.passed is None for one in criteria):
+    criteria = [found for dof in driven for found in _axis(dof, mode, dive, motion, file)]
+    if all(criterion.passed is None for criterion in criteria):
         criteria = [Criterion("motion", False, "no axis held a speed", "dive the validation mission")]
-    return Raising(mode, Mode.BOTH, (*criteria, _thrust(dive, mode, thrusters)))
-
-
-def _in_one_mode(dive: Dive) -> tuple[Mode | None, Dive]:
-    """The longest part of a dive without a change of FF_MODE, and that mode; None where none is known."""
-    if dive.ff_mode is None or not len(dive.ff_mode):
-        return None, dive
-    time_s, value = dive.ff_mode.time_s, dive.ff_mode.value[:, 0]
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(value)) + 1])
-    begins_s = np.concatenate([[-np.inf], time_s[starts[1:]]])
-    ends_s = np.concatenate([time_s[starts[1:]], [np.inf]])
-    lasts_s = np.minimum(ends_s, time_s[-1]) - np.maximum(begins_s, time_s[0])
-    longest = int(np.argmax(lasts_s))
-    mode = int(value[starts[longest]])
-    if mode not in set(Mode):
-        return None, dive
-    return Mode(mode), dive.between(float(begins_s[longest]), float(ends_s[longest]))
+    changed = () if one.changed is None else (one.changed,)
+    return Raising(mode, Mode.BOTH, (*changed, *criteria, _thrust(dive, mode, thrusters)))
 
 
 def _axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: VehicleFile) -> list[Criterion]:

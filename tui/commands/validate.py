@@ -37,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
+    from identify.glance.one_mode import in_one_mode
     from identify.ingest.open import read_dive
     from identify.validate import METHOD, compare, tracking_errors
     from tui import pages, show
@@ -47,7 +48,9 @@ def run(arguments: argparse.Namespace) -> int:
     pages.check(arguments)
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
-    dives = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
+    whole = in_order([read_dive(Path(path), columns, file) for path in arguments.dives])
+    # Errors of two modes together would be those of neither.
+    dives = [in_one_mode(dive).dive for dive in whole]
     runs = dict(zip(labels(dives), dives, strict=True))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
@@ -61,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
             show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
     raised = {
-        label: raising(dive, file) if _has_errors(errors[label]) else None for label, dive in runs.items()
+        label: raising(dive, file) if _has_errors(errors[label]) else None
+        for label, dive in zip(runs, whole, strict=True)
     }
     plain = [_plain(label, dive, errors[label], raised[label], lever_m) for label, dive in runs.items()]
     show.write_json(plain, arguments.json)
@@ -162,8 +166,15 @@ def _why_nothing(dive: "Dive") -> str:
 
 
 def in_order(dives: "Sequence[Dive]") -> "list[Dive]":
-    """Dives by FF_MODE: PID, shadow, FF, both, then those of which none is known."""
-    return sorted(dives, key=lambda dive: len(MODES) if (mode := _mode_number(dive)) is None else mode)
+    """Dives by the FF_MODE that is judged: PID, shadow, FF, both, then those of which none is known."""
+    from identify.glance.one_mode import in_one_mode
+
+    modes = [in_one_mode(dive).mode for dive in dives]
+    return [dives[n] for n in sorted(range(len(dives)), key=lambda n: _rank(modes[n]))]
+
+
+def _rank(mode: int | None) -> int:
+    return len(MODES) if mode is None else mode
 
 
 def labels(dives: "Sequence[Dive]") -> list[str]:

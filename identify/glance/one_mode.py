@@ -1,0 +1,71 @@
+"""The part of a dive that was flown in one FF_MODE: errors of two modes together are those of neither."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from bridge.vehicle.feedforward import Mode
+from identify.dive import Dive
+from identify.glance.criteria import WORDS, Criterion
+
+MOVES: Final = 1e-3
+"""m/s or rad/s of a reference above which it moves."""
+AROUND_S: Final = 2.0
+OUT_OF_MODE: Final = "find out why it was taken back, and dive the mission again in one mode"
+
+
+@dataclass(frozen=True)
+class OneMode:
+    """A mode, None where the dive tells none that is known, and the part of the dive flown in it; `changed` judges that
+    there were others, None where there were not."""
+
+    mode: Mode | None
+    dive: Dive
+    changed: Criterion | None = None
+
+
+def in_one_mode(dive: Dive) -> OneMode:
+    """The part between two changes of FF_MODE in which the reference moved for longest, else the longest of all.
+
+    Where the feed-forward was taken back while the reference moved, by crew or vehicle, that is a failure to look into.
+    """
+    if dive.ff_mode is None or not len(dive.ff_mode):
+        return OneMode(None, dive)
+    time_s, value = dive.ff_mode.time_s, dive.ff_mode.value[:, 0]
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(value)) + 1])
+    modes = [int(one) for one in value[starts]]
+    begins_s = np.concatenate([[-np.inf], time_s[starts[1:]]])
+    ends_s = np.concatenate([time_s[starts[1:]], [np.inf]])
+    parts = [dive.between(float(begin), float(end)) for begin, end in zip(begins_s, ends_s, strict=True)]
+    lasts_s = np.minimum(ends_s, time_s[-1]) - np.maximum(begins_s, time_s[0])
+    chosen = max(range(len(parts)), key=lambda n: (_moves_for(parts[n]), lasts_s[n]))
+    mode = Mode(modes[chosen]) if modes[chosen] in set(Mode) else None
+    if len(parts) == 1:
+        return OneMode(mode, parts[0])
+    flown = ", ".join(f"{_word(one)} {seconds:.0f} s" for one, seconds in zip(modes, lasts_s, strict=True))
+    words = f"changed in the dive ({flown}); judged is the part in {_word(modes[chosen])} of {lasts_s[chosen]:.0f} s"
+    taken_back = any(
+        _applies(before)
+        and not _applies(after)
+        and _moves_for(dive.between(at_s - AROUND_S, at_s + AROUND_S))
+        for before, after, at_s in zip(modes, modes[1:], begins_s[1:], strict=False)
+    )
+    if taken_back:
+        words = f"taken back while the reference moved: {words}"
+    return OneMode(mode, parts[chosen], Criterion("mode", not taken_back, words, OUT_OF_MODE))
+
+
+def _moves_for(dive: Dive) -> int:
+    """For how many readings of its reference that moves."""
+    if dive.nu_ref is None:
+        return 0
+    return int(np.count_nonzero(np.any(np.abs(np.nan_to_num(dive.nu_ref.value[:, :6])) > MOVES, axis=1)))
+
+
+def _applies(mode: int) -> bool:
+    return mode in set(Mode) and Mode(mode).applies_feedforward
+
+
+def _word(mode: int) -> str:
+    return WORDS[Mode(mode)] if mode in set(Mode) else f"mode {mode}"
