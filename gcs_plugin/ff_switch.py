@@ -210,6 +210,13 @@ class Switch:
         return bool(having) and certain and all(v.stage is _Stage.DONE for v in having)
 
     @property
+    def waits_for(self) -> tuple[int, ...]:
+        """The systems that have a feed-forward and are not known to be in the mode."""
+        return tuple(
+            n for n, v in sorted(self._vehicles.items()) if not v.lacks_it and v.stage is not _Stage.DONE
+        )
+
+    @property
     def sent(self) -> int:
         """How often the mode was sent."""
         return sum(vehicle.sent for vehicle in self._vehicles.values())

@@ -1,9 +1,10 @@
 """Who holds a link: a recording that runs, whose hub then is the way to the vehicle, or nobody yet."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 
 from bridge.clock import Clock
-from bridge.errors import LinkError
+from bridge.errors import LinkError, LinkLost
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting
 from gcs_plugin.holder import Holding, held
@@ -19,13 +20,23 @@ class ByWay:
         self.name = ", ".join(links)
 
     def read(self, timeout_s: float) -> bytes:
-        return self._hub.read(timeout_s)
+        with self._its_end():
+            return self._hub.read(timeout_s)
 
     def write(self, data: bytes) -> None:
-        self._hub.write(data)
+        with self._its_end():
+            self._hub.write(data)
 
     def close(self) -> None:
         self._hub.close()
+
+    @contextmanager
+    def _its_end(self) -> Iterator[None]:
+        """A hub is lost with its recording alone, and what to do is not to plug it in."""
+        try:
+            yield
+        except LinkLost:
+            raise LinkLost(f"the recording of {self.name} has ended; begin another, and ask again") from None
 
 
 def holding_now() -> Holding | None:

@@ -10,7 +10,7 @@ import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from waiting import until
 
-from bridge.errors import LinkError
+from bridge.errors import LinkError, LinkLost
 from bridge.framing import Encoder, decode
 from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
@@ -111,6 +111,26 @@ def test_the_links_of_a_recording_are_reached_by_way_of_it_and_that_is_said(open
     link_for(spec)
     assert opened == [HUB]
     assert f"by way of the recording of process {os.getpid()} into /dives/a" in capsys.readouterr().err
+
+
+def test_a_recording_that_ends_meanwhile_is_named_and_not_a_cable(running, monkeypatch):
+    class Lost:
+        name = HUB
+
+        def read(self, _):
+            raise LinkLost(f"{HUB}: the other side has gone; plug it in or start it again")
+
+        def write(self, _):
+            self.read(0.0)
+
+    running()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: Lost())
+    link = link_for(LINK)
+    for ask in (lambda: link.read(0.1), lambda: link.write(b"x")):
+        with pytest.raises(
+            LinkLost, match=r"the recording of .*14550.* has ended; begin another, and ask again"
+        ):
+            ask()
 
 
 @pytest.mark.parametrize("spec", [HUB, "udpin:127.0.0.1:14551"])

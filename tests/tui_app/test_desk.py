@@ -150,6 +150,22 @@ def test_the_newest_finished_dive_is_chosen_where_none_was(tmp_path):
     assert Desk(out=tmp_path, dive=old).chosen() == old
 
 
+def test_the_dive_that_is_meant_is_chosen_until_another_is_there(tmp_path):
+    surveyed, afloat = (dive(tmp_path, f"2026-11-2{n}T0800Z") for n in (0, 1))
+    desk = Desk(out=tmp_path)
+    desk.mean(surveyed)
+    assert desk.chosen() == surveyed
+    later = dive(tmp_path, "2026-11-22T0800Z")
+    assert desk.chosen() == later
+    desk.mean(surveyed)
+    assert desk.chosen() == surveyed
+    desk.dive = afloat
+    assert desk.chosen() == afloat
+    desk.dive = None
+    desk.mean(None)
+    assert desk.chosen() == later
+
+
 def test_where_there_is_only_the_dive_that_is_being_recorded_it_is_that(tmp_path):
     only = dive(tmp_path, "2026-11-20T0800Z")
     assert Desk(out=tmp_path, recorded=lambda: only).chosen() == only

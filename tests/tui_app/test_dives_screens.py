@@ -149,6 +149,21 @@ def test_what_is_asked_for_while_the_list_is_read_opens_with_it_and_its_letters_
     run(made(FixedViews(), desk=at), NARROW, work)
 
 
+def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(tmp_path):
+    _, at = dives_on_disk(tmp_path, Held)
+
+    async def work(app, pilot):
+        await pressed(pilot, "i", "1")
+        assert [one.message for one in app._notifications] == [
+            "nothing was begun: Dives was left before it was read"
+        ]
+        Held.go.set()
+        await shown(app, pilot)
+        assert not at.jobs.runs("identify")
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+
+
 def test_a_note_is_written_into_the_dive(tmp_path):
     folder = tmp_path / "2026-11-21T0352Z-hovering"
     folder.mkdir()

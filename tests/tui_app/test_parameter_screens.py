@@ -290,9 +290,25 @@ def test_a_roll_back_with_nothing_to_go_back_to_says_so():
     async def work(app, pilot):
         await typed(app, pilot, "r")
         assert "no upload to vehicle 1 that stands" in text(app)
+        assert "Nothing was written by this reading; escape leaves it" in text(app)
+        await typed(app, pilot, "escape")
+        assert "identified.param OF hovering" in text(app)
 
     on_screen(vehicle, work)
     assert vehicle.writes == []
+
+
+def test_what_the_vehicle_said_before_a_writing_is_not_told_after_it():
+    note = "no set is in force on the vehicle (FF_ACTIVE is 0)"
+    vehicle = FakeVehicle(plan(notes=[note]))
+
+    async def work(app, pilot):
+        assert note in " ".join(text(app).split())
+        await typed(app, pilot, "u", "7", "enter")
+        assert "✓ applied" in text(app)
+        assert note not in " ".join(text(app).split())
+
+    on_screen(vehicle, work)
 
 
 def test_what_was_refused_is_told_line_by_line():
@@ -534,7 +550,9 @@ def test_the_app_does_not_leave_while_it_writes():
         await typed(app, pilot, "u", "7")
         await pressed(pilot, "enter", "1", "ctrl+q")
         assert not app._exit
-        assert "are being written" in text(app)
+        assert [one.message for one in app._notifications] == [
+            "parameters are being written; leave once that has ended"
+        ]
         vehicle.go.set()
         await done(app, pilot)
         await pressed(pilot, "ctrl+q")

@@ -61,6 +61,7 @@ class FakeSwitch:
         self.twins = ""
         self.done = False
         self.sent = 0
+        self.waits_for = (1,)
         self.heard = []
 
     @property

@@ -145,8 +145,10 @@ def test_an_old_feed_forward_mode_is_dated_and_then_gone():
 
 def test_the_off_switch_stays_until_it_is_acknowledged():
     asked = replace(view(), forcing=Forcing("vehicle 1: sent 4 times, no answer for 2.0 s", 4, False))
-    assert role_of(first(asked, 160), "FF OFF: vehicle 1: sent 4 times, no answer for 2.0 s") == "lost"
-    assert role_of(first(asked), "FF OFF") == "lost"
+    assert (
+        role_of(first(asked, 160), "FF shadow; OFF: vehicle 1: sent 4 times, no answer for 2.0 s") == "lost"
+    )
+    assert role_of(first(asked), "FF shadow; OFF") == "lost"
     done = replace(view(), forcing=Forcing("vehicle 1: off, as read back", 5, True))
     assert role_of(first(done, 160), "FF OFF, vehicle 1: off") == "strong"
 
@@ -165,8 +167,21 @@ def test_the_clock_of_the_recording_and_the_disk_stay_while_the_off_switch_is_to
 ):
     words = joined(first(replace(with_picture(armed=armed, armed_age_s=armed_age_s), forcing=forcing)))
     assert "REC 00:12:31  41 h left" in words
-    assert ("FF OFF, " if forcing.done else "FF OFF") in words
+    assert ("FF OFF, " if forcing.done else "FF shadow; OFF") in words
     assert len(words) <= 80
+
+
+@pytest.mark.parametrize(
+    ("mode", "age_s", "is_now"),
+    [(3, 0.4, "FF both"), (3, 5.0, "FF was both"), (3, 11.0, "FF --"), (None, math.inf, "FF --")],
+)
+def test_an_off_that_another_vehicle_has_not_acknowledged_hides_not_what_this_one_flies(mode, age_s, is_now):
+    words = "vehicle 1: off, as read back; vehicle 2: sent 518 times, no answer for 300.0 s"
+    forcing = Forcing(words, 518, False, (2,))
+    shown = replace(with_picture(ff_mode=mode, ff_mode_age_s=age_s), forcing=forcing)
+    assert f" {is_now}; OFF of 2 " in joined(first(shown, 80))
+    assert f" {is_now}; OFF: {words} " in joined(first(shown, 200))
+    assert f"{is_now}; OFF" in joined(first(shown, 60))
 
 
 def test_the_off_switch_that_is_done_is_never_told_by_the_words_of_one_that_is_not():

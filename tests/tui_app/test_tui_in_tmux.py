@@ -46,10 +46,10 @@ def test_the_app_lives_in_tmux_from_the_first_frame_to_the_last_key(app, vehicle
     app.until("■ ARMED", "LINK 0.", "sys 1/1", "FF both", "surge u", "ref   0.300", "DVL")
 
     app.keys("C-x")
-    app.until("FF OFF", "times", without=("FF both",))
+    app.until("FF both; OFF", "times")
     assert vehicle.asked > 1
     app.keys("?")
-    app.until("Everywhere", "sent until it is acknowledged", "FF OFF")
+    app.until("Everywhere", "sent until it is acknowledged", "FF both; OFF")
     vehicle.deaf = False
     app.keys("Escape")
     app.until("surge u", "FF OFF,")
@@ -124,11 +124,11 @@ def test_with_no_color_not_one_byte_of_colour_is_sent(tmp_path, port, vehicle):
         terminal.keys("Escape")
         terminal.until("6 Validate", without=("Everywhere",))
         terminal.keys("C-x", "t", "C-p")
-        terminal.until("FF OFF", "Search for commands")
+        terminal.until("; OFF", "Search for commands")
         terminal.keys("C-c", "Escape")
         terminal.until("6 Validate", without=("Search for commands",))
         terminal.keys("1")
-        terminal.until("FF OFF", "surge u")
+        terminal.until("; OFF", "surge u")
         terminal.keys("C-q")
         terminal.until("ended with 0")
     finally:

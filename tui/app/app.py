@@ -199,6 +199,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         jobs = self.desk.jobs
         if jobs.runs(WRITE):
             await self.action_open("parameters")
+            self.notify("parameters are being written; leave once that has ended", severity="warning")
             return
         at_work = self._at_work()
         if at_work <= self._told_of:

@@ -43,11 +43,23 @@ class Desk:
     recorded: Callable[[], Path | None] = nothing_recorded
     next_dive: Callable[[], Path] | None = None
     end_recording: Callable[[], Path] | None = None
+    _meant: tuple[Path, Path | None] | None = field(default=None, init=False)
 
     def chosen(self) -> Path | None:
-        """The dive that was chosen, else the newest that is finished, else the one that is being recorded."""
+        """The dive that was chosen, else the one that is meant, else the newest that is finished, else the one that is
+        being recorded."""
         if self.dive is not None:
             return self.dive
+        newest = self._newest()
+        if self._meant is not None and self._meant[1] == newest:
+            return self._meant[0]
+        return newest
+
+    def mean(self, dive: Path | None) -> None:
+        """The dive that the crew most likely comes from, of all that are there now; no longer once another is there."""
+        self._meant = None if dive is None else (dive, self._newest())
+
+    def _newest(self) -> Path | None:
         dives, recorded = self.dives(), self.recorded()
         finished = [path for path in dives if recorded is None or path.resolve() != recorded.resolve()]
         return next(reversed(finished or dives), None)

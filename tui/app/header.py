@@ -167,25 +167,34 @@ def recorder_silent_s(view: View) -> float:
 
 def _feedforward(view: View) -> Piece:
     if view.forcing is not None:
-        return _forced(view.forcing)
+        return _forced(view.forcing, view.picture)
     mode, age_s = view.picture.ff_mode, view.picture.ff_mode_age_s
     if mode is None or age_s > GONE_S:
         return Piece(5, "quiet", ("FF --",))
-    word = FF_MODES[mode] if 0 <= mode < len(FF_MODES) else f"{mode}?"
+    word = _mode_word(mode)
     if age_s > STALE_S:
         return Piece(5, "stale", (f"FF {word} {ago(age_s)}", "FF --"))
     return Piece(5, "plain", (f"FF {word}",))
 
 
-def _forced(forcing: Forcing) -> Piece:
+def _mode_word(mode: int) -> str:
+    return FF_MODES[mode] if 0 <= mode < len(FF_MODES) else f"{mode}?"
+
+
+def _forced(forcing: Forcing, picture: Picture) -> Piece:
+    """The off switch; until it is done the mode of the vehicle that is shown stands before it, as that tells it."""
     if forcing.done:
         return Piece(10, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF, done"))
+    mode, age_s = picture.ff_mode, picture.ff_mode_age_s
+    is_now = "FF --" if mode is None or age_s > GONE_S else f"FF {_mode_word(mode)}"
+    if is_now != "FF --" and age_s > STALE_S:
+        is_now = is_now.replace("FF", "FF was")
+    shown = picture.links[0].system if picture.links else None
+    others = [system for system in forcing.waits_for if system != shown]
+    of = f" of {' and '.join(map(str, others))}" if others else ""
     times = {0: "not sent yet", 1: "sent once"}.get(forcing.sent, f"sent {forcing.sent} times")
-    return Piece(
-        10,
-        "lost",
-        (f" FF OFF: {forcing.words} ", f" FF OFF {times} ", f" FF OFF {forcing.sent}x ", " FF OFF "),
-    )
+    forms = (f": {forcing.words}", f"{of} {times}", f"{of} {forcing.sent}x", f" {forcing.sent}x")
+    return Piece(10, "lost", (*(f" {is_now}; OFF{form} " for form in forms), f"{is_now}; OFF"))
 
 
 def _tabs(tabs: Sequence[Tab]) -> Line:

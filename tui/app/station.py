@@ -39,6 +39,9 @@ class OffSwitch(Protocol):
     def sent(self) -> int: ...
 
     @property
+    def waits_for(self) -> tuple[int, ...]: ...
+
+    @property
     def words(self) -> str: ...
 
     def tick(self, now_s: float) -> list[Any]: ...
@@ -129,7 +132,7 @@ class Station:
         switch.twins = self._newest.twins
         for message in switch.tick(now_s):
             self._source.send(self._encoder.encode(message))
-        self._forcing = Forcing(switch.words, switch.sent, switch.done)
+        self._forcing = Forcing(switch.words, switch.sent, switch.done, switch.waits_for)
         if not switch.done:
             self._done_s = None
         elif self._done_s is None:

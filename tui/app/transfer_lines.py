@@ -31,10 +31,12 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
     if written.done is None:
         last = written.told[-1] if written.told else None
         share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
-        return (
-            *wrapped("The parameters are being written.", "strong", cells),
-            progress(share, words, cells),
+        what = (
+            "The parameters are being written."
+            if share
+            else "The vehicle is read before anything is written."
         )
+        return (*wrapped(what, "strong", cells), progress(share, words, cells))
     result = written.done.result
     if result is None:
         said = " ".join(written.done.said[-1:]).removeprefix("seatrial: ")

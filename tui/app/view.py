@@ -29,11 +29,13 @@ class Recording:
 
 @dataclass(frozen=True)
 class Forcing:
-    """The feed-forward's off switch since it was thrown: what it sees, in words, and whether the vehicle is off."""
+    """The feed-forward's off switch since it was thrown: what it sees, in words, and whether all vehicles are off, or
+    which systems are not known to be yet."""
 
     words: str
     sent: int
     done: bool
+    waits_for: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

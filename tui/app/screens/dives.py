@@ -107,6 +107,8 @@ class DivesScreen(StationScreen):
         self.action_again()
 
     def on_screen_suspend(self) -> None:
+        if self._then.startswith("begin"):
+            self.notify("nothing was begun: Dives was left before it was read", severity="warning")
         self._then = ""
 
     def begin(self) -> None:
@@ -228,8 +230,9 @@ class DivesScreen(StationScreen):
         over = next((d.folder for d in self._dives if _same(d.folder, self._over)), None)
         if over is not None:
             self._at, self._over = over, None
+        self.desk.mean(usual(self._dives, None))
         if all(dive.folder != self._at for dive in self._dives):
-            meant = self.desk.dive or usual(self._dives, self.desk.chosen())
+            meant = self.desk.chosen()
             self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)
             if self._at is None and self._dives:
                 self._at = self._dives[0].folder

@@ -65,6 +65,8 @@ class IdentifyScreen(StationScreen):
         self._look()
 
     def on_screen_suspend(self) -> None:
+        if self._then and self.desk.jobs.runs(VERB):
+            self.notify("Parameters opens no more by itself: Identify was left", severity="warning")
         self._then = False
 
     def show(self, view: View) -> None:

@@ -126,9 +126,10 @@ class ParametersScreen(StationScreen):
 
     def close_up(self) -> None:
         """Ask no longer; after that, go back from a roll back to the file."""
-        if self._ask.is_open:
+        asked = self._ask.is_open
+        if asked:
             self._close()
-        elif self._transfer.back:
+        if self._transfer.back and (self._transfer.shown is None or not asked):
             self._transfer.read(back=False)
         self._draw()
 
@@ -232,8 +233,11 @@ class ParametersScreen(StationScreen):
             retries = self.key_of("parameters.back" if transfer.back else "parameters.upload")
             return (*head, *trouble, *transfer_lines.writing(transfer.written, cells, retries))
         if trouble and not transfer.reads:
-            again = f"Nothing was written by this reading; {self.key_of('parameters.read')} reads the vehicle again."
-            return (*trouble, *wrapped(again, "strong", cells))
+            key = self.key_of("parameters.read")
+            then = (
+                f"{key} reads the vehicle again" if key else "escape leaves it, and the file is shown again"
+            )
+            return (*trouble, *wrapped(f"Nothing was written by this reading; {then}.", "strong", cells))
         reading = transfer_lines.reading(self.desk.jobs.state(READ), cells)
         return (*trouble, *reading) or wrapped(self._nothing(), "plain", cells)
 
@@ -241,7 +245,10 @@ class ParametersScreen(StationScreen):
         dive = self.desk.chosen()
         if dive is None:
             return f"{self.desk.out}: holds no dive yet; a recording makes one"
-        return f"{dive.name}: nothing was identified from it yet, so there is nothing to compare"
+        return (
+            f"{dive.name}: nothing was identified from it yet, so there is nothing to compare; identify it, or choose "
+            "another dive on Dives by Enter"
+        )
 
     def _became(self) -> dict[str, str]:
         return transfer_lines.became(self._transfer.written, self._transfer.shown)
@@ -261,7 +268,9 @@ class ParametersScreen(StationScreen):
         entry, shown = self._entry(), self._transfer.shown
         if entry is None or shown is None:
             return ()
-        notes = tuple(line for note in shown.notes for line in wrapped(note, "quiet", cells))
+        # Of what was read before a writing nothing is known to be so after it.
+        told = shown.notes if self._transfer.written is None else ()
+        notes = tuple(line for note in told for line in wrapped(note, "quiet", cells))
         became, stale_s = self._became().get(entry.name, ""), self._transfer.stale_s(self._picture)
         return (*lines.details(entry, became, stale_s, cells), *notes)
 
