@@ -1,5 +1,6 @@
 """Whether the vehicle on the link is alone there, and the one of the vehicle file: what the wet check depends on."""
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -15,12 +16,18 @@ def check_twins(observed: Observed) -> Finding | None:
     return fail("vehicles", observed.twins) if observed.twins else None
 
 
+def told_veh_cfg(observed: Observed) -> int | None:
+    """The VEH_CFG that the vehicle said last; None where it did not say it, or what it said is no whole number."""
+    arrivals = observed.arrivals.get("veh_cfg")
+    value = arrivals[-1].reading.values[0] if arrivals else math.nan
+    return int(value) if value.is_integer() else None
+
+
 def check_configuration(observed: Observed, vehicle: Vehicle, chosen: str | None) -> Finding | None:
     """Whether the vehicle is in the configuration `chosen`, or in one of its file; None where it does not say."""
-    arrivals = observed.arrivals.get("veh_cfg")
-    if not arrivals:
+    said = told_veh_cfg(observed)
+    if said is None:
         return None
-    said = int(arrivals[-1].reading.values[0])
     known = {vehicle.veh_cfg(name): name for name in vehicle.configurations}
     if said not in known:
         listed = ", ".join(f"{number} {name}" for number, name in known.items())

@@ -217,4 +217,4 @@ class Watcher:
 
 
 def _whole(values: Values) -> int | None:
-    return round(values[0]) if values and math.isfinite(values[0]) else None
+    return int(values[0]) if values and values[0].is_integer() else None

@@ -28,6 +28,9 @@ A torpedo makes some 30 m/s, a vehicle that is to be identified not half; the de
 MOST_US = 1e4
 """A servo's pulse is 0.5 to 2.5 ms; 65535 stands for none."""
 
+WHOLE = {"ff_mode": "FF_MODE", "veh_cfg": "VEH_CFG"}
+"""By signal the name of what is a whole number, and goes over the wire as a float."""
+
 
 def without_impossible(dive: Dive) -> Dive:
     """The dive without readings that can't be, with a note for each sensor; an output that can't be is unknown."""
@@ -50,6 +53,16 @@ def without_impossible(dive: Dive) -> Dive:
                 "they are"
             )
         notes.append(f"{told} left out; check that sensor, its unit, and what passes its readings on.")
+    for name, words in WHOLE.items():
+        signal = dive.signals().get(name)
+        if signal is None or not len(signal):
+            continue
+        whole = (np.isfinite(signal.value) & (np.rint(signal.value) == signal.value)).all(axis=1)
+        if whole.all():
+            continue
+        kept[name] = Signal(signal.time_s[whole], signal.value[whole]) if whole.any() else None
+        share = percent(float((~whole).mean()))
+        notes.append(f"{words} is no whole number in {share} % of what tells it: left out, as not said.")
     if dive.pwm is not None and (beyond := np.abs(dive.pwm.value) > MOST_US).any():
         kept["pwm"] = Signal(dive.pwm.time_s, np.where(beyond, np.nan, dive.pwm.value))
     return replace(dive, **kept, notes=dive.notes + tuple(notes)) if kept else dive

@@ -13,7 +13,7 @@ from bridge.messages.readings import Reading, encode
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.doctor.checks import check_disk, check_parameters, dry_findings
 from gcs_plugin.doctor.findings import Level, fail, ok, warn, worst
-from gcs_plugin.doctor.identity import findings_against_wet
+from gcs_plugin.doctor.identity import findings_against_wet, told_veh_cfg
 from gcs_plugin.doctor.observe import observe
 
 RATES = {
@@ -209,6 +209,14 @@ def test_the_file_of_another_vehicle_or_another_shape_fails(talker, vehicle, veh
     assert words in found["configuration"].sentence
     (refused,) = findings_against_wet(list(found.values()))
     assert refused.sentence == "not begun, no thruster turned; first mend what failed: 'configuration'"
+
+
+@pytest.mark.parametrize("veh_cfg", [math.nan, math.inf, -math.inf, 0.5])
+def test_a_configuration_that_is_no_whole_number_is_not_said(talker, veh_cfg):
+    talker.rates["veh_cfg"] = (1.0, (veh_cfg,))
+    assert told_veh_cfg(observe(talker, talker.clock, 10.0)) is None
+    found = examined(talker, "ruvifist:hovering")
+    assert findings_against_wet(list(found.values())) == []
 
 
 @pytest.mark.parametrize("fills_up", [(), (0.0,) * 26])

@@ -143,3 +143,17 @@ def test_an_output_that_says_that_it_is_none_is_unknown():
 def test_an_honest_dive_is_left_as_it_is():
     dive = by_pulses()
     assert with_known_commands(without_impossible(dive)) is dive
+
+
+@pytest.mark.parametrize("name", ["ff_mode", "veh_cfg"])
+def test_a_mode_or_configuration_that_is_no_whole_number_is_left_out_and_told(name):
+    said = Signal(np.arange(5.0), np.array([[np.nan], [1.0], [np.inf], [0.5], [2.0]]))
+    dive = replace(closed_loop.dive(np.random.default_rng(1), seconds=10.0), **{name: said})
+    found = without_impossible(dive)
+    assert found.signals()[name].value[:, 0].tolist() == [1.0, 2.0]
+    assert found.signals()[name].time_s.tolist() == [1.0, 4.0]
+    assert found.notes[-1] == (
+        f"{name.upper()} is no whole number in 60.0 % of what tells it: left out, as not said."
+    )
+    never = replace(dive, **{name: Signal(np.zeros(1), np.full((1, 1), np.nan))})
+    assert name not in without_impossible(never).signals()

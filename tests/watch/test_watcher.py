@@ -36,6 +36,15 @@ def test_before_anything_came_the_picture_claims_nothing(watcher):
 
 
 @pytest.mark.parametrize(
+    ("value", "mode"), [(2.0, 2), (0.4, None), (math.nan, None), (math.inf, None), (-math.inf, None)]
+)
+def test_a_mode_that_is_no_whole_number_is_not_known(watcher, vehicle, value, mode):
+    vehicle.beats(1.0)
+    vehicle.tells("ff_mode", (value,), 1.0)
+    assert watcher.picture(1.0).ff_mode == mode
+
+
+@pytest.mark.parametrize(
     ("how", "state"),
     [
         ({"armed": False}, Armed.DISARMED),

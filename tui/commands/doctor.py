@@ -109,13 +109,12 @@ def wet(
     arguments: argparse.Namespace, file: "VehicleFile", observed: "Observed", link: "Link", clock: "Clock"
 ) -> list["Finding"]:
     """What one pulse of each thruster tells; it was confirmed, and nothing was found against it."""
+    from gcs_plugin.doctor.identity import told_veh_cfg
     from gcs_plugin.params.client import ParameterClient
     from tui import show
     from tui.wet_check import wet_check
 
-    said = observed.arrivals.get("veh_cfg")
-    veh_cfg = int(said[-1].reading.values[0]) if said else None
-    configuration = file.configuration or file.vehicle.configuration_at(veh_cfg)
+    configuration = file.configuration or file.vehicle.configuration_at(told_veh_cfg(observed))
     client = ParameterClient(link, clock)
     client.find_vehicle(arguments.seconds)
     if client.armed:
