@@ -12,6 +12,7 @@ import yaml
 
 from bridge import schema
 from bridge.errors import LogError
+from bridge.new_file import open_new
 from bridge.ring.whole import WHOLE, standing_for
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
@@ -68,7 +69,8 @@ class DiveFolder:
         data["events"] = [asdict(event) for event in about.events]
         partial = file.with_suffix(".part")
         try:
-            partial.write_text(yaml.safe_dump(data, sort_keys=False, allow_unicode=True), encoding="utf-8")
+            with open_new(partial) as made:
+                made.write(yaml.safe_dump(data, sort_keys=False, allow_unicode=True).encode())
             partial.replace(file)
         except OSError as error:
             raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from bridge.errors import ConfigError, LogError, SeatrialError
+from bridge.new_file import open_new
 from bridge.plain import from_json
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dive_order import GLANCE, began, order, recordings
@@ -273,7 +274,8 @@ def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
     file = folder / GLANCE
     partial = file.with_suffix(PARTIAL)
     with contextlib.suppress(OSError):
-        partial.write_text(json.dumps({"key": key, "glance": asdict(glance)}), encoding="utf-8")
+        with open_new(partial) as made:
+            made.write(json.dumps({"key": key, "glance": asdict(glance)}).encode())
         partial.replace(file)
 
 

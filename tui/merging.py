@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.errors import LogError
+from bridge.new_file import open_new
 from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.whole import made_whole, write_records
@@ -98,8 +99,9 @@ def _copy(file: Path, into: Path) -> None:
     """Whole or not at all."""
     partial = into.with_name(into.name + PART)
     try:
-        shutil.copyfile(file, partial)
-        with partial.open("rb+") as copied:
+        with file.open("rb") as log, open_new(partial) as copied:
+            shutil.copyfileobj(log, copied)
+            copied.flush()
             os.fsync(copied.fileno())
         partial.replace(into)
     except OSError as error:

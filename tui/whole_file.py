@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+from bridge.new_file import open_new
+
 
 def replace_file(path: Path, text: str) -> None:
     """Put `text` where `path` is; where that fails, what lay there stays as it was. Raises OSError.
@@ -15,8 +17,8 @@ def replace_file(path: Path, text: str) -> None:
         return
     partial = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
-        with partial.open("w", encoding="utf-8") as file:
-            file.write(text)
+        with open_new(partial) as file:
+            file.write(text.encode())
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)

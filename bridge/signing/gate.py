@@ -36,21 +36,23 @@ _TO_DO: Final = {
 
 @dataclass(frozen=True)
 class Trouble:
-    """A system of which nothing is let in on a link, and why."""
+    """A component of a system of which nothing is let in on a link, and why."""
 
     link: str
     system: int
+    component: int
     refusal: Refusal
 
     @property
     def sentence(self) -> str:
         """For who reads it beside the link."""
-        return f"{self.link}: all that system {self.system} sends is refused, since it {_TO_DO[self.refusal]}"
+        who = f"system {self.system}, component {self.component},"
+        return f"{self.link}: all that {who} sends is refused, since it {_TO_DO[self.refusal]}"
 
     @property
     def brief(self) -> str:
         """For a vehicle to say to its ground."""
-        return f"system {self.system} is refused: {self.refusal.value}"
+        return f"system {self.system}/{self.component} is refused: {self.refusal.value}"
 
 
 @dataclass
@@ -64,7 +66,7 @@ class _Refused:
 class Gate:
     """Signs what goes out on the link `name` and judges what comes in, counted by kind in `counts`.
 
-    `tell` hears of a system of which nothing is let in within 3 s of the first frame refused, and each half minute
+    `tell` hears of a component of which nothing is let in within 3 s of the first frame refused, and each half minute
     while that lasts. `number` is the link's in signatures. Used by the link's reader and writer, one at a time.
     """
 
@@ -80,7 +82,7 @@ class Gate:
         self.counts: Counter[Refusal] = Counter()
         self._name, self._secret, self._number = name, key.secret, number
         self._times, self._clock, self._tell = times, clock, tell
-        self._refused: dict[int, _Refused] = {}
+        self._refused: dict[tuple[int, int], _Refused] = {}
 
     @property
     def words(self) -> str:
@@ -90,12 +92,12 @@ class Gate:
 
     @property
     def trouble(self) -> str:
-        """What the crew must do where nothing of a system is let in; "" where all is well."""
+        """What the crew must do where nothing of a component is let in; "" where all is well."""
         now_s = self._clock.boot_s()
         return next(
             (
-                Trouble(self._name, system, entry.refusal).sentence
-                for system, entry in list(self._refused.items())
+                Trouble(self._name, *source, entry.refusal).sentence
+                for source, entry in list(self._refused.items())
                 if now_s - entry.since_s >= PATIENCE_S
             ),
             "",
@@ -114,27 +116,27 @@ class Gate:
         """A frame that came, without its signature; b"" where it is refused."""
         if frame.message_id == RADIO_STATUS and not is_signed(frame.raw):
             return frame.raw
-        refusal = self._judge(frame)
+        refusal, source = self._judge(frame), (frame.system, frame.component)
         if refusal is None:
-            self._refused.pop(frame.system, None)
+            self._refused.pop(source, None)
             return unsigned(frame.raw)
         self.counts[refusal] += 1
-        if frame.system in self._refused or len(self._refused) < MOST_TOLD:
+        if source in self._refused or len(self._refused) < MOST_TOLD:
             now_s = self._clock.boot_s()
             first = _Refused(now_s, now_s, refusal, now_s + PATIENCE_S)
-            entry = self._refused.setdefault(frame.system, first)
+            entry = self._refused.setdefault(source, first)
             entry.last_s, entry.refusal = now_s, refusal
         return b""
 
     def look(self) -> None:
         """Tell what is due; to be called with every read."""
         now_s = self._clock.boot_s()
-        for system, entry in list(self._refused.items()):
+        for source, entry in list(self._refused.items()):
             if now_s >= entry.tell_s:
                 entry.tell_s = now_s + AGAIN_EVERY_S
-                self._tell(Trouble(self._name, system, entry.refusal))
+                self._tell(Trouble(self._name, *source, entry.refusal))
             if now_s - entry.last_s > GONE_S:
-                del self._refused[system]
+                del self._refused[source]
 
     def close(self) -> None:
         """Keep the times of the signatures."""

@@ -22,6 +22,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock_line import ClockLine, fit_clock
 from bridge.errors import LogError, NothingRecorded
 from bridge.framing import MAGIC_2, Frame
+from bridge.new_file import open_new
 from bridge.ring.segments import segment_named
 from bridge.tlog import GZIP, of_those_that_hold_frames, read_tlog
 
@@ -202,7 +203,7 @@ def write_records(path: Path, records: Iterable[Dated]) -> None:
     """A recording at `path`, whole or not at all, in place of the one before. Raises LogError."""
     partial = path.with_name(path.name + ".part")
     try:
-        with partial.open("wb") as file:
+        with open_new(partial) as file:
             for stamp_us, raw in records:
                 file.write(stamp_us.to_bytes(8, "big") + raw)
             file.flush()

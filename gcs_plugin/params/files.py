@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamRejected
+from bridge.new_file import open_new
 from bridge.printable import printable
 from bridge.schema import why_unread
 from gcs_plugin.params import float32
@@ -21,7 +22,9 @@ NAME_LENGTH: Final = 16
 REAL32: Final = 9
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_LINE_END = re.compile(r"\r\n|\n|\r")
+"""No more than these: behind a form feed, say, a comment would end that goes on for whoever reads the file."""
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)(\(.*\))?", re.IGNORECASE)
 
 
@@ -42,7 +45,7 @@ def parse(text: str, source: str) -> list[Entry]:
     Raises ParamRejected with the line number for anything that is not a name and a finite float32.
     """
     entries = []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(_LINE_END.split(text), start=1):
         content = line.split("#", 1)[0].strip()
         if content:
             entries.append(_entry(content, number, source))
@@ -174,8 +177,8 @@ def replace_text(path: Path, text: str) -> None:
     partial = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with partial.open("w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
+        with open_new(partial) as file:
+            file.write(text.encode())
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)

@@ -52,7 +52,10 @@ _PULSES = _fields(
 
 
 def _attitude(wire: Wire) -> tuple[Heard, ...]:
-    roll, pitch, yaw = (0.5 * angle for angle in _EULER(wire))
+    angles = _EULER(wire)
+    if not all(map(math.isfinite, angles)):
+        return (Heard("attitude", 1, (NAN,) * 4), Heard("rates", 1, _EULER_RATES(wire)))
+    roll, pitch, yaw = (0.5 * angle for angle in angles)
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
     quaternion = (

@@ -136,3 +136,15 @@ def test_rounding_is_that_of_the_wire():
     assert float32.rounded(0.7) == struct.unpack("<f", struct.pack("<f", 0.7))[0]
     assert not float32.same(0.7, 0.7 + 1e-6)
     assert float32.same(1234.567, 1234.567 + 1e-6)
+
+
+@pytest.mark.parametrize("hidden", ["\x0c", "\x0b", "\x85", "\u2028", "\x1e"])
+def test_nothing_that_a_reader_takes_for_a_comment_is_a_parameter(hidden):
+    found = parse(f"FF0_M_U,24 # as before {hidden}FF_MODE,3\r\nFF0_D_U,5\rFF0_M_V,6\n", "x")
+    assert [entry.name for entry in found] == ["FF0_M_U", "FF0_D_U", "FF0_M_V"]
+
+
+@pytest.mark.parametrize("digits", ["\u0662\u0664", "\uff12\uff14"])
+def test_digits_of_other_scripts_are_no_number(digits):
+    with pytest.raises(ParamRejected):
+        parse(f"FF0_M_U,{digits}", "x")

@@ -33,6 +33,7 @@ from bridge.service import Bridge
 from bridge.vehicle.config import Device, load_vehicle
 from gcs_plugin.hub import Hub
 from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.watch.hearing import TELLING
 from gcs_plugin.watch.watcher import Watcher
 from gcs_plugin.watch.words import StatusTexts
 
@@ -51,8 +52,12 @@ class Stream:
 
 
 def payload(rng: random.Random, size: int) -> bytes:
-    if rng.random() < 0.5:
+    """Noise, numbers that are none or too large, or bytes that steer."""
+    kind = rng.random()
+    if kind < 0.4:
         return rng.randbytes(size)
+    if kind < 0.7:
+        return b"".join(struct.pack("<f", rng.choice(NUMBERS)) for _ in range(size // 4 + 1))[:size]
     return bytes(rng.choices((0, 0, 1, 1, 0x1B, 0x7F, 0x80, 0xBF, 0xC0, 0xFF), k=size))
 
 
@@ -61,7 +66,9 @@ def mavlink(rng: random.Random) -> bytes:
     encoder = Encoder(rng.choice((1, 1, 7, 255)), rng.choice((1, 190)))
     out = b""
     for _ in range(20):
-        number = rng.choice((*OFTEN, rng.choice(tuple(dialect.mavlink_map))))
+        number = rng.choice(
+            (*OFTEN, *rng.choices(TOLD, k=len(OFTEN)), rng.choice(tuple(dialect.mavlink_map)))
+        )
         body = payload(rng, FULL_BYTES.get(number, 57))
         if rng.random() < 0.5:
             body = body.replace(b"\x00", b"\x01")
@@ -96,6 +103,7 @@ OFTEN = (
     331,
     350,
 )
+TOLD = sorted(TELLING)
 HEARTBEAT = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 128, 0, 4, 3))
 REQUEST = Encoder(255, 190).encode(dialect.MAVLink_param_request_read_message(1, 1, b"FF_MODE", -1))
 

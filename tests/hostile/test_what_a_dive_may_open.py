@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import ConfigError
+from bridge.new_file import open_new
 from bridge.tlog import FEW_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
 from bridge.vehicle.config import CONFIGS
+from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import About, DiveFolder
 from tui.dive_list import row_of
 from tui.dive_vehicle import vehicle_named
@@ -94,3 +96,21 @@ def test_a_file_that_unfolds_beyond_all_measure_is_cut_before_it_fills_the_memor
         assert data.startswith(good)
         assert FEW_BYTES < len(data) < most + UNFOLD_BYTES * 1040
         assert not whole
+
+
+def test_nothing_is_written_through_a_link_that_a_dive_holds(tmp_path: Path) -> None:
+    ours, folder = tmp_path / "ours.txt", tmp_path / "dive"
+    folder.mkdir()
+    for name in ("dive.part", "telemetry.whole.tlog.part", ".glance.part"):
+        ours.write_text("ours", encoding="utf-8")
+        (folder / name).symlink_to(ours)
+        with open_new(folder / name) as made:
+            made.write(b"theirs")
+        assert (folder / name).read_bytes() == b"theirs"
+        assert ours.read_text(encoding="utf-8") == "ours"
+        (folder / name).unlink()
+    (folder / "dive.part").symlink_to(ours)
+    DiveFolder(folder).describe(About("ruvifist", "", "hovering"))
+    write_records(folder / "telemetry.whole.tlog", [(1, b"theirs")])
+    assert ours.read_text(encoding="utf-8") == "ours"
+    assert DiveFolder(folder).about().configuration == "hovering"

@@ -143,10 +143,20 @@ def test_where_nothing_is_let_in_the_crew_is_told_within_three_seconds_what_to_d
         side.waits(0.7)
     assert [trouble.refusal for trouble in side.told] == [Refusal.UNSIGNED]
     assert side.told[0].sentence == (
-        "udpin:127.0.0.1:14550: all that system 1 sends is refused, since it is not signed; "
+        "udpin:127.0.0.1:14550: all that system 1, component 1, sends is refused, since it is not signed; "
         "give its side the same key with --sign-key, or leave --sign-key out here"
     )
-    assert side.told[0].brief == "system 1 is refused: unsigned"
+    assert side.told[0].brief == "system 1/1 is refused: unsigned"
+
+
+def test_a_component_that_is_refused_beside_one_that_signs_is_told_too(side):
+    companion = Encoder(1, 191)
+    for _ in range(5):
+        side.outside.write(signed(companion.encode(BEAT), KEY.secret, 0, side.now()))
+        assert side.link.read(0.0)
+        assert side.arrives_unsigned() == b""
+        side.waits(0.7)
+    assert [(told.system, told.component) for told in side.told] == [(1, 1)]
 
 
 def test_a_single_order_that_was_refused_is_told_as_well(side):

@@ -100,7 +100,7 @@ def test_a_recording_that_lets_nothing_in_says_so_within_three_seconds(
     monkeypatch.setattr("tui.recording_state.write_holding", told.append)
     line = ["record", "--link", "any", "--sign-key", str(key_file), "--out", str(tmp_path / "dives")]
     assert cli.main([*line, "--seconds", "3"]) == exit_codes.LINK
-    assert "system 1 sends is refused, since it is not signed; give its side the same key" in (
+    assert "system 1, component 1, sends is refused, since it is not signed; give its side the same key" in (
         capsys.readouterr().err
     )
     assert "give its side the same key" in told[-1].trouble
@@ -146,9 +146,9 @@ def test_a_bridge_with_a_key_signs_takes_no_unsigned_order_and_says_so_to_its_gr
     assert frames
     assert all(is_signed(frame.raw) for frame in frames)
     texts = b"".join(frame.payload for frame in frames if frame.message_id == 253)
-    assert b"system 255 is refused: unsigned" in texts
+    assert b"system 255/190 is refused: unsigned" in texts
     assert not [frame for frame in frames if frame.message_id == 22]
-    assert "system 255 sends is refused, since it is not signed" in capsys.readouterr().err
+    assert "system 255, component 190, sends is refused, since it is not signed" in capsys.readouterr().err
 
 
 def test_a_key_that_others_can_read_stops_a_verb_before_it_opens_a_link(key_file, tmp_path, capsys):

@@ -118,6 +118,17 @@ def test_the_vehicle_that_the_file_names_is_watched_as_soon_as_it_beats(watcher,
     assert len(picture.traces["u"].value) == 0
 
 
+@pytest.mark.parametrize("odd", [math.inf, -math.inf, math.nan])
+def test_angles_that_are_no_numbers_are_unknown_and_end_nothing(odd):
+    watcher = Watcher(None)
+    vehicle = OnAir(watcher)
+    vehicle.beats(1.0)
+    vehicle.says(mav.MAVLink_attitude_message(0, odd, 0.0, 0.1, 0.0, 0.0, 0.2), 1.1)
+    assert all(map(math.isnan, watcher.picture(1.2).traces["heading"].value))
+    vehicle.says(mav.MAVLink_attitude_message(0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.2), 1.3)
+    assert watcher.picture(1.4).traces["heading"].value[-1] == pytest.approx(math.degrees(0.1))
+
+
 def test_who_beats_once_and_is_silent_is_left_for_the_next_that_beats():
     watcher = Watcher(None)
     OnAir(watcher, 9).beats(1.0, armed=True)
