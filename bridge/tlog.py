@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Final, TypeVar
 
 from bridge.errors import LogError, NothingRecorded
+from bridge.file_size import size_to_read
 from bridge.folder_sync import sync_folder
 from bridge.framing import (
     INCOMPLETE,
@@ -162,8 +163,13 @@ def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) 
 
 
 def load_bytes(path: Path) -> tuple[bytes, bool]:
-    """What a file holds, unfolded where it is gzip, and whether it was whole. Raises LogError."""
+    """What a file holds, unfolded where it is gzip, and whether it was whole.
+
+    Raises LogError, also for a pipe or a device.
+    """
     try:
+        if size_to_read(path) is None:
+            raise LogError(f"{path}: is no file; take it away")
         data = path.read_bytes()
     except FileNotFoundError:
         raise LogError(f"{path}: no such file; check the name") from None

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamRejected
+from bridge.file_size import size_to_read
 from bridge.new_file import open_new
 from bridge.printable import printable
 from bridge.schema import why_unread
@@ -101,7 +102,9 @@ def read_parameters(path: Path, component: int | None = None) -> dict[str, float
     Raises ParamRejected for a file that can't be read, a malformed line, NaN, or a name that is given twice.
     """
     try:
-        size = path.stat().st_size
+        size = size_to_read(path)
+        if size is None:
+            raise ParamRejected(f"{path}: is no file; give a .param file")
         if size > LARGEST_FILE_BYTES:
             raise ParamRejected(f"{path}: {size} bytes is too long for a parameter file; give another")
         text = path.read_text(encoding="utf-8-sig")

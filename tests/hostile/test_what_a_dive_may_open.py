@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, LogError, ParamRejected
 from bridge.new_file import open_new
 from bridge.tlog import FEW_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.params.files import read_parameters
+from identify.ingest.open import read_dive
 from tui.dive_list import row_of
 from tui.dive_vehicle import vehicle_named
 
@@ -114,3 +116,38 @@ def test_nothing_is_written_through_a_link_that_a_dive_holds(tmp_path: Path) -> 
     write_records(folder / "telemetry.whole.tlog", [(1, b"theirs")])
     assert ours.read_text(encoding="utf-8") == "ours"
     assert DiveFolder(folder).about().configuration == "hovering"
+
+
+@pytest.fixture(params=["a pipe", "a device", "a link to a device"])
+def endless(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What gives bytes without an end, or none at all; who opens it to read fails instead of hanging."""
+    path = tmp_path / "telemetry.tlog"
+    if request.param == "a pipe":
+        os.mkfifo(path)
+    elif request.param == "a device":
+        path = Path("/dev/zero")
+    else:
+        path.symlink_to("/dev/zero")
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
+    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
+    return path
+
+
+def test_a_recording_that_has_no_end_is_refused_before_it_is_opened(endless: Path) -> None:
+    with pytest.raises(LogError) as refused:
+        load_bytes(endless)
+    assert str(refused.value) == f"{endless}: is no file; take it away"
+
+
+def test_a_parameter_file_that_has_no_end_is_refused_before_it_is_opened(endless: Path) -> None:
+    with pytest.raises(ParamRejected) as refused:
+        read_parameters(endless)
+    assert str(refused.value) == f"{endless}: is no file; give a .param file"
+
+
+def test_a_dive_whose_recording_is_a_pipe_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    pipe = tmp_path / "telemetry.tlog"
+    os.mkfifo(pipe)
+    with pytest.raises(LogError) as refused:
+        read_dive(tmp_path)
+    assert str(refused.value) == f"{pipe}: is no file; take it away"
