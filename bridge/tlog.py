@@ -38,7 +38,9 @@ GZIP: Final = b"\x1f\x8b"
 LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
 OUTLIER_US: Final = 100_000
 UNFOLD_BYTES: Final = 1024  # small, because zlib throws away all that came from the piece that ends in damage
-MOST_BYTES: Final = 4 << 30  # a recording is untrusted: a gzip file may unfold without end
+MOST_BYTES: Final = 2 << 30
+"""The most that is read of one file, plain or unfolded: 25 kB/s for a day. A recording is untrusted, its reader keeps
+some bytes for each of its own, and a gzip file may unfold without end."""
 MOST_FOLDS: Final = 100  # recordings and tables fold some four times; nothing true is as even as this
 FEW_BYTES: Final = 1 << 24
 _STAMP = struct.Struct(">Q")
@@ -165,11 +167,17 @@ def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) 
 def load_bytes(path: Path) -> tuple[bytes, bool]:
     """What a file holds, unfolded where it is gzip, and whether it was whole.
 
-    Raises LogError, also for a pipe or a device.
+    Raises LogError, also for a pipe or a device, and for a file of more than MOST_BYTES.
     """
     try:
-        if size_to_read(path) is None:
+        size = size_to_read(path)
+        if size is None:
             raise LogError(f"{path}: is no file; take it away")
+        if size > MOST_BYTES:
+            raise LogError(
+                f"{path}: {size / 1e9:.1f} GB is more than the {MOST_BYTES / 1e9:.1f} GB that are read of a file, "
+                "which hold a dive of a day; give a part of it"
+            )
         data = path.read_bytes()
     except FileNotFoundError:
         raise LogError(f"{path}: no such file; check the name") from None

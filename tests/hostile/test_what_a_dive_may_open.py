@@ -11,11 +11,11 @@ import pytest
 
 from bridge.errors import ConfigError, LogError, ParamRejected
 from bridge.new_file import open_new
-from bridge.tlog import FEW_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
+from bridge.tlog import FEW_BYTES, MOST_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import About, DiveFolder
-from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters
 from identify.ingest.open import read_dive
 from tui.dive_list import row_of
 from tui.dive_vehicle import vehicle_named
@@ -151,3 +151,39 @@ def test_a_dive_whose_recording_is_a_pipe_is_refused_in_one_sentence(tmp_path: P
     with pytest.raises(LogError) as refused:
         read_dive(tmp_path)
     assert str(refused.value) == f"{pipe}: is no file; take it away"
+
+
+def grown(path: Path, size: int) -> Path:
+    """A file that says it is so long, and takes no room on the disk."""
+    with path.open("wb") as file:
+        file.truncate(size)
+    return path
+
+
+@pytest.mark.parametrize("name", ["telemetry.tlog", "telemetry.tlog.gz", "telemetry.bin", "telemetry.csv"])
+def test_a_recording_larger_than_any_dive_is_refused_before_it_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    path = grown(tmp_path / name, MOST_BYTES + 1)
+    monkeypatch.setattr(Path, "read_bytes", lambda _: pytest.fail("opened"))
+    with pytest.raises(LogError) as refused:
+        load_bytes(path)
+    assert str(refused.value) == (
+        f"{path}: 2.1 GB is more than the 2.1 GB that are read of a file, which hold a dive of a day; give a part of it"
+    )
+
+
+def test_a_recording_as_large_as_the_largest_dive_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "read_bytes", lambda _: b"as it is")
+    assert load_bytes(grown(tmp_path / "telemetry.tlog", MOST_BYTES)) == (b"as it is", True)
+
+
+def test_a_parameter_file_of_more_than_some_megabytes_is_refused_before_it_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = grown(tmp_path / "large.param", LARGEST_FILE_BYTES + 1)
+    monkeypatch.setattr(Path, "read_text", lambda *_, **__: pytest.fail("opened"))
+    with pytest.raises(ParamRejected, match="4000001 bytes is too long for a parameter file; give another"):
+        read_parameters(path)
