@@ -6,10 +6,15 @@ from identify.dive import Array, Signal
 
 
 def quaternions_from_euler(roll: Array, pitch: Array, yaw: Array) -> Array:
-    """(n, 4) from angles in radians, turned about z, then y, then x (Fossen 2011, eq. 2.72)."""
-    cr, sr = np.cos(roll / 2), np.sin(roll / 2)
-    cp, sp = np.cos(pitch / 2), np.sin(pitch / 2)
-    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
+    """(n, 4) from angles in radians, turned about z, then y, then x (Fossen 2011, eq. 2.72).
+
+    NaN where an angle is not finite.
+    """
+    # A recording may hold any float: an infinite angle is as unknown as NaN.
+    with np.errstate(invalid="ignore"):
+        cr, sr = np.cos(roll / 2), np.sin(roll / 2)
+        cp, sp = np.cos(pitch / 2), np.sin(pitch / 2)
+        cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
     return np.column_stack(
         (
             cr * cp * cy + sr * sp * sy,

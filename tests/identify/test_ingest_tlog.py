@@ -1,6 +1,7 @@
 """Recordings built message by message, so that every value that must come out is known."""
 
 import gzip
+import math
 import struct
 from collections.abc import Iterable
 from pathlib import Path
@@ -522,3 +523,14 @@ def test_real_dives_with_slow_commands_are_read_and_judged(name: str) -> None:
     assert any("too slow" in note for note in dive.notes)
     assert dive.specific_force is not None
     assert np.linalg.norm(dive.specific_force.value, axis=1).mean() == pytest.approx(9.8, abs=0.3)
+
+
+def test_infinite_angles_are_unknown_and_warn_nobody(tmp_path: Path) -> None:
+    said = contract_dive()
+    for k, angle in enumerate((math.inf, 0.2, -math.inf) * 100):
+        message = attitude(5.0 + k / 30, angle)
+        said.append((5.0 + k / 30, 1, 1, message))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(sorted(said, key=lambda one: one[0]))))
+    assert dive.attitude is not None
+    assert np.isfinite(dive.attitude.value).all(axis=1).tolist() == [False, True, False] * 100
+    assert dive.attitude.value[1] == pytest.approx([math.cos(0.1), 0.0, 0.0, math.sin(0.1)])
