@@ -24,6 +24,7 @@ MISSIONS = (
     "bridge/clock_line.py",
     "bridge/dates.py",
     "bridge/errors.py",
+    "bridge/file_size.py",
     "bridge/folder_sync.py",
     "bridge/framing.py",
     "bridge/plain.py",

@@ -115,6 +115,8 @@ class RecordedFiles:
                 continue
             self._waiting.popleft()
             self._waiting_bytes -= len(raw)
+            if self._fresh and self.files > 1:
+                self._say("warning", f"the recording goes on in its file {self.files}")
             self._fresh, self._retry_delay_s = False, FIRST_RETRY_S
             self.frames += 1
             self.bytes += len(raw)
@@ -190,8 +192,6 @@ class RecordedFiles:
             self._failure = str(error)
             self._say("error", self._failure)
             self._delay()
-            return
-        self._say("warning", f"the recording goes on in its file {self.files}")
 
     def _fail(self, sentence: str) -> None:
         self._failure = sentence

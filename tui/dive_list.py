@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.new_file import open_new
 from bridge.plain import from_json
+from bridge.printable import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dive_order import GLANCE, began, order, recordings
 from gcs_plugin.folder import About, DiveFolder, list_folders
@@ -116,7 +117,7 @@ def row_of(
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
     return DiveRow(
         folder,
-        short_name(folder),
+        printable(short_name(folder), "?"),
         size,
         glance,
         about.notes,

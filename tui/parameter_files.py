@@ -15,7 +15,7 @@ from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, MASSES
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import read_parameters, write_parameters
+from gcs_plugin.params.files import read_parameters, system_of, write_parameters
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
@@ -33,7 +33,7 @@ class Targets:
     """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
     which no effect that was accepted earlier holds; `left_out` are the lines of the file that were not chosen;
     `sidecar` tells intervals and origin, where it has one; `rigid` mass or inertia of the rigid body and its standard
-    deviation, by the id of the total, where a vehicle file was given."""
+    deviation, by the id of the total, where a vehicle file was given; `system` the vehicle that alone may have them."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
@@ -41,6 +41,7 @@ class Targets:
     sidecar: Sidecar | None = None
     left_out: frozenset[str] = frozenset()
     rigid: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    system: int | None = None
 
 
 @dataclass(frozen=True)
@@ -61,12 +62,13 @@ def targets_of(
     """
     try:
         values, sidecar = read_parameters(path), read_sidecar(path)
+        system = None if leave.any_vehicle else system_of(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
     file = None if vehicle is None else load_vehicle(vehicle)
     rigid = {} if file is None else _rigid_bodies(file)
     if sidecar is None:
-        return _narrowed(path, Targets(values, rigid=rigid), only, {})
+        return _narrowed(path, Targets(values, rigid=rigid, system=system), only, {})
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
     warnings: list[str] = []
     if file is not None and sidecar.vehicle:

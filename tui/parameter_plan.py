@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bridge.errors import ParamRejected
 from bridge.parameters import ACTIVE, MODE, set_crc
 from gcs_plugin.params import staging
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.compared import COLUMNS, LEGEND, NUMBERS, Compared, compared
 from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
 from gcs_plugin.params.plan import Plan, Verdict, make_plan, staged_crc, taken_back
 from gcs_plugin.params.plausible import implausible
@@ -114,8 +116,12 @@ def planned(
     """The plan of bringing a vehicle that holds `present` to what a file asks for, or to those lines of it; `accepts`
     are lines that are written although they are implausible.
 
-    Raises UsageError for a line that it does not come to.
+    Raises UsageError for a line that it does not come to, and a file of another vehicle.
     """
+    try:
+        check_system(file, targets.system, system, ", or --any-vehicle")
+    except ParamRejected as error:
+        raise UsageError(str(error)) from None
     model = dict.fromkeys((*targets.values, *targets.left_out), 0.0)
     back = taken_back(model, present) if targets.whole else {}
     back = {name: value for name, value in back.items() if only is None or name in only}

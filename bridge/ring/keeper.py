@@ -1,7 +1,7 @@
 """The ring beside the bridge's loop: frames are taken over at once, and written in a thread of their own.
 
 A disk that is full, fails or stalls holds nothing up: what can't be written waits in memory up to a bound, then the
-oldest is lost and counted, and the crew is told when it begins and when it is over.
+oldest is lost and counted, and the crew is told when it begins, each minute while it lasts, and when it is over.
 """
 
 import secrets
@@ -18,6 +18,7 @@ from bridge.ring.files import Bounds, RingFiles
 MOST_WAITING_BYTES: Final = 8_000_000
 SYNC_EVERY_S: Final = 0.5
 RETRY_S: Final = 2.0
+TELL_AGAIN_S: Final = 60.0  # who joins the link later is to hear of it too
 ENDING_S: Final = 3.0
 IDENTITY_BITS: Final = 31  # a positive int32 on the wire
 
@@ -55,7 +56,7 @@ class RingKeeper:
         self._waiting: deque[tuple[int, int, bytes]] = deque()
         self._waiting_bytes = 0
         self._lost = 0
-        self._failed = False
+        self._failed, self._tell_s = False, 0.0
         self._texts: list[str] = []
         self._lock, self._wake, self._stop = Lock(), Event(), Event()
         self._retry_s = self._sync_s = clock.boot_s()
@@ -138,8 +139,8 @@ class RingKeeper:
 
     def _fail(self, fault: str, now_s: float) -> None:
         self._retry_s = now_s + RETRY_S
-        if not self._failed:
-            self._failed = True
+        if not self._failed or now_s >= self._tell_s:
+            self._failed, self._tell_s = True, now_s + TELL_AGAIN_S
             with self._lock:
                 self._texts.append(f"ring: not written, {fault}")
 

@@ -12,6 +12,7 @@ from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.params import staging
 from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
+from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, unfinished
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, unit_of, value_text
 from gcs_plugin.params.plausible import implausible
@@ -150,6 +151,7 @@ class Parameters:
         now_s = self._clock.boot_s()
         source = self._fleet.meant(now_s)
         wanted = wanted_by(file, doubts)
+        check_system(file, wanted.system, source[0], "")
         for note in wanted.notes:
             self._say(note)
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")

@@ -96,11 +96,25 @@ def _shown(text: str) -> str:
     return printable(text[:40], "?")
 
 
-def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
-    """The values of a file by name, each exactly a float32; of one `component` where lines name several.
+def system_of(path: Path) -> int | None:
+    """The one vehicle whose values a file says that it holds; None where its form names none. Raises ParamRejected."""
+    systems = sorted({entry.system for entry in _entries(path) if entry.system is not None})
+    if len(systems) > 1:
+        both = ", ".join(map(str, systems))
+        raise ParamRejected(f"{path}: holds values of several vehicles ({both}); keep the lines of one")
+    return systems[0] if systems else None
 
-    Raises ParamRejected for a file that can't be read, a malformed line, NaN, or a name that is given twice.
-    """
+
+def check_system(path: Path, named: int | None, system: int, otherwise: str) -> None:
+    """Raise ParamRejected where a file names a vehicle, and another is meant; `otherwise` says what lets it pass."""
+    if named not in (None, system):
+        raise ParamRejected(
+            f"{path}: was saved of vehicle {named}, and this is vehicle {system}: nothing was sent; give the file of "
+            f"this one{otherwise}"
+        )
+
+
+def _entries(path: Path) -> list[Entry]:
     try:
         size = size_to_read(path)
         if size is None:
@@ -112,9 +126,17 @@ def read_parameters(path: Path, component: int | None = None) -> dict[str, float
         raise ParamRejected(f"{path}: no such file; check the name") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ParamRejected(f"{path}: {why_unread(error)}; give a .param file") from None
+    return parse(text, str(path))
+
+
+def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
+    """The values of a file by name, each exactly a float32; of one `component` where lines name several.
+
+    Raises ParamRejected for a file that can't be read, a malformed line, NaN, or a name that is given twice.
+    """
     lines: dict[str, int] = {}
     values: dict[str, float] = {}
-    for entry in parse(text, str(path)):
+    for entry in _entries(path):
         if component is not None and entry.component not in (None, component):
             continue
         if entry.name in values:

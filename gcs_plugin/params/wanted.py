@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamRejected
-from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.files import read_parameters, system_of
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar
 
@@ -15,12 +15,13 @@ CONVERGED: Final = "converged"
 @dataclass(frozen=True)
 class Wanted:
     """Parameter id to value; `whole`: it is a model, beside which no effect that was accepted earlier holds; `sidecar`
-    says where it comes from."""
+    says where it comes from, and `system` of which vehicle it was saved, where its form names one."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
     whole: bool = False
     sidecar: Sidecar | None = None
+    system: int | None = None
 
 
 def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
@@ -33,7 +34,7 @@ def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
         )
     values, sidecar = read_parameters(path), read_sidecar(path)
     if sidecar is None:
-        return Wanted(values)
+        return Wanted(values, system=system_of(path))
     outcome = sidecar.outcome or CONVERGED
     if outcome != CONVERGED and not despite_doubts:
         raise ParamRejected(

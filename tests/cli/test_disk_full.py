@@ -170,6 +170,8 @@ def fill_and_free(make, folder, times):
             enough = len(vehicle.sent)
             until(lambda: len(recorded(root)[0]) >= enough, SOON_S)
             frames, files = recorded(root)
+            # A frame is on the disk before its sender has noted it.
+            until(lambda: len(vehicle.sent) >= len(frames), SOON_S)
             assert frames == vehicle.sent[: len(frames)]
             assert files > times
             recorder.send_signal(signal.SIGINT)

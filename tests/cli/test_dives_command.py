@@ -333,3 +333,10 @@ def test_a_restart_within_a_recording_and_the_run_that_is_used_are_told(tmp_path
     assert "of 2 runs the one that began at " in told
     assert told.endswith("is used (it is the longest); the other lasts 30 s.")
     assert f"lake: {told}" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_folder_whose_name_holds_line_ends_makes_no_line_of_its_own(tmp_path, telemetry):
+    folder = tmp_path / "2026-11-20T0912Z-lake\nall good"
+    folder.mkdir()
+    (folder / "telemetry.tlog").write_bytes(telemetry)
+    assert row_of(folder).name == "lake?all good"

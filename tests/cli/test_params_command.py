@@ -8,6 +8,7 @@ import pytest
 from parameter_vehicle import VEHICLE, GroundKilledError, VehicleAtTheEnd, dying_at
 
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import cli, exit_codes, told
@@ -151,6 +152,16 @@ def test_what_was_identified_of_another_vehicle_is_refused(vehicle, tmp_path, ac
     assert run(action, path, "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
     assert "is of vehicle 'otter'" in capsys.readouterr().err
     assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+def test_what_was_saved_of_another_vehicle_is_refused_unless_on_purpose(vehicle, tmp_path, capsys):
+    path = tmp_path / "saved.params"
+    write_parameters(path, {"FF1_M_U": 112.0}, system=7, component=191)
+    assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
+    assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert run("upload", str(path), "--yes", "--any-vehicle") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 112.0
 
 
 def test_what_was_identified_of_another_vehicle_can_be_sent_on_purpose(vehicle, tmp_path, capsys):

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from bridge.errors import ParamRejected
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import param_text, parm_text, parse, qgc_text, read_parameters, write_parameters
+from gcs_plugin.params.files import (
+    check_system,
+    param_text,
+    parm_text,
+    parse,
+    qgc_text,
+    read_parameters,
+    system_of,
+    write_parameters,
+)
 
 SINGLES = st.floats(width=32, allow_nan=False, allow_infinity=False)
 NAMES = st.from_regex(r"[A-Z_][A-Z0-9_]{0,15}", fullmatch=True)
@@ -68,6 +77,23 @@ def test_a_dump_of_two_components_is_read_for_one_of_them(tmp_path):
     assert read_parameters(path, component=191) == {"FF_MODE": 3.0}
     with pytest.raises(ParamRejected, match="FF_MODE is given twice, on lines 1 and 2"):
         read_parameters(path)
+
+
+def test_a_file_says_of_which_vehicle_it_was_saved_where_its_form_does(tmp_path):
+    path = tmp_path / "saved.params"
+    path.write_text("7\t191\tFF0_M_U\t9\t9\n7\t191\tFF0_D_U\t9\t9\n")
+    assert system_of(path) == 7
+    check_system(path, 7, 7, "")
+    with pytest.raises(
+        ParamRejected, match="was saved of vehicle 7, and this is vehicle 1: nothing was sent"
+    ):
+        check_system(path, system_of(path), 1, "")
+    path.write_text("FF0_M_U,9\n")
+    assert system_of(path) is None
+    check_system(path, system_of(path), 1, "")
+    path.write_text("7\t191\tFF0_M_U\t9\t9\n1\t191\tFF0_D_U\t9\t9\n")
+    with pytest.raises(ParamRejected, match=r"several vehicles \(1, 7\)"):
+        system_of(path)
 
 
 @pytest.mark.parametrize(

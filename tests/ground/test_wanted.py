@@ -36,6 +36,12 @@ def test_an_identification_says_where_it_is_from_and_what_is_doubted_of_what_it_
     )
 
 
+def test_a_dump_of_another_station_says_of_which_vehicle_it_is(tmp_path):
+    path = tmp_path / "saved.params"
+    write_parameters(path, {"FF1_M_U": 96.5}, [], system=7)
+    assert wanted_by(path, False).system == 7
+
+
 def test_one_that_did_not_converge_is_sent_only_despite_doubts(file):
     write_sidecar(file, dataclasses.replace(SIDECAR, outcome="stopped at a bound"))
     with pytest.raises(ParamRejected, match=r"ended with 'stopped at a bound'.*nothing was sent"):
