@@ -1,7 +1,13 @@
 """How much there is to read in a file that somebody else made, before it is opened."""
 
+import errno
+import os
 import stat
 from pathlib import Path
+from typing import Final
+
+MOST_SMALL_BYTES: Final = 64_000_000
+"""More than any result, receipt or sidecar of ours has."""
 
 
 def size_to_read(path: Path) -> int | None:
@@ -11,3 +17,13 @@ def size_to_read(path: Path) -> int | None:
     """
     state = path.stat()
     return state.st_size if stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode) else None
+
+
+def read_small(path: Path) -> str:
+    """The text of a file that lies beside a recording. Raises OSError, also for what is no file and for one that is
+    larger than any of ours, and UnicodeDecodeError."""
+    size = size_to_read(path)
+    if size is None or size > MOST_SMALL_BYTES:
+        code = errno.EINVAL if size is None else errno.EFBIG
+        raise OSError(code, os.strerror(code), str(path))
+    return path.read_text(encoding="utf-8")

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.dates import OLDEST_UNIX_S, date_in_name
+from bridge.file_size import read_small
 from bridge.framing import MAGIC_1, MAGIC_2
 from bridge.plain import from_json
 from bridge.ring.whole import standing_for
@@ -87,6 +88,6 @@ def _first_stamp_s(file: Path) -> float | None:
 def _by_glance(folder: Path) -> float:
     """Raises LookupError."""
     try:
-        return float(from_json((folder / GLANCE).read_text(encoding="utf-8"))["glance"]["began_unix_s"])
+        return float(from_json(read_small(folder / GLANCE))["glance"]["began_unix_s"])
     except (OSError, ValueError, TypeError):
         raise LookupError from None

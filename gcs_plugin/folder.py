@@ -11,7 +11,7 @@ from typing import Final
 import yaml
 
 from bridge import schema
-from bridge.errors import LogError
+from bridge.errors import ConfigError, LogError
 from bridge.new_file import open_new
 from bridge.ring.whole import WHOLE, standing_for
 from bridge.tlog import TlogWriter
@@ -60,6 +60,8 @@ class DiveFolder:
         file = self.path / ABOUT
         if not file.exists():
             return About()
+        if not file.is_file():
+            raise ConfigError(f"{file}: is no file; take it away")
         return schema.build(About, schema.load_yaml(file) or {}, str(file))
 
     def describe(self, about: About) -> None:

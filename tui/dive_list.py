@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from bridge.errors import ConfigError, LogError, SeatrialError
+from bridge.file_size import read_small
 from bridge.new_file import open_new
 from bridge.plain import from_json
 from bridge.printable import printable
@@ -261,7 +262,7 @@ def _state(file: Path) -> list[str | int]:
 def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
     """The glance that was kept; None where there is none, or of something else."""
     try:
-        data = from_json((folder / GLANCE).read_text(encoding="utf-8"))
+        data = from_json(read_small(folder / GLANCE))
         if data["key"] != key:
             return None
         told = data["glance"]
@@ -293,7 +294,7 @@ def _learnt(folder: Path) -> Iterator[str]:
 
 def _of_result(path: Path) -> Iterator[str]:
     try:
-        data = from_json(path.read_text(encoding="utf-8"))
+        data = from_json(read_small(path))
     except (OSError, ValueError):
         return
     for one in data if isinstance(data, list) else [data]:

@@ -82,7 +82,9 @@ class Mirror:
         path = self._folder / (name + PART)
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            with path.open("ab") as file:
+            # A folder of somebody else's may hold a link under that name, to a file of ours.
+            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+            with open(os.open(path, flags, 0o666), "ab") as file:
                 file.write(data)
         except OSError as error:
             raise LogError(

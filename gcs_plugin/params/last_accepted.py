@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError
+from bridge.file_size import read_small
 from bridge.plain import from_json
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
@@ -169,7 +170,7 @@ def _read_all(paths: Iterable[Path], system: int | None) -> Iterator[_Kept]:
         if not _TIME.fullmatch(time):
             continue
         try:
-            data: Any = from_json(path.read_text(encoding="utf-8"))
+            data: Any = from_json(read_small(path))
             of, restores, crc = data["vehicle"]["system"], data.get("restores") or "", data.get("active_crc")
             lines = data.get("parameters", ())
             kept = _Kept(

@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
+from bridge.file_size import read_small
 from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
 from gcs_plugin.params.files import replace_text, write_parameters
@@ -159,7 +160,7 @@ def next_number(folder: Path) -> int:
 def number_in(path: Path) -> int:
     """The number that a receipt bears; 0 for an older one, and one that can't be read."""
     try:
-        return int(from_json(path.read_text(encoding="utf-8"))["number"])
+        return int(from_json(read_small(path))["number"])
     except (OSError, ValueError, KeyError, TypeError):
         return 0
 

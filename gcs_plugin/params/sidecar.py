@@ -9,6 +9,7 @@ from typing import Any, Final
 from bridge import schema
 from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ConfigError, ParamRejected
+from bridge.file_size import read_small
 from bridge.plain import from_json
 from gcs_plugin.params.files import replace_text
 
@@ -70,7 +71,7 @@ def read_sidecar(path: Path) -> Sidecar | None:
     if not beside.exists():
         return None
     try:
-        data: Any = from_json(beside.read_text(encoding="utf-8"))
+        data: Any = from_json(read_small(beside))
         return schema.build(Sidecar, data, str(beside))
     except (OSError, ValueError, ConfigError) as error:
         raise ParamRejected(f"{beside}: not a sidecar ({error}); remove it or identify again") from None

@@ -10,12 +10,16 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import ConfigError, LogError, ParamRejected
+from bridge.file_size import MOST_SMALL_BYTES, read_small
 from bridge.new_file import open_new
 from bridge.tlog import FEW_BYTES, MOST_BYTES, MOST_FOLDS, UNFOLD_BYTES, load_bytes
 from bridge.vehicle.config import CONFIGS
+from gcs_plugin.dive_order import GLANCE
+from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import About, DiveFolder
 from gcs_plugin.params.files import LARGEST_FILE_BYTES, read_parameters
+from gcs_plugin.params.sidecar import read_sidecar
 from identify.ingest.open import read_dive
 from tui.dive_list import row_of
 from tui.dive_vehicle import vehicle_named
@@ -151,6 +155,36 @@ def test_a_dive_whose_recording_is_a_pipe_is_refused_in_one_sentence(tmp_path: P
     with pytest.raises(LogError) as refused:
         read_dive(tmp_path)
     assert str(refused.value) == f"{pipe}: is no file; take it away"
+
+
+def test_pipes_beside_a_recording_are_no_results_of_ours_and_hold_nothing_up(tmp_path: Path) -> None:
+    (tmp_path / "telemetry.tlog").write_bytes(b"")
+    for name in ("identified.json", GLANCE, "x.param.json"):
+        os.mkfifo(tmp_path / name)
+    assert row_of(tmp_path).learnt == ()
+    with pytest.raises(ParamRejected, match=r"x\.param\.json: not a sidecar .*Invalid argument"):
+        read_sidecar(tmp_path / "x.param")
+    os.mkfifo(tmp_path / "dive.yaml")
+    with pytest.raises(ConfigError) as refused:
+        DiveFolder(tmp_path).about()
+    assert str(refused.value) == f"{tmp_path / 'dive.yaml'}: is no file; take it away"
+
+
+def test_a_result_larger_than_any_of_ours_is_not_read(tmp_path: Path) -> None:
+    path = grown(tmp_path / "identified.json", MOST_SMALL_BYTES + 1)
+    with pytest.raises(OSError, match="too large"):
+        read_small(path)
+    assert read_small(grown(path, 3)) == 3 * "\0"
+
+
+def test_what_is_fetched_is_written_through_no_link(tmp_path: Path) -> None:
+    ours, folder = tmp_path / "ours.txt", tmp_path / "ring"
+    folder.mkdir()
+    ours.write_text("ours", encoding="utf-8")
+    (folder / "a.tlog.part").symlink_to(ours)
+    with pytest.raises(LogError, match="can't be written"):
+        Mirror(folder).append("a.tlog", b"theirs")
+    assert ours.read_text(encoding="utf-8") == "ours"
 
 
 def grown(path: Path, size: int) -> Path:
