@@ -3,7 +3,7 @@
 import threading
 
 
-def until(found, seconds=20.0):
+def until(found, seconds=120.0):
     """What `found` finds, as soon as it does; fails where that takes longer than `seconds` of looking."""
     looking = threading.Event()
     for _ in range(round(seconds / 0.005)):

@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,7 @@ class Vehicle:
 
     def __init__(self):
         self._listener = socket.create_server(("127.0.0.1", 0))
+        self._listener.settimeout(120.0)
         self.link = f"tcp:127.0.0.1:{self._listener.getsockname()[1]}"
         self.sent = []
         self._stop = threading.Event()
@@ -37,9 +39,9 @@ class Vehicle:
         self._thread.start()
 
     def _run(self):
-        peer, _ = self._listener.accept()
         encoder = Encoder(1, 1)
-        with peer:
+        # Nobody may come, and who comes may leave before it is told to stop.
+        with suppress(OSError), self._listener.accept()[0] as peer:
             while not self._stop.wait(0.002):
                 raw = encoder.encode(dialect.MAVLink_system_time_message(1, 1000 + len(self.sent)))
                 peer.sendall(raw)
@@ -69,8 +71,11 @@ def recording(tmp_path, monkeypatch):
     with subprocess.Popen(
         [sys.executable, "-m", "tui", *line], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as running:
-        yield running, vehicle
-        running.kill()
+        try:
+            yield running, vehicle
+        finally:
+            running.kill()
+            vehicle.stop()
 
 
 def told(capsys, *words):
@@ -94,7 +99,7 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     until(lambda: seen.extend(framer.feed(client.read(0.05))) or (seen and seen[-1].raw == vehicle.sent[-1]))
     client.close()
     assert told(capsys, "--end") == (exit_codes.DONE, {"finished": second.folder, "folder": None})
-    out, error = running.communicate(timeout=20)
+    out, error = running.communicate(timeout=120)
     assert running.returncode == exit_codes.DONE, error
     dives = [
         [frame.raw for _, frame in read_tlog(Path(one.folder) / "telemetry.tlog")] for one in (first, second)

@@ -121,7 +121,7 @@ def test_control_c_ends_a_recording_in_order(tmp_path):
         assert running.stderr is not None
         told = running.stderr.readline()
         running.send_signal(signal.SIGINT)
-        out, error = running.communicate(timeout=20)
+        out, error = running.communicate(timeout=120)
     assert "Ctrl-C ends it" in told
     assert running.returncode == exit_codes.LINK, error
     assert out.startswith("0 frames")

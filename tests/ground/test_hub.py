@@ -71,7 +71,7 @@ def read(link, size):
 def raw_client(hub, data):
     """A client below MAVLink: its socket, after it sent `data`."""
     host, port = hub.address.split(":")[1:]
-    sock = socket.create_connection((host, int(port)), timeout=10.0)
+    sock = socket.create_connection((host, int(port)), timeout=60.0)
     sock.sendall(data)
     return sock
 

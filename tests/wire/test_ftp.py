@@ -261,14 +261,14 @@ def test_pymavlinks_own_client_lists_and_reads_it(folder, tmp_path) -> None:
     served = ServedAside(FileServer(Segments(folder), lambda _: FAST), SystemClock())
     try:
         client = mavftp.MAVFTP(Wire(served), 1, 191)
-        client.process_ftp_reply("ResetSessions", timeout=5)
+        client.process_ftp_reply("ResetSessions", timeout=60)
         listed = client.cmd_list(["/"])
         assert [(entry.name, entry.size_b) for entry in listed.directory_listing] == [
             (n, len(d)) for n, d in HELD.items()
         ]
         for name, data in HELD.items():
             client.cmd_get([name, str(tmp_path / "got")])
-            assert client.process_ftp_reply("OpenFileRO", timeout=20).error_code == 0
+            assert client.process_ftp_reply("OpenFileRO", timeout=60).error_code == 0
             assert (tmp_path / "got").read_bytes() == data
     finally:
         served.close()

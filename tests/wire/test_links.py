@@ -21,7 +21,7 @@ from bridge.link.reconnecting import Aside, Reconnecting, next_retry_s
 from bridge.link.tcp import TcpServer, open_tcpin
 from bridge.link.udp import MOST_PEERS, UdpLink, source_of
 
-SOON_S = 5.0
+SOON_S = 30.0
 
 
 def read_exactly(link: Link, count: int) -> bytes:

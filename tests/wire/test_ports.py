@@ -27,7 +27,7 @@ from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.service import BEAT_S, Bridge
 from bridge.vehicle.config import Configuration, Device, Sensors, Thruster, Vehicle
 
-WITHIN_S = 10.0
+WITHIN_S = 60.0
 
 
 def vehicle(**sensors: Device) -> Vehicle:
