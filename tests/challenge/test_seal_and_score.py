@@ -339,6 +339,9 @@ def test_the_command_scores_a_folder_of_answers(
     ]
     assert main(line) == 2
     assert "holds no answer to any case" in capsys.readouterr().err
+    (tmp_path / "case_001.json").write_text(100_000 * "[", encoding="utf-8")
+    assert main(line) == 2
+    assert "nests too deeply" in capsys.readouterr().err
     given = {
         "verdict": "no_gap",
         "gap": {"where": []},

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from tui import exit_codes, numbers
 
 if TYPE_CHECKING:
+    from identify.challenge.answers import Answer
     from identify.challenge.score import Rate, Score
 
 EXAMPLE = "seatrial challenge seal --cases 20 --seed 7 --out hidden"
@@ -78,9 +79,20 @@ def _seal(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE
 
 
-def _score(arguments: argparse.Namespace) -> int:
+def _answer(path: Path) -> "Answer | None":
     from bridge.errors import LogError
     from identify.challenge.answers import read_answer
+
+    try:
+        return read_answer(path)
+    except RecursionError:
+        raise LogError(
+            f"{path}: is no answer of diagnose (it nests too deeply); give the JSON that it wrote"
+        ) from None
+
+
+def _score(arguments: argparse.Namespace) -> int:
+    from bridge.errors import LogError
     from identify.challenge.score import score
     from identify.challenge.seal import unsealed
     from tui import show
@@ -92,7 +104,7 @@ def _score(arguments: argparse.Namespace) -> int:
         raise LogError(f"{folder}: is no folder; give the one that holds case_001.json and so on")
     key = Path(arguments.key) if arguments.key else None
     truths = unsealed(Path(arguments.folder), arguments.hash, key)
-    given = {truth["name"]: read_answer(folder / f"{truth['name']}.json") for truth in truths}
+    given = {truth["name"]: _answer(folder / f"{truth['name']}.json") for truth in truths}
     answers = {name: answer for name, answer in given.items() if answer is not None}
     if not answers:
         raise LogError(
