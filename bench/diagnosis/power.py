@@ -17,6 +17,7 @@ from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from bench.words import paragraph
+from identify.challenge.score import Rate
 
 POINTS = 3
 
@@ -86,7 +87,24 @@ def page(rows: Sequence[Data]) -> str:
                 "`bench/results/power.jsonl.gz`.",
             ),
             "",
+            *_over_all(rows),
+            "",
             *lines,
             "",
         ]
     )
+
+
+def _over_all(rows: Sequence[Data]) -> list[str]:
+    """How many of all, and of those that the dive shows at all."""
+    shown = [row for row in rows if row["size"] >= 1.0]
+    unseen = sum(not row["hit"] and row["said"] == "no_gap" for row in rows)
+    return paragraph(
+        f"Of all: {goals.told(_named(rows))}. Of those at least as large as the noise floor of their dive:",
+        f"{goals.told(_named(shown))}. Of the {sum(not row['hit'] for row in rows)} that were not named, {unseen} were",
+        "taken for no gap.",
+    )
+
+
+def _named(rows: Sequence[Data]) -> Rate:
+    return Rate(sum(bool(row["hit"]) for row in rows), len(rows))

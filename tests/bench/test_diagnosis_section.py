@@ -87,7 +87,10 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
 
 
 def test_rows_of_a_power_curve_are_taken_up_again_from_what_was_packed(tmp_path: Path) -> None:
-    rows = {f"power {i}:code": {"effect": "waves", "size": 0.1 * i, "hit": i > 1} for i in range(3)}
+    rows = {
+        f"power {i}:code": {"effect": "waves", "size": 0.1 * i, "hit": i > 1, "said": "no_gap"}
+        for i in range(3)
+    }
     packed = tmp_path / "power.jsonl.gz"
     power.pack(rows, packed)
     again = Remembered(tmp_path / "kept.jsonl")
@@ -95,6 +98,15 @@ def test_rows_of_a_power_curve_are_taken_up_again_from_what_was_packed(tmp_path:
     assert [key in again for key in rows] == [False, True, True]
     assert again.get("power 2:code", dict) == rows["power 2:code"]
     assert "| `waves` | 0.00 to 0.20 | 33.3 % (6.1 to 79.2), 1 of 3 |" in power.page(list(rows.values()))
+
+
+def test_a_power_page_tells_those_apart_that_the_dive_shows_at_all() -> None:
+    told_of = [(0.5, False, "no_gap"), (0.9, False, "tether"), (1.0, True, "waves"), (4.0, False, "unknown")]
+    rows = [{"effect": "waves", "size": size, "hit": hit, "said": said} for size, hit, said in told_of]
+    page = " ".join(power.page(rows).split())
+    assert "Of all: 25.0 % (4.6 to 69.9), 1 of 4." in page
+    assert "noise floor of their dive: 50.0 % (9.5 to 90.5), 1 of 2." in page
+    assert "Of the 3 that were not named, 1 were taken for no gap." in page
 
 
 def test_an_effect_shows_what_was_said_instead() -> None:
