@@ -48,7 +48,8 @@ class Front:
         return await asyncio.start_server(self._handle, host, port, limit=LONGEST_LINE)
 
     async def _handle(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with contextlib.suppress(OSError):
+        # Closed also where the whole service ends meanwhile.
+        with contextlib.closing(writer), contextlib.suppress(OSError):
             try:
                 line = await asyncio.wait_for(reader.readuntil(b"\n"), FIRST_LINE_S)
             except (asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError):
@@ -59,7 +60,6 @@ class Front:
                 else:
                     await self._pass_on(line, reader, writer)
             await writer.drain()
-        writer.close()
 
     async def _pass_on(self, line: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:

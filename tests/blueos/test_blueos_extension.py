@@ -1,12 +1,15 @@
 """The BlueOS extension: its labels, its answer, its front, and a Dockerfile by the rules that need no Docker."""
 
 import asyncio
+import contextlib
+import gc
 import importlib.util
 import json
 import re
 import shlex
 import sys
 import tomllib
+import warnings
 from pathlib import Path
 
 import pytest
@@ -182,6 +185,31 @@ def test_a_page_that_is_not_up_is_said(service):
             return await asked(port_of(server), b"GET / HTTP/1.1\r\n\r\n")
 
     assert asyncio.run(scene()).startswith(b"HTTP/1.1 503")
+
+
+def test_a_front_that_ends_while_it_passes_on_closes_all_that_it_opened(service):
+    came = asyncio.Event()
+
+    async def page(reader, writer):
+        with contextlib.closing(writer):
+            await reader.readline()
+            came.set()
+            await reader.read()
+
+    async def scene():
+        behind = await asyncio.start_server(page, "127.0.0.1", 0)
+        server = await service.Front(port_of(behind)).serve(0, "127.0.0.1")
+        _, writer = await asyncio.open_connection("127.0.0.1", port_of(server))
+        writer.write(b"GET / HTTP/1.1\r\n")
+        await came.wait()
+        for one in (writer, server, behind):
+            one.close()
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        asyncio.run(scene())
+        gc.collect()
+    assert [str(one.message) for one in told] == []
 
 
 @pytest.mark.parametrize("request_", [b"x" * 20000, b"\n", b"GET /register_service\r\n"])
