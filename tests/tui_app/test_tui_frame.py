@@ -1,6 +1,7 @@
 """The frame: keys, help, palette, themes, and the off switch that works from everywhere."""
 
 import gc
+import math
 import re
 from dataclasses import replace
 
@@ -335,7 +336,7 @@ def test_screens_that_come_and_go_leave_nothing_in_memory():
                 await pressed(pilot, "question_mark", "escape")
                 await pilot.resize_terminal(*WIDE)
                 await pilot.resize_terminal(*NARROW)
-            counts.append(await settled(pilot, counts[0] if counts else 0))
+            counts.append(await settled(pilot, counts[0] if counts else math.inf))
         assert max(counts) == counts[0]
 
     run(made(FixedViews()), NARROW, work)
