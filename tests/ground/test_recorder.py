@@ -183,9 +183,11 @@ def test_a_disk_that_fails_though_it_has_space_is_tried_ever_less_often():
     for raw in frames_of(100):
         ground.hear(raw, after_s=1.0)
     assert len(ground.disk.files) < 20
+    assert not any("goes on" in sentence for sentence in ground.sentences())
     ground.disk.full = False
     ground.hear(frames_of(1)[0], after_s=10.0)
     assert len(ground.disk.stored()) == 101
+    assert sum("goes on in its file" in sentence for sentence in ground.sentences()) == 1
 
 
 def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
