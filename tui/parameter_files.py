@@ -80,7 +80,8 @@ def targets_of(
         f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
         f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
     )
-    return _narrowed(path, Targets(values, notes, True, sidecar, rigid=rigid), only, sidecar.doubted)
+    found = Targets(values, notes, True, sidecar, rigid=rigid, system=system)
+    return _narrowed(path, found, only, sidecar.doubted)
 
 
 def targets_of_identification(

@@ -32,9 +32,9 @@ def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
         raise ParamRejected(
             f"{path}: is no parameter file; give the .param that `seatrial identify --param` wrote"
         )
-    values, sidecar = read_parameters(path), read_sidecar(path)
+    values, sidecar, system = read_parameters(path), read_sidecar(path), system_of(path)
     if sidecar is None:
-        return Wanted(values, system=system_of(path))
+        return Wanted(values, system=system)
     outcome = sidecar.outcome or CONVERGED
     if outcome != CONVERGED and not despite_doubts:
         raise ParamRejected(
@@ -51,4 +51,5 @@ def wanted_by(path: Path, despite_doubts: bool) -> Wanted:
         ),
         True,
         sidecar,
+        system,
     )

@@ -159,6 +159,11 @@ def test_what_was_saved_of_another_vehicle_is_refused_unless_on_purpose(vehicle,
     write_parameters(path, {"FF1_M_U": 112.0}, system=7, component=191)
     assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
     assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    write_sidecar(
+        path, Sidecar("ab", "cd", "hovering", "likelihood", "0.1", {}, "hovering", "lake", "converged")
+    )
+    assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
+    assert "was saved of vehicle 7" in capsys.readouterr().err
     assert vehicle.server.value("FF1_M_U") == 0.0
     assert run("upload", str(path), "--yes", "--any-vehicle") == exit_codes.DONE
     assert vehicle.server.value("FF1_M_U") == 112.0

@@ -40,6 +40,8 @@ def test_a_dump_of_another_station_says_of_which_vehicle_it_is(tmp_path):
     path = tmp_path / "saved.params"
     write_parameters(path, {"FF1_M_U": 96.5}, [], system=7)
     assert wanted_by(path, False).system == 7
+    write_sidecar(path, SIDECAR)
+    assert wanted_by(path, False).system == 7
 
 
 def test_one_that_did_not_converge_is_sent_only_despite_doubts(file):
