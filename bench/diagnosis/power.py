@@ -17,7 +17,7 @@ from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from bench.words import paragraph
-from identify.challenge.score import Rate
+from identify.challenge.score import CLEAR, Rate
 
 POINTS = 3
 
@@ -97,10 +97,10 @@ def page(rows: Sequence[Data]) -> str:
 
 def _over_all(rows: Sequence[Data]) -> list[str]:
     """How many of all, and of those that the dive shows at all."""
-    shown = [row for row in rows if row["size"] >= 1.0]
+    shown = [row for row in rows if row["size"] >= CLEAR]
     unseen = sum(not row["hit"] and row["said"] == "no_gap" for row in rows)
     return paragraph(
-        f"Of all: {goals.told(_named(rows))}. Of those at least as large as the noise floor of their dive:",
+        f"Of all: {goals.told(_named(rows))}. Of those {CLEAR:g} or more over the floor:",
         f"{goals.told(_named(shown))}. Of the {sum(not row['hit'] for row in rows)} that were not named, {unseen} were",
         "taken for no gap.",
     )

@@ -101,11 +101,11 @@ def test_rows_of_a_power_curve_are_taken_up_again_from_what_was_packed(tmp_path:
 
 
 def test_a_power_page_tells_those_apart_that_the_dive_shows_at_all() -> None:
-    told_of = [(0.5, False, "no_gap"), (0.9, False, "tether"), (1.0, True, "waves"), (4.0, False, "unknown")]
+    told_of = [(0.1, False, "no_gap"), (0.4, False, "tether"), (0.5, True, "waves"), (4.0, False, "unknown")]
     rows = [{"effect": "waves", "size": size, "hit": hit, "said": said} for size, hit, said in told_of]
     page = " ".join(power.page(rows).split())
     assert "Of all: 25.0 % (4.6 to 69.9), 1 of 4." in page
-    assert "noise floor of their dive: 50.0 % (9.5 to 90.5), 1 of 2." in page
+    assert "Of those 0.5 or more over the floor: 50.0 % (9.5 to 90.5), 1 of 2." in page
     assert "Of the 3 that were not named, 1 were taken for no gap." in page
 
 
