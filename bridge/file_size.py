@@ -1,4 +1,4 @@
-"""How much there is to read in a file that somebody else made, before it is opened."""
+"""Files that somebody else made: how much there is to read in one, before it is opened; small ones read whole."""
 
 import errno
 import os
