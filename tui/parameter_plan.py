@@ -118,10 +118,7 @@ def planned(
 
     Raises UsageError for a line that it does not come to, and a file of another vehicle.
     """
-    try:
-        check_system(file, targets.system, system, ", or --any-vehicle")
-    except ParamRejected as error:
-        raise UsageError(str(error)) from None
+    _check_system(file, targets, system)
     model = dict.fromkeys((*targets.values, *targets.left_out), 0.0)
     back = taken_back(model, present) if targets.whole else {}
     back = {name: value for name, value in back.items() if only is None or name in only}
@@ -135,7 +132,8 @@ def planned(
 def planned_back(
     file: Path, targets: Targets, present: Mapping[str, float], receipts: Path, system: int
 ) -> Planned:
-    """The plan of going back to the values before an upload."""
+    """The plan of going back to the values before an upload. Raises UsageError for those of another vehicle."""
+    _check_system(file, targets, system)
     plan = make_plan(not_raised(targets.values, present), present)
     return _beside(file, targets, plan, (), None, receipts, system)
 
@@ -148,6 +146,13 @@ def newest(receipts: Path, system: int) -> Path:
             f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
         )
     return found
+
+
+def _check_system(file: Path, targets: Targets, system: int) -> None:
+    try:
+        check_system(file, targets.system, system, ", or --any-vehicle")
+    except ParamRejected as error:
+        raise UsageError(str(error)) from None
 
 
 def _beside(

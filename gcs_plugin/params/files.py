@@ -25,6 +25,9 @@ REAL32: Final = 9
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 """No more than these: behind a form feed, say, a comment would end that goes on for whoever reads the file."""
+_SAVED_OF = "Onboard parameters for Vehicle"
+"""As QGroundControl begins its files."""
+_SAVED_OF_LINE = re.compile(rf"#\s*{_SAVED_OF} (\d{{1,3}})\s*")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)(\(.*\))?", re.IGNORECASE)
 
@@ -97,8 +100,11 @@ def _shown(text: str) -> str:
 
 
 def system_of(path: Path) -> int | None:
-    """The one vehicle whose values a file says that it holds; None where its form names none. Raises ParamRejected."""
-    systems = sorted({entry.system for entry in _entries(path) if entry.system is not None})
+    """The one vehicle whose values a file says that it holds; None where it names none. Raises ParamRejected."""
+    text = _text_of(path)
+    told = (int(match[1]) for line in _LINE_END.split(text) if (match := _SAVED_OF_LINE.fullmatch(line)))
+    own = (entry.system for entry in parse(text, str(path)) if entry.system is not None)
+    systems = sorted({*told, *own})
     if len(systems) > 1:
         both = ", ".join(map(str, systems))
         raise ParamRejected(f"{path}: holds values of several vehicles ({both}); keep the lines of one")
@@ -114,19 +120,18 @@ def check_system(path: Path, named: int | None, system: int, otherwise: str) -> 
         )
 
 
-def _entries(path: Path) -> list[Entry]:
+def _text_of(path: Path) -> str:
     try:
         size = size_to_read(path)
         if size is None:
             raise ParamRejected(f"{path}: is no file; give a .param file")
         if size > LARGEST_FILE_BYTES:
             raise ParamRejected(f"{path}: {size} bytes is too long for a parameter file; give another")
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise ParamRejected(f"{path}: no such file; check the name") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ParamRejected(f"{path}: {why_unread(error)}; give a .param file") from None
-    return parse(text, str(path))
 
 
 def read_parameters(path: Path, component: int | None = None) -> dict[str, float]:
@@ -136,7 +141,7 @@ def read_parameters(path: Path, component: int | None = None) -> dict[str, float
     """
     lines: dict[str, int] = {}
     values: dict[str, float] = {}
-    for entry in _entries(path):
+    for entry in parse(_text_of(path), str(path)):
         if component is not None and entry.component not in (None, component):
             continue
         if entry.name in values:
@@ -163,8 +168,7 @@ def parm_text(values: Mapping[str, float], comments: Iterable[str] = ()) -> str:
 
 def qgc_text(values: Mapping[str, float], system: int, component: int, comments: Iterable[str] = ()) -> str:
     """QGroundControl's form: system, component, name, value and type, apart by tabs."""
-    head = [f"# Onboard parameters for Vehicle {system}", "#", *(f"# {comment}" for comment in comments)]
-    head.append("# Vehicle-Id Component-Id Name Value Type")
+    head = [*(f"# {comment}" for comment in comments), "# Vehicle-Id Component-Id Name Value Type"]
     lines = [
         f"{system}\t{component}\t{name}\t{float32.text(value)}\t{REAL32}" for name, value in values.items()
     ]
@@ -172,13 +176,19 @@ def qgc_text(values: Mapping[str, float], system: int, component: int, comments:
 
 
 def write_parameters(
-    path: Path, values: Mapping[str, float], comments: Iterable[str] = (), system: int = 1, component: int = 1
+    path: Path,
+    values: Mapping[str, float],
+    comments: Iterable[str] = (),
+    system: int | None = None,
+    component: int = 1,
 ) -> None:
-    """Write a file whole or not at all, in the form that its suffix names (.param, .parm, .params).
+    """Write a file whole or not at all, in the form that its suffix names (.param, .parm, .params); `system` is the
+    vehicle whose values they are, where they are one's.
 
     Raises ParamRejected for another suffix, a value that is not finite, or a place that can't be written.
     """
-    words = tuple(printable(" ".join(comment.split()), "?") for comment in comments)
+    saved_of = () if system is None else (f"{_SAVED_OF} {system}",)
+    words = (*saved_of, *(printable(" ".join(comment.split()), "?") for comment in comments))
     strange = [name for name in values if not _NAME.fullmatch(name)]
     if strange:
         words += (f"left out, since no parameter has such a name: {', '.join(map(_shown, strange))}",)
@@ -189,7 +199,7 @@ def write_parameters(
         elif path.suffix == ".parm":
             text = parm_text(values, words)
         elif path.suffix == ".params":
-            text = qgc_text(values, system, component, words)
+            text = qgc_text(values, 1 if system is None else system, component, words)
         else:
             raise ParamRejected(f"{path}: a parameter file ends in .param, .parm or .params; name it so")
     except ValueError as error:

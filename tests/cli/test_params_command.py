@@ -8,7 +8,7 @@ import pytest
 from parameter_vehicle import VEHICLE, GroundKilledError, VehicleAtTheEnd, dying_at
 
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.params.files import write_parameters
+from gcs_plugin.params.files import system_of, write_parameters
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from identify.identification import Doubt, Identification, Outcome, estimate
 from tui import cli, exit_codes, told
@@ -114,6 +114,27 @@ def test_rollback_brings_the_values_before_back(vehicle, file, tmp_path, capsys)
         line for line in shown.splitlines() if line.startswith("FF1_M_U") and "read back equal" in line
     )
     assert line.split()[2:4] == ["111.5", "99"]
+
+
+@pytest.mark.parametrize("suffix", [".param", ".parm", ".params"])
+def test_what_another_vehicle_held_before_an_upload_is_not_gone_back_to(vehicle, tmp_path, suffix, capsys):
+    before = tmp_path / f"2026-05-04T101112Z-before{suffix}"
+    write_parameters(before, {"FF1_M_U": 112.0}, system=7, component=191)
+    assert run("rollback", str(before), "--yes") == exit_codes.BAD_INPUT
+    assert "was saved of vehicle 7, and this is vehicle 1: nothing was sent" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert run("rollback", str(before), "--yes", "--any-vehicle") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 112.0
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_files_that_this_program_writes_say_of_which_vehicle_they_are(file, tmp_path):
+    shown = tmp_path / "shown.parm"
+    assert run("show", "--out", str(shown)) == exit_codes.DONE
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    (before,) = (tmp_path / "receipts").glob("*-before.param")
+    (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
+    assert {system_of(path) for path in (shown, before, accepted)} == {1}
 
 
 def identified(tmp_path, **changed):

@@ -88,6 +88,8 @@ def test_a_file_says_of_which_vehicle_it_was_saved_where_its_form_does(tmp_path)
         ParamRejected, match="was saved of vehicle 7, and this is vehicle 1: nothing was sent"
     ):
         check_system(path, system_of(path), 1, "")
+    write_parameters(tmp_path / "saved.param", {"FF0_M_U": 9.0}, system=7)
+    assert system_of(tmp_path / "saved.param") == 7
     path.write_text("FF0_M_U,9\n")
     assert system_of(path) is None
     check_system(path, system_of(path), 1, "")

@@ -13,7 +13,7 @@ from tui.arguments import actions_of
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.receipt import Line
-    from gcs_plugin.params.transfer import Result
+    from gcs_plugin.params.transfer import Result, Source
     from tui.parameter_files import Targets
     from tui.parameter_plan import Planned
     from tui.show import Tell
@@ -48,8 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 "--vehicle", metavar="FILE", help="the vehicle file; needed where FILE is JSON"
             )
             action.add_argument("--only", nargs="+", metavar="NAME", help="these parameters alone")
+        if name != "show":
             action.add_argument(
-                "--any-vehicle", action="store_true", help="take what was identified of another vehicle"
+                "--any-vehicle", action="store_true", help="take what is of another vehicle all the same"
             )
         if name == "upload":
             action.add_argument(
@@ -110,7 +111,7 @@ def targets_for(arguments: argparse.Namespace) -> "Targets":
     if arguments.action == "show" or arguments.file is None:
         return Targets({})
     path, only = Path(arguments.file), getattr(arguments, "only", None)
-    leave = Leave(getattr(arguments, "any_vehicle", True), getattr(arguments, "despite_doubts", True))
+    leave = Leave(arguments.any_vehicle, getattr(arguments, "despite_doubts", True))
     if path.suffix == ".json" and arguments.action != "rollback":
         return targets_of_identification(path, arguments.vehicle, leave, only)
     return targets_of(path, leave, only, getattr(arguments, "vehicle", None))
@@ -174,7 +175,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.action == "show":
             for note in (*staging.told(present), *left_behind(receipts, system, present)):
                 show.say(show.words(), note)
-            return show_values(arguments, present)
+            return show_values(arguments, present, client.vehicle)
         if arguments.file is None:
             arguments.file = str(newest(receipts, system))
             targets = targets_for(arguments)
@@ -193,7 +194,7 @@ def run(arguments: argparse.Namespace) -> int:
         link.close()
 
 
-def show_values(arguments: argparse.Namespace, present: Mapping[str, float]) -> int:
+def show_values(arguments: argparse.Namespace, present: Mapping[str, float], vehicle: "Source") -> int:
     """`params show`."""
     from gcs_plugin.params.files import write_parameters
     from gcs_plugin.params.plan import unit_of, value_text
@@ -209,7 +210,7 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float]) -> 
             show.table("", ("name", "value", "unit"), rows, numbers=("value",)),
         )
     if arguments.out and shown:
-        write_parameters(Path(arguments.out), shown)
+        write_parameters(Path(arguments.out), shown, (), *vehicle)
     show.write_json(shown, arguments.json)
     for given in missed:
         show.say(
