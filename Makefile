@@ -40,8 +40,9 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	@$(BIN)/seatrial demo
 
+# Libraries that each take every core would mostly wait for each other: two workers, a thread each.
 test: $(STAMP)
-	$(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
 
 lint: $(STAMP)
 	$(BIN)/ruff format --check .
