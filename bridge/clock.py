@@ -26,6 +26,20 @@ class SystemClock:
         return time.time()
 
 
+class EvenClock:
+    """`clock` with a Unix time that is read once and runs on with boot time: who sets the date turns nothing back."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
+
+    def boot_s(self) -> float:
+        return self._clock.boot_s()
+
+    def unix_s(self) -> float:
+        return self._unix_at_boot_s + self._clock.boot_s()
+
+
 @dataclass
 class SimulatedClock:
     """A clock that stands still until `advance_to` moves it."""

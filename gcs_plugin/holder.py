@@ -24,6 +24,8 @@ class Holding:
     `refused` counts the frames that a signed link did not let in, by kind; "" for none.
     `waiting` frames could not be written yet, for the reason `unwritten`; "" where all that came is in a file.
     `trouble` says what to do where nothing of a system is let in; `sign_key` is the file of the key, "" for none.
+    `began_utc` is by the recording's own clock, which nobody sets, as its stamps are; `set_by_s` is how far this
+    computer's clock was set ahead of that since.
     """
 
     pid: int
@@ -42,6 +44,15 @@ class Holding:
     sign_key: str = ""
     unwritten: str = ""
     waiting: int = 0
+    set_by_s: float = 0.0
+
+    def own_unix_s(self, now_unix_s: float) -> float:
+        """Now, by the recording's own clock."""
+        return now_unix_s - self.set_by_s
+
+    def lasted_s(self, now_unix_s: float) -> float:
+        """For how long its dive is recorded."""
+        return self.own_unix_s(now_unix_s) - self.began_unix_s
 
     @property
     def began_unix_s(self) -> float:
@@ -49,7 +60,7 @@ class Holding:
         try:
             began = datetime.fromisoformat(self.began_utc)
         except ValueError:
-            return self.written_unix_s
+            return self.own_unix_s(self.written_unix_s)
         return (began if began.tzinfo else began.replace(tzinfo=UTC)).timestamp()
 
 

@@ -33,8 +33,7 @@ def next_dive(clock: Clock, wait: Callable[[float], None]) -> tuple[Path, Path]:
     Raises LinkError where none runs, the dive has only just begun, or it does not go on elsewhere.
     """
     holding = _running(clock)
-    lasted_s = clock.unix_s() - holding.began_unix_s
-    if lasted_s < LEAST_DIVE_S:
+    if holding.lasted_s(clock.unix_s()) < LEAST_DIVE_S:
         raise LinkError(f"{holding.folder}: this dive has only just begun; ask again in {LEAST_DIVE_S:.0f} s")
     now = _obeyed(Order.NEXT, holding, clock, wait, lambda now: now.folder != holding.folder)
     if now is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from bridge.clock import Clock
+from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
 from gcs_plugin.asked_conditions import last_conditions
 from gcs_plugin.conditions import NOTHING_SAID
@@ -34,7 +34,7 @@ class RecordedDives:
     """Makes a folder under `root` for each dive, the first at once. `about` is what is known of all of them."""
 
     def __init__(self, root: Path, name: str, about: About, clock: Clock, *, same_conditions: bool) -> None:
-        self._root, self._name, self._about, self._clock = root, name, about, clock
+        self._root, self._name, self._about, self._clock = root, name, about, EvenClock(clock)
         self._same_conditions = same_conditions
         self.finished: list[RecordedDive] = []
         self.folder = self._new()

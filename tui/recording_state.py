@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from bridge.clock import Clock
+from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
 from gcs_plugin.folder import utc_text
 from gcs_plugin.holder import Holding, held, release, write_holding
@@ -34,6 +34,7 @@ class RecordingState:
         self._opener = opener
         self._sign_key = str(Path(sign_key).absolute()) if sign_key else ""
         self._clock, self._links, self._hub = clock, links, hub
+        self._own_clock = EvenClock(clock)
         self.begin(folder)
         self._notices: tuple[str, ...] = ()
         self._fault = ""
@@ -52,7 +53,7 @@ class RecordingState:
     def begin(self, folder: Path) -> None:
         """A dive begins now, in this folder."""
         # One assignment: another thread may be telling it.
-        self._dive = (folder, utc_text(self._clock.unix_s()))
+        self._dive = (folder, utc_text(self._own_clock.unix_s()))
 
     def notice(self, said: Notice) -> None:
         """Something that an operator must hear of."""
@@ -80,6 +81,7 @@ class RecordingState:
             self._sign_key,
             recorder.unwritten.replace(f"{folder}/", ""),
             recorder.waiting,
+            round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
         )
         try:
             write_holding(holding)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from bridge.clock import Clock
+from bridge.clock import Clock, EvenClock
 from bridge.errors import LinkError, LogError
 from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
@@ -54,7 +54,7 @@ class Recording:
     ) -> None:
         self._root, self._name = root, (file.configuration or "") if file else ""
         self._about = about_vehicle(file, self._name) if file else About()
-        self._clock, self._frames, self._say = clock, _Frames(), say
+        self._clock, self._frames, self._say = EvenClock(clock), _Frames(), say
         self.finished: Path | None = None
         self.folder, self.began_s = self._new(), clock.boot_s()
 
@@ -95,6 +95,10 @@ class Recording:
     def free_bytes(self) -> int:
         """What the disk has left."""
         return shutil.disk_usage(self.folder.path).free
+
+    def unix_s(self) -> float:
+        """Now, on the clock of its stamps, which nobody sets."""
+        return self._clock.unix_s()
 
     def words(self) -> str:
         """How it goes."""

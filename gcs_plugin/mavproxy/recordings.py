@@ -51,8 +51,8 @@ class Recordings:
                     raise LogError(self._other_ends() or f"nothing is being recorded; {BEGIN}")
                 self.stop()
             case ["note", *text] if text:
-                noted = self._folder()
-                noted.add_event(self._clock.unix_s(), " ".join(text))
+                noted, unix_s = self._noted()
+                noted.add_event(unix_s, " ".join(text))
                 self._say(f"noted in {noted.path}")
             case _:
                 return False
@@ -132,14 +132,14 @@ class Recordings:
         words = [*seatrial_command(), "record", "--next"]
         self._order = Job("record --next", words, as_wide(), self._clock.boot_s())
 
-    def _folder(self) -> DiveFolder:
-        """Of the dive that is being recorded. Raises LogError where none is."""
+    def _noted(self) -> tuple[DiveFolder, float]:
+        """Folder of the dive that is being recorded, and Unix time by its recording. Raises LogError where none is."""
         if self._own is not None:
-            return self._own.folder
+            return self._own.folder, self._own.unix_s()
         holding = self._other()
         if holding is None:
             raise LogError(f"nothing is being recorded that a note could go to; {BEGIN}")
-        return DiveFolder(Path(holding.folder))
+        return DiveFolder(Path(holding.folder)), holding.own_unix_s(self._clock.unix_s())
 
     def _other(self) -> Holding | None:
         """The recording of another process by whose hub MAVProxy hears the vehicle."""
@@ -161,6 +161,6 @@ def _words(holding: Holding, unix_s: float) -> str:
         else "nothing comes"
     )
     lost = f", {holding.lost} LOST" if holding.lost else ""
-    how = progress(unix_s - holding.began_unix_s, holding.frames, left)
+    how = progress(holding.lasted_s(unix_s), holding.frames, left)
     unwritten = f", NOT WRITTEN: {holding.unwritten}" if holding.unwritten else ""
     return f"recorded by process {holding.pid} into {holding.folder}: {how}{lost}{unwritten}"

@@ -74,6 +74,19 @@ def test_a_key_that_is_held_down_makes_no_string_of_dives():
     assert recording.heard == []
 
 
+@pytest.mark.parametrize("set_by_s", [-86_400.0, 86_400.0])
+def test_a_clock_that_is_set_in_a_dive_makes_it_neither_younger_nor_older(set_by_s):
+    long, short = Recording(), Recording(began_s=LONG_S - LEAST_DIVE_S + 2.0)
+    for recording in (long, short):
+        recording.clock.unix_at_boot_s += set_by_s
+        recording.told = replace(recording.told, set_by_s=set_by_s)
+        recording.tell()
+    with pytest.raises(LinkError, match="this dive has only just begun"):
+        orders.next_dive(short.clock, short.wait)
+    long.tell()
+    assert orders.next_dive(long.clock, long.wait) == (Path("/dives/a"), Path("/dives/b"))
+
+
 def test_one_that_does_not_go_on_elsewhere_is_told_with_its_last_word():
     recording = Recording(obeys=())
     recording.told = replace(recording.told, notices=("error: no next dive: dives: the disk is full",))

@@ -86,3 +86,12 @@ def test_a_full_disk_stands_on_top_with_its_reason_until_all_that_waited_is_writ
     at.recorder.close()
     files = at.folder.telemetry()
     assert [len(list(read_tlog(path))) for path in files] == [10, 17]
+
+
+def test_a_clock_that_is_set_leaves_the_top_line_counting(tmp_path, monkeypatch):
+    at = At(tmp_path, monkeypatch)
+    at.sails(10)
+    at.clock.unix_at_boot_s -= 86_400.0
+    (well, role), _ = at.sails(10)
+    assert (well.startswith("REC 00:00:20  "), role) == (True, "plain")
+    at.recorder.close()

@@ -145,7 +145,7 @@ def _recording(view: View) -> Piece:
         return Piece(
             11, "lost", (f" NOT RECORDING? silent {silent_s:.0f} s ", f" NOT REC? {silent_s:.0f} s ")
         )
-    lasted_s = view.unix_s - recording.began_unix_s
+    lasted_s = view.unix_s - recording.set_by_s - recording.began_unix_s
     clock = f"REC {stopwatch(lasted_s)}"
     if recording.unwritten:
         return Piece(11, "lost", (f" {clock}  NOT WRITTEN ", " NOT WRITTEN "))

@@ -38,6 +38,7 @@ def as_recording(holding: Holding) -> Recording:
         holding.unwritten,
         holding.waiting,
         holding.written_unix_s,
+        set_by_s=holding.set_by_s,
     )
 
 

@@ -14,7 +14,7 @@ class Recording:
 
     `trouble` says what to do where its signed link lets nothing in. `waiting` frames could not be written yet, for the
     reason `unwritten`; "" where all that came is in a file. `told_unix_s` is when it told of itself, inf for just now;
-    `hung_process` is its number where that is too long ago, 0 else.
+    `hung_process` is its number where that is too long ago, 0 else. `set_by_s`: see `Holding`.
     """
 
     began_unix_s: float
@@ -25,6 +25,7 @@ class Recording:
     waiting: int = 0
     told_unix_s: float = math.inf
     hung_process: int = 0
+    set_by_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             "no recording runs, so there is no dive to note it in; start `seatrial record`"
         )
-    DiveFolder(Path(holding.folder)).add_event(SystemClock().unix_s(), text)
+    DiveFolder(Path(holding.folder)).add_event(holding.own_unix_s(SystemClock().unix_s()), text)
     show.say(show.results(), f"noted in {holding.folder}")
     return exit_codes.DONE

@@ -1,0 +1,142 @@
+"""The clock is set a day while a dive is recorded: what is said of the dive stays on its recording's own clock."""
+
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.framing import Encoder
+from bridge.link.memory import memory_pair
+from bridge.tlog import read_tlog
+from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.holder import held
+from gcs_plugin.recorder import Recorder
+from tui import cli, exit_codes
+from tui.recorded_dives import RecordedDives
+from tui.recording_state import RecordingState
+
+DAY_S = 86_400.0
+days = pytest.mark.parametrize("set_by_s", [-DAY_S, DAY_S], ids=["back", "forward"])
+
+
+@pytest.fixture(autouse=True)
+def at_home(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+
+
+class Unsigned:
+    """An opener of links that are not signed."""
+
+    def words(self, _):
+        return ""
+
+    trouble = words
+
+
+class Recorded:
+    """What `seatrial record` keeps and tells of a link on which a frame comes each second."""
+
+    def __init__(self):
+        self.clock, self._vehicle, self._sent = SimulatedClock(), Encoder(1, 1), 0
+        self.dives = RecordedDives(Path("dives"), "", About(), self.clock, same_conditions=False)
+        here, self._there = memory_pair()
+        self.recorder = Recorder(
+            [here], self.dives.folder.open_telemetry, self.clock, lambda: 1 << 40, lambda _: None
+        )
+        self.state = RecordingState(self.clock, ("udpin:",), self.dives.folder.path, "", Unsigned())
+
+    def sails(self, seconds):
+        for _ in range(seconds):
+            self.clock.advance_to(self.clock.now_s + 1.0)
+            self._there.write(self._vehicle.encode(dialect.MAVLink_system_time_message(0, self._sent)))
+            self._sent += 1
+            self.recorder.step(0.0)
+        self.state.tell(self.recorder)
+
+
+def unix_s(utc):
+    return datetime.fromisoformat(utc).timestamp()
+
+
+@days
+def test_how_long_a_dive_lasts_is_told_as_if_nobody_had_set_the_clock(set_by_s):
+    sea = Recorded()
+    sea.sails(30)
+    sea.clock.unix_at_boot_s += set_by_s
+    sea.sails(30)
+    now_s = sea.clock.unix_s()
+    assert held(now_s).lasted_s(now_s) == pytest.approx(
+        60.0, abs=1.0
+    )  # when it began is told in whole seconds
+    sea.recorder.close()
+
+
+@days
+def test_a_note_lies_among_the_stamps_of_its_dive(set_by_s, monkeypatch):
+    sea = Recorded()
+    sea.sails(30)
+    sea.clock.unix_at_boot_s += set_by_s
+    sea.sails(1)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: sea.clock)
+    assert cli.main(["note", "leaves the harbour"]) == exit_codes.DONE
+    sea.sails(30)
+    sea.recorder.close()
+    (event,) = sea.dives.folder.about().events
+    stamps = [stamp_us for stamp_us, _ in read_tlog(sea.dives.folder.path / "telemetry.tlog")]
+    assert stamps[29] / 1e6 <= unix_s(event.utc) <= stamps[31] / 1e6
+
+
+@days
+def test_the_next_dive_is_named_after_its_own_stamps(set_by_s):
+    sea = Recorded()
+    first = sea.dives.folder
+    sea.sails(60)
+    sea.clock.unix_at_boot_s += set_by_s
+    sea.dives.go_on(sea.recorder, sea.state.begin)
+    sea.sails(60)
+    second = sea.dives.folder
+    sea.recorder.close()
+    assert first.path.name < second.path.name
+    stamps = [stamp for dive in (first, second) for stamp, _ in read_tlog(dive.path / "telemetry.tlog")]
+    assert all(after - before == 1_000_000 for before, after in pairwise(stamps))
+
+
+@days
+def test_a_note_in_mavproxy_lies_among_the_stamps_of_its_dive(set_by_s):
+    recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
+    clock, said = SimulatedClock(), []
+    began_s = clock.unix_s()
+    own = recordings.Recordings(clock, said.append, list, lambda: None)
+    own.command(["start"])
+    clock.advance_to(30.0)
+    clock.unix_at_boot_s += set_by_s
+    own.command(["note", "leaves", "the", "harbour"])
+    (folder,) = (DiveFolder(path) for path in Path("dives").iterdir())
+    (event,) = folder.about().events
+    own.stop()
+    assert said[1] == f"noted in {folder.path}"
+    assert unix_s(event.utc) == began_s + 30.0
+
+
+@days
+def test_a_note_from_mavproxy_to_another_process_does_as_well(set_by_s):
+    recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
+    sea = Recorded()
+    began_s = sea.clock.unix_s()
+    sea.state = RecordingState(
+        sea.clock, ("udpin:",), sea.dives.folder.path, "tcp:127.0.0.1:5777", Unsigned()
+    )
+    sea.sails(30)
+    sea.clock.unix_at_boot_s += set_by_s
+    sea.sails(1)
+    beside = recordings.Recordings(sea.clock, lambda _: None, lambda: ["tcp:127.0.0.1:5777"], lambda: None)
+    beside.command(["note", "leaves the harbour"])
+    sea.recorder.close()
+    (event,) = sea.dives.folder.about().events
+    assert unix_s(event.utc) == began_s + 31.0
+    (line,) = beside.status()[:1]
+    assert "00:00:31, 31 frames" in line
