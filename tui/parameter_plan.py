@@ -12,7 +12,7 @@ from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.compared import COLUMNS, LEGEND, NUMBERS, Compared, compared
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.files import check_system
-from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
+from gcs_plugin.params.last_accepted import before_newest, last_accepted, unfinished
 from gcs_plugin.params.plan import Plan, Verdict, make_plan, staged_crc, taken_back
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.transfer import Source
@@ -140,12 +140,10 @@ def planned_back(
 
 def newest(receipts: Path, system: int) -> Path:
     """The values before the last upload that stands. Raises UsageError where there was none."""
-    found = newest_before(receipts, system)
-    if found is None:
-        raise UsageError(
-            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
-        )
-    return found
+    try:
+        return before_newest(receipts, system)
+    except ParamRejected as error:
+        raise UsageError(str(error)) from None
 
 
 def _check_system(file: Path, targets: Targets, system: int) -> None:

@@ -13,7 +13,7 @@ from gcs_plugin.params import staging
 from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
 from gcs_plugin.params.files import check_system
-from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, unfinished
+from gcs_plugin.params.last_accepted import before_newest, keep_accepted, last_accepted, unfinished
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, unit_of, value_text
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, begin, finish, lines_of, new_preimage, path_of
@@ -52,7 +52,6 @@ class Parameters:
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
         self._work: _Work | None = None
-        self._last_before: Path | None = None
 
     @property
     def busy(self) -> bool:
@@ -81,12 +80,8 @@ class Parameters:
         return True
 
     def _before(self) -> Path:
-        """What was held before the last upload of this session, or one that another session did not finish."""
-        left = unfinished(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
-        before = left.preimage if left is not None and not left.restores else self._last_before
-        if before is None:
-            raise ParamRejected("nothing was uploaded in this session; give the -before.param of an upload")
-        return before
+        """What was held before the last upload that stands, whoever made it."""
+        return before_newest(RECEIPTS, self._fleet.meant(self._clock.boot_s())[0])
 
     def cancel(self) -> bool:
         """Stop what runs; False where nothing does."""
@@ -187,12 +182,10 @@ class Parameters:
                 return
             plan.check()
             rehearsed = errand.rehearsed(now_s)
-            if rehearsed.ending is not None:
-                self._work = None
-                self._say(f"params: {rehearsed.ending.sentence}")
-                return
             armed = self._refuse_acting(errand, rehearsed.needs_disarmed)
-            if work.action == "rollback" and (work.armed_said or not armed):
+            # What the vehicle holds already needs no word, but a receipt: it is taken back, or accepted, all the same.
+            at_once = work.action == "rollback" and (work.armed_said or not armed)
+            if at_once or rehearsed.ending is not None:
                 self._write(work, armed)
                 return
             again = (
@@ -278,7 +271,6 @@ class Parameters:
         assert plan is not None
         assert work.receipt is not None
         before, took_s = work.receipt.preimage, self._clock.boot_s() - work.began_s
-        self._last_before = before
         lines = lines_of(plan, ending.results)
         rows: list[Sequence[str]] = [("name", "unit", "before", "now", "what became of it")]
         rows += [_became(line) for line in lines if line.name in plan.changes | plan.staged]

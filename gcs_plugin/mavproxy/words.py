@@ -28,7 +28,7 @@ HELP: Final = {
         "params diff FILE | params upload FILE [NAME ...] [despite-doubts] [--accept-implausible NAME ...] | "
         "params yes CODE | params rollback [FILE] [armed]",
         "compare a .param with the vehicle; upload shows the plan and the CODE that writes it, all lines or some; "
-        "rollback brings back at once the values before an upload, the last one where no FILE is given",
+        "rollback brings back at once the values before an upload, without FILE the last one that stands",
     ),
     "ff": (
         "ff off | ff shadow|only|both | ff yes MODE [armed]",

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.errors import ParamError
+from bridge.errors import ParamError, ParamRejected
 from bridge.file_size import read_small
 from bridge.plain import from_json
 from gcs_plugin.params.files import read_parameters, write_parameters
@@ -124,6 +124,16 @@ def newest_before(receipts: Path, system: int | None = None) -> Path | None:
         elif found is not None and kept.outcome == Outcome.APPLIED.name.lower():
             break
     return None if found is None else receipts / f"{found.time}{BEFORE}"
+
+
+def before_newest(receipts: Path, system: int) -> Path:
+    """As `newest_before`, of one MAVLink system. Raises ParamRejected where no upload to it stands."""
+    found = newest_before(receipts, system)
+    if found is None:
+        raise ParamRejected(
+            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
+        )
+    return found
 
 
 def unfinished(receipts: Path, system: int | None = None) -> Unfinished | None:
