@@ -19,6 +19,14 @@ def size_to_read(path: Path) -> int | None:
     return state.st_size if stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode) else None
 
 
+def is_own_file(path: Path) -> bool:
+    """Whether a file lies there, and no link to one elsewhere. Raises OSError where `path` can't be looked at."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except FileNotFoundError:
+        return False
+
+
 def read_small(path: Path) -> str:
     """The text of a file that lies beside a recording. Raises OSError, also for what is no file and for one that is
     larger than any of ours, and UnicodeDecodeError."""

@@ -1,8 +1,13 @@
-"""A file that is made anew: nothing that lay under its name, a link above all, is written through."""
+"""Files of ours in a folder of somebody else's: nothing that lay under the name, a link above all, is written to."""
 
+import errno
 import os
+import stat
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Final
+
+_NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+_NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
 
 
 def open_new(path: Path) -> BinaryIO:
@@ -11,5 +16,16 @@ def open_new(path: Path) -> BinaryIO:
     A folder of somebody else's may hold a link under the name of a partial file, to a file of ours.
     """
     path.unlink(missing_ok=True)
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-    return open(os.open(path, flags, 0o666), "wb")
+    return open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK, 0o666), "wb")
+
+
+def open_own(path: Path) -> BinaryIO:
+    """Open for writing at its end a file that may be there already, and is made where it is not.
+
+    Raises OSError, also for a link, a pipe or a device under its name, which are neither followed nor waited for.
+    """
+    file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK | _NO_WAIT, 0o666)
+    if not stat.S_ISREG(os.fstat(file).st_mode):
+        os.close(file)
+        raise OSError(errno.EINVAL, os.strerror(errno.EINVAL), str(path))
+    return open(file, "ab")

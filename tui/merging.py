@@ -88,6 +88,8 @@ def _log(folder: DiveFolder, file: Path) -> Merged:
         raise LogError(f"{file}: is named as a dive's own recording is; give it another name")
     told = merged(read_fields(heard, str(folder.path)), heard, file)["notes"][-1]
     into = folder.path / file.name
+    if into.exists() and not into.is_file():
+        raise LogError(f"{into}: is no file; take it away")
     if into.exists() and not into.samefile(file) and into.read_bytes() != file.read_bytes():
         raise LogError(f"{into}: is there already, and is another log; give {file} another name")
     if not into.exists():

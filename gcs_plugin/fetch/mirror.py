@@ -11,10 +11,12 @@ import shutil
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 from bridge.errors import LogError
+from bridge.file_size import is_own_file
 from bridge.ftp.server import crc32
+from bridge.new_file import open_own
 
 PART: Final = ".part"
 PIECE_BYTES: Final = 1 << 20
@@ -33,23 +35,30 @@ class Mirror:
 
         Raises LogError where another does, or it can't be written.
         """
-        path = self._folder / LOCK
+        with self._opened(LOCK) as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise LogError(
+                    f"{self._folder}: another fetch is at work there; wait for its end, then fetch again"
+                ) from None
+            yield
+
+    def _opened(self, name: str) -> BinaryIO:
+        """A file of the mirror, to be written at its end. Raises LogError, also where something else lies there: a
+        folder of somebody else's may hold a link out of it, or a pipe that nobody reads."""
+        path = self._folder / name
         try:
+            if self._folder.is_symlink():
+                raise LogError(f"{self._folder}: leads elsewhere; take that link away and fetch again")
             self._folder.mkdir(parents=True, exist_ok=True)
-            file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o644)
+            if os.path.lexists(path) and not is_own_file(path):
+                raise _no_file(path)
+            return open_own(path)
         except OSError as error:
             raise LogError(
                 f"{path}: can't be written ({error.strerror}); free disk space and fetch again"
             ) from None
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            yield
-        except BlockingIOError:
-            raise LogError(
-                f"{self._folder}: another fetch is at work there; wait for its end, then fetch again"
-            ) from None
-        finally:
-            os.close(file)
 
     def need(self, more: int) -> None:
         """Raises LogError where the disk has no room for so many bytes more: a disk that is full records nothing."""
@@ -63,28 +72,26 @@ class Mirror:
 
     def path(self, name: str) -> Path:
         """Where what there is of a segment lies."""
-        whole = self._folder / name
-        return whole if whole.exists() else self._folder / (name + PART)
+        return self._folder / (name if self.is_whole(name) else name + PART)
 
     def size(self, name: str) -> int:
-        """How many of its first bytes are there."""
-        try:
-            return self.path(name).stat().st_size
-        except FileNotFoundError:
+        """How many of its first bytes are there. Raises LogError where what should hold them is no file."""
+        path = self.path(name)
+        if not os.path.lexists(path):
             return 0
+        if not is_own_file(path):
+            raise _no_file(path)
+        return path.stat().st_size
 
     def is_whole(self, name: str) -> bool:
         """Whether all of it is there, and its checksum was right."""
-        return (self._folder / name).exists()
+        return is_own_file(self._folder / name)
 
     def append(self, name: str, data: bytes) -> None:
         """The next bytes of it."""
         path = self._folder / (name + PART)
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            # A folder of somebody else's may hold a link under that name, to a file of ours.
-            flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
-            with open(os.open(path, flags, 0o666), "ab") as file:
+            with self._opened(path.name) as file:
                 file.write(data)
         except OSError as error:
             raise LogError(
@@ -115,9 +122,8 @@ class Mirror:
         """It is whole."""
         path = self._folder / (name + PART)
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
             # Of one that was begun and holds nothing there is no file yet.
-            with path.open("ab") as file:
+            with self._opened(path.name) as file:
                 os.fsync(file.fileno())
             path.replace(self._folder / name)
         except OSError as error:
@@ -140,3 +146,7 @@ class Mirror:
         """Begin it anew."""
         with contextlib.suppress(OSError):
             (self._folder / (name + PART)).unlink()
+
+
+def _no_file(path: Path) -> LogError:
+    return LogError(f"{path}: is no file; take it away and fetch again")

@@ -21,6 +21,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock_line import ClockLine, fit_clock
 from bridge.errors import LogError, NothingRecorded
+from bridge.file_size import size_to_read
 from bridge.framing import MAGIC_2, Frame
 from bridge.new_file import open_new
 from bridge.ring.segments import segment_named
@@ -108,6 +109,8 @@ def ring_frames(files: Sequence[Path]) -> Iterator[_Kept]:
 def _is_folded(path: Path) -> bool:
     """Whether it would be unfolded: no ring writes gzip, and what unfolds on a vehicle's word may have no end."""
     try:
+        if size_to_read(path) is None:
+            return False
         with path.open("rb") as file:
             return file.read(len(GZIP)) == GZIP
     except OSError:  # who reads it next says why

@@ -1,6 +1,7 @@
 """`seatrial merge`: the autopilot's log and another recorder's frames, told and refused."""
 
 import json
+import os
 import re
 from pathlib import Path
 
@@ -76,3 +77,10 @@ def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> No
         assert line.startswith("seatrial merge ")
         assert cli.main(line.split()[1:]) == exit_codes.DONE
     assert sorted(file.name for file in folder.iterdir()) == ["00000042.BIN", "telemetry.tlog", WHOLE]
+
+
+def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tmp_path, capsys) -> None:
+    os.mkfifo(folder / "1.BIN")
+    log = logged(tmp_path / "1.BIN", Turning(), lambda boot_s: boot_s)
+    assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
+    assert "1.BIN: is no file; take it away" in " ".join(capsys.readouterr().err.split())

@@ -1,0 +1,104 @@
+"""A fetch writes files of its own folder alone, whatever lies there: no link is followed, no pipe waited for."""
+
+import os
+import random
+from pathlib import Path
+
+import pytest
+from lying_vehicle import Vehicle
+from test_fetching import LONGEST_S, SEGMENTS, fetched, heard, is_fetched_whole, ring, segment
+
+from bridge.errors import LogError
+from gcs_plugin.fetch.mirror import LOCK, PART
+from gcs_plugin.fetch.whole import newest_frames
+from gcs_plugin.folder import DiveFolder
+from tui.fetched import MIRROR
+
+NAME = segment(0).name
+THINGS = ["a pipe", "a link", "a link to nothing", "a link to a device", "a folder"]
+
+
+def put(place: Path, thing: str, ours: Path) -> None:
+    """What a folder of somebody else's may hold instead of a file."""
+    if thing == "a pipe":
+        os.mkfifo(place)
+    elif thing == "a folder":
+        place.mkdir()
+    else:
+        targets = {
+            "a link": ours,
+            "a link to nothing": ours.with_name("nothing"),
+            "a link to a device": "/dev/zero",
+        }
+        place.symlink_to(targets[thing])
+
+
+@pytest.fixture
+def ours(tmp_path: Path) -> Path:
+    """A file beside the dives that a link may lead to."""
+    path = tmp_path / "ours.txt"
+    path.write_text("ours", encoding="utf-8")
+    return path
+
+
+def said(dive: DiveFolder) -> str:
+    """What a fetch from an honest vehicle ends with; empty where it fetched."""
+    place = dive.path.parents[1] / "ring"
+    return fetched(Vehicle(ring(place, SEGMENTS), None, random.Random(0), 1e9, LONGEST_S), dive)
+
+
+@pytest.mark.parametrize("thing", THINGS)
+@pytest.mark.parametrize("name", [LOCK, NAME + PART])
+def test_what_is_no_file_is_named_and_neither_written_nor_waited_for(
+    tmp_path: Path, ours: Path, name: str, thing: str
+) -> None:
+    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
+    mirror.mkdir()
+    put(mirror / name, thing, ours)
+    assert said(dive) == f"{mirror / name}: is no file; take it away and fetch again"
+    assert ours.read_text(encoding="utf-8") == "ours"
+    assert not ours.with_name("nothing").exists()
+    (mirror / name).rmdir() if thing == "a folder" else (mirror / name).unlink()
+    is_fetched_whole(tmp_path, dive)
+
+
+@pytest.mark.parametrize("thing", ["a pipe", "a link", "a link to nothing", "a link to a device"])
+def test_what_lies_under_the_name_of_a_whole_file_and_is_none_is_fetched(
+    tmp_path: Path, ours: Path, thing: str
+) -> None:
+    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
+    mirror.mkdir()
+    put(mirror / NAME, thing, ours)
+    is_fetched_whole(tmp_path, dive)
+    assert not (mirror / NAME).is_symlink()
+    assert ours.read_text(encoding="utf-8") == "ours"
+
+
+def test_a_folder_under_the_name_of_a_whole_file_is_named(tmp_path: Path) -> None:
+    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
+    (mirror / NAME).mkdir(parents=True)
+    assert (
+        said(dive) == f"{mirror / NAME}{PART}: can't be kept (Is a directory); check the disk and fetch again"
+    )
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_mirror_that_leads_elsewhere_is_refused_and_nothing_is_written_there(
+    tmp_path: Path, is_there: bool
+) -> None:
+    dive, mirror, outside = heard(tmp_path), tmp_path / "dives" / MIRROR, tmp_path / "outside"
+    if is_there:
+        outside.mkdir()
+    mirror.symlink_to(outside)
+    assert said(dive) == f"{mirror}: leads elsewhere; take that link away and fetch again"
+    assert list(outside.iterdir() if is_there else []) == []
+    assert outside.exists() == is_there
+    mirror.unlink()
+    is_fetched_whole(tmp_path, dive)
+
+
+def test_a_pipe_that_is_named_as_a_segment_is_refused_before_it_is_opened(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / NAME)
+    with pytest.raises(LogError) as refused:
+        newest_frames([tmp_path / NAME], None)
+    assert str(refused.value) == f"{tmp_path / NAME}: is no file; take it away"
