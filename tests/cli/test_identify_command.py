@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20.ardupilotmega import MAVLINK_MSG_ID_NAMED_VALUE_FLOAT
 
 from bridge.framing import Encoder, decode
 from bridge.tlog import TlogWriter, read_tlog
@@ -277,12 +278,8 @@ def in_mode(source, path, mode):
     encoder = Encoder(1, 1)
     with TlogWriter(path) as writer:
         for stamp, frame in read_tlog(source):
-            message = decode(frame)
-            if (
-                message is not None
-                and message.get_type() == "NAMED_VALUE_FLOAT"
-                and message.name == "FF_MODE"
-            ):
+            message = decode(frame) if frame.message_id == MAVLINK_MSG_ID_NAMED_VALUE_FLOAT else None
+            if message is not None and message.name == "FF_MODE":
                 message.value = float(mode)
                 writer.write(stamp, encoder.encode(message))
             else:

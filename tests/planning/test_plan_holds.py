@@ -19,7 +19,7 @@ from identify.planning.writing import mission_text
 from tui.simulated import record_dive
 from tui.vehicle_memory import server
 
-SEEDS = (100_000, 100_001, 100_002)
+SEEDS = (100_000, 100_001)
 
 
 @pytest.mark.slow
@@ -48,6 +48,6 @@ def test_the_intervals_after_a_planned_dive_are_those_promised_with_the_truth_in
     assert np.max(ratios) < 1.3
     # The masses also show in each other's Coriolis forces, which no promise counts on.
     assert np.min(ratios) > 0.5
-    # Of 24 true 95 % intervals, 20 or more hold the truth in 99.6 % of all cases.
-    assert np.count_nonzero(np.abs(errors) < 1.96) >= 20
+    # Of 16 true 95 % intervals, 13 or more hold the truth in 99.3 % of all cases.
+    assert np.count_nonzero(np.abs(errors) < 1.96) >= 13
     assert np.max(np.abs(errors)) < 4.0
