@@ -136,18 +136,17 @@ class Fetching:
             self._segment, self._size = self._left.pop()
             name = self._segment.name
             self._tries = 0
-            if not self._mirror.is_whole(name):
-                self._open()
-            elif self._is_growing:
-                continue
+            if self._mirror.is_whole(name):
+                self._ask_sum()
             else:
-                self._finish()
+                self._open()
             return
         self._stage = _Stage.DONE
 
     @property
     def _is_growing(self) -> bool:
-        """Whether the vehicle may still write to it: then nobody knows the checksum of what was listed."""
+        """Whether the vehicle may still write to it: then nobody knows the checksum of what was listed. What is whole
+        here was closed there, so that its checksum is asked for all the same."""
         return self._segment == self._newest
 
     def _open(self) -> None:
@@ -263,7 +262,10 @@ class Fetching:
         self._pieces.clear()
         if self._is_growing:
             self._next()
-            return
+        else:
+            self._ask_sum()
+
+    def _ask_sum(self) -> None:
         self._stage = _Stage.SUM
         name = self._segment.name.encode("ascii")
         self._requests.ask("sum", Packet(0, self._session, Op.CRC32, len(name), data=name))
@@ -277,7 +279,7 @@ class Fetching:
             elif fault is Fault.NOT_FOUND:
                 self._gone()
             else:
-                self._finish()
+                self._ask_sum()
             return
         if packet.data[:SUM_BYTES] == self._mirror.checksum(name).to_bytes(SUM_BYTES, "little"):
             if not there:
@@ -285,7 +287,7 @@ class Fetching:
             self._next()
             return
         if there:
-            self._held -= self._size
+            self._held -= min(self._mirror.size(name), self._size)
             self._mirror.set_aside(name)
         else:
             self._drop()

@@ -267,6 +267,34 @@ def test_what_another_said_under_the_same_name_is_set_aside_and_the_honest_one_f
     keeps_to_its_place(tmp_path)
 
 
+@pytest.mark.parametrize("size", [0, 1, 10**5])
+def test_what_lies_whole_under_the_name_of_the_file_that_grows_is_compared_too(
+    size: int, tmp_path: Path
+) -> None:
+    dive, name, mirror = heard(tmp_path), segment(SEGMENTS - 1).name, tmp_path / "dives" / MIRROR
+    mirror.mkdir()
+    (mirror / name).write_bytes(b"\1" * size)
+    is_fetched_whole(tmp_path, dive)
+    assert (mirror / f"{name}.other-1").read_bytes() == b"\1" * size
+    true = tmp_path / "ring" / name
+    assert (mirror / f"{name}.part").read_bytes() == true.read_bytes()
+    shutil.copyfile(true, mirror / name)
+    is_fetched_whole(tmp_path, dive)
+    assert (mirror / name).read_bytes() == true.read_bytes()
+    keeps_to_its_place(tmp_path)
+
+
+@pytest.mark.parametrize("number", range(SEGMENTS))
+def test_what_was_set_aside_counts_no_longer_as_held(number: int, tmp_path: Path) -> None:
+    mirror = Mirror(tmp_path / "m")
+    mirror.append(segment(number).name, b"\1" * 9)
+    mirror.finish(segment(number).name)
+    vehicle = Vehicle(ring(tmp_path / "ring", SEGMENTS), None, random.Random(0), 1e9, LONGEST_S)
+    fetching = Fetching(mirror, lambda listing: listing, 0.0)
+    fetch(vehicle, vehicle.world, fetching, VEHICLE, PATIENCE_S, lambda _: None)
+    assert fetching.held_bytes == fetching.total_bytes > 0
+
+
 @pytest.mark.parametrize("size", [1, 239, 500, 10**5])
 def test_what_another_said_of_the_file_that_grows_is_begun_anew(size: int, tmp_path: Path) -> None:
     dive = heard(tmp_path)
