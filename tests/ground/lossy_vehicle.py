@@ -30,7 +30,8 @@ class Faults:
 
     loss: float = 0.0
     duplicate: float = 0.0
-    delay_s: float = 0.02
+    delay_s: float = 0.02  # at most, drawn for each message: they overtake
+    late_s: float = 0.0  # each message, beside that
     stores_other: dict = field(default_factory=dict)  # takes the write, echoes it, and stores this instead
     refuses: set = field(default_factory=set)  # answers the new value, then the old one, and keeps the old
     mute: set = field(default_factory=set)  # never answers a write
@@ -93,7 +94,7 @@ class LossyVehicle:
         if self.now_s >= self.faults.cut_s or self.rng.random() < self.faults.loss:
             return
         for _ in range(2 if self.rng.random() < self.faults.duplicate else 1):
-            when = self.now_s + self.rng.uniform(0.0, self.faults.delay_s)
+            when = self.now_s + self.faults.late_s + self.rng.uniform(0.0, self.faults.delay_s)
             heapq.heappush(self._events, (when, next(self._order), action))
 
     def _reboot(self):

@@ -155,6 +155,22 @@ def test_a_second_upload_of_the_same_set_writes_nothing(client, vehicle, tmp_pat
     assert vehicle.sets == []
 
 
+def test_the_values_before_lie_on_the_disk_before_anything_is_written(clock, tmp_path):
+    at_first_write = []
+
+    class Witness(SimulatedVehicle):
+        def write(self, data):
+            before = len(self.sets), truth(self)
+            super().write(data)
+            if self.sets and not before[0]:
+                at_first_write.append((before[1], read_parameters(tmp_path / "before.param")))
+
+    vehicle = Witness(clock, tmp_path / "store.json")
+    assert upload(ParameterClient(vehicle, clock), tmp_path).good
+    ((held, kept),) = at_first_write
+    assert kept == held != truth(vehicle)
+
+
 def test_the_pre_image_brings_everything_back(client, vehicle, tmp_path):
     before = truth(vehicle)
     upload(client, tmp_path)

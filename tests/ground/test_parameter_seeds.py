@@ -8,6 +8,7 @@ from lossy_vehicle import SOURCE, Faults, LossyVehicle, crc_of
 
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.params.deadline import Timing
+from gcs_plugin.params.listing import Listing
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Upload
@@ -15,17 +16,18 @@ from gcs_plugin.params.upload import Upload
 NAMES = [one.parameter_id(veh_cfg) for veh_cfg in range(4) for one in COEFFICIENTS][:39]
 OLD = dict.fromkeys(NAMES, 10.0) | {"FF_MODE": 1.0}
 NEW = {name: 11.5 + n for n, name in enumerate(NAMES)} | {"FF_MODE": 2.0}
-BAD_LINK = {
-    "loss": 0.3,
-    "duplicate": 0.2,
-    "delay_s": 0.2,
-}  # a delay of its own for each message: they overtake
+BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "late_s": 0.2, "delay_s": 0.2}
 
 
 def uploaded(seed):
-    """How an upload of the forty ends, for how long it went on, and whether what it says is so."""
+    """How reading the vehicle and an upload of the forty end, for how long they went on, and whether what is said is
+    so."""
     vehicle = LossyVehicle(OLD, Faults(**BAD_LINK), seed)
-    upload = Upload(make_plan(NEW, vehicle.values), SOURCE, 0.0, Timing(), crc_of)
+    listing = Listing(SOURCE, 0.0, Timing())
+    assert vehicle.run(listing, lambda: listing.done)
+    if not listing.complete:
+        return Outcome.NOT_SENT, vehicle.now_s, vehicle.writes == 0
+    upload = Upload(make_plan(NEW, listing.values), SOURCE, vehicle.now_s, Timing(), crc_of)
     assert vehicle.run(upload, lambda: upload.ending is not None)
     took_s = vehicle.now_s
     vehicle.settle(upload)

@@ -62,7 +62,10 @@ Set = dict[str, float]
 
 
 class Modes(RuleBasedStateMachine):
-    """A vehicle that surges to and fro in water that is exactly its true model's."""
+    """A vehicle that surges to and fro in water that is exactly its true model's; `events` counts what was tried on all
+    of them."""
+
+    events = 0
 
     def __init__(self) -> None:
         super().__init__()
@@ -369,6 +372,7 @@ class Modes(RuleBasedStateMachine):
 
     @invariant()
     def what_is_in_force_is_one_committed_set_whole(self) -> None:
+        Modes.events += 1
         assert (self.server.mode, self.bridge.armed) == (self.mode, self.armed)
         assert self.server.active_crc == (set_crc(self.committed) if self.committed else 0)
         held = self.committed or {}
@@ -399,10 +403,11 @@ def test_no_order_of_events_breaks_what_is_promised_of_the_modes() -> None:
 
 
 @pytest.mark.soak
-def test_no_order_of_a_hundred_thousand_events_breaks_what_is_promised_of_the_modes() -> None:
+def test_no_order_of_many_thousand_events_breaks_what_is_promised_of_the_modes() -> None:
+    Modes.events = 0
     run(1000, 100, False)
     keep(
         "feedforward_bounded",
-        "100000 events in 1000 orders drawn at random (modes, sets, arming, starts anew, edited vehicle files, full "
-        "disks, lost grounds, bad coefficients, references and readings), no promise broken",
+        f"{Modes.events} events in 1000 orders drawn at random (modes, sets, arming, starts anew, edited vehicle "
+        "files, full disks, lost grounds, bad coefficients, references and readings), no promise broken",
     )
