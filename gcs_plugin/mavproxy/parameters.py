@@ -277,9 +277,13 @@ class Parameters:
         for row in _aligned(rows) if len(rows) > 1 else []:
             self._say(row)
         self._say(f"params: {ending.outcome.value}: {ending.sentence}")
+        receipt = finish(work.receipt, plan, ending, took_s)
+        if receipt.unkept:
+            self._say(f"values before: {before}")
+            self._say(f"params: {receipt.unkept}")
+            return
+        self._say(f"receipt: {path_of(before, RECEIPT)}; values before: {before}")
         try:
-            receipt = finish(work.receipt, plan, ending, took_s)
-            self._say(f"receipt: {path_of(before, RECEIPT)}; values before: {before}")
             accepted = keep_accepted(receipt, work.wanted.sidecar, work.wanted.whole and not work.names)
             if accepted is not None:
                 self._say(f"accepted: {accepted}")

@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
+from bridge.errors import ParamRejected
 from bridge.file_size import read_small
 from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
@@ -43,7 +44,8 @@ class Line:
 class Receipt:
     """What became of an upload. `active_crc` is the staged set that was to fly, None without a commit; `restores` the
     -before.param that was gone back to, "" for an upload of anything else; `number` counts the uploads of a folder, and
-    tells their order whatever the clock was set to."""
+    tells their order whatever the clock was set to; `unkept` is why it is not on the disk as it stands here, "" where
+    it is."""
 
     outcome: Outcome
     sentence: str
@@ -56,6 +58,7 @@ class Receipt:
     took_s: float
     restores: str = ""
     number: int = 0
+    unkept: str = ""
 
     @property
     def good(self) -> bool:
@@ -86,6 +89,7 @@ class Receipt:
             "took_s": round(self.took_s, 3),
             "restores": self.restores,
             "number": self.number,
+            **({"unkept": self.unkept} if self.unkept else {}),
         }
 
 
@@ -134,8 +138,10 @@ def begin(
 
 
 def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt:
-    """The receipt of an upload that was begun so and has ended, kept in place of that. Raises ParamRejected where it
-    can't be written.
+    """The receipt of an upload that was begun so and has ended, kept in place of that.
+
+    Where it can't be written it says so itself: what the vehicle holds by now comes first, and the one on the disk
+    still says that the upload was begun.
     """
     receipt = replace(
         begun,
@@ -144,7 +150,12 @@ def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt
         lines=lines_of(plan, ending.results),
         took_s=took_s,
     )
-    _keep(receipt)
+    try:
+        _keep(receipt)
+    except ParamRejected as error:
+        again = f"`seatrial params {'rollback' if receipt.restores else 'upload'}`"
+        why = f"its receipt still says that it was begun: {error}, or free disk space; the same {again} once more "
+        return replace(receipt, unkept=why + "then writes down what the vehicle holds")
     wanted = path_of(receipt.preimage, WANTED)
     for path in (wanted, sidecar_path(wanted)):
         with contextlib.suppress(OSError):  # it is only no longer needed

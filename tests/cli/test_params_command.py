@@ -1,6 +1,8 @@
 """`params` against the vehicle's real parameter server, in simulated time."""
 
+import errno
 import json
+import os
 import threading
 from pathlib import Path
 
@@ -656,6 +658,71 @@ def test_what_was_to_be_written_is_kept_no_longer_than_the_upload_lasts(file, tm
     with_intervals(file)
     assert run("upload", file, "--yes") == exit_codes.DONE
     assert [*(tmp_path / "receipts").glob("*-wanted*")] == []
+
+
+def full_once_in_force(vehicle, monkeypatch):
+    """A disk that is full from the moment on at which a set came into force."""
+    fsync = os.fsync
+
+    def full(file):
+        if any(vehicle.server.active(1).values()):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        fsync(file)
+
+    monkeypatch.setattr("os.fsync", full)
+
+
+def test_a_disk_that_fills_up_in_an_upload_hides_nothing_of_what_came_into_force(
+    vehicle, file, monkeypatch, capsys
+):
+    with monkeypatch.context() as disk:
+        full_once_in_force(vehicle, disk)
+        assert run("upload", file, "--yes") == exit_codes.NO
+    told = capsys.readouterr()
+    assert "2 parameters written and read back, set " in told.out
+    assert told.out.count("read back equal") == 2
+    assert "receipt: " not in told.out
+    said = " ".join(told.err.split())
+    assert "its receipt still says that it was begun: " in said
+    assert "can't be written (No space left on device)" in said
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert run("diff", file) == exit_codes.DONE
+    assert "was never finished" not in capsys.readouterr().err
+
+
+def test_json_tells_what_came_into_force_beside_why_no_receipt_says_so(vehicle, file, monkeypatch, capsys):
+    full_once_in_force(vehicle, monkeypatch)
+    assert run("upload", file, "--yes", "--json", "-") == exit_codes.NO
+    told = json.loads(capsys.readouterr().out)
+    assert (told["outcome"], [line["after"] for line in told["parameters"]]) == ("applied", [111.5, 56.25])
+    assert "No space left on device" in told["unkept"]
+
+
+def test_a_full_disk_hides_nothing_of_a_roll_back_either(vehicle, file, monkeypatch, capsys):
+    vehicle.server.write("FF1_M_U", 99.0, armed=False)
+    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    replace = Path.replace
+
+    def full_at_the_end(path, into):
+        if into.name.endswith("-receipt.json") and vehicle.server.active(1)["M_u"] == 99.0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return replace(path, into)
+
+    monkeypatch.setattr("pathlib.Path.replace", full_at_the_end)
+    assert run("rollback", "--yes") == exit_codes.NO
+    told = capsys.readouterr()
+    assert "2 parameters written and read back" in told.out
+    assert "the same `seatrial params rollback` once more" in " ".join(told.err.split())
+
+
+def test_a_full_disk_before_the_first_write_lets_nothing_be_sent(vehicle, file, monkeypatch, capsys):
+    vehicle.server.write("FF1_M_U", 99.0, armed=False)
+    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
+    full_once_in_force(vehicle, monkeypatch)
+    assert run("upload", file, "--yes") == exit_codes.NO
+    assert vehicle.server.value("FF1_M_U") == 99.0
+    assert "read back" not in capsys.readouterr().out
 
 
 def test_an_implausible_value_stops_all_and_is_taken_by_name_alone(vehicle, file, capsys):

@@ -325,6 +325,21 @@ def test_what_was_refused_is_told_line_by_line():
     on_screen(vehicle, work)
 
 
+def test_what_came_into_force_is_told_where_its_receipt_could_not_be_written():
+    why = (
+        "its receipt still says that it was begun: r-receipt.json: can't be written (No space left on device)"
+    )
+    vehicle = FakeVehicle(written=receipt() | {"unkept": why}, code=1)
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7", "enter")
+        shown = " ".join(text(app).split())
+        assert "▲ applied: 7 parameters written and read back, set 13247 is active" in shown
+        assert why in shown
+
+    on_screen(vehicle, work)
+
+
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():
     vehicle = FakeVehicle({}, said=("seatrial: no vehicle's HEARTBEAT within 5 s",))
 

@@ -45,9 +45,11 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
             lines += wrapped(f"Nothing was written; {retries} tries it again.", "strong", cells)
         return lines
     good = written.done.code == 0
+    unkept = result.get("unkept", "")
     sentence = f"{'✓' if good else DOUBT} {result['outcome'].replace('_', ' ')}: {result['sentence']}"
     return (
         *wrapped(sentence, "strong" if good else "bad", cells),
+        *(wrapped(unkept, "bad", cells) if unkept else ()),
         *wrapped(f"values before: {result['preimage']}", "quiet", cells),
     )
 

@@ -239,6 +239,8 @@ def apply(
     arguments: argparse.Namespace, client: "ParameterClient", watch: Watch, planned: "Planned", unix_s: float
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
+    from dataclasses import replace
+
     from bridge.errors import ParamError
     from gcs_plugin.params.last_accepted import keep_accepted
     from gcs_plugin.params.plan import Verdict, unit_of
@@ -272,15 +274,18 @@ def apply(
         columns = ("name", "unit", "before", "now", "what became of it")
         show.put(console, show.table("", columns, rows, numbers=columns[2:4]))
     show.say(console, f"{receipt.outcome.value}: {receipt.sentence}")
-    show.say(console, f"receipt: {path_of(before, RECEIPT)}\nvalues before: {before}")
+    kept = "" if receipt.unkept else f"receipt: {path_of(before, RECEIPT)}\n"
+    show.say(console, f"{kept}values before: {before}")
     try:
-        accepted = keep_accepted(receipt, planned.targets.sidecar, planned.whole)
+        accepted = None if receipt.unkept else keep_accepted(receipt, planned.targets.sidecar, planned.whole)
         if accepted is not None:
             show.say(console, f"accepted: {accepted}")
     except ParamError as error:
-        show.say(show.words(), str(error))
+        receipt = replace(receipt, unkept=str(error))
+    if receipt.unkept:
+        show.say(show.words(), receipt.unkept)
     show.write_json(receipt.to_json(), arguments.json)
-    return exit_codes.DONE if receipt.good else exit_codes.NO
+    return exit_codes.DONE if receipt.good and not receipt.unkept else exit_codes.NO
 
 
 def _became(line: "Line") -> str:
