@@ -29,12 +29,13 @@ def implausible(
     rigid: Mapping[str, tuple[float, float]],
 ) -> dict[str, str]:
     """By id, why lines that change are not believed. `rigid`: mass or inertia of the rigid body and its standard
-    deviation, by the id of the total, where a vehicle file tells it.
+    deviation, by the id of the total, where a vehicle file tells it. An effect of 0 is taken back, and needs no belief;
+    a mass or damping of 0 is a value as any other.
     """
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     found = {}
     for row in plan.rows:
-        if row.verdict is not Verdict.CHANGED or row.target == 0.0:
+        if row.verdict is not Verdict.CHANGED or _is_taken_back(row):
             continue
         interval, last = intervals.get(row.name), accepted.get(row.name)
         reasons = (
@@ -45,6 +46,10 @@ def implausible(
         if reason := next(filter(None, reasons), ""):
             found[row.name] = reason
     return found
+
+
+def _is_taken_back(row: Row) -> bool:
+    return row.target == 0.0 and not isinstance(coefficient_of(row.name), Coefficient)
 
 
 def _half(interval: Interval) -> float:
@@ -58,8 +63,8 @@ def _against_interval(row: Row, interval: Interval | None, values: Mapping[str, 
     if not low - half <= row.target <= high + half:
         return f"{value_text(row.target)} is far outside its own 95 % interval, {low:.4g} to {high:.4g}"
     coefficient, std = coefficient_of(row.name), half / Z95
-    if not isinstance(coefficient, Coefficient) or std < abs(row.target):
-        return ""
+    if not isinstance(coefficient, Coefficient) or row.target == 0.0 or std < abs(row.target):
+        return ""  # of 0 no interval around it tells less than it says
     mass = values.get(_mass_of(row.name, coefficient), 0.0)
     if coefficient.kind == "damping" and std < SMALL_DAMPING_PER_S * mass:
         return ""

@@ -82,6 +82,19 @@ def test_what_is_taken_back_and_what_is_so_already_needs_no_belief():
     assert reason("FF_MODE", 2.0, last=1.0) == ""
 
 
+def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number():
+    interval = {"FF1_D_U": Interval("D_u", "N/(m/s)", 55.59, 57.28)}
+    present = {"FF1_D_U": 56.43}
+    assert implausible(make_plan({"FF1_D_U": 0.0}, present), interval, {}, {}) == {
+        "FF1_D_U": "0 is far outside its own 95 % interval, 55.59 to 57.28"
+    }
+    assert reason("FF1_D_U", 0.0, last=56.43) == "56.43 was accepted last: this is 0 times as much"
+    assert reason("FF1_I_R", -0.0, last=8.5) == "8.5 was accepted last: this is 0 times as much"
+    assert reason("FF1_M_U", 0.0) == "0 is below the rigid body's own 72, which no water takes away"
+    assert "both 95 % intervals together" in reason("FF1_D_U", 0.0, 1.0, 56.43, 1.0)
+    assert reason("FF1_D_U", 0.0) == reason("FF1_D_U", 0.0, 1.0) == "", "nothing speaks against it"
+
+
 def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():
     plan = make_plan({"FF1_M_U": 60.0, "FF1_D_U": 42.0}, PRESENT)
     judged = plan.judged({"FF1_M_U": "too light"})
