@@ -60,6 +60,7 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     """
     from bridge.link.open import open_link
     from tui import show
+    from tui.sockets import of_link
 
     holding = holding_now()
     if holding is None and spec is None:
@@ -71,8 +72,11 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     if not holding.hub:
         what = f"{spec}: " if spec else ""
         raise LinkError(f"{what}{words_of(holding)} holds the link and serves nobody; end it first")
+    hub = open_link(holding.hub)
     show.say(show.words(), f"by way of {words_of(holding)}")
-    return ByWay(open_link(holding.hub), holding.links)
+    for sentence in of_link(holding.hub, "what it serves"):
+        show.say(show.words(), sentence)
+    return ByWay(hub, holding.links)
 
 
 def coming_back(

@@ -28,6 +28,7 @@ class Opener:
     """Opens links, and opens them again; with a key each is signed, and goes on where it was.
 
     `tell` hears of a system of which nothing is let in, `warn` where the other side signs and this one has no key.
+    `listed` hears of each socket once, as it is opened first: words go to the crew, but for who lists them later.
     Raises ConfigError where the key can't be had.
     """
 
@@ -37,8 +38,11 @@ class Opener:
         clock: "Clock",
         tell: "Callable[[Trouble], None]",
         warn: "Callable[[str], None] | None" = None,
+        listed: "Callable[[str], None] | None" = None,
     ) -> None:
         self._warn = warn or say_warning
+        self._listed = listed or say
+        self._opened: set[str] = set()
         self.gates: dict[str, Gate] = {}
         self._clock, self._tell = clock, tell
         self._key = None
@@ -52,6 +56,12 @@ class Opener:
         from bridge.link.open import open_link
 
         link = open_link(spec)
+        if spec not in self._opened:
+            from tui.sockets import of_link
+
+            self._opened.add(spec)
+            for sentence in of_link(spec, "the link"):
+                self._listed(sentence)
         if self._key is None:
             from bridge.signing.keyless import KeylessLink
 
@@ -92,10 +102,19 @@ def on_words(trouble: "Trouble") -> None:
 
 
 def say_warning(sentence: str) -> None:
+    """Warn the crew of something where words go."""
+    say(f"warning: {sentence}")
+
+
+def say(sentence: str) -> None:
     """Tell the crew of something where words go."""
     from tui import show
 
-    show.say(show.words(), f"warning: {sentence}")
+    show.say(show.words(), sentence)
+
+
+def later(_: str) -> None:
+    """What hears of the sockets of who lists them itself, once all that it begins with is open."""
 
 
 def times_file(fingerprint: str, spec: str) -> Path:

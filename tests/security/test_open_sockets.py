@@ -1,20 +1,29 @@
 """What is open on networks: on this computer alone unless told, and all of it listed at the start."""
 
+import json
 import os
 import socket
 import threading
+from argparse import ArgumentParser, Namespace
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, SystemClock
+from bridge.framing import Encoder
+from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
 from bridge.vehicle.config import Device, load_vehicle
+from gcs_plugin.holder import Holding, write_holding
 from gcs_plugin.hub import Hub
 from tui import cli
+from tui.commands import tui as app
 from tui.commands.bridge import sockets
+from tui.links import link_for
+from tui.secured import Opener, on_words
 from tui.sockets import listening, of_link, of_served
 
 
@@ -74,6 +83,155 @@ def test_a_recording_lists_every_socket_that_it_has(tmp_path, monkeypatch, capsy
     for protocol, host, number in opened:
         assert any(line.startswith(f"open: {host} port {number} ({protocol}): ") for line in lines)
     assert all(line.endswith("reachable from this computer alone") for line in lines)
+
+
+VERBS = {
+    "bridge": ["--vehicle", "ruvifist"],
+    "doctor": ["--seconds", "0.1"],
+    "fetch": ["--new"],
+    "ff off": [],
+    "ff both": ["--yes"],
+    "params diff": ["new.param"],
+    "params rollback": [],
+    "params show": [],
+    "params upload": ["new.param", "--yes"],
+    "record": ["--hub", "none"],
+    "replay": ["dive.tlog"],
+    "simulate": ["--vehicle", "ruvifist:hovering", "--mission", "idle"],
+    "simulate a mission": ["--vehicle", "ruvifist:hovering", "--mission", "survey"],
+    "watch": [],
+    "watch --once": [],
+}
+
+
+def opens_a_link(parser):
+    """Whether a verb, or one of its actions, has the option --link."""
+    own = [action for action in parser._actions if "--link" in action.option_strings]
+    choices = [
+        choice for a in parser._actions if isinstance(a.choices, dict) for choice in a.choices.values()
+    ]
+    inner = [choice for choice in choices if isinstance(choice, ArgumentParser)]
+    return bool(own) or any(map(opens_a_link, inner))
+
+
+def test_no_verb_that_opens_a_link_is_left_out_here():
+    found = {verb for verb in cli.VERBS if opens_a_link(cli.verb_parser(verb))}
+    assert found == {line.split()[0] for line in VERBS} | {"tui"}
+
+
+class Ended:
+    """A link that ends whoever reads or writes it, as Ctrl-C does."""
+
+    def __init__(self, link):
+        self.name, self.close = link.name, link.close
+
+    def read(self, _):
+        raise KeyboardInterrupt
+
+    def write(self, _):
+        raise KeyboardInterrupt
+
+
+@pytest.fixture
+def at_once(tmp_path, monkeypatch):
+    """Verbs that end as soon as they have opened what they open; the sockets that they had opened by then."""
+    before, opened, links = own_sockets(), set(), []
+
+    def ended(spec):
+        link = open_link(spec)
+        links.append(link)
+        opened.update(own_sockets() - before)
+        return Ended(link)
+
+    def looked(work, *_):
+        stop = threading.Event()
+        stop.set()
+        work(stop)
+
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("bridge.link.open.open_link", ended)
+    monkeypatch.setattr("tui.running.until_stopped", looked)
+    monkeypatch.setattr("tui.commands.simulate.dive", lambda *_: 0)
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    (tmp_path / "dive.tlog").write_bytes((1_790_000_000_000_000).to_bytes(8, "big") + frame)
+    (tmp_path / "new.param").write_text("FF1_M_U,111.5\n", encoding="utf-8")
+    yield opened
+    for link in links:
+        link.close()
+
+
+def listed(said):
+    return [line for line in said.splitlines() if line.startswith("open: ")]
+
+
+@pytest.mark.parametrize("line", VERBS)
+def test_every_verb_lists_the_socket_of_its_link_where_words_go(line, at_once, capsys):
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    words = [word for word in line.split() if word not in ("a", "mission")]
+    cli.main([*words, *VERBS[line], "--link", f"udpin::{port}"])
+    said = capsys.readouterr()
+    assert at_once == {("UDP", "127.0.0.1", port)}
+    (sentence,) = listed(said.err)
+    assert sentence.startswith(f"open: 127.0.0.1 port {port} (UDP): ")
+    assert sentence.endswith("reachable from this computer alone")
+    assert listed(said.out) == []
+
+
+@pytest.mark.usefixtures("at_once")
+def test_json_on_standard_output_stays_json(monkeypatch, capsys):
+    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.find_vehicle", lambda *_: (1, 1))
+    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.read_all", lambda _: {"FF1_M_U": 1.5})
+    monkeypatch.setattr("gcs_plugin.params.client.ParameterClient.vehicle", (1, 1))
+    monkeypatch.setattr(Ended, "write", lambda *_: None)
+    cli.main(["params", "show", "--link", "udpin:0.0.0.0:0", "--json", "-"])
+    said = capsys.readouterr()
+    assert json.loads(said.out) == {"FF1_M_U": 1.5}
+    assert listed(said.err) == [
+        "open: 0.0.0.0 a free port (UDP): the link, reachable from every network of this computer"
+    ]
+
+
+def test_a_link_that_comes_back_is_listed_once(capsys):
+    opener = Opener(None, SimulatedClock(), on_words)
+    for _ in range(3):
+        opener.open("udpin::0").close()
+    assert len(listed(capsys.readouterr().err)) == 1
+
+
+def recording(clock, folder):
+    return Holding(
+        os.getpid(), "tcp:127.0.0.1:4711", ("udpin:0.0.0.0:14550",), folder, "2026-11-20T09:12:03Z", 1, 1, 0, 7200.0,
+        (), clock.unix_s(),
+    )  # fmt: skip
+
+
+def test_by_way_of_a_recording_the_way_to_it_is_listed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    write_holding(recording(SystemClock(), "dives/a"))
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: memory_pair()[0])
+    link_for(None)
+    assert listed(capsys.readouterr().err) == [
+        "open: a port of its own (TCP): what it serves, with 127.0.0.1 port 4711 and nobody else"
+    ]
+
+
+def test_the_app_lists_what_it_and_its_recording_have_open(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    app.list_sockets(Namespace(unrecorded=True, link=["udpin:0.0.0.0:14550"]))
+    assert listed(capsys.readouterr().err) == [
+        "open: 0.0.0.0 port 14550 (UDP): the link, reachable from every network of this computer"
+    ]
+    write_holding(recording(SystemClock(), "dives/a"))
+    app.list_sockets(Namespace(unrecorded=False, link=[]))
+    assert listed(capsys.readouterr().err) == [
+        "open: 127.0.0.1 port 4711 (TCP): what is recorded, for params, doctor, ff and others, reachable from this "
+        "computer alone",
+        "open: 0.0.0.0 port 14550 (UDP): a link that is recorded, reachable from every network of this computer",
+        "open: a port of its own (TCP): what it serves, with 127.0.0.1 port 4711 and nobody else",
+    ]
 
 
 @pytest.mark.parametrize(

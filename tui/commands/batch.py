@@ -114,7 +114,11 @@ def engine(arguments: argparse.Namespace) -> "Engine":
     """Who does the work: this computer's cores, or a cluster; Dask is imported for a cluster alone."""
     if arguments.scheduler:
         from identify.batch.cluster import run_on_cluster
+        from tui.secured import say
+        from tui.sockets import of_link
 
+        for sentence in of_link(f"tcp:{arguments.scheduler.partition('://')[2]}", "the scheduler"):
+            say(sentence)
         return lambda jobs: run_on_cluster(jobs, arguments.scheduler)
     from identify.batch.local import cores, run_here
 

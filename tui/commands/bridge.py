@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
         # Who has no key hears it all the same: what the vehicle says can be read by everyone.
         bridge.say(trouble.brief)
 
-    opener = secured.Opener(arguments.sign_key, clock, refused)
+    opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
     parameters = server(file, store)

@@ -128,7 +128,11 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
 
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     opener = secured.Opener(
-        arguments.sign_key, clock, lambda trouble: warn(trouble.sentence), lambda said: warn(said)
+        arguments.sign_key,
+        clock,
+        lambda trouble: warn(trouble.sentence),
+        lambda said: warn(said),
+        secured.later,
     )
     links = [opener.open(spec) for spec in arguments.link]
     configuration = (file.configuration or "") if file else ""

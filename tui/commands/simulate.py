@@ -105,15 +105,24 @@ def run(arguments: argparse.Namespace) -> int:
     store = Path(arguments.parameters) if arguments.parameters else None
     parameters = vehicle_memory.server(file, store)
     clock, troubles = SystemClock(), Troubles()
-    opener = secured.Opener(arguments.sign_key, clock, troubles)
+    opener = secured.Opener(arguments.sign_key, clock, troubles, listed=secured.later)
     links = [opener.open(spec) for spec in arguments.link]
     try:
         if mission is None:
             return idle(arguments, file, configuration, parameters, links, clock, troubles)
+        list_sockets(arguments.link)
         return dive(arguments, file, configuration, mission, parameters, links, clock.unix_s())
     finally:
         for link in links:
             link.close()
+
+
+def list_sockets(links: "Sequence[str]") -> None:
+    """Say what is open on networks."""
+    from tui.sockets import of_links
+
+    for sentence in of_links(links, "a link to the ground"):
+        secured.say(sentence)
 
 
 class Troubles:
@@ -209,7 +218,6 @@ def idle(
     from bridge.simulator.dive import SimulatedVehicle, real_time
     from tui import show
     from tui.running import until_stopped
-    from tui.sockets import of_links
 
     if not links:
         raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")
@@ -220,8 +228,7 @@ def idle(
 
     def work(stop: "threading.Event") -> None:
         show.say(words, f"{file.vehicle.name} is afloat on {', '.join(arguments.link)}; Ctrl-C ends it")
-        for sentence in of_links(arguments.link, "a link to the ground"):
-            show.say(words, sentence)
+        list_sockets(arguments.link)
         pace = real_time(arguments.speed or 1.0)
         while not stop.is_set():
             vehicle.rest()

@@ -81,8 +81,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     from tui import show
     from tui.app.keymap import load_keymap
     from tui.app.screens.table import PLACES
-    from tui.links import holding_now, words_of
-    from tui.sockets import listening, of_links, of_served
+    from tui.sockets import listening
     from tui.web.server import PageServer
     from tui.web.visitors import in_url, warning
 
@@ -107,16 +106,38 @@ def _serve(arguments: argparse.Namespace) -> int:
         for address, number in sockets:
             page = listening("TCP", address, number, f"the page, {what}")
             show.say(words, f"{page}: http://{in_url(address)}:{number}/")
-        if (holding := holding_now()) is not None:
-            show.say(words, f"{words_of(holding)} goes on by itself, and has")
-            for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
-                show.say(words, sentence)
+        list_recording()
         if danger := warning(host, arguments.control):
             show.say(words, f"warning: {danger}")
 
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(PageServer(command, host, port).run(tell))
     return exit_codes.DONE
+
+
+def list_recording() -> None:
+    """Say what is open on networks of the recording that runs."""
+    from tui.links import holding_now, words_of
+    from tui.sockets import of_links, of_served
+
+    if (holding := holding_now()) is not None:
+        secured.say(f"{words_of(holding)} goes on by itself, and has")
+        for sentence in (of_served(holding.hub), *of_links(holding.links, "a link that is recorded")):
+            secured.say(sentence)
+
+
+def list_sockets(arguments: argparse.Namespace) -> None:
+    """Say what is open on networks, where a terminal shows it before the app and after it."""
+    from tui.links import holding_now
+    from tui.sockets import of_links
+
+    if arguments.unrecorded:
+        for sentence in of_links(arguments.link, "the link"):
+            secured.say(sentence)
+    elif (holding := holding_now()) is not None:
+        list_recording()
+        for sentence in of_links([holding.hub], "what it serves"):
+            secured.say(sentence)
 
 
 def _show(arguments: argparse.Namespace) -> int:
@@ -148,7 +169,7 @@ def _show(arguments: argparse.Namespace) -> int:
         )
     clock = SystemClock()
     # What it would say is on the screen: see `refused`.
-    opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None)
+    opener = secured.Opener(arguments.sign_key, clock, lambda _: None, lambda _: None, secured.later)
     name, factory = _open(arguments, opener.open)
     source = LinkSource(factory, name, clock, lambda: opener.trouble(name))
     station = Station(
@@ -177,6 +198,8 @@ def _show(arguments: argparse.Namespace) -> int:
         ),
         view_only=arguments.view_only,
     )
+    if not in_browser:
+        list_sockets(arguments)
     station.start()
     try:
         app.run()
