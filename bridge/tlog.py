@@ -9,6 +9,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import TracebackType
@@ -28,7 +29,7 @@ from bridge.framing import (
     measure,
     unchecked_frame_at,
 )
-from bridge.secret import without_key
+from bridge.secret import carries_key, without_key
 
 Record = tuple[int, Frame]
 T = TypeVar("T")
@@ -44,6 +45,11 @@ some bytes for each of its own, and a gzip file may unfold without end."""
 MOST_FOLDS: Final = 100  # recordings and tables fold some four times; nothing true is as even as this
 FEW_BYTES: Final = 1 << 24
 _STAMP = struct.Struct(">Q")
+
+
+def record_of(unix_us: int, raw: bytes) -> bytes:
+    """The bytes of one record, in every recording that is written here: without a key that signs frames."""
+    return _STAMP.pack(unix_us) + without_key(raw)
 
 
 class TlogWriter:
@@ -66,7 +72,7 @@ class TlogWriter:
 
     def write(self, unix_us: int, raw: bytes) -> None:
         """Append one record, whole, but for a key that signs frames: no recording holds one."""
-        record = _STAMP.pack(unix_us) + without_key(raw)
+        record = record_of(unix_us, raw)
         try:
             while record:
                 record = record[os.write(self._file, record) :]
@@ -111,6 +117,8 @@ def read_tlog(path: Path) -> Iterator[Record]:
 
 class TlogReader:
     """The records of a `.tlog` or `.tlog.gz`, to be iterated over; `counts` is complete after the first pass.
+
+    What other programs recorded may hold keys that sign frames: no frame that is read bears one.
 
     `counts`: "records"; "unknown" (records whose id nobody can check); "checksum" (records lost to damage);
     "skipped" (bytes of no record); "stamps mended" (records whose time was damaged, given their neighbour's);
@@ -217,8 +225,12 @@ def _salvage(data: bytes, counts: Counter[str]) -> Iterator[tuple[int | None, Fr
     while (record := next_record(data, position, counts)) is not None:
         position, stamp, frame = record
         records += 1
-        yield stamp, frame
+        yield stamp, _keyless(frame)
     counts["records"] += records
+
+
+def _keyless(frame: Frame) -> Frame:
+    return replace(frame, raw=without_key(frame.raw)) if carries_key(frame.raw) else frame
 
 
 def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, int | None, Frame] | None:

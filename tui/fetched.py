@@ -1,11 +1,13 @@
 """A dive made whole of what the vehicle kept, or made of that alone."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.clock import Clock
 from bridge.errors import LogError
 from bridge.link.base import Link
+from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
@@ -13,7 +15,7 @@ from gcs_plugin.fetch.client import fetch
 from gcs_plugin.fetch.fetching import Fetching
 from gcs_plugin.fetch.listing import Listing
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.whole import made_whole, newest_frames, write_records
+from gcs_plugin.fetch.whole import is_folded, made_whole, newest_frames, write_records
 from gcs_plugin.folder import About, DiveFolder, new_folder
 from tui.show import Tell
 
@@ -24,19 +26,23 @@ FETCH_SHARE = 0.9
 
 @dataclass(frozen=True)
 class Fetched:
-    """What came of it: the recording, its frames, and how many of them only the vehicle had."""
+    """What came of it: the recording, its frames, and how many of them only the vehicle had.
+
+    `key`: what is to be said of a key that signs frames; "" where there was none.
+    """
 
     path: Path
     frames: int
     missing: int
     fetched_bytes: int
+    key: str = ""
 
     @property
     def words(self) -> str:
         """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
         if not self.missing:
-            return f"nothing is missing, all {self.frames} frames are there: {self.path}"
-        return f"{self.missing} of {self.frames} frames had not been heard; the dive is whole in {self.path}"
+            return f"nothing is missing, all {self.frames} frames are there: {self.path}{self.key}"
+        return f"{self.missing} of {self.frames} frames had not been heard; the dive is whole in {self.path}{self.key}"
 
 
 @dataclass(frozen=True)
@@ -57,10 +63,12 @@ class Fetcher:
             fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
             source = boots[-1].source
             self._fetch(fetching, source)
-            made = made_whole(folder.telemetry(), _paths(mirror, fetching.chosen), source)
+            ground, ring = folder.telemetry(), _paths(mirror, fetching.chosen)
+            made = made_whole(ground, ring, source)
             path = folder.path / WHOLE
+            key = _of_keys(ground, ring)
             write_records(path, made.records)
-        return Fetched(path, len(made.records), made.missing, fetching.fetched)
+        return Fetched(path, len(made.records), made.missing, fetching.fetched, key)
 
     def new(
         self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
@@ -72,12 +80,13 @@ class Fetcher:
             fetching = Fetching(mirror, lambda listing: newest(listing, most_ms), self.clock.boot_s())
             self._fetch(fetching, vehicle)
         most_us = None if most_ms is None else most_ms * 1000
-        records = newest_frames(_paths(mirror, fetching.chosen), most_us)
+        ring = _paths(mirror, fetching.chosen)
+        records = newest_frames(ring, most_us)
         folder = new_folder(root, records[0][0] / 1e6, name)
         folder.describe(about)
         path = folder.path / "telemetry.tlog"
         write_records(path, records)
-        return Fetched(path, len(records), len(records), fetching.fetched)
+        return Fetched(path, len(records), len(records), fetching.fetched, _of_keys([], ring))
 
     def _fetch(self, fetching: Fetching, vehicle: tuple[int, int]) -> None:
         def progress(now: Fetching) -> None:
@@ -109,3 +118,13 @@ def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
     """Where what there is of the segments lies."""
     paths = (mirror.path(segment.name) for segment, _ in chosen)
     return [path for path in paths if path.exists()]
+
+
+def _of_keys(ground: Sequence[Path], ring: Sequence[Path]) -> str:
+    """What is to be said of a key that recordings hold. The ring's files stay byte for byte as the vehicle has them."""
+    kept = [path for path in ring if not is_folded(path) and holds_key(path)]
+    if not kept and not any(map(holds_key, ground)):
+        return ""
+    return f". {LEFT_OUT}" + (
+        f" The vehicle's own file still has it: clear {kept[0].parent}." if kept else ""
+    )

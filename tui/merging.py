@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bridge.errors import LogError
 from bridge.new_file import open_new
+from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.whole import made_whole, write_records
@@ -56,12 +57,13 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     beyond = (
         f" {found.beyond} frames of it lie before or after the dive and are left out." if found.beyond else ""
     )
+    key = f" {LEFT_OUT}" if any(map(holds_key, (*present, file))) else ""
     span_s = found.records[0][0] * 1e-6, found.records[-1][0] * 1e-6
     return Merged(
         file,
         into,
         f"{file.name}: its clock {found.clock.words(*span_s)}. {found.missing} of {len(found.records)} frames had not "
-        f"been heard; the dive is whole in {into}.{beyond}",
+        f"been heard; the dive is whole in {into}.{beyond}{key}",
     )
 
 

@@ -25,7 +25,7 @@ from bridge.file_size import size_to_read
 from bridge.framing import MAGIC_2, Frame
 from bridge.new_file import open_new
 from bridge.ring.segments import segment_named
-from bridge.tlog import GZIP, of_those_that_hold_frames, read_tlog
+from bridge.tlog import GZIP, of_those_that_hold_frames, read_tlog, record_of
 
 BLOCK_US: Final = 10_000_000
 EARLIEST_US: Final = -1_000_000
@@ -96,7 +96,7 @@ def ring_frames(files: Sequence[Path]) -> Iterator[_Kept]:
     """The frames of segments, oldest first; one that is empty or cut gives what it holds. Raises LogError."""
     for path in files:
         segment = segment_named(path.name.removesuffix(".part"))
-        if segment is not None and _is_folded(path):
+        if segment is not None and is_folded(path):
             continue
         try:
             records = read_tlog(path)
@@ -106,7 +106,7 @@ def ring_frames(files: Sequence[Path]) -> Iterator[_Kept]:
             yield _Kept(segment.boot if segment else 0, stamp_us, frame.raw)
 
 
-def _is_folded(path: Path) -> bool:
+def is_folded(path: Path) -> bool:
     """Whether it would be unfolded: no ring writes gzip, and what unfolds on a vehicle's word may have no end."""
     try:
         if size_to_read(path) is None:
@@ -208,7 +208,7 @@ def write_records(path: Path, records: Iterable[Dated]) -> None:
     try:
         with open_new(partial) as file:
             for stamp_us, raw in records:
-                file.write(stamp_us.to_bytes(8, "big") + raw)
+                file.write(record_of(stamp_us, raw))
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)

@@ -65,15 +65,20 @@ def run(arguments: argparse.Namespace) -> int:
         show.say(console, fixes.sentence)
         holds["fixes"] = fixes.sentence
     if arguments.out:
-        made = dive_folder(Path(arguments.out), dive, columns, file)
-        show.say(console, f"filed in {made}")
+        made, words = dive_folder(Path(arguments.out), dive, columns, file)
+        show.say(console, f"filed in {made}{words}")
         holds["folder"] = str(made)
     show.write_json(holds, arguments.json)
     return exit_codes.DONE
 
 
-def dive_folder(out: Path, dive: "Dive", columns: Path | None, file: "VehicleFile | None") -> Path:
-    """A dive folder with a copy of the recording and of its column map. Raises LogError where it can't be."""
+def dive_folder(
+    out: Path, dive: "Dive", columns: Path | None, file: "VehicleFile | None"
+) -> tuple[Path, str]:
+    """A dive folder with a copy of the recording and of its column map, and what was left out of it, in words.
+
+    Raises LogError where it can't be.
+    """
     from bridge.errors import LogError
     from bridge.vehicle.config import CONFIGS
     from gcs_plugin.folder import About, DiveFolder, about_vehicle
@@ -86,12 +91,25 @@ def dive_folder(out: Path, dive: "Dive", columns: Path | None, file: "VehicleFil
         out.mkdir(parents=True)
     except FileExistsError:
         raise LogError(f"{out}: exists already and is never overwritten; name another folder") from None
-    shutil.copyfile(dive.source, out / f"telemetry{_ending(dive.source)}")
+    left_out = _copy(dive.source, out)
     if columns is not None:
         named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
         shutil.copyfile(named, out / "columns.yaml")
     DiveFolder(out).describe(about)
-    return out
+    return out, left_out
+
+
+def _copy(source: Path, out: Path) -> str:
+    """The recording as it is; frame by frame where it holds a key, so that none goes into a dive. What was left out."""
+    from bridge.recorded_keys import LEFT_OUT, holds_key
+    from bridge.tlog import read_tlog
+    from gcs_plugin.fetch.whole import write_records
+
+    if not source.name.lower().endswith((".tlog", ".tlog.gz")) or not holds_key(source):
+        shutil.copyfile(source, out / f"telemetry{_ending(source)}")
+        return ""
+    write_records(out / "telemetry.tlog", ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)))
+    return f". {LEFT_OUT}"
 
 
 def _ending(path: Path) -> str:

@@ -1,0 +1,162 @@
+"""A key that another program recorded goes into no file that is written here, and onto no link."""
+
+import gzip
+import random
+from pathlib import Path
+
+import pytest
+from lying_vehicle import Vehicle
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+from test_fetching import KEPT, LONGEST_S, PATIENCE_S, SEGMENTS, VEHICLE, heard, ring, segment
+from test_keys_stay_out_of_recordings import KEY, setup
+
+from bridge.framing import Encoder, Framer
+from bridge.link.memory import memory_pair
+from bridge.recorded_keys import LEFT_OUT, holds_key
+from bridge.ring.whole import WHOLE
+from bridge.secret import without_key
+from bridge.tlog import read_tlog, record_of
+from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.folder import About, DiveFolder
+from gcs_plugin.reel import Reel
+from tui import cli, exit_codes
+from tui.fetched import Fetcher
+
+START_US = 1_790_000_000_000_000
+SETUP = 256
+COUNT = 60
+
+
+def foreign(path: Path, *more: bytes) -> Path:
+    """What another program recorded: frames of a vehicle, a key among them, and what was hurt at the end."""
+    encoder = Encoder(1, 1)
+    frames = [
+        encoder.encode(dialect.MAVLink_attitude_message(50 * n, 0.1, 0.2, 0.01 * n, 0.0, 0.0, 0.0))
+        for n in range(COUNT)
+    ]
+    frames[COUNT // 2 : COUNT // 2] = [setup(), setup(signed=True)]
+    data = b"".join(
+        (START_US + 50_000 * n).to_bytes(8, "big") + raw for n, raw in enumerate([*frames, *more])
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(gzip.compress(data) if path.suffix == ".gz" else data)
+    return path
+
+
+def damaged() -> bytes:
+    raw = bytearray(setup())
+    raw[-1] ^= 1
+    return bytes(raw)
+
+
+def said(capsys: pytest.CaptureFixture[str]) -> str:
+    captured = capsys.readouterr()
+    return " ".join((captured.out + captured.err).split())
+
+
+def keyless(folder: Path) -> bool:
+    """Whether no byte of a key is in any file of a folder."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert files
+    return all(KEY[:4] not in path.read_bytes() for path in files)
+
+
+def test_no_frame_that_is_read_bears_a_key(tmp_path: Path) -> None:
+    path = foreign(tmp_path / "other.tlog")
+    read = [frame for _, frame in read_tlog(path)]
+    assert [frame.message_id for frame in read].count(SETUP) == 2
+    assert not any(KEY[:4] in frame.raw for frame in read)
+    shown = [frame for _, frame in Reel([path]).between(0.0, 60.0)]
+    assert len(shown) == COUNT + 2
+    assert not any(KEY[:4] in frame.raw for frame in shown)
+
+
+def test_no_record_that_is_written_bears_one(tmp_path: Path) -> None:
+    write_records(tmp_path / "a.tlog", [(START_US, setup())])
+    assert (tmp_path / "a.tlog").read_bytes() == record_of(START_US, without_key(setup()))
+    assert KEY[:4] not in (tmp_path / "a.tlog").read_bytes()
+
+
+def test_a_key_is_seen_whole_signed_folded_or_damaged_and_zeros_are_none(tmp_path: Path) -> None:
+    assert holds_key(foreign(tmp_path / "other.tlog"))
+    assert holds_key(foreign(tmp_path / "other.tlog.gz"))
+    stamp = START_US.to_bytes(8, "big")
+    for raw, is_one in ((setup(), True), (damaged(), True), (without_key(setup()), False), (b"", False)):
+        path = tmp_path / "one.tlog"
+        path.write_bytes(stamp + raw)
+        assert holds_key(path) == is_one
+    # What only looks like one among other bytes: no time stands before it.
+    path.write_bytes(b"\xff" * 8 + damaged())
+    assert not holds_key(path)
+
+
+@pytest.mark.parametrize("name", ["other.tlog", "other.tlog.gz"])
+def test_an_imported_recording_goes_without_it(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, out = foreign(tmp_path / name, damaged()), tmp_path / "dives" / "a"
+    before = source.read_bytes()
+    assert cli.main(["import", str(source), "--out", str(out)]) == exit_codes.DONE
+    assert LEFT_OUT in said(capsys)
+    assert keyless(out)
+    assert source.read_bytes() == before
+    kept = [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(out / "telemetry.tlog")]
+    assert kept == [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)]
+
+
+def test_a_recording_without_one_is_imported_byte_for_byte(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, out = foreign(tmp_path / "other.tlog"), tmp_path / "dives" / "a"
+    write_records(tmp_path / "own.tlog", [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)])
+    assert cli.main(["import", str(tmp_path / "own.tlog"), "--out", str(out)]) == exit_codes.DONE
+    assert LEFT_OUT not in said(capsys)
+    assert (out / "telemetry.tlog").read_bytes() == (tmp_path / "own.tlog").read_bytes()
+
+
+def test_what_is_merged_goes_without_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    dive, other = tmp_path / "2026-11-20T0912Z-lake", foreign(tmp_path / "other.tlog")
+    foreign(dive / "telemetry.tlog")
+    assert cli.main(["merge", str(dive), str(other)]) == exit_codes.DONE
+    assert LEFT_OUT in said(capsys)
+    whole = (dive / WHOLE).read_bytes()
+    assert KEY[:4] not in whole
+    assert SETUP in {frame.message_id for _, frame in read_tlog(dive / WHOLE)}
+
+
+def test_a_replay_sends_none_and_says_how_many_it_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ours, theirs = memory_pair()
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: ours)
+    words = ["replay", str(foreign(tmp_path / "other.tlog")), "--link", "any", "--speed", "1e6"]
+    assert cli.main(words) == exit_codes.DONE
+    data = b""
+    while theirs._inbox:
+        data += theirs.read(0.0)
+    sent = Framer().feed(data)
+    assert len(sent) == COUNT
+    assert SETUP not in {frame.message_id for frame in sent}
+    assert "60 frames sent to" in (told := said(capsys))
+    assert "2 of SETUP_SIGNING left out, which would set a key to sign with" in told
+
+
+@pytest.mark.parametrize("anew", [False, True])
+def test_what_is_fetched_goes_without_it_and_what_the_vehicle_keeps_is_told(
+    tmp_path: Path, anew: bool
+) -> None:
+    dive, place = heard(tmp_path), ring(tmp_path / "ring", SEGMENTS)
+    kept = [*KEPT[1][:9], (KEPT[1][9][0], setup()), *KEPT[1][9:]]
+    (place / segment(1).name).write_bytes(
+        b"".join(stamp_us.to_bytes(8, "big") + raw for stamp_us, raw in kept)
+    )
+    vehicle = Vehicle(place, None, random.Random(0), 1e9, LONGEST_S)
+    fetcher = Fetcher(vehicle, vehicle.world, PATIENCE_S, lambda *_: None)
+    made = (
+        fetcher.new(dive.path.parent, VEHICLE, None, "new", About())
+        if anew
+        else fetcher.whole(DiveFolder(dive.path))
+    )
+    assert keyless(made.path.parent)
+    mirror = dive.path.parent / ".ring"
+    assert f"{LEFT_OUT} The vehicle's own file still has it: clear {mirror}." in made.words
