@@ -10,6 +10,9 @@ VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 PAGE = "page"
 """What is told of while the page of a verb is written: its result is there by then."""
 
+WRITING = "writing"
+"""What is told of while parameters are written; before that the vehicle is looked for and read."""
+
 ANSWERED = "answered"
 """Begins what a method tells once it is done, with its values."""
 

@@ -85,8 +85,16 @@ class Upload:
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Tasks done and tasks in all, of this stage."""
-        return self._transfer.progress
+        """Tasks done and tasks in all: of writing up to what takes effect, or of taking back."""
+        done, total = self._transfer.progress
+        if self._undoing:
+            return done, total
+        staged = len(self._stage_tasks())
+        committed = staged + int(self._needs_commit)
+        total = committed + len(self._live)
+        if self.ending is not None and self.ending.outcome in (Outcome.APPLIED, Outcome.SAME):
+            return total, total
+        return {Stage.COMMIT: staged, Stage.LIVE: committed}.get(self._stage, 0) + done, total
 
     @property
     def proven(self) -> dict[str, Result]:
@@ -193,10 +201,14 @@ class Upload:
         timing = replace(self._timing, deadline_s=max(self._end_s - start_s, self._timing.quiet_s))
         return Transfer(tasks, self._source, start_s, timing, round_trips=self._trips, probes=probes)
 
-    def _enter_stage(self, time_s: float) -> None:
+    def _stage_tasks(self) -> list[Task]:
         tasks = [write(name, value) for name, value in self._direct.items()]
         if self._needs_commit:
             tasks += [confirm(n, v) for n, v in self._new_set.items() if n not in self._direct]
+        return tasks
+
+    def _enter_stage(self, time_s: float) -> None:
+        tasks = self._stage_tasks()
         named = {task.name for task in tasks}
         probes = [name for name in self._plan.present if name not in named and name not in (COMMIT, ACTIVE)]
         self._stage, self._transfer = Stage.STAGE, self._transfer_of(tasks, time_s, probes[:PROBES])

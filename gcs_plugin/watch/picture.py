@@ -105,7 +105,8 @@ class Said:
 class Picture:
     """The vehicle watched. `links`: its own senders first, the one that tells the armed state before the others, then
     other systems, but for those that are long gone. `traces` by u v w p q r depth altitude heading voltage current, all
-    always there. `said`: the newest last. `twins` says that two vehicles share its address, "" where none do;
+    always there. `said`: the newest last. `active_set` is the number of the parameters that it last said it flies
+    (FF_ACTIVE), None where it did not. `twins` says that two vehicles share its address, "" where none do;
     `configuration` "" where unknown."""
 
     now_s: float
@@ -117,6 +118,8 @@ class Picture:
     thrusters: tuple[ThrusterRow, ...]
     ff_mode: int | None
     ff_mode_age_s: float
+    active_set: int | None
+    active_set_age_s: float
     configuration: str
     said: tuple[Said, ...]
     twins: str

@@ -15,6 +15,7 @@ from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.senders import GONE_S, Source
 from gcs_plugin.twins_across import TwinsAcross
+from gcs_plugin.watch.active_set import ActiveSet
 from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.hearing import FROM_ANYONE, TELLING, Values, heard
 from gcs_plugin.watch.links import Beat, WatchedLink, beat_of
@@ -78,6 +79,7 @@ class Watcher:
         self._said: deque[Said] = deque(maxlen=TEXTS_KEPT)
         self._said_at_s = 0.0
         self._texts = StatusTexts(self._tell)
+        self._active_set = ActiveSet()
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """One frame as it came; `arrived_s` never runs back."""
@@ -100,6 +102,8 @@ class Watcher:
                     self._quantities.take(signal, values, arrived_s)
         if number == _SYSTEM_TIME:
             self._date(arrived_s)
+        if own:
+            self._active_set.hear(frame, arrived_s)
         if number in _OF_WORDS:
             self._said_at_s = arrived_s
             self._texts.hear(frame)
@@ -126,6 +130,8 @@ class Watcher:
             ),
             ff_mode=_whole(channels["ff_mode"].values),
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),
+            active_set=self._active_set.number,
+            active_set_age_s=now_s - self._active_set.told_s,
             configuration=configuration,
             said=tuple(self._said),
             twins=self._twins(),
@@ -186,6 +192,7 @@ class Watcher:
 
     def _tell(self, source: Source, severity: int, text: str) -> None:
         del source
+        self._active_set.read(text, self._said_at_s)
         ground_s, vehicle_s = self._ground_unix_s, self._vehicle_unix_s
         utc_s = self._said_at_s + (vehicle_s if math.isnan(ground_s) else ground_s)
         self._said.append(Said(utc_s, severity, text))

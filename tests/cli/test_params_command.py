@@ -513,7 +513,7 @@ def test_a_program_that_reads_along_hears_of_each_line_once_it_is_read_back(
     vehicle.stuck = {"FF1_D_U"}
     assert run("upload", file, "--yes") == exit_codes.NO
     heard = [told.read(line) for line in capsys.readouterr().err.splitlines()]
-    lines = [one.line for one in heard if one is not None and one.of == "uploading" and one.line]
+    lines = [one.line for one in heard if one is not None and one.of == told.WRITING and one.line]
     assert lines[0] == ("FF1_M_U", "111.5 read back equal")
     assert lines[1][0] == "FF1_D_U"
     assert "equal" not in lines[1][1]

@@ -211,3 +211,20 @@ def test_a_vehicle_without_commit_is_written_directly_and_taken_back_directly(se
     assert ending.outcome is Outcome.ROLLED_BACK
     assert stubborn.values == values
     assert ending.results["SERVO1_MAX"].outcome is Outcome.REFUSED
+
+
+def test_what_is_done_only_grows_through_the_stages_and_ends_whole():
+    vehicle, told = LossyVehicle(OLD), []
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0, QUICK, crc_of)
+
+    def note():
+        told.append((upload.stage, upload.progress))
+        return upload.ending is not None
+
+    assert vehicle.run(upload, note)
+    assert [one[1][0] for one in told] == sorted(one[1][0] for one in told)
+    # Twelve of the set, the commit, and the mode.
+    assert {one[1][1] for one in told} == {14}
+    first_of = {stage: next(done for at, done in told if at is stage) for stage in (Stage.COMMIT, Stage.LIVE)}
+    assert first_of == {Stage.COMMIT: (12, 14), Stage.LIVE: (13, 14)}
+    assert told[-1] == (Stage.DONE, (14, 14))

@@ -9,7 +9,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.job import Done
-from tui.told import Told, line_words
+from tui.told import WRITING, Told, line_words
 
 PARAM = OUT / "2026-11-21T0352Z-hovering" / "identified.param"
 BEFORE = Path("receipts/2026-11-20T101500Z-before.param")
@@ -91,7 +91,7 @@ def receipt(outcome="applied", sentence="7 parameters written and read back, set
 
 
 def told_lines(count, share):
-    of = "uploading"
+    of = WRITING
     names = [one["name"] for one in rows() if one["verdict"] == "changed"][:count]
     lines = [Told(of, share, line_words(name, "111.52 read back equal")) for name in names]
     return (*lines, Told(of, share, "staging"))

@@ -104,6 +104,8 @@ def picture():
         thrusters=tuple(thrusters),
         ff_mode=1,
         ff_mode_age_s=0.6,
+        active_set=None,
+        active_set_age_s=NEVER_S,
         configuration="hovering",
         said=SAID,
         twins="",

@@ -20,6 +20,7 @@ from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.themes import ORDER
+from tui.told import WRITING, Told
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
@@ -780,6 +781,100 @@ def test_a_writing_that_found_no_vehicle_says_that_nothing_was_written_and_how_t
         await typed(app, pilot, key, typed_, "enter")
         assert "no HEARTBEAT for 5 s" in text(app)
         assert f"Nothing was written; {words}." in text(app)
+
+    on_screen(vehicle, work)
+
+
+def flies(shown, number, age_s):
+    """The vehicle said so long ago that it flies this set."""
+    picture = replace(shown.shown.picture, active_set=number, active_set_age_s=age_s)
+    shown.shown = replace(shown.shown, picture=picture)
+
+
+def read_again(vehicle):
+    return len([words for words in vehicle.words if "--yes" not in words]) - 1
+
+
+def test_once_another_set_flies_the_vehicle_is_read_again_and_choices_stay():
+    now_s, shown, vehicle = [0.0], views(), FakeVehicle()
+
+    async def work(app, pilot):
+        await typed(app, pilot, "space", "down")
+        now_s[0] = 12.0
+        flies(shown, 4711, 2.0)
+        await done(app, pilot)
+        assert read_again(vehicle) == 0
+        vehicle.compared = plan(active_crc=0.0)
+        flies(shown, 0, 2.0)
+        await done(app, pilot)
+        assert read_again(vehicle) == 1
+        await done(app, pilot)
+        assert "6 of 7 chosen" in text(app)
+        assert line_of(app, "FF1_M_U").startswith(" □")
+        now_s[0] = 30.0
+        flies(shown, 4711, 25.0)  # as it was told before it was read
+        await done(app, pilot)
+        assert read_again(vehicle) == 1
+
+    on_screen(vehicle, work, shown=shown, now_s=lambda: now_s[0])
+
+
+def test_another_vehicles_set_reads_nothing_again():
+    now_s, shown, vehicle = (
+        [0.0],
+        views(),
+        FakeVehicle(plan(vehicle={"system": 7, "component": 1, "armed": False})),
+    )
+
+    async def work(app, pilot):
+        now_s[0] = 12.0
+        flies(shown, 0, 2.0)
+        await done(app, pilot)
+        assert read_again(vehicle) == 0
+
+    on_screen(vehicle, work, shown=shown, now_s=lambda: now_s[0])
+
+
+def test_the_own_upload_is_shown_until_another_set_flies():
+    now_s, shown = [0.0], views()
+    vehicle = FakeVehicle(written=receipt() | {"active_crc": 13247})
+
+    async def work(app, pilot):
+        await typed(app, pilot, "u", "7", "enter")
+        now_s[0] = 5.0
+        flies(shown, 13247, 1.0)
+        await done(app, pilot)
+        assert "✓ applied" in text(app)
+        now_s[0] = 20.0
+        flies(shown, 0, 1.0)
+        await done(app, pilot)
+        await done(app, pilot)
+        assert "✓" not in text(app)
+        assert read_again(vehicle) == 1
+
+    on_screen(vehicle, work, shown=shown, now_s=lambda: now_s[0])
+
+
+@pytest.mark.parametrize(
+    ("of", "words", "told"),
+    [
+        ("looking for the vehicle", "reading", "The vehicle is read before anything is written."),
+        (WRITING, "staging", "The parameters are being written."),
+        (WRITING, "committing", "All lines are read back; the vehicle is told to fly them."),
+        (WRITING, "rolling back, no answer for 4 s", "It failed: what was written is taken back."),
+    ],
+)
+def test_what_goes_on_while_it_is_written_is_told_by_its_stage_however_little_is_done(of, words, told):
+    vehicle = FakeVehicle(tells=(Told(of, 0.0, words),), waits=True)
+
+    async def work(app, pilot):
+        await typed(app, pilot, "r", "7")
+        await pressed(pilot, "enter")
+        app._show()
+        await pilot.pause()
+        assert told in text(app)
+        vehicle.go.set()
+        await done(app, pilot)
 
     on_screen(vehicle, work)
 

@@ -299,3 +299,32 @@ def test_no_lock_says_nan_and_the_trace_shows_the_gap(watcher, vehicle):
     value = watcher.picture(0.5).traces["u"].value
     assert value[[0, 2]].tolist() == pytest.approx([0.1, 0.3])
     assert math.isnan(value[1])
+
+
+def value_of(name, value):
+    return mav.MAVLink_param_value_message(name.encode(), value, mav.MAV_PARAM_TYPE_REAL32, 9, 3)
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        status_texts("FF set 13247 active", 6, 1)[0],
+        value_of("FF_ACTIVE", 13247.0),
+        value_of("FF_COMMIT", 13247.0),
+    ],
+)
+def test_the_set_that_flies_is_known_by_word_and_by_any_read_of_it(watcher, vehicle, told):
+    vehicle.beats(1.0)
+    assert (watcher.picture(1.0).active_set, watcher.picture(1.0).active_set_age_s) == (None, math.inf)
+    vehicle.says(told, 2.0)
+    assert (watcher.picture(5.0).active_set, watcher.picture(5.0).active_set_age_s) == (13247, 3.0)
+
+
+@pytest.mark.parametrize(
+    "told", [status_texts("FF set lost", 6, 1)[0], value_of("FF_MODE", 2.0), value_of("FF_ACTIVE", math.inf)]
+)
+def test_other_words_values_and_vehicles_tell_nothing_of_the_set_that_flies(watcher, vehicle, told):
+    vehicle.beats(1.0)
+    vehicle.says(told, 2.0)
+    OnAir(watcher, 7).says(value_of("FF_ACTIVE", 13247.0), 2.0)
+    assert watcher.picture(3.0).active_set is None

@@ -13,6 +13,7 @@ def aged(picture: Picture, behind_s: float) -> Picture:
         picture,
         armed_age_s=picture.armed_age_s + behind_s,
         ff_mode_age_s=picture.ff_mode_age_s + behind_s,
+        active_set_age_s=picture.active_set_age_s + behind_s,
         links=tuple(
             replace(link, age_s=link.age_s + behind_s, lost=link.lost or behind_s > STALE_S)
             for link in picture.links

@@ -146,6 +146,21 @@ class Transfer:
         heard = any(not link.lost and link.age_s <= STALE_S for link in links)
         return None if heard and age_s <= OLD_S else age_s
 
+    def overtaken(self, picture: Picture | None) -> bool:
+        """Whether the vehicle has said since that it flies another set than it did as it was read or written."""
+        shown, state, written = self.shown, self._taken, self.written
+        if shown is None or state is None or picture is None or self.reads:
+            return False
+        flies, since_s = shown.active_crc, state.began_s
+        if written is not None:
+            if written.done is None or written.done.code or written.ended_s is None:
+                return False  # what came of a writing that failed is to be seen
+            flies, since_s = (written.done.result or {}).get("active_crc"), written.ended_s
+        if None in (flies, picture.active_set) or picture.active_set == flies:
+            return False
+        told_s = self._desk.jobs.now_s() - picture.active_set_age_s
+        return told_s > since_s and any(link.system == shown.system for link in picture.links[:1])
+
     def armed(self, picture: Picture | None) -> bool:
         """Whether the vehicle is armed, by its newest HEARTBEAT."""
         armed = picture.armed if picture is not None else Armed.UNKNOWN

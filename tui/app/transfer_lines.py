@@ -1,13 +1,18 @@
 """Reading and writing parameters as lines: how far it is, how it ended, what became of each line."""
 
+from typing import Final
+
+from gcs_plugin.params.upload import Stage
 from tui import exit_codes
 from tui.app.comparison import Comparison
 from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, cut
 from tui.app.parameter_lines import DOUBT, EQUAL
 from tui.app.wrapped import bar, wrapped
+from tui.told import WRITING
 
 BAR_CELLS = 24
+READ_FIRST: Final = "The vehicle is read before anything is written."
 
 
 def progress(share: float, words: str, cells: int) -> Line:
@@ -31,11 +36,7 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
     if written.done is None:
         last = written.told[-1] if written.told else None
         share, words = (last.share, last.words) if last is not None else (0.0, "looking for the vehicle")
-        what = (
-            "The parameters are being written."
-            if share
-            else "The vehicle is read before anything is written."
-        )
+        what = _doing(words) if last is not None and last.of == WRITING else READ_FIRST
         return (*wrapped(what, "strong", cells), progress(share, words, cells))
     result = written.done.result
     if result is None:
@@ -52,6 +53,15 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
         *(wrapped(unkept, "bad", cells) if unkept else ()),
         *wrapped(f"values before: {result['preimage']}", "quiet", cells),
     )
+
+
+def _doing(words: str) -> str:
+    """What goes on while it is written, by the words of its stage."""
+    if words.startswith((Stage.UNDO.value, Stage.UNDO_COMMIT.value)):
+        return "It failed: what was written is taken back."
+    if words.startswith(Stage.COMMIT.value):
+        return "All lines are read back; the vehicle is told to fly them."
+    return "The parameters are being written."
 
 
 def became(written: JobState | None, shown: Comparison | None) -> dict[str, str]:

@@ -246,7 +246,7 @@ def apply(
     from gcs_plugin.params.plan import Verdict, unit_of
     from gcs_plugin.params.receipt import RECEIPT, new_preimage, path_of
     from gcs_plugin.params.staging import about_to
-    from tui import show
+    from tui import show, told
 
     plan = planned.plan
     planned.tell(arguments.json, (Verdict.READ_ONLY, Verdict.SAME))
@@ -256,7 +256,7 @@ def apply(
         return exit_codes.INTERRUPTED
     before = new_preimage(Path(arguments.receipts), unix_s)
     back = arguments.action == "rollback"
-    with watch.bar("uploading"):
+    with watch.bar(told.WRITING):
         receipt = client.apply(
             plan,
             before,

@@ -105,6 +105,8 @@ class ParametersScreen(StationScreen):
             self._go(0)
             if self._ask.is_open and transfer.shown is not None:
                 transfer.trouble = self._obstacle()
+        if transfer.overtaken(self._picture):
+            transfer.read(back=transfer.back)
         offered = (self._ask.is_open, transfer.reads, transfer.writes, transfer.shown)
         if offered != self._offered:
             self._offered = offered
