@@ -89,6 +89,13 @@ async def _copy(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> N
 async def run(port: int, page: int, command: Sequence[str], host: str = EVERYWHERE) -> int:
     """Serve until `command` ends; its exit code."""
     server = await Front(page).serve(port, host)
+    where = "every network of this container" if host == EVERYWHERE else f"the network of {host}"
+    for one in server.sockets:
+        number = one.getsockname()[1]
+        sys.stderr.write(
+            f"open: {host} port {number} (TCP): the page, for BlueOS and browsers, reachable from {where}\n"
+        )
+    sys.stderr.flush()
     async with server:
         process = await asyncio.create_subprocess_exec(*command)
         try:

@@ -224,3 +224,14 @@ def test_what_is_no_request_gets_no_registration(service, request_):
 def test_it_ends_as_its_command_ends(service):
     command = [sys.executable, "-c", "raise SystemExit(3)"]
     assert asyncio.run(service.run(0, 1, command, "127.0.0.1")) == 3
+
+
+def test_the_front_lists_the_socket_that_it_opens(service, capsys):
+    command = [sys.executable, "-c", ""]
+    assert asyncio.run(service.run(0, 1, command, service.EVERYWHERE)) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(
+        r"open: 0\.0\.0\.0 port [1-9]\d* \(TCP\): the page, for BlueOS and browsers, reachable from every network of "
+        r"this container",
+        line,
+    )
