@@ -6,6 +6,8 @@ import stat
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from bridge.file_size import is_own_file
+
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
 
@@ -17,6 +19,15 @@ def open_new(path: Path) -> BinaryIO:
     """
     path.unlink(missing_ok=True)
     return open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK, 0o666), "wb")
+
+
+def clear_way(path: Path) -> None:
+    """Take away a link, a pipe or a device that lies under the name of a result of ours. Raises OSError.
+
+    What is written where a person says goes through a link of his; what a dive of somebody else's holds is not his.
+    """
+    if os.path.lexists(path) and not is_own_file(path) and not stat.S_ISDIR(path.lstat().st_mode):
+        path.unlink()
 
 
 def open_own(path: Path) -> BinaryIO:

@@ -13,9 +13,11 @@ import tempfile
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from bridge.new_file import clear_way
 from bridge.plain import from_json
 from tui import told
 from tui.told import Told
@@ -24,6 +26,8 @@ PATIENCE_S = 3.0
 """How long a verb that is asked to stop may take to leave things as they should be."""
 
 MOST_SAID = 50
+LEAVES = ("--json", "--param", "--report", "--accept")
+"""Options that name what a verb leaves beside a dive, by names of ours."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,9 @@ async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
 
     A `--json FILE` among the words is where its result lies afterwards as well.
     """
+    for option, place in pairwise(words):
+        if option in LEAVES:
+            clear_way(Path(place))
     with tempfile.TemporaryDirectory(prefix="seatrial-") as folder:
         result = _own_target(words) or Path(folder) / "result.json"
         before_ns = _written_ns(result)

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Protocol
 
+from bridge.file_size import is_own_file
 from bridge.ring.segments import segment_named, segments_in
 
 
@@ -32,7 +33,7 @@ class Segments:
 
     def read(self, name: str, offset: int, size: int) -> bytes:
         path = self._folder / name
-        if segment_named(name) is None or path.is_symlink():
+        if segment_named(name) is None or not is_own_file(path):
             raise FileNotFoundError(name)
         with path.open("rb", buffering=0) as file:
             file.seek(offset)

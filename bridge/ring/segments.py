@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from bridge.file_size import is_own_file
+
 _NAME = re.compile(r"(\d{6})-([0-9a-f]{8})-(\d{6})-(\d{10})\.tlog", re.ASCII)
 MOST_BOOTS: Final = 999_999
 
@@ -43,7 +45,7 @@ def segments_in(folder: Path) -> list[tuple[Segment, int]]:
     found = []
     for path in folder.iterdir():
         segment = segment_named(path.name)
-        if segment is None or path.is_symlink():
+        if segment is None or not is_own_file(path):
             continue
         try:
             found.append((segment, path.stat().st_size))

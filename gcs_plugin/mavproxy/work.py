@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`seatrial identify` and `diagnose`: the command of that name in a process of its own, told line by line."""
 
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import ConfigError
+from bridge.new_file import clear_way
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.job import Job, as_wide, seatrial_command
 
@@ -36,10 +38,10 @@ class Work:
             words += ["--vehicle", vehicle or _vehicle_of(dive)]
         for option, name in LEAVES[verb]:
             if option not in options:
-                words += [
-                    option,
-                    str(dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")),
-                ]
+                place = dive / name if dive.is_dir() else dive.with_name(f"{dive.stem}-{name}")
+                with contextlib.suppress(OSError):  # the verb says why it can't write there
+                    clear_way(place)
+                words += [option, str(place)]
         self._left = Path([*words, ""][words.index(LEAVES[verb][1][0]) + 1])
         self._written_ns = _written_ns(self._left)
         self._job = Job(f"{verb} {dive}", words, as_wide(), self._clock.boot_s())

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.errors import LogError
+from bridge.new_file import open_new
 from identify.report.text import safe
 from identify.report.theme import STYLE
 
@@ -77,7 +78,9 @@ def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _u
     part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(render_report(report, drawn), encoding="utf-8")
+        text = render_report(report, drawn).encode()
+        with open_new(part) as file:
+            file.write(text)
         os.replace(part, path)
     except OSError as error:
         reason = error.strerror or error

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError
+from bridge.file_size import read_small
 from bridge.plain import from_json
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
@@ -76,7 +77,7 @@ def found(dive: Path, receipts: Path) -> Found | None:
     """What was identified from it; None where nothing was, or the file is something else."""
     at = places(dive)
     try:
-        data = from_json(at["--json"].read_text(encoding="utf-8"))
+        data = from_json(read_small(at["--json"]))
         written = at["--json"].stat()
         param = _no_older(at["--param"], written.st_mtime_ns)
         return _found(data, accepted_before(at["--param"], receipts), param, written.st_mtime)

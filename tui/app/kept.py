@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from bridge.file_size import read_small
 from bridge.plain import from_json
 
 T = TypeVar("T")
@@ -40,6 +41,6 @@ def newer(path: Path, than: Path) -> bool:
 
 def _json(path: Path) -> Any:
     try:
-        return from_json(path.read_text(encoding="utf-8"))
+        return from_json(read_small(path))
     except (OSError, ValueError):
         return None
