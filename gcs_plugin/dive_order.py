@@ -60,7 +60,7 @@ def _told(folder: Path, _changed_ns: int) -> float:
     put into it or taken away."""
     files = recordings(folder)
     first = next(iter(standing_for(sorted(files, key=number))), None)
-    stamp_s = _first_stamp_s(first) if first is not None else None
+    stamp_s = first_stamp_s(first) if first is not None else None
     return _by_glance(folder) if stamp_s is None else stamp_s
 
 
@@ -70,7 +70,7 @@ def number(recording: Path) -> int:
     return int(middle) if middle.isdecimal() else 1
 
 
-def _first_stamp_s(file: Path) -> float | None:
+def first_stamp_s(file: Path) -> float | None:
     """When the first frame of a recording was heard; None where there is none, or it bears no time."""
     try:
         if not file.name.endswith(_HEARD) or not stat.S_ISREG(file.stat().st_mode):

@@ -18,6 +18,7 @@ from bridge.file_size import read_small
 from bridge.new_file import open_new
 from bridge.plain import from_json
 from bridge.printable import printable
+from bridge.ring.whole import standing_for
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dive_order import GLANCE, began, order, recordings
 from gcs_plugin.folder import About, DiveFolder, list_folders
@@ -142,6 +143,18 @@ def rows_of(
         progress(number / len(folders), f"look at {folder.name}")
         rows.append(row_of(folder, named, otherwise, load))
     return sorted(rows, key=lambda row: order(row.folder))  # by what was told meanwhile of some
+
+
+def kept_glance(folder: Path) -> Glance | None:
+    """What was told of a dive when it was last read, by whatever vehicle file; None where it has changed since."""
+    try:
+        kept = from_json(read_small(folder / GLANCE))["key"]
+        states = {str(state[0]): state for state in kept["recordings"]}
+        if all(states.get(file.name) == _state(file) for file in standing_for(recordings(folder))):
+            return _kept(folder, kept | {"version": VERSION})
+    except (OSError, ValueError, LookupError, TypeError):
+        pass
+    return None
 
 
 def short_name(folder: Path) -> str:

@@ -37,7 +37,7 @@ def beside_pid(
     words = f"{like:.2f} between feed-forward and PID, at least {LEAST_LIKENESS:g}"
     axis = DOFS[dof]
     told = [Criterion(f"{axis} likeness", like >= LEAST_LIKENESS, words, ANEW)]
-    units = ("kg", "N s/m") if dof < 3 else ("kg m²", "N m s")
+    units = ("kg", "N/(m/s)") if dof < 3 else ("kg m²", "N m/(rad/s)")
     # A reference that jumps from speed to speed asks for no acceleration, and is fed no mass.
     if np.abs(wanted[:, 0]).max() > LEAST_SLOPE:
         told.append(_size(f"{axis} mass", mass, of_mass, mass_error, units[0]))
@@ -46,7 +46,7 @@ def beside_pid(
 
 def _size(what: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
     low, middle, high = (fed / max(value, 1e-9) for value in (seen + 1.96 * error, seen, seen - 1.96 * error))
-    shown = f"{fed:.3g} {unit} fed, PID shows {seen:.3g} ± {1.96 * error:.2g}: "
+    shown = f"{fed:.3g} {unit} fed, PID {seen:.3g} ± {1.96 * error:.2g}: "
     words = f"{shown}×{middle:.2f} ({SIZES[0]:.2f} to {SIZES[1]:.2f})"
     if high < SIZES[0] or low > SIZES[1]:
         return Criterion(what, False, words, ANEW)

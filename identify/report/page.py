@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 WIDE_TABLE_COLUMNS = 5
 SHORT_CELL, NUMBER_CELL = 16, 28
 """Letters of what is never broken; more of them are a sentence, even if it begins with a digit."""
+LONG_WORD = 32
+"""Letters from which a word of a cell may be broken anywhere, as a hash may, lest its table grow beyond the page."""
 
 _NUMBER = re.compile(r"[−±+]?\d|—|$")
 
@@ -171,8 +173,10 @@ def _table(table: Table) -> str:
     short = [all(len(row[i]) <= SHORT_CELL for row in table.rows) for i in range(width)]
     brief = [all(len(row[i]) <= NUMBER_CELL for row in table.rows) for i in range(width)]
     numeric = [i > 0 and brief[i] and all(_NUMBER.match(row[i]) for row in table.rows) for i in range(width)]
+    long = [any(len(word) > LONG_WORD for row in table.rows for word in row[i].split()) for i in range(width)]
     classes = [
-        ' class="number"' if n else ' class="short"' if s else "" for n, s in zip(numeric, short, strict=True)
+        ' class="number"' if n else ' class="short"' if s else ' class="long"' if w else ""
+        for n, s, w in zip(numeric, short, long, strict=True)
     ]
     labels = [safe(column) for column in table.columns]
     head = "".join(f'<th scope="col"{c}>{label}</th>' for c, label in zip(classes, labels, strict=True))

@@ -42,6 +42,7 @@ h2 { font-size: 1.4em; line-height: 1.25; margin: 2.4em 0 .4em; padding-top: .5e
   border-top: 3px solid var(--ink); }
 h1, h2, p, li, caption, figcaption { overflow-wrap: anywhere; }
 td, th { overflow-wrap: break-word; }
+td.long { overflow-wrap: anywhere; }
 section > p, section > ul { max-width: 75ch; }
 .subtitle { color: var(--soft); margin: .3em 0 0; }
 .verdict { font-size: 1.2em; font-weight: 600; margin: 1em 0; padding: .7em .9em; background: var(--raised);

@@ -57,6 +57,21 @@ def test_a_piece_of_the_dive_is_refused_wherever_it_was_cut(
         assert f"--check {piece}: {PIECE} " in refused(files, piece, capsys)
 
 
+def test_what_is_wrong_with_the_check_dive_is_told_of_the_check_dive(
+    files: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    empty = made(tmp_path / "empty.tlog", b"")
+    assert f"the check dive {empty}: is empty" in refused(files, empty, capsys)
+    case = draw_case(300051, names=[], seconds=70.0)
+    long = made(tmp_path / "long.tlog", tlog_of(dive_of(case)))
+    start_s = check_of(case).span_s[0]
+    short = made(tmp_path / "short.tlog", tlog_of(check_of(case).between(start_s, start_s + 5.0)))
+    words = ("diagnose", long, "--vehicle", files / "vehicle.yaml", "--check", short)
+    assert cli.main([*map(str, words)]) == exit_codes.NO
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"the check dive {short}: lasts 4 s, too short to tell one cause from another" in said
+
+
 def test_two_pieces_that_share_a_stretch_are_of_one_dive(files: Path, tmp_path: Path) -> None:
     data = (files / "dive.tlog").read_bytes()
     assert len(data) > 4 * OPENING_BYTES

@@ -85,9 +85,9 @@ def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late
 def test_the_pids_force_shows_mass_and_damping_as_they_are() -> None:
     words = {one.what: one.words for one in judged(flown(Mode.SHADOW)).criteria}
     # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.
-    assert words["surge mass"].startswith("100 kg fed, PID shows 100 ±")
-    assert words["surge damping"].startswith("50 N s/m fed, PID shows 50 ±")
-    assert words["yaw damping"].startswith("26 N m s fed, PID shows 26 ±")
+    assert words["surge mass"].startswith("100 kg fed, PID 100 ±")
+    assert words["surge damping"].startswith("50 N/(m/s) fed, PID 50 ±")
+    assert words["yaw damping"].startswith("26 N m/(rad/s) fed, PID 26 ±")
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])

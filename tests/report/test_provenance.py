@@ -9,7 +9,7 @@ import numpy as np
 
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
-from identify.report.page import Report, Section
+from identify.report.page import Report, Section, render_report
 from identify.report.provenance import provenance, with_provenance
 from tui.pages import settings
 
@@ -29,6 +29,13 @@ def test_every_recording_stands_once_with_its_hash_and_the_vehicle_file_with_its
         ("other", "telemetry.tlog", "1 min 40 s", "recording", "cd" * 32),
         ("ruvifist", "ruvifist.yaml", "—", "vehicle file", FILE.sha256),
     )
+
+
+def test_a_hash_is_broken_where_its_table_would_leave_the_page_and_shorter_words_are_not():
+    page = render_report(with_provenance(Report("t", "s", "v"), [dive("one", "ab" * 32)], FILE, {}))
+    assert f'<td class="long" data-label="SHA-256">{"ab" * 32}</td>' in page
+    assert page.count('<td class="long"') == 2
+    assert "\ntd.long { overflow-wrap: anywhere; }\n" in page
 
 
 def test_the_versions_of_what_computed_are_told():

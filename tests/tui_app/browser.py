@@ -76,6 +76,13 @@ class Browser:
             await asyncio.sleep(0.1)
         raise AssertionError(f"{words} not seen within {PATIENCE_S:.0f} s:\n{seen}")
 
+    async def until_true(self, expression):
+        """Wait for it, without a click."""
+        until_s = time.monotonic() + PATIENCE_S
+        while not await self.evaluate(expression):
+            assert time.monotonic() < until_s, f"{expression} is not true within {PATIENCE_S:.0f} s"
+            await asyncio.sleep(0.1)
+
     async def screenshot(self, file):
         answer = await self.call("Page.captureScreenshot", format="png")
         file.write_bytes(base64.b64decode(answer["data"]))

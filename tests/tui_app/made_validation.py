@@ -15,13 +15,13 @@ OK, NO, UNKNOWN = True, False, None
 
 
 def criteria(surge=OK):
-    sized = "112 kg fed, PID shows 110 ± 6.3: ×1.01 (0.71 to 1.41)"
-    twice = "223 kg fed, PID shows 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    sized = "112 kg fed, PID 110 ± 6.3: ×1.01 (0.71 to 1.41)"
+    twice = "223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
     rows = [
         ("surge likeness", OK, "0.99 between feed-forward and PID, at least 0.8"),
         ("surge mass", surge, sized if surge else twice),
-        ("surge damping", OK, "56.2 N s/m fed, PID shows 56.1 ± 0.64: ×1.00 (0.71 to 1.41)"),
-        ("yaw mass", UNKNOWN, "16 kg m² fed, PID shows 16.6 ± 14: not shown well enough"),
+        ("surge damping", OK, "56.2 N/(m/s) fed, PID 56.1 ± 0.64: ×1.00 (0.71 to 1.41)"),
+        ("yaw mass", UNKNOWN, "16 kg m² fed, PID 16.6 ± 14: not shown well enough"),
         ("thrusters", OK, "24 % of its limit for the hardest-driven, at most 80 %"),
     ]
     return [{"what": what, "passed": passed, "words": words} for what, passed, words in rows]

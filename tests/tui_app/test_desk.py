@@ -1,6 +1,9 @@
 """What the screens work on together, and the verbs that they have at work."""
 
 import asyncio
+import json
+import math
+from dataclasses import asdict
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -9,11 +12,12 @@ from bridge.errors import ConfigError
 from bridge.framing import Encoder
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import About, DiveFolder
+from identify.diagnose.diagnose import LEAST_CHECK_S
 from tui import exit_codes
-from tui.app.check_dives import check_dives
+from tui.app.check_dives import LEAST_S, can_check, check_dives
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
-from tui.dive_list import dive_folders
+from tui.dive_list import VERSION, Glance, dive_folders
 from tui.job import Done
 from tui.told import Told
 
@@ -181,6 +185,42 @@ def test_the_newest_is_the_one_that_began_last_whatever_the_folders_are_called(t
     assert desk.chosen() == tmp_path / "a-off"
     assert [path.name for path in check_dives(desk, desk.chosen())] == list(reversed(names[:-1]))
     assert [path.name for path in dive_folders(tmp_path)] == list(names)
+
+
+def test_a_dive_is_a_check_unless_its_stamps_say_that_it_is_too_short(tmp_path):
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    for name, lasts_s in (("short", LEAST_S - 1), ("long", LEAST_S)):
+        stamps = ((1_795_165_923 + after) * 1_000_000 for after in (0, 1, int(lasts_s)))
+        records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
+        (dive(tmp_path, name) / "telemetry.tlog").write_bytes(records)
+    assert not can_check(tmp_path / "short")
+    assert can_check(tmp_path / "long")
+    assert can_check(dive(tmp_path, "unknown"))
+    assert LEAST_S == LEAST_CHECK_S
+
+
+@pytest.mark.parametrize(
+    ("glance", "can"),
+    [
+        (Glance(duration_s=112.0), True),
+        (Glance(duration_s=112.0, relative_std={"M_u": 0.5, "D_u": math.inf}), True),
+        (Glance(duration_s=19.9), False),
+        (Glance(duration_s=112.0, relative_std={"M_u": math.inf}), False),
+        (Glance(error="telemetry.tlog: holds no MAVLink frame"), False),
+    ],
+)
+def test_what_was_read_of_a_dive_says_whether_it_can_be_a_check(tmp_path, glance, can):
+    folder = dive(tmp_path, "a")
+    state = (folder / "telemetry.tlog").stat()
+    key = {
+        "version": VERSION,
+        "recordings": [["telemetry.tlog", state.st_size, state.st_mtime_ns]],
+        "vehicle": "x",
+    }
+    (folder / ".glance.json").write_text(json.dumps({"key": key, "glance": asdict(glance)}), encoding="utf-8")
+    assert can_check(folder) is can
+    (folder / "telemetry.tlog").write_bytes(b"more")
+    assert can_check(folder)
 
 
 def test_the_vehicle_of_a_dive_is_the_one_that_it_names(tmp_path):

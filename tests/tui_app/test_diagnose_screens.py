@@ -8,8 +8,10 @@ import pytest
 from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
 from made_dives import dive
 from made_view import FixedViews
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
 
+from bridge.framing import Encoder
 from tui.app.jobs import Jobs
 from tui.app.themes import ORDER
 from tui.job import Done
@@ -116,6 +118,19 @@ def test_it_runs_the_verb_on_the_dive_checked_on_the_newest_other_and_shows_what
         "--check", str(tmp_path / CHECK), "--json", str(folder / "diagnosis.json"),
         "--report", str(folder / "diagnosis.html"), "--accept", str(folder / "diagnosed.param"),
     )  # fmt: skip
+
+
+def test_a_dive_of_two_seconds_is_never_what_it_is_checked_on(tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, "4")
+        assert f"[d] diagnoses {DIVE}, checked on {OLDER}." in " ".join(text(app).split())
+
+    desk = desk_with(tmp_path, found=False)
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    stamps = (1_795_165_923_000_000, 1_795_165_925_000_000)
+    records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
+    (tmp_path / CHECK / "telemetry.tlog").write_bytes(records)
+    run(made(FixedViews(), desk=desk), SIZES[0], work)
 
 
 def test_the_check_dive_is_chosen_by_a_key_and_may_be_none(tmp_path):

@@ -112,6 +112,19 @@ def test_with_control_the_off_key_reaches_the_vehicle_from_the_page(page, vehicl
     assert vehicle.mode == 0.0
 
 
+def test_keys_are_taken_before_anyone_has_clicked(page, tmp_path):
+    address, _ = page()
+
+    async def work():
+        async with opened(address, tmp_path / "profile") as browser:
+            await browser.until_true("document.querySelector('.-first-byte') !== null")
+            await browser.until_true("document.activeElement.matches('#terminal textarea')")
+            await browser.key(*CTRL_X, ctrl=True)
+            await browser.until("nothing is done from here")
+
+    asyncio.run(work())
+
+
 def test_behind_the_front_of_blueos_the_page_works_by_that_address(page, tmp_path):
     """As through ssh -L, which passes bytes on from another port as well."""
     address, _ = page()

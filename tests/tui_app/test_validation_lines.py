@@ -47,7 +47,7 @@ def test_a_dive_that_tells_no_mode_has_no_verdict():
 def test_each_criterion_is_a_line_with_a_mark_its_name_and_its_figure():
     lines = text(made.criteria(runs(validation(go=False))[0], 80))
     assert lines[0] == "● ok  surge likeness 0.99 between feed-forward and PID, at least 0.8"
-    assert lines[1] == "▲ no  surge mass     223 kg fed, PID shows 110 ± 6.3: ×2.03 (0.71 to 1.41)"
+    assert lines[1] == "▲ no  surge mass     223 kg fed, PID 110 ± 6.3: ×2.03 (0.71 to 1.41)"
     assert lines[3].startswith("◐ ?   yaw mass")
 
 

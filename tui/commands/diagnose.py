@@ -1,6 +1,7 @@
 """`seatrial diagnose`: where the gap between model and recording lies, what causes it, how far it shrinks."""
 
 import argparse
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from tui.arguments import add_vehicle
 from tui.pages import add_figures
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from rich.console import Console
 
@@ -98,8 +99,9 @@ def run(arguments: argparse.Namespace) -> int:
     dive = read_dive(Path(arguments.dive), columns, file)
     check = None
     if arguments.check:
-        other, beside = under_conditions(filed, Path(arguments.check))
-        check, told = read_dive(Path(arguments.check), columns, other), (*told, *beside)
+        with of_the_check_dive(arguments.check):
+            other, beside = under_conditions(filed, Path(arguments.check))
+            check, told = read_dive(Path(arguments.check), columns, other), (*told, *beside)
     if check is not None:
         refuse_the_same(check, dive)
     told = (*told, *filter(None, map(stray_bytes, map(Path, recordings))))
@@ -110,7 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
     impossible, why = can_not_be(Path(arguments.dive))
     without = (*(arguments.without or ()), *impossible)
     effects = effects_without(without, configuration, file) if without else None
-    with show.progress(f"diagnosing {dive.name}") as tell:
+    with of_the_check_dive(arguments.check), show.progress(f"diagnosing {dive.name}") as tell:
         found = diagnose(
             dive,
             file,
@@ -140,6 +142,19 @@ def run(arguments: argparse.Namespace) -> int:
     for sentence in written:
         show.say(console, sentence)
     return exit_codes.DONE
+
+
+@contextmanager
+def of_the_check_dive(given: str | None) -> "Iterator[None]":
+    """Where what goes wrong is told of the check dive, say so: who began it may not have named one."""
+    from bridge.errors import SeatrialError
+
+    try:
+        yield
+    except SeatrialError as error:
+        if given and str(error).startswith((f"{Path(given)}:", f"{Path(given)}/")):
+            raise type(error)(f"the check dive {error}") from None
+        raise
 
 
 def refuse_the_same(check: "Dive", dive: "Dive") -> None:

@@ -6,6 +6,7 @@ from typing import ClassVar, Final
 
 from tui.app import diagnosis_lines
 from tui.app.actions import Action, bindings
+from tui.app.check_dives import can_check
 from tui.app.diagnosis import Answer, answer
 from tui.app.header import Tab
 from tui.app.kept import Kept, newer
@@ -79,6 +80,9 @@ class DiagnoseScreen(DiveScreen):
         if self.dive is not None:
             self.desk.param = self.dive / PARAM
             await self.begin_on("parameters")
+
+    def beside(self, dive: Path) -> tuple[Path, ...]:
+        return tuple(filter(can_check, super().beside(dive)))
 
     def on_other_dive(self) -> None:
         self._other = 0

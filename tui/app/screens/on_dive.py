@@ -63,6 +63,10 @@ class DiveScreen(StationScreen):
         """A section's title, and a note with its keys."""
         return self.SECTIONS[name], ""
 
+    def beside(self, dive: Path) -> tuple[Path, ...]:
+        """Which others there are to stand beside a dive."""
+        return check_dives(self.desk, dive)
+
     def on_other_dive(self) -> None:
         """Another dive was chosen."""
 
@@ -130,7 +134,7 @@ class DiveScreen(StationScreen):
         """Look anew at which dive is chosen, and at which others there are."""
         dive = self.desk.chosen()
         before, self.dive = self.dive, dive
-        self.others = check_dives(self.desk, dive) if dive is not None else ()
+        self.others = self.beside(dive) if dive is not None else ()
         if dive != before:
             self.on_other_dive()
         self.refresh_bindings()
