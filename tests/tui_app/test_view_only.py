@@ -3,6 +3,7 @@
 import asyncio
 
 import pytest
+from made_diagnosis import DIVE, desk_with
 from made_view import FixedViews
 from screen_text import made, pressed, run, text
 from textual.actions import parse
@@ -113,6 +114,23 @@ def test_footer_and_palette_offer_only_what_looks(row):
         assert "Theme" in names
 
     run(made(FixedViews(), view_only=True), NARROW, work)
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("3", "not identified yet; this view only looks, and identifies nothing"),
+        ("4", f"{DIVE}; this view only looks, and can't diagnose it."),
+        ("6", f"{DIVE}; this view only looks, and can't validate it."),
+        ("5", "so there is nothing to compare; this view only looks, and identifies nothing"),
+    ],
+)
+def test_no_sentence_offers_what_a_view_can_t_begin(key, said, tmp_path):
+    async def work(app, pilot):
+        await pressed(pilot, key)
+        assert said in " ".join(text(app).split())
+
+    run(made(FixedViews(), desk=desk_with(tmp_path, found=False), view_only=True), NARROW, work)
 
 
 def test_the_palette_is_no_way_around():

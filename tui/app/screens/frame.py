@@ -24,6 +24,7 @@ class AtDesk(Protocol):
     """The app, as a screen knows it."""
 
     desk: Desk
+    view_only: bool
 
     async def action_begin(self, screen: str) -> None:
         """Open a screen and let it begin its work."""
@@ -53,6 +54,11 @@ class StationScreen(Screen[None]):
     def desk(self) -> Desk:
         """What the screens work on together."""
         return cast(AtDesk, self.app).desk
+
+    @property
+    def view_only(self) -> bool:
+        """Whether nothing is begun from here, so that no sentence may name a key that would."""
+        return cast(AtDesk, self.app).view_only
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:

@@ -197,5 +197,10 @@ class IdentifyScreen(StationScreen):
                 f"{self.desk.out}: holds no dive yet; a recording makes one", "plain", cells
             )
         head = heading(self._dive.name, "", cells)
-        words = f"not identified yet; {self.key_of('identify.begin')} identifies it"
+        key = self.key_of("identify.begin")
+        words = "not identified yet"
+        if key:
+            words += f"; {key} identifies it"
+        elif self.view_only:
+            words += "; this view only looks, and identifies nothing"
         return (head, *lines, *hanging(words, "plain", cells))

@@ -159,6 +159,8 @@ class DiveScreen(StationScreen):
         assert self.dive is not None
         if not self.desk.vehicle_of(self.dive):
             return f"No vehicle file is known of {self.dive.name}; start `seatrial tui` with --vehicle FILE."
+        if self.view_only:
+            return f"{self.dive.name}; this view only looks, and can't {self.VERB} it."
         does, how = self.aim()
         what = f"{does} it again" if again else f"{does} {self.dive.name}"
         return f"[{self.key_of(f'{self.VERB}.start')}] {what}, {how}."

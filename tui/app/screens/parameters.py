@@ -235,6 +235,8 @@ class ParametersScreen(StationScreen):
             retries = self.key_of("parameters.back" if transfer.back else "parameters.upload")
             return (*head, *trouble, *transfer_lines.writing(transfer.written, cells, retries))
         if trouble and not transfer.reads:
+            if self.view_only:
+                return trouble
             key = self.key_of("parameters.read")
             then = (
                 f"{key} reads the vehicle again" if key else "escape leaves it, and the file is shown again"
@@ -247,10 +249,10 @@ class ParametersScreen(StationScreen):
         dive = self.desk.chosen()
         if dive is None:
             return f"{self.desk.out}: holds no dive yet; a recording makes one"
-        return (
-            f"{dive.name}: nothing was identified from it yet, so there is nothing to compare; identify it, or choose "
-            "another dive on Dives by Enter"
-        )
+        yet = f"{dive.name}: nothing was identified from it yet, so there is nothing to compare"
+        if self.view_only:
+            return f"{yet}; this view only looks, and identifies nothing"
+        return f"{yet}; identify it, or choose another dive on Dives by Enter"
 
     def _became(self) -> dict[str, str]:
         return transfer_lines.became(self._transfer.written, self._transfer.shown)
