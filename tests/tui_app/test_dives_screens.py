@@ -7,10 +7,12 @@ from pathlib import Path
 import pytest
 from made_dives import DECK, DIVES, HOVERING, FakeVerbs, desk
 from made_view import FixedViews, view
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
 from textual import events
 from textual.widgets import Input
 
+from bridge.framing import Encoder
 from gcs_plugin.conditions import Conditions
 from gcs_plugin.folder import DiveFolder
 from tui.app.screens.ask import AskScreen
@@ -147,6 +149,50 @@ def test_what_is_asked_for_while_the_list_is_read_opens_with_it_and_its_letters_
         assert not at.jobs.runs("identify")
 
     run(made(FixedViews(), desk=at), NARROW, work)
+
+
+def test_a_dive_stands_there_by_name_time_and_length_before_its_recording_is_read(tmp_path):
+    folder, at = dives_on_disk(tmp_path, Held)
+    at.out = tmp_path
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
+    stamps = (1_795_236_720_000_000, 1_795_236_832_000_000)
+    records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
+    (folder.path / "telemetry.tlog").write_bytes(records)
+
+    def row(app):
+        return next(line for line in text(app).splitlines() if "deck" in line)
+
+    async def work(app, pilot):
+        await pressed(pilot, "2")
+        assert row(app).split() == ["2026-11-21", "04:52", "00:01:52", "--", "…", "…", "deck"]
+        assert "▶" not in text(app)
+        await pressed(pilot, "down")
+        assert "is being read: what it could tell comes with that" in text(app)
+        Held.go.set()
+        await shown(app, pilot)
+        assert row(app).split() == [
+            "▶",
+            "2026-11-21",
+            "04:52",
+            "00:00:41",
+            "1.2",
+            "%",
+            "······",
+            "······",
+            "deck",
+        ]
+
+    run(made(FixedViews(), desk=at), NARROW, work)
+
+
+def test_a_key_on_a_list_without_a_dive_begins_nothing():
+    async def work(app, pilot):
+        await pressed(pilot, "2", "d")
+        Held.go.set()
+        await shown(app, pilot)
+        assert "holds no dive yet" in text(app)
+
+    run(made(FixedViews(), desk=desk(Held({"dives": []}))), NARROW, work)
 
 
 def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(tmp_path):

@@ -12,6 +12,7 @@ from tui.app.shown import NOTHING, SHOWN_IN, day, number, stopwatch
 from tui.app.wrapped import hanging
 from tui.dive_list import FAIR, letters
 
+UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
 HEADS: Final = f"{'':4}{'began, UTC':<18}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
 MASSES, DAMPINGS = "mass", "damping"
@@ -67,8 +68,8 @@ def _row(dive: ListedDive, is_at: bool, is_chosen: bool, is_recorded: bool, cell
         (f"{day(dive.began_unix_s):<18}", role),
         (f"{length(dive.duration_s):<10}", role),
         (f"{loss:>6}  ", _of_loss(dive.loss, role)),
-        (f"{letters(told, MASSES):<7}", "accent"),
-        (f"{letters(told, DAMPINGS):<8}", "accent"),
+        (f"{UNREAD if dive.unread else letters(told, MASSES):<7}", "accent"),
+        (f"{UNREAD if dive.unread else letters(told, DAMPINGS):<8}", "accent"),
     )
     room = cells - width(line)
     made = _made_of(dive, room)
@@ -101,6 +102,8 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
     lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
     if recorded:
         lines += hanging("is being recorded: this is what it holds so far", "warn", cells)
+    if dive.unread:
+        return (*lines, *hanging("is being read: what it could tell comes with that", "quiet", cells))
     if dive.error:
         lines += hanging(f"can't be read: {dive.error}", "bad", cells)
     else:

@@ -6,7 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tui.dive_list import FAIR
+from bridge.errors import LogError
+from bridge.printable import printable
+from gcs_plugin.dive_length import length_s
+from gcs_plugin.dive_order import began
+from tui.dive_list import FAIR, dive_folders, kept_glance, short_name
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,7 @@ class ListedDive:
     """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
 
     `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts` and `damaged` are sentences, "" for none.
+    `unread` where the recording is yet to be read: then only name, time and length are known.
     """
 
     folder: Path
@@ -42,6 +47,7 @@ class ListedDive:
     stray: str = ""
     restarts: str = ""
     damaged: str = ""
+    unread: bool = False
 
     @property
     def identifiable(self) -> bool:
@@ -58,6 +64,41 @@ class ListedDive:
 def listed(result: Any) -> tuple[ListedDive, ...]:
     """The dives of a list, the other way round; none where it is no list."""
     return tuple(_dive(one) for one in reversed(result)) if isinstance(result, list) else ()
+
+
+def with_unread(dives: Sequence[ListedDive], root: Path) -> tuple[ListedDive, ...]:
+    """The dives with those of `root` that are not among them: of these what is known at once. The newest first."""
+    try:
+        folders = dive_folders(root)
+    except LogError:
+        return tuple(dives)
+    known = {dive.folder for dive in dives}
+    new = [_unread(folder) for folder in folders if folder not in known]
+    return tuple(sorted((*dives, *new), key=_order, reverse=True)) if new else tuple(dives)
+
+
+def _order(dive: ListedDive) -> tuple[float, str]:
+    return _or(dive.began_unix_s, 0.0), dive.folder.name
+
+
+def _unread(folder: Path) -> ListedDive:
+    glance, began_s, lasts_s = kept_glance(folder), began(folder), length_s(folder)
+    return ListedDive(
+        folder,
+        printable(short_name(folder), "?"),
+        _number(began_s),
+        _number(lasts_s) if glance is None else glance.duration_s,
+        size_bytes=math.nan,
+        loss=math.nan,
+        relative_std=None,
+        spans={},
+        why_not="",
+        error="",
+        notes="",
+        events=(),
+        learnt=(),
+        unread=True,
+    )
 
 
 def usual(dives: Sequence[ListedDive], otherwise: Path | None) -> Path | None:

@@ -14,10 +14,10 @@ from gcs_plugin.conditions import NOTHING_SAID
 from gcs_plugin.folder import DiveFolder
 from tui.app.actions import Action, bindings
 from tui.app.aside import aside
-from tui.app.dives_lines import CHOSEN, RECORDED, details, row_under, table
+from tui.app.dives_lines import CHOSEN, RECORDED, UNREAD, details, row_under, table
 from tui.app.header import Tab
 from tui.app.lines import Line, Lines, heading
-from tui.app.listed import ListedDive, listed, usual
+from tui.app.listed import ListedDive, listed, usual, with_unread
 from tui.app.replay import open_replay
 from tui.app.screens.ask import AskScreen
 from tui.app.screens.form import FormScreen
@@ -82,6 +82,7 @@ class DivesScreen(StationScreen):
         (RECORDED, "it is being recorded"),
         ("U u ·", "the dive could tell this axis's value to 10 %, to 30 %, not at all"),
         ("------", "nobody knows what it could tell"),
+        (UNREAD, "its recording is yet to be read"),
     )
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
@@ -131,6 +132,7 @@ class DivesScreen(StationScreen):
 
     def action_again(self) -> None:
         if not self.desk.jobs.runs(VERB):
+            self._dives = with_unread(self._dives, self.desk.out)
             vehicle = ("--otherwise", self.desk.vehicle) if self.desk.vehicle else ()
             self.desk.jobs.start(VERB, (VERB, str(self.desk.out), *vehicle))
 
@@ -236,10 +238,10 @@ class DivesScreen(StationScreen):
             self._at = next((d.folder for d in self._dives if _same(d.folder, meant)), None)
             if self._at is None and self._dives:
                 self._at = self._dives[0].folder
-        if self._then:
+        if self._then and self._dives:
             self._tell_skipped()
             self.call_later(self.run_action, self._then)
-            self._then = ""
+        self._then = ""
 
     def _wait(self, action: str) -> None:
         """Do it once the list is there. The first of quick keys stands: a note's own letters begin nothing else."""
@@ -258,10 +260,11 @@ class DivesScreen(StationScreen):
             self.notify(f"{meant}; {newer}, recorded since, can tell nothing yet")
 
     def _index(self) -> int:
-        return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), 0)
+        """Of the dive at the mark; one before the first until the list tells where it belongs, or a key moves it."""
+        return next((n for n, dive in enumerate(self._dives) if dive.folder == self._at), -1)
 
     def _dive(self) -> ListedDive | None:
-        return self._dives[self._index()] if self._dives else None
+        return self._dives[self._index()] if self._index() >= 0 else None
 
     def _go(self, entry: int) -> None:
         self._at = self._dives[entry].folder
