@@ -126,8 +126,9 @@ class Modes(RuleBasedStateMachine):
 
     @property
     def misfit(self) -> float:
-        """By what share of what the water does they are wrong."""
-        return max(abs(self.flown.get(name, 0.0) / TRUE[name] - 1.0) for name in ("M_u", "D_u"))
+        """By what share of what the water does they are wrong; without end where one is no number."""
+        shares = [abs(self.flown.get(name, 0.0) / TRUE[name] - 1.0) for name in ("M_u", "D_u")]
+        return max(math.inf if math.isnan(share) else share for share in shares)
 
     # What the ground asks.
 
