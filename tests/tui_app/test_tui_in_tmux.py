@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from replayed_vehicle import ReplayedVehicle, free_port, record
 from tmux import NEEDS_TMUX, PATIENCE_S, Tmux, alone
+from waiting import until
 
 from gcs_plugin.holder import held
 
@@ -72,6 +73,33 @@ def test_the_app_lives_in_tmux_from_the_first_frame_to_the_last_key(app, vehicle
     app.until("LINK LOST", "? was ARMED", "--")
     app.keys("C-q")
     app.until("ended with 0")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads the threads of a process in /proc")
+def test_an_app_that_is_stopped_and_goes_on_has_no_more_threads_and_leaves_the_terminal_as_it_was(
+    app, vehicle, tmp_path
+):
+    vehicle.start()
+    # A shell that does not watch over what it runs, and so takes nothing back from one that is stopped.
+    watched = f"stty -a > {tmp_path}/before; {app.line} --unrecorded; stty -a > {tmp_path}/after"
+    app.keys(f"sh -c '{watched}'; echo ended with $?", "Enter")
+    app.until("■ ARMED", "surge u", "FF both")
+    of_child = "/proc/{0}/task/{0}/children"
+    (shell,) = Path(of_child.format(app.process())).read_text().split()
+    (pid,) = map(int, Path(of_child.format(shell)).read_text().split())
+    threads = Path(f"/proc/{pid}/task")
+    before = len(list(threads.iterdir()))
+    for _ in range(5):
+        os.kill(pid, signal.SIGSTOP)
+        os.kill(pid, signal.SIGCONT)
+        app.keys("?")
+        app.until("Everywhere")
+        app.keys("Escape")
+        app.until("surge u", "LINK 0.", without=("Everywhere",))
+    until(lambda: len(list(threads.iterdir())) <= before)
+    app.keys("C-q")
+    app.until("ended with 0")
+    assert (tmp_path / "after").read_text() == (tmp_path / "before").read_text()
 
 
 def test_the_recording_that_the_app_began_outlives_it(app, vehicle, tmp_path, monkeypatch):

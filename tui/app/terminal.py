@@ -35,9 +35,31 @@ class AnsweringDriver(LinuxDriver):
             return
         super().process_message(message)
 
+    def start_application_mode(self) -> None:
+        super().start_application_mode()  # type: ignore[no-untyped-call]
+        self._given_back = False
+
     def stop_application_mode(self) -> None:
         super().stop_application_mode()
         self._given_back = True
+
+    def _sigcont_application(self, *_: object) -> None:
+        """Go on after a stop. Of one that nobody announced, SIGSTOP, the threads of before still live: Textual would
+        begin others beside them, and all would read the keys."""
+        if not self._auto_restart or self._must_signal_resume:
+            super()._sigcont_application()
+            return
+        as_found = self.attrs_before
+        self._end_threads()
+        super()._sigcont_application()
+        self.attrs_before = as_found
+
+    def _end_threads(self) -> None:
+        self.exit_event.set()
+        if self._key_thread is not None:
+            self._key_thread.join()
+        self.exit_event.clear()
+        self.close()
 
     def give_back(self, sentence: str) -> None:
         """Give the terminal back with a last sentence, past all that may hang; nothing where that is done already."""
