@@ -41,6 +41,9 @@ class Verdict(Enum):
     IMPLAUSIBLE = "implausible"
 
 
+TAKES_EFFECT: Final = (Verdict.CHANGED, Verdict.STAGED)
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One line of the plan; `present` is None where the vehicle has no such parameter."""
@@ -97,12 +100,12 @@ class Plan:
         )
 
     def judged(self, reasons: Mapping[str, str]) -> "Plan":
-        """The plan with the lines that are not believed, by name with the reason, no longer among its changes."""
+        """The plan with the lines that are not believed, by name with the reason, no longer among what takes effect."""
         return replace(
             self,
             rows=tuple(
                 replace(row, verdict=Verdict.IMPLAUSIBLE, reason=reasons[row.name])
-                if row.name in reasons and row.verdict is Verdict.CHANGED
+                if row.name in reasons and row.verdict in TAKES_EFFECT
                 else row
                 for row in self.rows
             ),

@@ -6,7 +6,7 @@ from typing import Final
 
 from bridge.vehicle.coefficients import Coefficient
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import Plan, Row, Verdict, coefficient_of, value_text
+from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, value_text
 from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96
@@ -28,14 +28,15 @@ def implausible(
     accepted: Mapping[str, AcceptedValue],
     rigid: Mapping[str, tuple[float, float]],
 ) -> dict[str, str]:
-    """By id, why lines that change are not believed. `rigid`: mass or inertia of the rigid body and its standard
-    deviation, by the id of the total, where a vehicle file tells it. An effect of 0 is taken back, and needs no belief;
-    a mass or damping of 0 is a value as any other.
+    """By id, why lines that change, or come into force as they are staged, are not believed.
+
+    `rigid`: mass or inertia of the rigid body and its standard deviation, by the id of the total, where a vehicle file
+    tells it. An effect of 0 is taken back, and needs no belief; a mass or damping of 0 is a value as any other.
     """
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     found = {}
     for row in plan.rows:
-        if row.verdict is not Verdict.CHANGED or _is_taken_back(row):
+        if row.verdict not in TAKES_EFFECT or _is_taken_back(row):
             continue
         interval, last = intervals.get(row.name), accepted.get(row.name)
         reasons = (

@@ -557,6 +557,21 @@ def test_the_plan_of_lines_that_are_staged_and_not_in_force_writes_a_commit(vehi
     assert told["active_crc"] == told["staged_crc"] == vehicle.server.active_crc
 
 
+def test_an_implausible_value_that_another_ground_staged_comes_into_force_by_name_alone(
+    vehicle, file, capsys
+):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    flying = vehicle.server.active_crc
+    write_parameters(Path(file), {"FF1_M_U": 111.5, "FF1_D_U": 5.0})
+    vehicle.server.write("FF1_D_U", 5.0, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.NO
+    assert "FF1_D_U: 56.25 was accepted last" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.server.active_crc == flying
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("upload", file, "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.DONE
+    assert vehicle.server.active(1)["D_u"] == 5.0
+
+
 def test_what_is_put_in_force_without_a_write_is_asked_for_as_well(vehicle, file, monkeypatch, capsys):
     vehicle.server.write("FF1_M_U", 111.5, armed=False)
     vehicle.server.write("FF1_D_U", 56.25, armed=False)
