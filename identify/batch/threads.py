@@ -8,8 +8,8 @@ _COUNTS = (
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
     "VECLIB_MAXIMUM_THREADS",
-    "NUMBA_NUM_THREADS",
 )
+_NUMBA_COUNT = "NUMBA_NUM_THREADS"
 
 
 def one_thread() -> None:
@@ -18,5 +18,8 @@ def one_thread() -> None:
         os.environ.setdefault(name, "1")
     if (torch := sys.modules.get("torch")) is not None:
         torch.set_num_threads(1)
-    if (numba := sys.modules.get("numba")) is not None:
+    if (numba := sys.modules.get("numba")) is None:
+        os.environ.setdefault(_NUMBA_COUNT, "1")
+    else:
+        # Once it is loaded it reads that again when it compiles, and refuses another count than it began with.
         numba.set_num_threads(1)

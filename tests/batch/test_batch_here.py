@@ -113,6 +113,17 @@ def test_control_c_is_for_the_batch_alone_and_ends_its_processes_without_a_word(
     assert (out, errors, program.returncode) == (f"{unmoved.dive}\n", "", 4)
 
 
+def test_a_process_that_had_loaded_numba_compiles_on_with_one_thread(monkeypatch):
+    monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
+    program = (
+        "import numba; numba.set_num_threads(numba.config.NUMBA_NUM_THREADS); "
+        "from identify.batch.threads import one_thread; one_thread(); "
+        "print(numba.njit(lambda x: x + 1)(1), numba.get_num_threads())"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.returncode) == ("2 1\n", 0), done.stderr
+
+
 def test_a_process_keeps_to_one_thread(tmp_path, monkeypatch):
     for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         monkeypatch.delenv(name, raising=False)
