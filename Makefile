@@ -13,7 +13,7 @@ PYTHON ?= python3
 PIP_FLAGS ?=
 MACHINES ?= x86_64 aarch64
 PYTHONS ?= 3.11 3.12 3.13
-PYTEST_FLAGS ?= -n 2 --dist loadfile
+PYTEST_FLAGS ?= -n 2 --dist loadfile --no-loadscope-reorder
 
 BIN := .venv/bin
 STAMP := .venv/.installed

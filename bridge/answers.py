@@ -41,6 +41,12 @@ def answer_command(message: Any, arm: Arm, test: Test = no_test) -> list[Any]:
     return [dialect.MAVLink_command_ack_message(message.command, result, 0, 0, *sender)]
 
 
+def deny_command(message: Any) -> list[Any]:
+    """COMMAND_ACK to a COMMAND_LONG of somebody who may order nothing here."""
+    sender = message.get_srcSystem(), message.get_srcComponent()
+    return [dialect.MAVLink_command_ack_message(message.command, dialect.MAV_RESULT_DENIED, 0, 0, *sender)]
+
+
 def answer_file_transfer(message: Any) -> list[Any]:
     """A refusal at once: a ground station that asks for parameters as a file then asks for them one by one."""
     asked = message.payload

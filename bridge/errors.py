@@ -10,11 +10,15 @@ SeatrialError                 what happened, to what, what to do: one sentence a
 ├── ParamError                the vehicle's parameters
 │   ├── ParamUnknown          the vehicle does not have it
 │   ├── ParamRejected         the vehicle refused it, or it was never fit to send
+│   │   └── ParamUnwritten    a file of parameters that can't be written
 │   └── ParamUnverified       no independent read-back within the deadline
 ├── LogError                  a recording that can't be read or written
-│   └── NothingRecorded       a file that was begun, and holds no frame
+│   ├── NothingRecorded       a file that was begun, and holds no frame
+│   └── TakenAway             a file that was deleted or moved while it was written
 └── FitError                  an identification that can't be made
 """
+
+from pathlib import Path
 
 
 class SeatrialError(Exception):
@@ -57,6 +61,10 @@ class ParamRejected(ParamError):
     """The vehicle refused the value, or the value was never fit to send."""
 
 
+class ParamUnwritten(ParamRejected):
+    """A file of parameters, or one that an upload needs, can't be written."""
+
+
 class ParamUnverified(ParamError):
     """No independent read-back confirmed the write within the deadline."""
 
@@ -67,6 +75,15 @@ class LogError(SeatrialError):
 
 class NothingRecorded(LogError):
     """A file of a recording was begun, and holds no frame."""
+
+
+class TakenAway(LogError):
+    """A file was deleted while it was written, or moved to `place`, which is None for a deleted one."""
+
+    def __init__(self, path: Path, place: str | None) -> None:
+        self.path, self.place = path, place
+        what = "was deleted" if place is None else f"was moved ({place})"
+        super().__init__(f"{path}: {what} while it was written; a new file is begun in the folder, made anew")
 
 
 class FitError(SeatrialError):

@@ -1,13 +1,15 @@
 """Files that somebody else made: how much there is to read in one, before it is opened; small ones read whole."""
 
 import errno
-import os
 import stat
 from pathlib import Path
 from typing import Final
 
+ODD: Final = (errno.EINVAL, "no file, but a pipe or a device")
 MOST_SMALL_BYTES: Final = 64_000_000
 """More than any result, receipt or sidecar of ours has."""
+
+LARGE: Final = (errno.EFBIG, f"more than the {MOST_SMALL_BYTES // 1_000_000} MB that any of ours has")
 
 
 def size_to_read(path: Path) -> int | None:
@@ -27,11 +29,17 @@ def is_own_file(path: Path) -> bool:
         return False
 
 
-def read_small(path: Path) -> str:
-    """The text of a file that lies beside a recording. Raises OSError, also for what is no file and for one that is
-    larger than any of ours, and UnicodeDecodeError."""
+def check_small(path: Path) -> None:
+    """Raise OSError for what is no file, and for one that is larger than any of ours."""
     size = size_to_read(path)
-    if size is None or size > MOST_SMALL_BYTES:
-        code = errno.EINVAL if size is None else errno.EFBIG
-        raise OSError(code, os.strerror(code), str(path))
+    if size is None:
+        raise OSError(*ODD, str(path))
+    if size > MOST_SMALL_BYTES:
+        raise OSError(*LARGE, str(path))
+
+
+def read_small(path: Path) -> str:
+    """The text of a file that somebody may have put there. Raises OSError, as `check_small` does, and
+    UnicodeDecodeError."""
+    check_small(path)
     return path.read_text(encoding="utf-8")

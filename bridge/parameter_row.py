@@ -17,17 +17,16 @@ def to_float32(value: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One row of the vehicle's table. `optional` also takes 0.0, which means: not set. `later`: a store of an earlier
-    version lacks it."""
+    """One row of the vehicle's table. 0.0 means: not set, whatever the bounds. `later`: a store of an earlier version
+    lacks it."""
 
     name: str
     low: float
     high: float
     default: float
-    optional: bool = False
     veh_cfg: int = 0
     coefficient: str = ""
     later: bool = False
 
     def admits(self, value: float) -> bool:
-        return self.low <= value <= self.high or (self.optional and value == 0.0)
+        return value == 0.0 or self.low <= value <= self.high

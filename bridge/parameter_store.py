@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ParamError
+from bridge.file_size import read_small
 from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
 
@@ -54,7 +55,7 @@ def load(path: Path) -> dict[str, Stored]:
     """What the file keeps of each hull, by its mark; nothing where there is no file. That of an earlier version is
     `UNTOLD`'s. Raises ParamError where it is damaged."""
     try:
-        data = from_json(path.read_text(encoding="utf-8"))
+        data = from_json(read_small(path))
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:

@@ -30,6 +30,7 @@ COMMIT: Final = "FF_COMMIT"
 ACTIVE: Final = "FF_ACTIVE"
 VERSION: Final = "FF_VERSION"
 APPLYING_MODES: Final = (2.0, 3.0)
+_SAID_AS: Final = {Mode.ALONE: "only", Mode.BOTH: "both"}
 RAISED_ARMED: Final = "FF_MODE refused: armed, shadow not good yet"
 
 # What no vehicle leaves, as parts of its dry mass and of its rigid body's inertia: a slender hull's added mass in
@@ -73,7 +74,6 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
             coefficient.parameter_id(veh_cfg),
             *bounds(coefficient, shape),
             to_float32(shape.model.get(coefficient.name, 0.0)),
-            coefficient.kind == "mass",
             veh_cfg,
             coefficient.name,
         )
@@ -93,7 +93,6 @@ def vehicle_table(vehicle: Vehicle) -> tuple[Parameter, ...]:
             to_float32(one.low),
             to_float32(one.high),
             0.0,
-            True,
             veh_cfg,
             one.name,
             True,
@@ -158,6 +157,7 @@ class ParameterServer:
         self._by_configuration = self._sorted_by_configuration()
         self._cursor = 0
         self._to_list = 0
+        self._came_up_acting = self._mode in APPLYING_MODES and self._active is not None
 
     @property
     def mode(self) -> int:
@@ -175,7 +175,7 @@ class ParameterServer:
         return set_crc(self._staged)
 
     def active(self, veh_cfg: int) -> Mapping[str, float]:
-        """The coefficients in force for a configuration, by name; a mass that is not set is left out."""
+        """The coefficients in force for a configuration, by name; what is not set, and so 0, is left out."""
         return self._by_configuration.get(veh_cfg, {})
 
     def value(self, name: str) -> float:
@@ -226,8 +226,11 @@ class ParameterServer:
         return values
 
     def take_texts(self) -> list[str]:
-        """What the crew must know, each once, for STATUSTEXT."""
+        """What the crew must know, each once, for STATUSTEXT; after a start that the feed-forward acts as stored."""
         texts, self._texts = self._texts, []
+        came_up, self._came_up_acting = self._came_up_acting, False
+        if came_up and self._mode in APPLYING_MODES:
+            texts.append(f"FF {_SAID_AS[Mode(self.mode)]}: acts once armed")
         return texts
 
     def take_news(self) -> list[str]:
@@ -296,6 +299,12 @@ class ParameterServer:
         # A refused write is also answered by the value that still holds: not all clients know PARAM_ERROR.
         return answers if refusal is Refusal.UNKNOWN else [*answers, self._told(name)]
 
+    def deny(self, message: Any) -> list[Any]:
+        """The answers to a PARAM_SET of somebody who may write nothing: that it is refused, and what still holds."""
+        if message.param_id not in self.names:
+            return [self._error(message, Refusal.UNKNOWN)]
+        return [self._error(message, Refusal.DENIED), self._told(message.param_id)]
+
     def _told(self, name: str) -> Any:
         return dialect.MAVLink_param_value_message(
             name.encode(),
@@ -318,7 +327,8 @@ class ParameterServer:
         sets: dict[int, dict[str, float]] = {}
         for name, value in (self._active or {}).items():
             row = self._table[name]
-            if value != 0.0 or not row.optional:
+            # No hull in water has a linear damping of exactly 0: taken for a value it would make half a model fly.
+            if value != 0.0:
                 sets.setdefault(row.veh_cfg, {})[row.coefficient] = value
         return sets
 

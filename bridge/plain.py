@@ -1,6 +1,7 @@
 """Plain data from YAML and JSON of whoever wrote it: no tags, and no more depth or values than a file of ours needs."""
 
 import json
+import math
 from typing import Any, Final
 
 import yaml
@@ -18,9 +19,10 @@ def from_yaml(text: str) -> Any:
 
 
 def from_json(text: str | bytes) -> Any:
-    """The data of a JSON text. Raises ValueError, also where it nests without end or a whole number is no float64."""
+    """The data of a JSON text. Raises ValueError, also where it nests without end or a number is no finite
+    float64."""
     try:
-        return json.loads(text, parse_int=_whole)
+        return json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_none)
     except RecursionError:
         raise ValueError("nests too deeply") from None
 
@@ -29,6 +31,19 @@ def _whole(digits: str) -> int:
     if len(digits) > MOST_DIGITS:
         raise ValueError(f"a number of {len(digits)} digits")
     return int(digits)
+
+
+def _finite(digits: str) -> float:
+    """Infinity is what becomes of digits that no float64 holds, and nobody meant that."""
+    value = float(digits)
+    if math.isinf(value):
+        raise ValueError("a number beyond what a float64 holds")
+    return value
+
+
+def _none(name: str) -> float:
+    """JSON has no such constants, though Python's module writes and reads them."""
+    raise ValueError(f"a number that is {name}")
 
 
 class _Loader(yaml.SafeLoader):

@@ -12,6 +12,7 @@ import yaml
 
 from bridge import plain
 from bridge.errors import ConfigError
+from bridge.file_size import size_to_read
 from bridge.printable import printable
 
 T = TypeVar("T")
@@ -22,6 +23,8 @@ LONGEST_SHOWN: Final = 80
 def load_yaml(path: Path) -> Any:
     """The plain data of a YAML file. Raises ConfigError where it can't be read as one."""
     try:
+        if size_to_read(path) is None:
+            raise ConfigError(f"{path}: is no file, but a pipe or a device; give a YAML file")
         with path.open("rb") as file:
             data = file.read(plain.MOST_BYTES + 1)
         if len(data) > plain.MOST_BYTES:

@@ -7,16 +7,30 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.framing import CRC_EXTRA, MAGIC_2
 
-SETUP_SIGNING: Final = dialect.MAVLINK_MSG_ID_SETUP_SIGNING
+SETUP_SIGNING: Final[int] = dialect.MAVLINK_MSG_ID_SETUP_SIGNING
+SETUP_ID: Final[bytes] = SETUP_SIGNING.to_bytes(3, "little")
+ID_AT: Final = 7
 HEADER_BYTES: Final = 10
 KEY_AT: Final = 10
 """Where the key lies in the payload: after an initial time of 8 bytes and whom it is for."""
-_ID: Final = SETUP_SIGNING.to_bytes(3, "little")
 
 
 def carries_key(raw: bytes) -> bool:
-    """Whether a whole frame is a SETUP_SIGNING, which MAVLink 1 has no number for."""
-    return raw[7:HEADER_BYTES] == _ID and raw[0] == MAGIC_2
+    """Whether a whole frame is a SETUP_SIGNING, which MAVLink 1 has no number for, or is one but for a wrong byte of
+    its id: no other damage passes for a frame."""
+    number = raw[ID_AT:HEADER_BYTES]
+    if number == SETUP_ID:
+        return raw[0] == MAGIC_2
+    if len(number) < len(SETUP_ID) or raw[0] != MAGIC_2 or int.from_bytes(number, "little") in CRC_EXTRA:
+        return False
+    is_near = sum(one != right for one, right in zip(number, SETUP_ID, strict=True)) == 1
+    return is_near and is_setup(raw[:ID_AT] + SETUP_ID + raw[HEADER_BYTES:])
+
+
+def is_setup(raw: bytes) -> bool:
+    """Whether the CRC of a frame that is named SETUP_SIGNING is right; False where it is cut."""
+    end = HEADER_BYTES + raw[1]
+    return mcrf4xx(raw[1:end] + CRC_EXTRA[SETUP_SIGNING]).to_bytes(2, "little") == raw[end : end + 2]
 
 
 def without_key(raw: bytes) -> bytes:
@@ -25,5 +39,5 @@ def without_key(raw: bytes) -> bytes:
         return raw
     size = raw[1]
     payload = raw[HEADER_BYTES : HEADER_BYTES + min(size, KEY_AT)].ljust(size, b"\0")
-    unsealed = bytes((MAGIC_2, size, 0)) + raw[3:HEADER_BYTES] + payload
+    unsealed = bytes((MAGIC_2, size, 0)) + raw[3:ID_AT] + SETUP_ID + payload
     return unsealed + mcrf4xx(unsealed[1:] + CRC_EXTRA[SETUP_SIGNING]).to_bytes(2, "little")

@@ -11,7 +11,14 @@ from typing import Any, Final, Protocol
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.answers import answer_command, answer_file_transfer, answer_timesync, no_test, status_texts
+from bridge.answers import (
+    answer_command,
+    answer_file_transfer,
+    answer_timesync,
+    deny_command,
+    no_test,
+    status_texts,
+)
 from bridge.clock import Clock
 from bridge.decimate import FogMean, ImuMean
 from bridge.drivers import make_parser
@@ -44,6 +51,8 @@ from bridge.watch import SensorWatch
 
 BEAT_S: Final = 1.0
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
+DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few tries of it; a flood is not answered by another
+STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
 WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, and no more than the loop can answer
 STORES_HZ, MOST_STORES = 5.0, 50  # those that wait for the disk
 
@@ -138,8 +147,10 @@ class Bridge:
         self._queue: list[bytes] = []
         self._beat_due_s = clock.boot_s()
         self._text_number = 0
-        self._strangers: set[str] = set()
+        self._strangers: dict[str, float] = {}
+        self._stranger_due_s = clock.boot_s()
         self._writes = Pace(WRITES_HZ, MOST_WRITES, clock.boot_s())
+        self._denials = Pace(DENIALS_HZ, MOST_DENIALS, clock.boot_s())
         self._stores = Pace(STORES_HZ, MOST_STORES, clock.boot_s())
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
         for slot, device in self._devices.items():
@@ -315,8 +326,7 @@ class Bridge:
         mine = target == (self._encoder.system, self._encoder.component)
         source = Ground(message.get_srcSystem(), message.get_srcComponent())
         if kind in _ORDERS and mine and not self._ground.gives(source.system, message.get_srcComponent()):
-            self._refuse(source)
-            return []
+            return self._refuse(source, message)
         if kind == "PARAM_SET" and mine and not self._may_write(message):
             return []
         if kind == "COMMAND_LONG":
@@ -343,13 +353,19 @@ class Bridge:
             self.say("writes come too fast: some are dropped")
         return False
 
-    def _refuse(self, source: Ground) -> None:
+    def _refuse(self, source: Ground, message: Any) -> list[Any]:
+        """Answers who may order nothing, and tells why, again for a crew that was not there the first time."""
         self.counts["refused"] += 1
+        now_s = self._clock.boot_s()
         # Another component of the ground's own system is told apart; of others the system says enough.
         stranger = str(source if source.system == self._ground.system else Ground(source.system))
-        if stranger not in self._strangers:
-            self._strangers.add(stranger)
+        if now_s >= max(self._strangers.get(stranger, now_s), self._stranger_due_s):
+            self._strangers[stranger] = now_s + STRANGER_AGAIN_S
+            self._stranger_due_s = now_s + STRANGERS_EVERY_S
             self.say(f"orders from {stranger} are refused")
+        if not self._denials.allows(now_s):
+            return []
+        return self._parameters.deny(message) if message.get_type() == "PARAM_SET" else deny_command(message)
 
     def _flush(self) -> None:
         queue, self._queue = self._queue, []

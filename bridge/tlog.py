@@ -4,17 +4,18 @@ Writing is unbuffered: what was written survives the death of the program. Readi
 flipped or inserted, every intact frame comes out, with the best time that the file still tells.
 """
 
+import contextlib
 import os
 import struct
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import TracebackType
 from typing import Final, TypeVar
 
+from bridge import taken_away
 from bridge.errors import LogError, NothingRecorded
 from bridge.file_size import size_to_read
 from bridge.folder_sync import sync_folder
@@ -29,7 +30,8 @@ from bridge.framing import (
     measure,
     unchecked_frame_at,
 )
-from bridge.secret import carries_key, without_key
+from bridge.ftp.contents import without_contents
+from bridge.secret import without_key
 
 Record = tuple[int, Frame]
 T = TypeVar("T")
@@ -48,8 +50,13 @@ _STAMP = struct.Struct(">Q")
 
 
 def record_of(unix_us: int, raw: bytes) -> bytes:
-    """The bytes of one record, in every recording that is written here: without a key that signs frames."""
-    return _STAMP.pack(unix_us) + without_key(raw)
+    """The bytes of one record, in every recording that is written here: without a key that signs frames, and without
+    what files hold that went by."""
+    return _STAMP.pack(unix_us) + _as_kept(raw)
+
+
+def _as_kept(raw: bytes) -> bytes:
+    return without_contents(without_key(raw))
 
 
 class TlogWriter:
@@ -62,7 +69,8 @@ class TlogWriter:
         self.path = path
         self._is_named = False
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
+            # To be read as well: one that somebody deletes is written once more.
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
         except FileExistsError:
             raise LogError(f"{path}: exists already and is never overwritten; give another name") from None
         except OSError as error:
@@ -71,7 +79,7 @@ class TlogWriter:
             ) from None
 
     def write(self, unix_us: int, raw: bytes) -> None:
-        """Append one record, whole, but for a key that signs frames: no recording holds one."""
+        """Append one record, whole, but for a key that signs frames and what files hold: no recording has either."""
         record = record_of(unix_us, raw)
         try:
             while record:
@@ -92,6 +100,21 @@ class TlogWriter:
             sync_folder(self.path.parent)
             sync_folder(self.path.parent.parent)
             self._is_named = True
+
+    def look(self) -> None:
+        """See that it still lies under its name. Raises TakenAway where it does not."""
+        with contextlib.suppress(OSError):  # a disk that fails can't tell, and says so where it is synced
+            taken_away.see(self._file, self.path)
+
+    def restore(self) -> None:
+        """Write it once more under its name, whole, where it was deleted; not while `write` may be called."""
+        try:
+            new = taken_away.write_again(self._file, self.path)
+        except OSError as error:
+            raise LogError(f"{self.path}: can't be written once more ({error.strerror})") from None
+        self.close()
+        self._file, self._is_named = new, False
+        self.sync()
 
     def close(self) -> None:
         if self._file >= 0:
@@ -118,7 +141,7 @@ def read_tlog(path: Path) -> Iterator[Record]:
 class TlogReader:
     """The records of a `.tlog` or `.tlog.gz`, to be iterated over; `counts` is complete after the first pass.
 
-    What other programs recorded may hold keys that sign frames: no frame that is read bears one.
+    What other programs recorded may hold keys that sign frames, and bytes of files: no frame that is read bears any.
 
     `counts`: "records"; "unknown" (records whose id nobody can check); "checksum" (records lost to damage);
     "skipped" (bytes of no record); "stamps mended" (records whose time was damaged, given their neighbour's);
@@ -225,12 +248,9 @@ def _salvage(data: bytes, counts: Counter[str]) -> Iterator[tuple[int | None, Fr
     while (record := next_record(data, position, counts)) is not None:
         position, stamp, frame = record
         records += 1
-        yield stamp, _keyless(frame)
+        raw = _as_kept(frame.raw)
+        yield stamp, frame if raw is frame.raw else frame_at(raw, 0, len(raw)) or frame
     counts["records"] += records
-
-
-def _keyless(frame: Frame) -> Frame:
-    return replace(frame, raw=without_key(frame.raw)) if carries_key(frame.raw) else frame
 
 
 def next_record(data: bytes, position: int, counts: Counter[str]) -> tuple[int, int | None, Frame] | None:

@@ -1,16 +1,21 @@
 """Tells a crew which device has no port, which is silent, which speaks without sense, and which is back."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+from bridge.drivers import speaks_tcp
+from bridge.vehicle.config import Device
 
 SILENT_S = 3.0
 
 
 @dataclass
 class _Device:
-    """`open_s` is when its port opened, inf while it has none; `told` is what the crew knows of it."""
+    """`to_check` is what to look at where it makes no sense; `open_s` is when its port opened, inf while it has none;
+    `told` is what the crew knows of it."""
 
+    to_check: str
     bytes_s: float
     sample_s: float
     open_s: float
@@ -20,10 +25,12 @@ class _Device:
 
 
 class SensorWatch:
-    """What the vehicle's slots last gave: port, bytes and samples apart."""
+    """What the devices of the vehicle's slots last gave: port, bytes and samples apart."""
 
-    def __init__(self, slots: Iterable[str], now_s: float) -> None:
-        self._devices = {slot: _Device(now_s, now_s, now_s) for slot in slots}
+    def __init__(self, devices: Mapping[str, Device], now_s: float) -> None:
+        self._devices = {
+            slot: _Device(_to_check(device), now_s, now_s, now_s) for slot, device in devices.items()
+        }
 
     @property
     def faults(self) -> dict[str, str]:
@@ -58,13 +65,19 @@ class SensorWatch:
         return texts
 
 
+def _to_check(device: Device) -> str:
+    """Of a device on the network its kind and address, which has no baud."""
+    return f"that {device.port} is its {device.kind}" if speaks_tcp(device) else "its baud"
+
+
 def _judged(slot: str, device: _Device, now_s: float) -> tuple[str | None, str]:
     """The kind of fault and its sentence, "" for none; None while a port that just opened may yet speak."""
     if device.port_fault:
         return "port", f"{slot}: {device.port_fault}"
     if now_s - max(device.sample_s, device.open_s) > SILENT_S:
         speaks = now_s - device.bytes_s <= SILENT_S
-        return "silent", f"{slot} makes no sense: check its baud" if speaks else f"{slot} silent: check cable"
+        silent = f"{slot} silent: check cable"
+        return "silent", f"{slot} makes no sense: check {device.to_check}" if speaks else silent
     if device.sample_s < device.open_s:
         return None, ""
     return "", ""

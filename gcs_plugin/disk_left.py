@@ -27,7 +27,7 @@ class DiskLeft:
     @property
     def has_room(self) -> bool:
         """Whether another file may be begun."""
-        return self._space() >= LEAST_FREE_BYTES
+        return (self._space() or 0) >= LEAST_FREE_BYTES
 
     def came(self, count: int) -> None:
         """So many bytes came over a link."""
@@ -44,6 +44,8 @@ class DiskLeft:
         rate = self._bytes / span_s
         self._looked_s, self._bytes = now_s, 0
         free = self._space()
+        if free is None:
+            return
         left_s = free / rate if rate > 0 else float("inf")
         if rate > 0:  # a silence changes nothing of how fast it comes once it comes
             self._came_for_s = min(self._came_for_s + span_s, MEAN_OVER_S)
@@ -55,9 +57,9 @@ class DiskLeft:
             self._warn(f"the disk has {free / 1e6:.1f} MB left, {minutes}; free some space")
         self._is_short = short
 
-    def _space(self) -> int:
-        """Bytes left for files; none on a disk that is not there."""
+    def _space(self) -> int | None:
+        """Bytes left for files; None on a disk that is not there, of which who writes to it tells."""
         try:
             return self._free_bytes()
         except OSError:
-            return 0
+            return None

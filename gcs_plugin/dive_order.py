@@ -85,9 +85,17 @@ def first_stamp_s(file: Path) -> float | None:
     return stamp_us * 1e-6 if OLDEST_UNIX_S * 1e6 < stamp_us < LATEST_US else None
 
 
+def is_date(unix_s: float) -> bool:
+    """Whether a calendar has it, and some clock may have said so."""
+    return 0.0 <= unix_s < LATEST_US * 1e-6
+
+
 def _by_glance(folder: Path) -> float:
     """Raises LookupError."""
     try:
-        return float(from_json(read_small(folder / GLANCE))["glance"]["began_unix_s"])
+        began_unix_s = float(from_json(read_small(folder / GLANCE))["glance"]["began_unix_s"])
     except (OSError, ValueError, TypeError):
         raise LookupError from None
+    if not is_date(began_unix_s):
+        raise LookupError
+    return began_unix_s

@@ -31,6 +31,7 @@ TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
 REASON_S: Final = 1.0  # a refusal's words come with it, or with that of the next write
 
 REFUSED: Final = "FF_MODE refused: "
+NOT_FROM_HERE: Final = f"orders from system {GROUND_STATION[0]} are refused"
 SHADOW: Final = "shadow: "
 ARMED: Final = RAISED_ARMED.removeprefix(REFUSED)
 ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
@@ -133,6 +134,8 @@ class _Vehicle:
     def on_text(self, text: str) -> None:
         if self.sent and text.startswith(REFUSED):
             self.reason = text.removeprefix(REFUSED)
+        elif self.sent and text == NOT_FROM_HERE:
+            self.reason = f"it takes no orders from system {GROUND_STATION[0]}, but from another ground"
         elif self.sent and text.startswith(SHADOW):
             self.shadow = text
 

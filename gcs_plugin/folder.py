@@ -2,6 +2,7 @@
 
 import contextlib
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
@@ -12,7 +13,7 @@ import yaml
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
-from bridge.new_file import open_new
+from bridge.new_file import whole
 from bridge.ring.whole import WHOLE, standing_for
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
@@ -69,11 +70,9 @@ class DiveFolder:
         file = self.path / ABOUT
         data = asdict(about)
         data["events"] = [asdict(event) for event in about.events]
-        partial = file.with_suffix(".part")
         try:
-            with open_new(partial) as made:
+            with whole(file) as made:
                 made.write(yaml.safe_dump(data, sort_keys=False, allow_unicode=True).encode())
-            partial.replace(file)
         except OSError as error:
             raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
 
@@ -105,8 +104,22 @@ class DiveFolder:
         """The ground's own recordings in the order in which they were begun."""
         return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=number) if path.name != WHOLE]
 
-    def open_telemetry(self, number: int) -> TlogWriter:
-        """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError."""
+    def free_bytes(self) -> int:
+        """What the disk has left on which it lies, or is to lie again. Raises OSError."""
+        present = next((path for path in (self.path, *self.path.parents) if path.exists()), self.path)
+        return shutil.disk_usage(present).free
+
+    def open_telemetry(self, number: int, about: About | None = None) -> TlogWriter:
+        """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError.
+
+        Where somebody took the folder away meanwhile, it is made anew, and says `about`.
+        """
+        if about is not None and not (self.path / ABOUT).exists():
+            try:
+                self.path.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise LogError(f"{self.path}: can't be made anew ({error.strerror}); make it") from None
+            self.describe(about)
         name = "telemetry.tlog" if number == 1 else f"telemetry.{number}.tlog"
         return TlogWriter(self.path / name)
 

@@ -10,6 +10,8 @@ from typing import Final
 
 from bridge import schema
 from bridge.errors import ConfigError, LogError
+from bridge.file_size import read_small
+from bridge.new_file import whole
 from bridge.plain import from_json
 
 FRESH_S: Final = 10.0
@@ -76,11 +78,10 @@ def write_holding(holding: Holding) -> None:
     if not math.isfinite(holding.disk_left_s):
         data["disk_left_s"] = None
     file = state_file()
-    partial = file.with_name(f"{file.name}.{os.getpid()}.part")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(json.dumps(data, allow_nan=False), encoding="utf-8")
-        partial.replace(file)
+        with whole(file) as made:
+            made.write(json.dumps(data, allow_nan=False).encode())
     except OSError as error:
         raise LogError(
             f"{file}: can't be written ({error.strerror}), so that nobody learns of the recording; check the disk"
@@ -93,12 +94,17 @@ def held(now_unix_s: float) -> Holding | None:
     return holding if holding is not None and _lives(holding.pid) else None
 
 
-def hung(now_unix_s: float) -> Holding | None:
-    """The recording whose process is there and keeps its links, though it has told nothing for 10 s."""
+def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
+    """The recording whose process is there and keeps its links, though it has told nothing for so long."""
     holding = _told_within(now_unix_s, FORGOTTEN_S)
-    if holding is None or abs(now_unix_s - holding.written_unix_s) <= FRESH_S:
+    if holding is None or abs(now_unix_s - holding.written_unix_s) <= silent_s:
         return None
     return holding if _lives(holding.pid) else None
+
+
+def hangs(holding: Holding) -> str:
+    """The sentence for who would use a recording that hangs."""
+    return f"the recording into {holding.folder} hangs and keeps its links: {how_to_end(holding.pid)}"
 
 
 def how_to_end(process: int) -> str:
@@ -123,7 +129,7 @@ def _told() -> Holding | None:
     """What the file says, of whatever age; None where it is absent, or says something else."""
     file = state_file()
     try:
-        data = from_json(file.read_text(encoding="utf-8"))
+        data = from_json(read_small(file))
     except (OSError, ValueError):
         return None
     if not isinstance(data, dict):
@@ -146,4 +152,14 @@ def _lives(pid: int) -> bool:
         return False
     except PermissionError:
         return True
-    return True
+    return not _has_ended(pid)
+
+
+def _has_ended(pid: int) -> bool:
+    """Whether it has let go of all, and only its parent has not asked for its end yet; Linux alone tells."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_bytes()
+    except OSError:
+        return False
+    # The name before the state is the program's own choice, in brackets.
+    return stat.rpartition(b")")[2].split()[:1] in ([b"Z"], [b"X"])

@@ -3,9 +3,11 @@
 It listens on loopback alone. Nothing in it waits: what a client can't take yet is kept up to a bound, and a client that
 reaches it is dropped, as is one that floods or that speaks no MAVLink. Loopback damages nothing, so that bytes outside
 of frames come from a stranger, such as a browser that was led here; no frame of what it sent with them is passed on.
+Who comes when all places are taken is a guest, see `guests`, until one of those before it leaves.
 """
 
 import socket
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import Enum, auto
@@ -14,9 +16,10 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import LinkError
 from bridge.framing import Frame, Framer
+from gcs_plugin import guests
 
 LOOPBACK: Final = "127.0.0.1"
-MOST_CLIENTS: Final = 16
+MOST_CLIENTS: Final = guests.PLACES + guests.GUESTS
 BACKLOG_BYTES: Final = 1 << 18
 SEND_BUFFER_BYTES: Final = 1 << 16
 READ_BYTES: Final = 1 << 16
@@ -39,6 +42,7 @@ class _Client:
     sock: socket.socket
     heard_s: float
     asked_s: float
+    stays_until_s: float
     state: _State = _State.CONNECTED
     framer: Framer = field(default_factory=Framer)
     backlog: bytearray = field(default_factory=bytearray)
@@ -79,16 +83,30 @@ class _Client:
         return frames
 
 
+def _let_go(client: _Client) -> None:
+    """Say why, for the next sweep to close."""
+    client.send(guests.farewell())
+    client.state = _State.DROPPED
+
+
+def _nobody(_: str) -> None:
+    """Who hears of a hub where nobody was named."""
+
+
 class Hub:
     """A listener on `port` of this computer, 0 for whichever is free, with several clients.
 
-    Used by one thread; others may read `clients` and `dropped`. Raises LinkError where the port is taken.
+    `tell` hears that somebody came when all places were taken, once until one is free again. Used by one thread; others
+    may read `clients` and `dropped`. Raises LinkError where the port is taken.
     """
 
     def __init__(self, clock: Clock, port: int = 0) -> None:
         self._clock = clock
+        # In the order in which they came: those beyond the places are the guests.
         self._clients: list[_Client] = []
         self.dropped = 0
+        self.tell: Callable[[str], None] = _nobody
+        self._told = False
         self._listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -118,14 +136,16 @@ class Hub:
 
     def taken(self) -> list[bytes]:
         """The whole frames that clients sent since the last call, of which each lets new clients in."""
-        self._accept()
         now_s = self._clock.boot_s()
         frames: list[Frame] = []
-        for client in self._clients:
+        for place, client in enumerate(self._clients):
             client.send(b"")
             if client.state is _State.CONNECTED:
-                frames += client.read(now_s)
+                sent = client.read(now_s)
+                frames += sent if place < guests.PLACES else self._of_guest(client, sent, now_s)
+        # Who has left makes room for who comes.
         self._sweep()
+        self._accept(now_s)
         return [frame.raw for frame in frames]
 
     def close(self) -> None:
@@ -135,21 +155,34 @@ class Hub:
         self._clients = []
         self._listener.close()
 
-    def _accept(self) -> None:
+    def _accept(self, now_s: float) -> None:
         while True:
             try:
                 sock, _ = self._listener.accept()
             except OSError:
                 return
-            if len(self._clients) >= MOST_CLIENTS:
-                sock.close()
-                self.dropped += 1
-                continue
             sock.setblocking(False)
             with suppress(OSError):
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            now_s = self._clock.boot_s()
-            self._clients.append(_Client(sock, now_s, now_s))
+            self._clients.append(_Client(sock, now_s, now_s, now_s + guests.STAYS_S))
+            if len(self._clients) > guests.PLACES and not self._told:
+                self._told = True
+                self.tell(guests.FULL)
+            if len(self._clients) > MOST_CLIENTS:
+                *before, newest = self._clients[guests.PLACES :]
+                longest = min(before, key=lambda guest: guest.stays_until_s)
+                _let_go(longest if longest.stays_until_s <= now_s else newest)
+                self._sweep()
+
+    @staticmethod
+    def _of_guest(guest: _Client, sent: list[Frame], now_s: float) -> list[Frame]:
+        """What is passed on of that; who orders more than OFF is let go."""
+        passed = [frame for frame in sent if guests.may_send(frame)]
+        if any(map(guests.is_of_off, passed)):
+            guest.stays_until_s = now_s + guests.STAYS_S
+        if len(passed) < len(sent):
+            _let_go(guest)
+        return passed
 
     def _sweep(self) -> None:
         for client in self._clients:
@@ -157,3 +190,4 @@ class Hub:
                 client.sock.close()
                 self.dropped += client.state is _State.DROPPED
         self._clients = [client for client in self._clients if client.state is _State.CONNECTED]
+        self._told = self._told and len(self._clients) >= guests.PLACES

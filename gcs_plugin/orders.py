@@ -12,7 +12,8 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError
-from gcs_plugin.holder import Holding, held, state_file
+from bridge.new_file import whole
+from gcs_plugin.holder import Holding, hangs, held, hung, state_file
 
 PATIENCE_S: Final = 15.0
 LOOK_EVERY_S: Final = 0.1
@@ -30,7 +31,7 @@ class Order(Enum):
 def next_dive(clock: Clock, wait: Callable[[float], None]) -> tuple[Path, Path]:
     """Let the recording that runs go on in a new dive folder; the folder before, and the new one.
 
-    Raises LinkError where none runs, the dive has only just begun, or it does not go on elsewhere.
+    Raises LinkError where none runs, it hangs, the dive has only just begun, or it does not go on elsewhere.
     """
     holding = _running(clock)
     if holding.lasted_s(clock.unix_s()) < LEAST_DIVE_S:
@@ -42,7 +43,10 @@ def next_dive(clock: Clock, wait: Callable[[float], None]) -> tuple[Path, Path]:
 
 
 def end(clock: Clock, wait: Callable[[float], None]) -> Path:
-    """End the recording that runs; the folder of its dive. Raises LinkError where none runs, or it goes on."""
+    """End the recording that runs; the folder of its dive.
+
+    Raises LinkError where none runs, it hangs, or it goes on.
+    """
     holding = _running(clock)
     _obeyed(Order.END, holding, clock, wait, lambda _: False)
     return Path(holding.folder)
@@ -68,8 +72,15 @@ def forget() -> None:
 def _running(clock: Clock) -> Holding:
     holding = held(clock.unix_s())
     if holding is None:
+        _refuse_hung(clock)
         raise LinkError("no recording runs; start `seatrial record`")
     return holding
+
+
+def _refuse_hung(clock: Clock) -> None:
+    """Raise LinkError where the recording hangs."""
+    if (holding := hung(clock.unix_s())) is not None:
+        raise LinkError(hangs(holding))
 
 
 def _obeyed(
@@ -81,10 +92,9 @@ def _obeyed(
 ) -> Holding | None:
     """Ask, and wait until it is done; what it tells then, None where it runs no more."""
     file = _file(holding.pid)
-    partial = file.with_name(f"{file.name}.{os.getpid()}.part")
     try:
-        partial.write_text(order.value, encoding="utf-8")
-        partial.replace(file)
+        with whole(file) as made:
+            made.write(order.value.encode())
     except OSError as error:
         raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
     latest, until_s = holding, clock.boot_s() + PATIENCE_S
@@ -92,6 +102,8 @@ def _obeyed(
         while clock.boot_s() < until_s:
             wait(LOOK_EVERY_S)
             now = held(clock.unix_s())
+            if now is None:
+                _refuse_hung(clock)
             if now is None or now.pid != holding.pid:
                 return None
             if done(now):

@@ -25,10 +25,16 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """What a dive's files hold; `heard` are the frames of the links alone, `lost` those that no file took."""
+    """What the files in a dive's folder hold; `heard` are the frames of the links alone.
+
+    `lost` are those that came and are in no file, `moved` those in files that somebody moved elsewhere; `missed` are
+    those that never came, by the numbers of those that did: at least so many, since a long gap tells no number.
+    """
 
     files: int
     heard: int
     frames: int
     bytes: int
     lost: int
+    moved: int = 0
+    missed: int = 0

@@ -1,44 +1,36 @@
 """The files of a recording: each frame into the present one, the next where that fails, and those of the next dive.
 
 What can't be written yet waits in memory, up to a bound. A file is only ever opened, written and given up in the thread
-of `drain`; another thread may put it on the disk.
+of `drain`; another thread may put it on the disk, and sees to it that it stays there, see `past_files`.
 """
 
-import contextlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError
+from gcs_plugin.past_files import PastFiles, Say, Writer
 
 MOST_WAITING_BYTES: Final = 16_000_000
 FIRST_RETRY_S: Final = 1.0
 RETRY_MAX_S: Final = 8.0
 
-Say = Callable[[str, str], None]
-"""Hears a level and a sentence."""
-
-
-class Writer(Protocol):
-    """What a recording is written to; every method but `close` raises LogError where it fails."""
-
-    def write(self, unix_us: int, raw: bytes) -> None: ...
-
-    def sync(self) -> None: ...
-
-    def close(self) -> None: ...
-
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What the files of a dive hold; `lost` are the frames that no file took."""
+    """What the files of a dive hold that lie in its folder.
+
+    `lost` are the frames that no file took, and those in files that somebody deleted for good; `moved` those in files
+    that somebody moved elsewhere.
+    """
 
     files: int
     frames: int
     bytes: int
     lost: int
+    moved: int
 
 
 @dataclass(frozen=True)
@@ -64,19 +56,28 @@ class RecordedFiles:
         self._waiting_bytes = 0
         self._sync_failure = self._failure = ""
         self._following: _Following | None = None
-        self._finished: deque[Writer] = deque()
+        self._past, self._dive = PastFiles(clock, say), 0
         self._begin(open_file(1))
 
     def _begin(self, writer: Writer) -> None:
         """A dive begins with this file."""
         self._writer: Writer | None = writer
         self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
-        self.files, self.frames, self.bytes, self.lost = 1, 0, 0, 0
+        self.files, self._dive, self._lost_before = 1, self._dive + 1, self._past.nowhere()
+        self._frames = self._bytes = self._untaken = 0
+        self._frames_before = self._bytes_before = 0
 
     @property
     def kept(self) -> Kept:
         """What the present dive's files hold."""
-        return Kept(self.files, self.frames, self.bytes, self.lost)
+        frames, size = self._past.missing(self._dive)
+        moved = self._past.elsewhere(self._dive)
+        return Kept(self.files, self._frames - frames, self._bytes - size, self.lost, moved)
+
+    @property
+    def lost(self) -> int:
+        """How many frames no file took, or were deleted for good."""
+        return self._untaken + max(0, self._past.nowhere() - self._lost_before)
 
     @property
     def waiting(self) -> int:
@@ -97,7 +98,6 @@ class RecordedFiles:
     def drain(self) -> None:
         """Write what waits, as far as that can be done now."""
         if self._sync_failure:
-            self._close()
             self._fail(self._sync_failure)
             self._sync_failure = ""
         while self._waiting:
@@ -118,11 +118,11 @@ class RecordedFiles:
             if self._fresh and self.files > 1:
                 self._say("warning", f"the recording goes on in its file {self.files}")
             self._fresh, self._retry_delay_s = False, FIRST_RETRY_S
-            self.frames += 1
-            self.bytes += len(raw)
+            self._frames += 1
+            self._bytes += len(raw)
         while self._waiting_bytes > MOST_WAITING_BYTES:
             self._waiting_bytes -= len(self._waiting.popleft()[1])
-            self.lost += 1
+            self._untaken += 1
 
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Kept], None]) -> None:
         """Begin the next dive with the next `change`; may be called from another thread.
@@ -140,9 +140,7 @@ class RecordedFiles:
         if following is None:
             return
         self.drain()
-        if self._writer is not None:
-            # Closed by who syncs: waiting for the disk here would lose what the links bring meanwhile.
-            self._finished.append(self._writer)
+        self._give_up()
         self._open_file = following.open_file
         kept = self.kept
         self._begin(following.writer)
@@ -150,13 +148,13 @@ class RecordedFiles:
 
     def sync(self) -> None:
         """Put what is written on the disk; to be called from another thread than `drain`."""
-        while self._finished:
-            self._finish(self._finished.popleft())
+        self._past.see_to(self._dive)
         writer = self._writer
         if writer is None:
             return
         try:
             writer.sync()
+            writer.look()
         except LogError as error:
             if writer is self._writer:
                 self._sync_failure = str(error)
@@ -167,18 +165,9 @@ class RecordedFiles:
         self.drain()
         if self._waiting:
             self._say("error", f"{len(self._waiting)} frames could not be written and are lost")
-            self.lost += len(self._waiting)
-        self.sync()
-        self._close()
-
-    def _finish(self, writer: Writer) -> None:
-        """Put a file on the disk that nothing more goes into, and close it."""
-        try:
-            writer.sync()
-        except LogError as error:
-            self._say("error", str(error))
-        with contextlib.suppress(OSError):
-            writer.close()
+            self._untaken += len(self._waiting)
+        self._give_up()
+        self._past.close()
 
     def _may_open(self) -> bool:
         return self._clock.boot_s() >= self._retry_s and self._has_room()
@@ -196,21 +185,24 @@ class RecordedFiles:
     def _fail(self, sentence: str) -> None:
         self._failure = sentence
         self._say("error", sentence)
-        if self._writer is not None:
-            # Closed by who syncs, as one of a dive that is over: what it holds is to outlast a loss of power.
-            self._finished.append(self._writer)
-            self._writer = None
+        self._give_up()
         if self._fresh:
             self._delay()
         else:
             self._retry_s = self._clock.boot_s()
 
-    def _close(self) -> None:
-        """Let the present file go; what its close has to say changes nothing."""
-        if self._writer is not None:
-            with contextlib.suppress(OSError):
-                self._writer.close()
-            self._writer = None
+    def _give_up(self) -> None:
+        """Nothing more goes into the present file; it is closed by who syncs.
+
+        Waiting for the disk here would lose what the links bring meanwhile, and what it holds is to outlast a loss of
+        power.
+        """
+        if self._writer is None:
+            return
+        frames, size = self._frames - self._frames_before, self._bytes - self._bytes_before
+        self._frames_before, self._bytes_before = self._frames, self._bytes
+        self._past.add(self._writer, self._dive, frames, size)
+        self._writer = None
 
     def _delay(self) -> None:
         self._retry_s = self._clock.boot_s() + self._retry_delay_s

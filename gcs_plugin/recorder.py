@@ -17,8 +17,9 @@ from bridge.link.base import Link
 from bridge.secret import carries_key
 from gcs_plugin.disk_left import DiskLeft
 from gcs_plugin.link_health import LinkHealth
+from gcs_plugin.past_files import Writer
 from gcs_plugin.recorded import Count, Notice, Recorded
-from gcs_plugin.recorded_files import Kept, RecordedFiles, Writer
+from gcs_plugin.recorded_files import Kept, RecordedFiles
 from gcs_plugin.recorded_link import RecordedLink
 from gcs_plugin.station import ground_heartbeat
 
@@ -82,7 +83,7 @@ class Recorder:
         self._next_beat_s = self._boot_at_start_s
         self._disk = DiskLeft(free_bytes, lambda words: self._say("warning", words), self._boot_at_start_s)
         self._files = RecordedFiles(open_file, clock, lambda: self._disk.has_room, self._say)
-        self.heard = 0
+        self.heard = self._missed_before = 0
 
     @property
     def health(self) -> dict[str, LinkHealth]:
@@ -97,16 +98,16 @@ class Recorder:
     @property
     def recorded(self) -> int:
         """How many frames are in them."""
-        return self._files.frames
+        return self._files.kept.frames
 
     @property
     def recorded_bytes(self) -> int:
         """How many bytes these frames have."""
-        return self._files.bytes
+        return self._files.kept.bytes
 
     @property
     def lost(self) -> int:
-        """How many frames no file took."""
+        """How many frames no file took, or lay in one that somebody deleted for good."""
         return self._files.lost
 
     @property
@@ -132,7 +133,7 @@ class Recorder:
     @property
     def count(self) -> Count:
         """What the present dive's files hold."""
-        return _count(self._files.kept, self.heard)
+        return self._count(self._files.kept)
 
     def unix_us(self) -> int:
         """Now, on the recording's own clock, which never runs back."""
@@ -199,8 +200,18 @@ class Recorder:
 
     def _over(self, kept: Kept) -> Count:
         """What a dive came to that is over; the next one's counts begin at 0."""
-        heard, self.heard = self.heard, 0
-        return _count(kept, heard)
+        count = self._count(kept)
+        self.heard, self._missed_before = 0, self._missed()
+        return count
+
+    def _count(self, kept: Kept) -> Count:
+        missed = max(0, self._missed() - self._missed_before)
+        return Count(kept.files, self.heard, kept.frames, kept.bytes, kept.lost, kept.moved, missed)
+
+    def _missed(self) -> int:
+        """How many frames never came on some link, by the numbers of those that did; all dives together."""
+        now_s = self._clock.boot_s()
+        return sum(one.lost for health in self.health.values() for one in health.snapshot(now_s).sources)
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:
         return [self._keep(link, frame) for frame in link.read(timeout_s)]
@@ -244,7 +255,3 @@ class Recorder:
 
     def _say(self, level: str, sentence: str) -> None:
         self._notice(Notice(self.unix_us(), level, sentence))
-
-
-def _count(kept: Kept, heard: int) -> Count:
-    return Count(kept.files, heard, kept.frames, kept.bytes, kept.lost)

@@ -20,6 +20,7 @@ def run(arguments: Namespace) -> int:
     from identify.report.against import against_report
     from tui import pages, show
     from tui.columns import column_map_for
+    from tui.files import Files
     from tui.outputs import check_files
 
     for option in ("check", "predict", "accept"):
@@ -36,16 +37,14 @@ def run(arguments: Namespace) -> int:
     with show.progress(f"{real.name} against {sim.name}") as tell:
         found = against(real, sim, file, configuration, progress=tell)
     # Files first: whoever reads the table may leave before its end.
-    show.write_json(plain(found), arguments.json)
-    written = (
-        pages.publish(arguments, partial(against_report, found), (real, sim), file)
-        if pages.wanted(arguments)
-        else []
-    )
-    console = show.results(arguments.json)
-    for line in (*told(found), *written):
-        show.say(console, line)
-    return exit_codes.DONE
+    with Files() as files:
+        files.json(plain(found), arguments.json)
+        if pages.wanted(arguments):
+            pages.publish(files, arguments, partial(against_report, found), (real, sim), file)
+        console = show.results(arguments.json)
+        for line in (*told(found), *files.written):
+            show.say(console, line)
+    return files.code(exit_codes.DONE)
 
 
 def told(found: "Against") -> tuple[str, ...]:

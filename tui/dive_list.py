@@ -13,16 +13,18 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from bridge import schema
 from bridge.errors import ConfigError, LogError, SeatrialError
 from bridge.file_size import read_small
-from bridge.new_file import open_new
+from bridge.new_file import whole
 from bridge.plain import from_json
 from bridge.printable import printable
 from bridge.ring.whole import standing_for
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.dive_order import GLANCE, began, order, recordings
+from gcs_plugin.dive_order import GLANCE, began, is_date, order, recordings
 from gcs_plugin.folder import About, DiveFolder, list_folders
 from tui.dive_vehicle import vehicle_named
+from tui.show import plain
 from tui.stray_bytes import stray_bytes
 
 if TYPE_CHECKING:
@@ -31,7 +33,6 @@ if TYPE_CHECKING:
 Load = Callable[[str], VehicleFile]
 
 VERSION: Final = 6
-PARTIAL: Final = ".part"
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""
 
@@ -42,8 +43,8 @@ class AxisSpan:
 
     axis: str
     seconds: float
-    thrust: float
-    speed: float
+    thrust: float = math.nan
+    speed: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -274,24 +275,36 @@ def _state(file: Path) -> list[str | int]:
 
 def _kept(folder: Path, key: dict[str, Any]) -> Glance | None:
     """The glance that was kept; None where there is none, or of something else."""
+    file = folder / GLANCE
     try:
-        data = from_json(read_small(folder / GLANCE))
+        data = from_json(read_small(file))
         if data["key"] != key:
             return None
-        told = data["glance"]
-        return Glance(**told | {"spans": tuple(AxisSpan(**span) for span in told["spans"])})
-    except (OSError, ValueError, KeyError, TypeError):
+        told, spans = _without_null(data["glance"]), data["glance"]["spans"]
+        std = told.get("relative_std", {})
+        known = told | {"relative_std": _without_null(std), "spans": [_without_null(one) for one in spans]}
+        glance = schema.build(Glance, known, str(file))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, ConfigError):
         return None
+    if glance.began_unix_s is not None and not is_date(glance.began_unix_s):
+        return None
+    if "relative_std" not in told:
+        return replace(glance, relative_std=None)
+    found = glance.relative_std or {}
+    return replace(glance, relative_std={name: found.get(name, math.inf) for name in std})
+
+
+def _without_null(data: dict[str, Any]) -> dict[str, Any]:
+    """What is told of it: JSON has no numbers that do not exist."""
+    return {key: value for key, value in data.items() if value is not None}
 
 
 def _keep(folder: Path, key: dict[str, Any], glance: Glance) -> None:
     """Keep it, whole or not at all; a folder that can't be written does without."""
     file = folder / GLANCE
-    partial = file.with_suffix(PARTIAL)
-    with contextlib.suppress(OSError):
-        with open_new(partial) as made:
-            made.write(json.dumps({"key": key, "glance": asdict(glance)}).encode())
-        partial.replace(file)
+    text = json.dumps(plain({"key": key, "glance": asdict(glance)}), allow_nan=False)
+    with contextlib.suppress(OSError), whole(file) as made:
+        made.write(text.encode())
 
 
 def _learnt(folder: Path) -> Iterator[str]:

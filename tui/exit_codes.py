@@ -1,6 +1,6 @@
 """What the exit code of every verb means: one list, shown by `seatrial --help` and in docs/commands.md."""
 
-from bridge.errors import FitError, LinkError, LinkSpecError, ParamError, SeatrialError
+from bridge.errors import FitError, LinkError, LinkSpecError, ParamError, ParamUnwritten, SeatrialError
 
 DONE = 0
 NO = 1
@@ -12,7 +12,7 @@ PARTLY = 5
 MEANINGS = {
     DONE: "done",
     NO: "it ran and the answer is no: nothing identifiable, a check failed, the vehicle refused",
-    BAD_INPUT: "wrong usage, or a file that can't be read or used",
+    BAD_INPUT: "wrong usage, or a file or place that can't be read, used or written",
     LINK: "a port or a network link does not work, or no vehicle answers on it",
     INTERRUPTED: "stopped by the user before it was done",
     PARTLY: "done for some of many dives, not for all",
@@ -25,7 +25,7 @@ class UsageError(SeatrialError):
 
 def of(error: SeatrialError) -> int:
     """The exit code of an error that ends a verb."""
-    if isinstance(error, LinkSpecError):
+    if isinstance(error, LinkSpecError | ParamUnwritten):
         return BAD_INPUT
     if isinstance(error, LinkError):
         return LINK

@@ -20,6 +20,10 @@ from gcs_plugin.folder import About, DiveFolder, new_folder
 from tui.show import Tell
 
 MIRROR = ".ring"
+HURT = "The vehicle's recording is damaged (places: {count}); what stood there may be missing"
+HURT_BEYOND = (
+    "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
+)
 FETCH_SHARE = 0.9
 """Of the work; the rest is putting both recordings together."""
 
@@ -28,6 +32,8 @@ FETCH_SHARE = 0.9
 class Fetched:
     """What came of it: the recording, its frames, and how many of them only the vehicle had.
 
+    `damaged`: at how many places of the vehicle's recording, as it was fetched, there is no frame; `damaged_beyond`: at
+    how many more, before or after the dive.
     `key`: what is to be said of a key that signs frames; "" where there was none.
     """
 
@@ -35,14 +41,23 @@ class Fetched:
     frames: int
     missing: int
     fetched_bytes: int
+    damaged: int
+    damaged_beyond: int = 0
     key: str = ""
 
     @property
     def words(self) -> str:
         """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
-        if not self.missing:
-            return f"nothing is missing, all {self.frames} frames are there: {self.path}{self.key}"
-        return f"{self.missing} of {self.frames} frames had not been heard; the dive is whole in {self.path}{self.key}"
+        what = "all that can be read is" if self.damaged else "the dive is whole"
+        hurt = f". {HURT.format(count=self.damaged)}" if self.damaged else ""
+        if self.missing:
+            told = f"{self.missing} of {self.frames} frames had not been heard; {what} in {self.path}"
+        elif self.damaged:
+            told = f"all {self.frames} frames that can be read are there: {self.path}"
+        else:
+            told = f"nothing is missing, all {self.frames} frames are there: {self.path}"
+        beyond = f". {HURT_BEYOND.format(count=self.damaged_beyond)}" if self.damaged_beyond else ""
+        return f"{told}{hurt}{beyond}{self.key}"
 
 
 @dataclass(frozen=True)
@@ -68,7 +83,9 @@ class Fetcher:
             path = folder.path / WHOLE
             key = _of_keys(ground, ring)
             write_records(path, made.records)
-        return Fetched(path, len(made.records), made.missing, fetching.fetched, key)
+        return Fetched(
+            path, len(made.records), made.missing, fetching.fetched, made.damaged, made.damaged_beyond, key
+        )
 
     def new(
         self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
@@ -81,12 +98,12 @@ class Fetcher:
             self._fetch(fetching, vehicle)
         most_us = None if most_ms is None else most_ms * 1000
         ring = _paths(mirror, fetching.chosen)
-        records = newest_frames(ring, most_us)
+        records, damaged = newest_frames(ring, most_us)
         folder = new_folder(root, records[0][0] / 1e6, name)
         folder.describe(about)
         path = folder.path / "telemetry.tlog"
         write_records(path, records)
-        return Fetched(path, len(records), len(records), fetching.fetched, _of_keys([], ring))
+        return Fetched(path, len(records), len(records), fetching.fetched, damaged, key=_of_keys([], ring))
 
     def _fetch(self, fetching: Fetching, vehicle: tuple[int, int]) -> None:
         def progress(now: Fetching) -> None:

@@ -26,6 +26,9 @@ PATIENCE_S = 3.0
 """How long a verb that is asked to stop may take to leave things as they should be."""
 
 MOST_SAID = 50
+LONGEST_LINE_BYTES = 1 << 28
+"""A result that finds no place on the disk is one line of what a verb tells."""
+
 LEAVES = ("--json", "--param", "--report", "--accept")
 """Options that name what a verb leaves beside a dive, by names of ours."""
 
@@ -59,6 +62,7 @@ async def work(words: Sequence[str], hear: Callable[[Told], None]) -> Done:
             stderr=asyncio.subprocess.PIPE,
             env=os.environ | {told.VARIABLE: told.FORM},
             start_new_session=True,
+            limit=LONGEST_LINE_BYTES,
         )
         try:
             said = await _listen(process, hear)

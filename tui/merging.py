@@ -1,13 +1,12 @@
 """Other recorders' files put to a dive: one made whole of all frames, or an autopilot's log that is read with it."""
 
-import os
 import shutil
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.errors import LogError
-from bridge.new_file import open_new
+from bridge.new_file import replacing
 from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import of_those_that_hold_frames, read_tlog
@@ -16,7 +15,6 @@ from gcs_plugin.folder import DiveFolder
 
 FEWEST, LEAST_SHARE = 20, 0.3
 """Frames that both must have, and of those that were heard meanwhile: two vehicles say the same now and then."""
-PART = ".part"
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
 GROUNDS = 240
 """System ids from here on are ground stations'."""
@@ -49,9 +47,10 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     present = folder.telemetry()
     if any(file.samefile(one) for one in present) or file.name == WHOLE:
         raise LogError(f"{file}: is this dive's own recording; give what another recorder made")
-    found = made_whole(present, [file], _busiest(present))
+    strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
+    found = made_whole(present, [file], _busiest(present), strangers)
     if found.common < FEWEST or found.share < LEAST_SHARE:
-        raise LogError(f"{file}: has hardly a frame in common with the dive; check that it is of this dive")
+        raise LogError(strangers)
     into = folder.path / WHOLE
     write_records(into, found.records)
     beyond = (
@@ -101,15 +100,5 @@ def _log(folder: DiveFolder, file: Path) -> Merged:
 
 def _copy(file: Path, into: Path) -> None:
     """Whole or not at all."""
-    partial = into.with_name(into.name + PART)
-    try:
-        with file.open("rb") as log, open_new(partial) as copied:
-            shutil.copyfileobj(log, copied)
-            copied.flush()
-            os.fsync(copied.fileno())
-        partial.replace(into)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise LogError(
-            f"{into}: can't be written ({error.strerror}); free disk space and merge again"
-        ) from None
+    with replacing(into, "merge again") as copied, file.open("rb") as log:
+        shutil.copyfileobj(log, copied)

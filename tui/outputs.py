@@ -62,7 +62,9 @@ def check_new_folder(option: str, target: str) -> None:
 def check_folder(option: str, target: str) -> None:
     """Raise UsageError where a folder named by `option` is none and could not be made."""
     path = Path(target)
-    place = next(above for above in (path, *path.absolute().parents) if above.exists())
+    place = next(above for above in (path, *path.absolute().parents) if os.path.lexists(above))
+    if place.is_symlink() and not place.exists():
+        raise UsageError(f"{option} {target}: {place} is a link that leads nowhere; name another")
     if not place.is_dir():
         raise UsageError(f"{option} {target}: {place} is no folder; name another")
     if not os.access(place, os.W_OK):

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from bridge.vehicle.config import VehicleFile
     from identify.dive import Dive
     from identify.report.page import Report
+    from tui.files import Files
 
 UNTOLD = ("report", "figures", "json", "csv", "out")
 """Where a result goes is no setting of it."""
@@ -39,18 +40,17 @@ def wanted(arguments: argparse.Namespace) -> bool:
 
 
 def publish(
+    files: "Files",
     arguments: argparse.Namespace,
     report: "Callable[[], Report]",
     dives: "Sequence[Dive]",
     file: "VehicleFile",
     page: str | None = None,
-) -> list[str]:
-    """Write what was asked for, `page` or else where --report says, with progress, for drawing takes long; in
-    sentences, what was written."""
+) -> None:
+    """Write what was asked for, `page` or else where --report says, with progress, for drawing takes long."""
     from tui import show
     from tui.told import PAGE
 
-    written = []
     with show.progress(PAGE) as tell:
         tell(0.0, WRITING)
         from identify.report.page import write_report
@@ -59,13 +59,18 @@ def publish(
 
         whole = with_provenance(report(), dives, file, settings(arguments))
         if page := page or arguments.report:
-            path = write_report(Path(page), whole, lambda share: tell(share, WRITING))
-            written.append(f"report: {path}")
+            place = Path(page)
+            files.attempt(
+                lambda: write_report(place, whole, lambda share: tell(share, WRITING)), f"report: {place}"
+            )
         if arguments.figures:
             tell(1.0, "writing the figures")
-            files = write_figures(Path(arguments.figures), whole)
-            written.append(f"figures: {arguments.figures} ({len(files) // 2}, each as SVG and PNG)")
-    return written
+
+            def draw() -> None:
+                drawn = write_figures(Path(arguments.figures), whole)
+                files.written.append(f"figures: {arguments.figures} ({len(drawn) // 2}, each as SVG and PNG)")
+
+            files.attempt(draw)
 
 
 def settings(arguments: argparse.Namespace) -> dict[str, str]:

@@ -1,21 +1,24 @@
 """Parameter files on their way between `identify` and `params`: any file in, `.param` with its sidecar out."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.effects.accepted import AcceptedEffect
-from bridge.errors import ParamError
+from bridge.errors import ParamError, ParamUnwritten
+from bridge.file_size import read_small
+from bridge.parameter_row import to_float32
+from bridge.parameters import bounds
 from bridge.plain import from_json
 from bridge.schema import why_unread
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, MASSES
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import read_parameters, system_of, write_parameters
+from gcs_plugin.params.files import found_of, read_parameters, system_of, write_parameters
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, intervals_of, read_sidecar, write_sidecar
 from gcs_plugin.params.targets import parameters_from_identification
@@ -33,7 +36,8 @@ class Targets:
     """What is to be sent: parameter id to value, and what to know of where it came from; `whole`: it is a model, beside
     which no effect that was accepted earlier holds; `left_out` are the lines of the file that were not chosen;
     `sidecar` tells intervals and origin, where it has one; `rigid` mass or inertia of the rigid body and its standard
-    deviation, by the id of the total, where a vehicle file was given; `system` the vehicle that alone may have them."""
+    deviation, by the id of the total, and `kept` the least and the greatest value that such a vehicle takes, by id,
+    where a vehicle file was given; `system` the vehicle that alone may have them."""
 
     values: dict[str, float]
     notes: tuple[str, ...] = ()
@@ -41,6 +45,7 @@ class Targets:
     sidecar: Sidecar | None = None
     left_out: frozenset[str] = frozenset()
     rigid: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    kept: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     system: int | None = None
 
 
@@ -56,21 +61,28 @@ def targets_of(
     path: Path, leave: Leave, only: Collection[str] | None = None, vehicle: str | None = None
 ) -> Targets:
     """The values of a parameter file, and what its sidecar knows of them, where it has one; with a vehicle file, it has
-    to be of that vehicle.
+    to be of that vehicle, by its sidecar, else by its own first words.
 
     Raises UsageError for a file that can't or should not be sent: nothing was sent then.
     """
     try:
         values, sidecar = read_parameters(path), read_sidecar(path)
         system = None if leave.any_vehicle else system_of(path)
+        own_words = found_of(path)
     except ParamError as error:
         raise UsageError(str(error)) from None
     file = None if vehicle is None else load_vehicle(vehicle)
-    rigid = {} if file is None else _rigid_bodies(file)
-    if sidecar is None:
-        return _narrowed(path, Targets(values, rigid=rigid, system=system), only, {})
-    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
+    rigid, kept = ({}, {}) if file is None else (_rigid_bodies(file), _kept_by(file))
     warnings: list[str] = []
+    if sidecar is None:
+        if file is not None and own_words is not None:
+            name, shape = own_words
+            about = {"vehicle": {"name": name, "sha256": file.sha256}, "configuration": shape}
+            warnings = _check_vehicle(path, about, file, leave.any_vehicle)
+        return _narrowed(
+            path, Targets(values, tuple(warnings), rigid=rigid, kept=kept, system=system), only, {}
+        )
+    check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "sent")
     if file is not None and sidecar.vehicle:
         of = {"name": sidecar.vehicle, "sha256": sidecar.vehicle_sha256}
         about = {"vehicle": of, "configuration": sidecar.configuration}
@@ -80,7 +92,7 @@ def targets_of(
         f"from {sidecar.dive or 'a dive'} of {sidecar.vehicle or 'a vehicle'}, configuration "
         f"{sidecar.configuration}, by {sidecar.method}: {sidecar.outcome or 'outcome unknown'}",
     )
-    found = Targets(values, notes, True, sidecar, rigid=rigid, system=system)
+    found = Targets(values, notes, True, sidecar, rigid=rigid, kept=kept, system=system)
     return _narrowed(path, found, only, sidecar.doubted)
 
 
@@ -105,8 +117,8 @@ def targets_of_identification(
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     doubted = doubted_in(data)
     sidecar = _sidecar_of(data, {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}, doubted)
-    rigid = _rigid_bodies(file)
-    return _narrowed(path, Targets(values, notes, True, sidecar, rigid=rigid), only, doubted)
+    found = Targets(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
+    return _narrowed(path, found, only, doubted)
 
 
 def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
@@ -116,6 +128,19 @@ def _rigid_bodies(file: VehicleFile) -> dict[str, tuple[float, float]]:
         for name, shape in file.vehicle.configurations.items()
         for one in MASSES
     }
+
+
+def _kept_by(file: VehicleFile) -> dict[str, tuple[float, float]]:
+    """The least and the greatest value of each parameter that a vehicle of this file takes, in any of its shapes."""
+    found: dict[str, tuple[float, float]] = {}
+    for name, shape in file.vehicle.configurations.items():
+        veh_cfg = file.vehicle.veh_cfg(name)
+        found |= {one.parameter_id(veh_cfg): bounds(one, shape) for one in COEFFICIENTS}
+        of_effects = effect_coefficients(shape)
+        found |= {
+            one.parameter_id(veh_cfg): (to_float32(one.low), to_float32(one.high)) for one in of_effects
+        }
+    return found
 
 
 def _sidecar_of(data: Mapping[str, Any], ids: Mapping[str, str], doubted: dict[str, str]) -> Sidecar:
@@ -222,9 +247,10 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
         f"outcome: {answer.outcome.value}",
         *told(doubted, tuple(doubted)),
     )
-    write_parameters(path, values, words)
-    write_sidecar(
+    _write_both(
         path,
+        values,
+        words,
         Sidecar(
             answer.dive_sha256,
             answer.vehicle_sha256,
@@ -273,9 +299,10 @@ def write_accepted(
         f"outcome: {outcome.value}",
         *told(doubted, tuple(doubted)),
     )
-    write_parameters(path, values, words)
-    write_sidecar(
+    _write_both(
         path,
+        values,
+        words,
         Sidecar(
             dive.sha256,
             file.sha256,
@@ -295,6 +322,16 @@ def write_accepted(
             doubted=dict(doubted),
         ),
     )
+
+
+def _write_both(path: Path, values: Mapping[str, float], words: Sequence[str], sidecar: Sidecar) -> None:
+    """A parameter file with its sidecar, or none: without it, nothing would tell of its doubts any more."""
+    write_parameters(path, values, words)
+    try:
+        write_sidecar(path, sidecar)
+    except ParamUnwritten:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_vehicle: bool) -> list[str]:
@@ -318,30 +355,47 @@ def _check_vehicle(path: Path, data: Mapping[str, Any], file: VehicleFile, any_v
 def read_identification(path: Path) -> dict[str, Any]:
     """An identification's JSON with all that is used here. Raises UsageError for another file."""
     data = _read(path)
-    vehicle = data.get("vehicle")
-    ours = (
-        isinstance(data.get("parameters"), list)
-        and isinstance(data.get("configuration"), str)
-        and isinstance(data.get("outcome"), str)
-        and isinstance(data.get("notes", []), list)
-        and isinstance(data.get("doubts", []), list)
-        and all(
-            isinstance(doubt, dict) and "sentence" in doubt and isinstance(doubt.get("about", []), list)
-            for doubt in data.get("doubts", [])
-        )
-        and isinstance(vehicle, dict)
-        and {"name", "sha256"} <= set(vehicle)
-    )
-    if not ours:
+    if not _is_identification(data):
         raise UsageError(
             f"{path}: is not an identification; give the file that `seatrial identify --json` wrote"
         )
     return data
 
 
+def _is_identification(data: Mapping[str, Any]) -> bool:
+    vehicle, thrust = data.get("vehicle"), data.get("thrust_scale") or {}
+    return (
+        all(isinstance(data.get(key, []), list) for key in ("notes", "doubts", "prior_dives"))
+        and all(isinstance(data.get(key), str) for key in ("configuration", "outcome"))
+        and isinstance(data.get("parameters"), list)
+        and all(map(_is_estimate, data["parameters"]))
+        and all(map(_is_doubt, data.get("doubts", [])))
+        and isinstance(vehicle, dict)
+        and {"name", "sha256"} <= set(vehicle)
+        and isinstance(thrust, dict)
+        and _is_number(thrust.get("shift", 0.0))
+    )
+
+
+def _is_doubt(data: Any) -> bool:
+    return isinstance(data, dict) and "sentence" in data and isinstance(data.get("about", []), list)
+
+
+def _is_estimate(data: Any) -> bool:
+    return (
+        isinstance(data, dict)
+        and isinstance(data.get("name"), str)
+        and all(data.get(key) is None or _is_number(data[key]) for key in ("low95", "high95"))
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = from_json(path.read_text(encoding="utf-8"))
+        data = from_json(read_small(path))
     except FileNotFoundError:
         raise UsageError(f"{path}: no such file; check the name") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -1,7 +1,7 @@
 """What `params` would do with a vehicle: the plan beside what was last accepted, as a table and as JSON."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import before_newest, last_accepted, unfinished
 from gcs_plugin.params.plan import Plan, Verdict, make_plan, staged_crc, taken_back
 from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.sidecar import unchecked
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.upload import Upload
@@ -119,12 +120,13 @@ def planned(
     Raises UsageError for a line that it does not come to, and a file of another vehicle.
     """
     _check_system(file, targets, system)
+    targets = replace(targets, notes=(*unchecked(file, targets.sidecar), *targets.notes))
     model = dict.fromkeys((*targets.values, *targets.left_out), 0.0)
     back = taken_back(model, present) if targets.whole else {}
     back = {name: value for name, value in back.items() if only is None or name in only}
     plan = make_plan(targets.values | back, present).explained(back, TAKEN_BACK)
     intervals = targets.sidecar.intervals if targets.sidecar else {}
-    doubted = implausible(plan, intervals, last_accepted(receipts, system), targets.rigid)
+    doubted = implausible(plan, intervals, last_accepted(receipts, system), targets.rigid, targets.kept)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
     return _beside(file, targets, plan, tuple(back), only, receipts, system)
 

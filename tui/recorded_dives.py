@@ -1,6 +1,5 @@
 """The dive folders of one recording, one after the other."""
 
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -8,6 +7,7 @@ from pathlib import Path
 
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
+from bridge.tlog import TlogWriter
 from gcs_plugin.asked_conditions import last_conditions
 from gcs_plugin.conditions import NOTHING_SAID
 from gcs_plugin.folder import About, DiveFolder, new_folder
@@ -25,8 +25,11 @@ class RecordedDive:
 
     @property
     def words(self) -> str:
-        """`1200 frames, 96000 bytes, 0 lost: dives/2026-11-20T0912Z-hovering`."""
-        counts = f"{self.count.frames} frames, {self.count.bytes} bytes, {self.count.lost} lost"
+        """`1200 frames, 96000 bytes, 0 lost here, 12 lost on the way: dives/2026-11-20T0912Z-hovering`."""
+        count = self.count
+        counts = f"{count.frames} frames, {count.bytes} bytes, {count.lost} lost here"
+        counts += f", {count.missed} lost on the way" if count.missed else ""
+        counts += f", {count.moved} moved elsewhere" if count.moved else ""
         return f"{counts}: {self.folder}" if self.folder else counts
 
 
@@ -41,13 +44,17 @@ class RecordedDives:
 
     def free_bytes(self) -> int:
         """What the disk has left."""
-        return shutil.disk_usage(self.folder.path).free
+        return self.folder.free_bytes()
+
+    def open_file(self) -> Callable[[int], TlogWriter]:
+        """What makes the files of the present dive."""
+        return _opener(self.folder)
 
     def go_on(self, recorder: Recorder, begun: Callable[[Path], None]) -> None:
         """Let it begin the next dive; `begun` hears of its folder. Raises LogError where none can be made."""
         following = self._new()
         try:
-            recorder.go_on(following.open_telemetry, partial(self._change, following, begun))
+            recorder.go_on(_opener(following), partial(self._change, following, begun))
         except LogError:
             following.discard()
             raise
@@ -70,8 +77,17 @@ class RecordedDives:
     def _new(self) -> DiveFolder:
         folder = new_folder(self._root, self._clock.unix_s(), self._name)
         before = last_conditions(self._root, folder.path)
-        folder.describe(replace(self._about, conditions=before) if self._same_conditions else self._about)
+        try:
+            folder.describe(replace(self._about, conditions=before) if self._same_conditions else self._about)
+        except LogError:
+            folder.discard()
+            raise
         if before != NOTHING_SAID:
             taken = "taken" if self._same_conditions else "`seatrial conditions --same` takes that"
             show.say(show.words(), f"conditions of the dive before: {before.words}; {taken}")
         return folder
+
+
+def _opener(folder: DiveFolder) -> Callable[[int], TlogWriter]:
+    """Makes its files; a folder that somebody takes away says again what it said at first."""
+    return partial(folder.open_telemetry, about=folder.about())

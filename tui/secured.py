@@ -29,6 +29,7 @@ class Opener:
 
     `tell` hears of a system of which nothing is let in, `warn` where the other side signs and this one has no key.
     `listed` hears of each socket once, as it is opened first: words go to the crew, but for who lists them later.
+    `system` is whom the verb was told to speak with: whoever else is refused, the crew hears of that one.
     Raises ConfigError where the key can't be had.
     """
 
@@ -39,9 +40,11 @@ class Opener:
         tell: "Callable[[Trouble], None]",
         warn: "Callable[[str], None] | None" = None,
         listed: "Callable[[str], None] | None" = None,
+        system: int | None = None,
     ) -> None:
         self._warn = warn or say_warning
         self._listed = listed or say
+        self._system = system
         self._opened: set[str] = set()
         self.gates: dict[str, Gate] = {}
         self._clock, self._tell = clock, tell
@@ -92,7 +95,8 @@ class Opener:
         assert self._key is not None
         if spec not in self.gates:
             times = Times(self._clock, times_file(self._key.fingerprint, spec))
-            self.gates[spec] = Gate(spec, self._key, times, self._clock, self._tell, len(self.gates))
+            number = len(self.gates)
+            self.gates[spec] = Gate(spec, self._key, times, self._clock, self._tell, number, self._system)
         return self.gates[spec]
 
 

@@ -1,10 +1,11 @@
-"""What vehicles say in words while they are recorded."""
+"""What vehicles say in words while they are recorded, and that one of them has started anew."""
 
 from collections.abc import Callable
 from typing import Any
 
 from gcs_plugin.recorded import Recorded
 from gcs_plugin.recorder import Recorder
+from gcs_plugin.restarts import Restarts
 from gcs_plugin.watch import words
 
 Tell = Callable[[str], None]
@@ -18,14 +19,18 @@ class StatusTexts(words.StatusTexts):
 
 
 class TellingRecorder(Recorder):
-    """A recorder that hands on what vehicles say in words."""
+    """A recorder that hands on what vehicles say in words, and warns of one that started anew."""
 
     def __init__(self, tell: Tell, *of_recorder: Any) -> None:
         self._texts = StatusTexts(tell)
+        self._restarts = Restarts()
         super().__init__(*of_recorder)
 
     def step(self, timeout_s: float) -> list[Recorded]:
         taken = super().step(timeout_s)
         for item in taken:
             self._texts.hear(item.frame)
+            restart = self._restarts.on_frame(item.frame, item.unix_us / 1e6)
+            if restart is not None:
+                self._say("warning", restart.words(0.0))
         return taken

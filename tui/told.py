@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 VARIABLE, FORM = "SEATRIAL_PROGRESS", "json"
 
@@ -16,17 +17,22 @@ WRITING = "writing"
 ANSWERED = "answered"
 """Begins what a method tells once it is done, with its values."""
 
+UNKEPT = "unkept"
+"""What is told of where the result of a verb can't be written to its place: why not, and the result itself."""
+
 _LINE = re.compile(r"(\w+): (.+)")
 _VALUE = re.compile(r"(\w+) (\S+) ± (\S+?)(?:,|$)")
 
 
 @dataclass(frozen=True)
 class Told:
-    """How far something is: what it is, the share of it that is done (0 to 1), and what it does now."""
+    """How far something is: what it is, the share of it that is done (0 to 1), and what it does now; with UNKEPT the
+    result as plain data, else None."""
 
     of: str
     share: float
     words: str
+    result: Any = None
 
     @property
     def values(self) -> dict[str, tuple[float, float]]:
@@ -56,13 +62,16 @@ def asked(environment: Mapping[str, str]) -> bool:
 
 
 def line(told: Told) -> str:
-    return json.dumps({"of": told.of, "share": told.share, "words": told.words}) + "\n"
+    unkept = {} if told.result is None else {"result": told.result}
+    return (
+        json.dumps({"of": told.of, "share": told.share, "words": told.words} | unkept, allow_nan=False) + "\n"
+    )
 
 
 def read(text: str) -> Told | None:
     """What a line tells; None for one that is no progress, such as a note or an error."""
     try:
         data = json.loads(text)
-        return Told(str(data["of"]), float(data["share"]), str(data["words"]))
+        return Told(str(data["of"]), float(data["share"]), str(data["words"]), data.get("result"))
     except (ValueError, TypeError, KeyError):
         return None

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from bridge.new_file import open_new
+from bridge.new_file import to_disk, whole
 
 
 def replace_file(path: Path, text: str) -> None:
@@ -15,13 +15,6 @@ def replace_file(path: Path, text: str) -> None:
     if (path.exists() and not path.is_file()) or not os.access(path.parent, os.W_OK):
         path.write_text(text, encoding="utf-8")
         return
-    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        with open_new(partial) as file:
-            file.write(text.encode())
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
+    with whole(path) as file:
+        file.write(text.encode())
+        to_disk(file)

@@ -32,6 +32,10 @@ class DescriptorLink:
         self._check_open()
         try:
             self._send_backlog()
+        except OSError:
+            # A peer that takes nothing any more may have said why: that is read first, and then its end.
+            self._backlog = b""
+        try:
             ready, _, _ = select.select([self._descriptor], [], [], max(0.0, timeout_s))
             if not ready:
                 return b""

@@ -19,19 +19,31 @@ def next_retry_s(retry_s: float) -> float:
     return min(2 * retry_s, SLOWEST_RETRY_S)
 
 
+def unheard(_: str) -> None:
+    """Who hears of losses where nobody was named."""
+
+
 class Reconnecting:
     """Opens its link by `factory`, again and again with back-off, and loses nobody's process over it.
 
     `fault` is the sentence of the last failure while the link is away, "" while it works. What is written
-    meanwhile is lost, and each such write counted in `counts["dropped"]`.
+    meanwhile is lost, and each such write counted in `counts["dropped"]`. `lost` hears why a link that worked was lost,
+    each sentence once.
     """
 
-    def __init__(self, factory: Callable[[], Link], clock: Clock, name: str = "link") -> None:
+    def __init__(
+        self,
+        factory: Callable[[], Link],
+        clock: Clock,
+        name: str = "link",
+        lost: Callable[[str], None] = unheard,
+    ) -> None:
         self.name = name
         self.fault = ""
         self.counts: Counter[str] = Counter()
         self._factory = factory
         self._clock = clock
+        self._lost, self._told = lost, set[str]()
         self._link: Link | None = None
         self._retry_s = FIRST_RETRY_S
         self._due_s = clock.boot_s()
@@ -78,6 +90,9 @@ class Reconnecting:
     def _lose(self, link: Link, error: LinkError) -> None:
         link.close()
         self._link = None
+        if str(error) not in self._told:
+            self._told.add(str(error))
+            self._lost(str(error))
         self._wait_after(error)
 
     def _wait_after(self, error: LinkError) -> None:

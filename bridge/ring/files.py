@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from bridge.errors import LogError
+from bridge.errors import LogError, TakenAway
 from bridge.ring.segments import Segment, following, segments_in
 from bridge.tlog import STAMP_BYTES, TlogWriter
 
@@ -49,12 +49,19 @@ class RingFiles:
         self._size += STAMP_BYTES + len(raw)
 
     def sync(self) -> None:
-        """Put on the disk what was written. Raises LogError where that fails."""
+        """Put on the disk what was written. Raises LogError where that fails.
+
+        Raises TakenAway where somebody deleted or moved the segment: a deleted one is written once more.
+        """
         if self._writer is None:
             return
         try:
             self._writer.sync()
-        except LogError:
+            self._writer.look()
+        except LogError as error:
+            if isinstance(error, TakenAway) and error.place is None:
+                with contextlib.suppress(LogError):
+                    self._writer.restore()
             self.close()
             raise
 

@@ -6,13 +6,13 @@ oldest is lost and counted, and the crew is told when it begins, each minute whi
 
 import secrets
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from threading import Event, Lock, Thread
 from typing import Final, Protocol
 
 from bridge.clock import Clock
-from bridge.errors import LogError
+from bridge.errors import LogError, TakenAway
 from bridge.ring.files import Bounds, RingFiles
 
 MOST_WAITING_BYTES: Final = 8_000_000
@@ -24,7 +24,7 @@ IDENTITY_BITS: Final = 31  # a positive int32 on the wire
 
 
 class Files(Protocol):
-    """Where records go; `write` and `sync` raise LogError where that fails."""
+    """Where records go; `write` and `sync` raise LogError where that fails, TakenAway where the files are gone."""
 
     def write(self, unix_us: int, boot_ms: int, raw: bytes) -> None: ...
 
@@ -36,6 +36,10 @@ class Files(Protocol):
 def new_identity() -> int:
     """What tells this boot from all others."""
     return secrets.randbits(IDENTITY_BITS) or 1
+
+
+def _nobody(_: str) -> None:
+    """Who hears of a ring where nobody was named."""
 
 
 def ring_in(folder: Path, bounds: Bounds, clock: Clock) -> "RingKeeper":
@@ -61,6 +65,8 @@ class RingKeeper:
         self._lock, self._wake, self._stop = Lock(), Event(), Event()
         self._retry_s = self._sync_s = clock.boot_s()
         self._thread: Thread | None = None
+        self.tell: Callable[[str], None] = _nobody
+        """Hears in the thread that writes, in a sentence, that the files were taken away."""
 
     def begin(self) -> None:
         """Write from now on, in a thread."""
@@ -97,6 +103,8 @@ class RingKeeper:
             if now_s >= self._sync_s:
                 self._sync_s = now_s + SYNC_EVERY_S
                 self._files.sync()
+        except TakenAway as taken:
+            self._begin_anew(taken)
         except LogError as error:
             self._fail(str(error), now_s)
 
@@ -136,6 +144,12 @@ class RingKeeper:
                     self._waiting_bytes += len(record[2])
                 raise
             self._recover()
+
+    def _begin_anew(self, taken: TakenAway) -> None:
+        what = "deleted" if taken.place is None else "moved away"
+        with self._lock:
+            self._texts.append(f"ring: files were {what}, it begins anew")
+        self.tell(f"ring: {taken}")
 
     def _fail(self, fault: str, now_s: float) -> None:
         self._retry_s = now_s + RETRY_S

@@ -1,4 +1,9 @@
-"""Who is let in on a signed link, who is not, and when the crew must hear of it."""
+"""Who is let in on a signed link, who is not, and when the crew must hear of it.
+
+Anyone can make up senders, so that places in memory and words are bounded. Each reason has places of its own, and
+within it those who signed rightly before, or whom this side was told to follow, have theirs: strangers of one kind
+take none of another. Who finds no place is told of in one sentence for all of these.
+"""
 
 from collections import Counter
 from collections.abc import Callable
@@ -17,10 +22,16 @@ PATIENCE_S: Final = 2.0
 GONE_S: Final = 5.0
 AGAIN_EVERY_S: Final = 30.0
 MOST_TOLD: Final = 8
-"""Systems of which it is told at a time: who invents systems must not drown what matters."""
+"""Senders of one kind that are named at a time: who invents systems must not drown what matters."""
+
+Sender = tuple[int, int]
+"""System, component."""
 
 _TO_DO: Final = {
-    Refusal.UNSIGNED: "is not signed; give its side the same key with --sign-key, or leave --sign-key out here",
+    # Anyone can send this: to leave the key out here is no advice on a stranger's word.
+    Refusal.UNSIGNED: (
+        "is not signed; give its side the same key with --sign-key if it is yours, and none to a stranger"
+    ),
     Refusal.OTHER_KEY: (
         "is signed with another key; compare the fingerprints that `seatrial keys show FILE` tells on both sides"
     ),
@@ -36,38 +47,44 @@ _TO_DO: Final = {
 
 @dataclass(frozen=True)
 class Trouble:
-    """A component of a system of which nothing is let in on a link, and why."""
+    """The sender (system, component) of which nothing is let in on a link, and why; None for more than are named."""
 
     link: str
-    system: int
-    component: int
+    sender: Sender | None
     refusal: Refusal
 
     @property
     def sentence(self) -> str:
         """For who reads it beside the link."""
-        who = f"system {self.system}, component {self.component},"
-        return f"{self.link}: all that {who} sends is refused, since it {_TO_DO[self.refusal]}"
+        to_do = _TO_DO[self.refusal]
+        if self.sender is None:
+            return (
+                f"{self.link}: more senders are refused than are named; yours is among them where it {to_do}"
+            )
+        system, component = self.sender
+        return f"{self.link}: all that system {system}, component {component}, sends is refused, since it {to_do}"
 
     @property
     def brief(self) -> str:
         """For a vehicle to say to its ground."""
-        return f"system {self.system}/{self.component} is refused: {self.refusal.value}"
+        who = "more systems are" if self.sender is None else f"system {self.sender[0]}/{self.sender[1]} is"
+        return f"{who} refused: {self.refusal.value}"
 
 
 @dataclass
 class _Refused:
     since_s: float
     last_s: float
-    refusal: Refusal
     tell_s: float
+    known: bool
 
 
 class Gate:
     """Signs what goes out on the link `name` and judges what comes in, counted by kind in `counts`.
 
     `tell` hears of a component of which nothing is let in within 3 s of the first frame refused, and each half minute
-    while that lasts. `number` is the link's in signatures. Used by the link's reader and writer, one at a time.
+    while that lasts. `number` is the link's in signatures, `system` whom this side was told to follow, None for nobody.
+    Used by the link's reader and writer, one at a time.
     """
 
     def __init__(
@@ -78,11 +95,13 @@ class Gate:
         clock: Clock,
         tell: Callable[[Trouble], None],
         number: int = 0,
+        system: int | None = None,
     ) -> None:
         self.counts: Counter[Refusal] = Counter()
         self._name, self._secret, self._number = name, key.secret, number
         self._times, self._clock, self._tell = times, clock, tell
-        self._refused: dict[tuple[int, int], _Refused] = {}
+        self._system = system
+        self._refused: dict[tuple[Refusal, Sender | None], _Refused] = {}
 
     @property
     def words(self) -> str:
@@ -94,14 +113,11 @@ class Gate:
     def trouble(self) -> str:
         """What the crew must do where nothing of a component is let in; "" where all is well."""
         now_s = self._clock.boot_s()
-        return next(
-            (
-                Trouble(self._name, *source, entry.refusal).sentence
-                for source, entry in list(self._refused.items())
-                if now_s - entry.since_s >= PATIENCE_S
-            ),
-            "",
-        )
+        lasting = [item for item in list(self._refused.items()) if now_s - item[1].since_s >= PATIENCE_S]
+        if not lasting:
+            return ""
+        (refusal, sender), _ = min(lasting, key=_matters)
+        return Trouble(self._name, sender, refusal).sentence
 
     @property
     def fault(self) -> str:
@@ -116,27 +132,26 @@ class Gate:
         """A frame that came, without its signature; b"" where it is refused."""
         if frame.message_id == RADIO_STATUS and not is_signed(frame.raw):
             return frame.raw
-        refusal, source = self._judge(frame), (frame.system, frame.component)
+        refusal, sender = self._judge(frame), (frame.system, frame.component)
         if refusal is None:
-            self._refused.pop(source, None)
+            for reason in Refusal:
+                self._refused.pop((reason, sender), None)
             return unsigned(frame.raw)
         self.counts[refusal] += 1
-        if source in self._refused or len(self._refused) < MOST_TOLD:
-            now_s = self._clock.boot_s()
-            first = _Refused(now_s, now_s, refusal, now_s + PATIENCE_S)
-            entry = self._refused.setdefault(source, first)
-            entry.last_s, entry.refusal = now_s, refusal
+        now_s = self._clock.boot_s()
+        entry = self._refused.get((refusal, sender)) or self._place(refusal, sender, now_s)
+        entry.last_s = now_s
         return b""
 
     def look(self) -> None:
         """Tell what is due; to be called with every read."""
         now_s = self._clock.boot_s()
-        for source, entry in list(self._refused.items()):
+        for (refusal, sender), entry in list(self._refused.items()):
             if now_s >= entry.tell_s:
                 entry.tell_s = now_s + AGAIN_EVERY_S
-                self._tell(Trouble(self._name, *source, entry.refusal))
+                self._tell(Trouble(self._name, sender, refusal))
             if now_s - entry.last_s > GONE_S:
-                del self._refused[source]
+                del self._refused[refusal, sender]
 
     def close(self) -> None:
         """Keep the times of the signatures."""
@@ -149,3 +164,19 @@ class Gate:
             return Refusal.OTHER_KEY
         link, time = link_and_time(frame.raw)
         return self._times.take((frame.system, frame.component, link), time)
+
+    def _place(self, refusal: Refusal, sender: Sender, now_s: float) -> _Refused:
+        """A place for one that has none: its own, or that of all for whom there is none."""
+        known = sender[0] == self._system or self._times.knows(sender[0])
+        alike = sum(
+            reason is refusal and other is not None and entry.known is known
+            for (reason, other), entry in self._refused.items()
+        )
+        whose = sender if alike < MOST_TOLD else None
+        return self._refused.setdefault((refusal, whose), _Refused(now_s, now_s, now_s + PATIENCE_S, known))
+
+
+def _matters(item: tuple[tuple[Refusal, Sender | None], _Refused]) -> tuple[bool, bool, bool]:
+    """What comes first where one sentence must do: the known, what was signed at all, then that there are more."""
+    (refusal, sender), entry = item
+    return (sender is None or not entry.known, refusal is Refusal.UNSIGNED, sender is not None)

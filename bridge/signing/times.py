@@ -6,12 +6,13 @@ takes the newest as well, so that a side whose clock is behind learns the time f
 """
 
 import json
-import os
 from enum import Enum
 from pathlib import Path
 from typing import Any, Final
 
 from bridge.clock import Clock
+from bridge.file_size import read_small
+from bridge.new_file import whole
 from bridge.plain import from_json
 
 EPOCH_UNIX_S: Final = 1_420_070_400  # 2015-01-01
@@ -68,6 +69,10 @@ class Times:
             self._keep()
         return None
 
+    def knows(self, system: int) -> bool:
+        """Whether a frame of that system was ever taken."""
+        return any(heard == system for heard, _, _ in self._heard)
+
     def close(self) -> None:
         """Keep them as they are now."""
         self._reserved = self._sent
@@ -82,11 +87,10 @@ class Times:
         if self._file is None:
             return
         heard = {" ".join(map(str, stream)): time for stream, time in self._heard.items()}
-        partial = self._file.with_name(f"{self._file.name}.{os.getpid()}.part")
         try:
             self._file.parent.mkdir(parents=True, exist_ok=True)
-            partial.write_text(json.dumps({"sent": self._reserved, "heard": heard}), encoding="utf-8")
-            partial.replace(self._file)
+            with whole(self._file) as file:
+                file.write(json.dumps({"sent": self._reserved, "heard": heard}).encode())
             self.fault = ""
         except OSError as error:
             self.fault = (
@@ -98,7 +102,7 @@ class Times:
 def _kept(file: Path) -> tuple[int, dict[Stream, int]]:
     """What a file keeps; nothing where it is absent or says something else: the clock serves then."""
     try:
-        told = from_json(file.read_text(encoding="utf-8"))
+        told = from_json(read_small(file))
         return _time(told["sent"]), {_stream(name): _time(time) for name, time in told["heard"].items()}
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return 0, {}

@@ -9,11 +9,13 @@ import numpy as np
 
 from bridge.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.accepted_effects import known_effects
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Mode, Slope, feedforward, silent
-from bridge.vehicle.pulses import Pulses
-from bridge.vehicle.references import ZERO6, Reference, Six, Trail
+from bridge.vehicle.onset import Onset
+from bridge.vehicle.pulses import Array, Pulses
+from bridge.vehicle.references import ZERO6, Push, Reference, Six, Trail
 from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 from bridge.vehicle.supply import Supply
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, thrust_curve
@@ -59,14 +61,17 @@ class Autopilot:
     Where PID and feed-forward fly together, the vehicle is to be where the reference is, not a lag behind: the
     feed-forward leads by the propellers' lag and half a period, and the PID compares each reading with what was
     wanted when that reading was true, so that it never pushes against the feed-forward. Left with the disturbance
-    alone, it may be stiffer (the table's `fed`).
+    alone, it may be stiffer (the table's `fed`). All that comes with the feed-forward comes as slowly as its wrench,
+    over half a second, and ends with it at once.
 
     A vehicle whose DVL or IMU is aboard but has told no velocity or heading for `HOLD_AFTER_S` gets no
     thrust in surge, sway and yaw, of the feed-forward neither, until it is heard again: heave, roll and
-    pitch go on. So does one whose reference is that old by its stamp; the feed-forward is at zero after
-    `REFERENCE_STALE_S` already. It needs no ground: a mission goes on where that falls silent.
+    pitch go on. So does one whose reference is that old by its stamp, or was stamped in the future for so long; the
+    feed-forward is at zero after `REFERENCE_STALE_S` already. It needs no ground: a mission goes on where that falls
+    silent.
 
-    An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the push itself.
+    An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the push itself, as far as
+    they reach. A push that is no number is none: the controller keeps the axis.
 
     `unproven` says why the mode may not be raised while armed: what was flown in shadow has not shown it yet.
     """
@@ -103,6 +108,7 @@ class Autopilot:
         self._pulses_fed = Pulses(curve, below_n)
         self._lead = Lead(vehicle.thrust_curve.lag_s + 0.5 / RATE_HZ, self._reach)
         self._slope = Slope(self._reach)
+        self._onset = Onset()
         self._shadow = Shadow(self._reach)
         self._trail = Trail(OLDEST_S)
         self._saturated = False
@@ -117,24 +123,26 @@ class Autopilot:
         if math.isnan(self._begun_s):
             self._begun_s = time_s
         lost = self._lost(time_s, navigation, reference)
+        pushes, no_pushes = _pushes(reference.push, self._reach)
         dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
         self._trail.add(time_s, reference)
         together = self.mode is Mode.BOTH
+        self._onset.step(self.mode.applies_feedforward, dt_s)
         wanted, gain = reference, 1.0
         if together:
-            wanted, gain = self._wanted_then(reference, known), self._gain_beside
+            wanted, gain = self._wanted_then(reference, known), self._onset.between(1.0, self._gain_beside)
         pid = self._controller.step(known, wanted, dt_s, self._saturated, gain)
         if lost or not self.mode.applies_pid:
             self._controller.reset(FEEDFORWARD_DOFS)
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
         term = self._feedforward(time_s, reference)
         blind = _blind(known)
-        self._report((*blind, *lost, *term.faults, *self._without))
+        self._report((*blind, *lost, *no_pushes, *term.faults, *self._without))
         led = self._lead.step(term.tau, dt_s)
         applied = self.mode.applies_feedforward and not lost
-        pushed = [dof for dof, force in enumerate(reference.push) if force is not None]
+        pushed = list(pushes)
         off = (*term.off, *pushed) if applied else range(6)
         ff = np.array(self._slope.step(led if together else term.tau, off, dt_s))
         push = np.zeros(6)
@@ -142,19 +150,27 @@ class Autopilot:
             self._controller.reset(pushed)
             pid = tuple(0.0 if dof in pushed else pid[dof] for dof in range(6))  # type: ignore[assignment]
             still = FEEDFORWARD_DOFS if lost else ()
-            push[pushed] = [0.0 if dof in still else reference.push[dof] for dof in pushed]
+            push[pushed] = [0.0 if dof in still else pushes[dof] for dof in pushed]
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
         supply = self._supplied(navigation.voltage_v, dt_s)
         losses = self._effects.losses if self.mode.applies_feedforward else None
         if losses is not None:
-            thrust, share = losses.made_up(thrust, supply, self._gentle_n, self._limits_n)
+            made_up, share = losses.made_up(thrust, supply, self._gentle_n, self._limits_n)
+            thrust, share = self._onset.between(thrust, made_up), self._onset.between(1.0, share)
             commanded, scale = share * commanded, share * scale
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
         self._watch(dt_s, navigation, term, (x, y, z, k, m, n), bool(blind or lost), bool(pushed))
-        pulses = self._pulses_fed if self.mode.applies_feedforward else self._pulses
-        pwm_us = tuple(pulses(thrust).tolist())
+        pwm_us = tuple(self._pulse_widths(thrust).tolist())
         return self._told(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
+
+    def _pulse_widths(self, thrust_n: Array) -> Array:
+        """Of thrusts (n,) in N, in microseconds. At the ends one law alone is asked: simulations are mostly this."""
+        if self._onset.share == 0.0:
+            return self._pulses(thrust_n)
+        if self._onset.share == 1.0:
+            return self._pulses_fed(thrust_n)
+        return self._onset.between(self._pulses(thrust_n), self._pulses_fed(thrust_n))
 
     def rest(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
         """The tick of a disarmed vehicle: neutral pulses, integrals forgotten; the feed-forward is computed alone."""
@@ -163,6 +179,7 @@ class Autopilot:
         self._controller.reset(range(6))
         self._lead.reset()
         self._slope.reset()
+        self._onset.step(False, 0.0)
         self._shadow.begin_anew()
         term = self._feedforward(time_s, reference)
         self._report((*term.faults, *self._without))
@@ -229,11 +246,13 @@ class Autopilot:
         velocity_s = self._heard("velocity", navigation.velocity[:2], navigation.velocity_time_s)
         attitude_s = self._heard("attitude", navigation.attitude, navigation.attitude_time_s)
         rate_s = self._heard("rate", navigation.rate, navigation.rate_time_s)
+        if reference.time_s <= time_s + REFERENCE_STALE_S:
+            self._heard_s["reference"] = reference.time_s
         needed = (
             ("velocity", self._has_dvl, velocity_s),
             ("heading", self._has_imu, attitude_s),
             ("heading", self._has_imu, rate_s),
-            ("reference", not math.isnan(reference.time_s), reference.time_s),
+            ("reference", not math.isnan(reference.time_s), self._heard_s.get("reference", math.nan)),
         )
         lost = {
             what: f"no {what} for {HOLD_AFTER_S:.0f} s: no horizontal thrust"
@@ -272,6 +291,13 @@ class Autopilot:
         if faults != self._faults:
             self._texts += [fault for fault in faults if fault not in self._faults]
             self._faults = faults
+
+
+def _pushes(push: Push, reach: Sequence[float]) -> tuple[dict[int, float], tuple[str, ...]]:
+    """The pushes to give, by axis, none beyond what the thrusters reach, and in words those that are no numbers."""
+    asked = {dof: force for dof, force in enumerate(push) if force is not None}
+    given = {dof: min(max(f, -reach[dof]), reach[dof]) for dof, f in asked.items() if math.isfinite(f)}
+    return given, tuple(f"push in {DOFS[dof]} is no number: none given" for dof in asked if dof not in given)
 
 
 def _blind(known: Navigation) -> tuple[str, ...]:

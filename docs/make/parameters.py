@@ -55,7 +55,7 @@ are those of `{EXAMPLE}`: they follow from a vehicle's dry mass, inertia and thr
 
 ## The model
 
-0 is "not set" for a mass.
+0 is "not set": the feed-forward of an axis that lacks its mass (inertia) or its damping is zero, and says so.
 
 {table(HEAD, nominal)}
 ## Accepted effects

@@ -11,6 +11,7 @@ from typing import Final
 
 from bridge.ftp.packet import DATA_BYTES, Fault, Op, Packet
 from bridge.ring.segments import Segment
+from gcs_plugin.fetch.doubtful import Stretch
 from gcs_plugin.fetch.listing import MOST_SEGMENTS, Listed, Listing
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import MOST_AT_ONCE, Requests
@@ -25,7 +26,7 @@ SUM_BYTES: Final = 4
 class _Stage(Enum):
     LIST = auto()
     OPEN = auto()
-    TAIL = auto()
+    COMPARE = auto()
     READ = auto()
     SUM = auto()
     DONE = auto()
@@ -52,6 +53,7 @@ class Fetching:
         self._segment = self._newest = Segment(0, 0, 0, 0)
         self._size = self._session = self._kept = self._asked = self._tries = 0
         self._held = 0
+        self._doubted: list[Stretch] | None = None
         self._pieces: dict[int, bytes] = {}
         self._ask_list()
 
@@ -88,8 +90,8 @@ class Fetching:
             self._on_list(packet, granted, fault)
         elif self._stage is _Stage.OPEN:
             self._on_open(packet, granted, fault)
-        elif self._stage is _Stage.TAIL:
-            self._on_tail(packet, granted, fault)
+        elif self._stage is _Stage.COMPARE:
+            self._on_compared(packet, granted, fault)
         elif self._stage is _Stage.READ:
             self._on_read(key, packet, granted, fault)
         elif self._stage is _Stage.SUM:
@@ -136,6 +138,7 @@ class Fetching:
             self._segment, self._size = self._left.pop()
             name = self._segment.name
             self._tries = 0
+            self._doubted = None
             if self._mirror.is_whole(name):
                 self._ask_sum()
             else:
@@ -166,7 +169,7 @@ class Fetching:
         if granted:
             self._session = packet.session
             if self._is_growing and self._kept:
-                self._ask_tail()
+                self._doubt()
             else:
                 self._stage = _Stage.READ
         elif fault is Fault.NOT_FOUND:
@@ -174,18 +177,37 @@ class Fetching:
         else:
             self._open()
 
-    def _ask_tail(self) -> None:
-        """For the last of what is there: no checksum tells yet whether that is the vehicle's."""
-        size = min(DATA_BYTES, self._kept)
-        self._stage = _Stage.TAIL
-        self._requests.ask("tail", Packet(0, self._session, Op.READ, size, offset=self._kept - size))
+    def _doubt(self) -> None:
+        """No checksum tells yet whether what is there is the vehicle's: ask for the last of it, which shows whether it
+        is of the same file, then for all that is no intact frame."""
+        name, size = self._segment.name, min(DATA_BYTES, self._kept)
+        if self._doubted is None:
+            self._doubted = self._mirror.doubtful(name)[::-1]
+        tail = self._kept - size, size
+        if self._doubted[-1:] != [tail]:
+            self._doubted.append(tail)
+        self._compare()
 
-    def _on_tail(self, packet: Packet, granted: bool, fault: Fault) -> None:
-        size = min(DATA_BYTES, self._kept)
-        answered = granted and packet.offset == self._kept - size and len(packet.data) == size
-        if answered and packet.data == self._mirror.tail(self._segment.name, size):
+    def _compare(self) -> None:
+        """Ask for the next that is in doubt; where nothing is, read on."""
+        if self._doubted:
+            at, size = self._doubted[-1]
+            self._stage = _Stage.COMPARE
+            asked = Packet(0, self._session, Op.READ, min(size, DATA_BYTES), offset=at)
+            self._requests.ask("compare", asked)
+        else:
             self._stage = _Stage.READ
             self._keep()
+
+    def _on_compared(self, packet: Packet, granted: bool, fault: Fault) -> None:
+        assert self._doubted
+        at, left = self._doubted[-1]
+        size = min(left, DATA_BYTES)
+        answered = granted and packet.offset == at and len(packet.data) == size
+        if answered and packet.data == self._mirror.piece(self._segment.name, at, size):
+            self._doubted[-1:] = [(at + size, left - size)] if left > size else []
+            self._nearer()
+            self._compare()
         elif answered or fault is Fault.END:
             self._drop()
             self._open()
@@ -194,13 +216,14 @@ class Fetching:
         elif fault is Fault.NOT_FOUND:
             self._gone()
         else:
-            self._ask_tail()
+            self._compare()
 
     def _drop(self) -> None:
         """What is there of a segment is none of it."""
         self._held -= min(self._mirror.size(self._segment.name), self._size)
         self._mirror.drop(self._segment.name)
         self._kept = self._asked = 0
+        self._doubted = []
 
     def _ask_reads(self) -> None:
         end = min(self._size, self._kept + MOST_AHEAD)

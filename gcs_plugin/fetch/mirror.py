@@ -16,9 +16,10 @@ from typing import BinaryIO, Final
 from bridge.errors import LogError
 from bridge.file_size import is_own_file
 from bridge.ftp.server import crc32
-from bridge.new_file import open_own
+from bridge.new_file import PART, open_own, remedy
+from bridge.tlog import MOST_BYTES
+from gcs_plugin.fetch.doubtful import Stretch, doubtful
 
-PART: Final = ".part"
 PIECE_BYTES: Final = 1 << 20
 LOCK: Final = "fetching.lock"
 
@@ -51,14 +52,14 @@ class Mirror:
         try:
             if self._folder.is_symlink():
                 raise LogError(f"{self._folder}: leads elsewhere; take that link away and fetch again")
+            if os.path.lexists(self._folder) and not self._folder.is_dir():
+                raise LogError(f"{self._folder}: is no folder; take it away and fetch again")
             self._folder.mkdir(parents=True, exist_ok=True)
             if os.path.lexists(path) and not is_own_file(path):
                 raise _no_file(path)
             return open_own(path)
         except OSError as error:
-            raise LogError(
-                f"{path}: can't be written ({error.strerror}); free disk space and fetch again"
-            ) from None
+            raise _unwritten(path, error) from None
 
     def need(self, more: int) -> None:
         """Raises LogError where the disk has no room for so many bytes more: a disk that is full records nothing."""
@@ -94,9 +95,7 @@ class Mirror:
             with self._opened(path.name) as file:
                 file.write(data)
         except OSError as error:
-            raise LogError(
-                f"{path}: can't be written ({error.strerror}); free disk space and fetch again"
-            ) from None
+            raise _unwritten(path, error) from None
 
     def checksum(self, name: str) -> int:
         """MAVLink FTP's, of what there is."""
@@ -106,17 +105,24 @@ class Mirror:
                 crc = crc32(data, crc)
         return crc
 
-    def tail(self, name: str, size: int) -> bytes:
-        """The last bytes of what there is. Raises LogError where it can't be read."""
+    def piece(self, name: str, at: int, size: int) -> bytes:
+        """Bytes of what there is. Raises LogError where it can't be read."""
         path = self.path(name)
         try:
             with path.open("rb") as file:
-                file.seek(-size, os.SEEK_END)
-                return file.read()
+                file.seek(at)
+                return file.read(size)
         except OSError as error:
-            raise LogError(
-                f"{path}: can't be read ({error.strerror}); check the disk and fetch again"
-            ) from None
+            raise _unread(path, error) from None
+
+    def doubtful(self, name: str) -> list[Stretch]:
+        """What of it only the vehicle can speak for. Raises LogError where it can't be read."""
+        path = self.path(name)
+        try:
+            size = path.stat().st_size
+            return doubtful(path.read_bytes()) if size <= MOST_BYTES else [(0, size)]
+        except OSError as error:
+            raise _unread(path, error) from None
 
     def finish(self, name: str) -> None:
         """It is whole."""
@@ -127,9 +133,7 @@ class Mirror:
                 os.fsync(file.fileno())
             path.replace(self._folder / name)
         except OSError as error:
-            raise LogError(
-                f"{path}: can't be kept ({error.strerror}); check the disk and fetch again"
-            ) from None
+            raise _unwritten(self._folder / name, error) from None
 
     def set_aside(self, name: str) -> None:
         """Keep what is whole under another name: the vehicle has something else under this one."""
@@ -150,3 +154,11 @@ class Mirror:
 
 def _no_file(path: Path) -> LogError:
     return LogError(f"{path}: is no file; take it away and fetch again")
+
+
+def _unwritten(path: Path, error: OSError) -> LogError:
+    return LogError(f"{path}: can't be written ({error.strerror}); {remedy(error)} and fetch again")
+
+
+def _unread(path: Path, error: OSError) -> LogError:
+    return LogError(f"{path}: can't be read ({error.strerror}); check the disk and fetch again")

@@ -6,8 +6,8 @@ where the link was quickest, so that the least of every ten seconds is the diffe
 """
 
 import heapq
-import os
-from bisect import bisect_left
+import math
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -23,9 +23,10 @@ from bridge.clock_line import ClockLine, fit_clock
 from bridge.errors import LogError, NothingRecorded
 from bridge.file_size import size_to_read
 from bridge.framing import MAGIC_2, Frame
-from bridge.new_file import open_new
+from bridge.new_file import PART, replacing
 from bridge.ring.segments import segment_named
-from bridge.tlog import GZIP, of_those_that_hold_frames, read_tlog, record_of
+from bridge.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
+from gcs_plugin.fetch.doubtful import damaged_before
 
 BLOCK_US: Final = 10_000_000
 EARLIEST_US: Final = -1_000_000
@@ -57,7 +58,8 @@ class Whole:
 
     `common`: how many both have. `share`: of each kind of message that states its time and that both hold, what share
     of those heard is also in the vehicle's recording, from the first that is to the last, at the least. `beyond`: how
-    many of its frames lie before or after, and are left out.
+    many of its frames lie before or after, and are left out. `damaged`: at how many places of it there is no frame;
+    `damaged_beyond`: at how many more, which certainly lie before or after.
     `clock`: that of the recording on board against the ground's, of the boot of which most is in common.
     """
 
@@ -67,13 +69,16 @@ class Whole:
     common: int
     share: float
     beyond: int
+    damaged: int
+    damaged_beyond: int
     clock: ClockLine
 
 
 @dataclass(frozen=True)
 class _Kept:
-    """A frame of the vehicle's own recording: its boot, and its time on board in Unix microseconds."""
+    """A frame of the vehicle's own recording: its number in it, its boot, its time on board in Unix microseconds."""
 
+    number: int
     boot: int
     stamp_us: int
     raw: bytes
@@ -92,18 +97,34 @@ class _Offsets:
     count: int
 
 
-def ring_frames(files: Sequence[Path]) -> Iterator[_Kept]:
-    """The frames of segments, oldest first; one that is empty or cut gives what it holds. Raises LogError."""
-    for path in files:
-        segment = segment_named(path.name.removesuffix(".part"))
-        if segment is not None and is_folded(path):
-            continue
-        try:
-            records = read_tlog(path)
-        except NothingRecorded:
-            continue
-        for stamp_us, frame in records:
-            yield _Kept(segment.boot if segment else 0, stamp_us, frame.raw)
+class RingFrames:
+    """The frames of segments, oldest first, to be iterated over once; one that is empty or cut gives what it holds.
+
+    `damaged`: each place where there is none, by the number of the frame after it, complete after that.
+    Raises LogError.
+    """
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        self.damaged: list[int] = []
+        self._files = files
+
+    def __iter__(self) -> Iterator[_Kept]:
+        number = 0
+        for path in self._files:
+            segment = segment_named(path.name.removesuffix(PART))
+            try:
+                if segment is not None and is_folded(path):
+                    raise NothingRecorded(f"{path}: is no recording of a ring")
+                reader = TlogReader(path)
+            except NothingRecorded:
+                self.damaged += [number] * (path.stat().st_size > 0)
+                continue
+            begins = number
+            for stamp_us, frame in reader:
+                yield _Kept(number, segment.boot if segment else 0, stamp_us, frame.raw)
+                number += 1
+            if reader.counts["checksum"]:
+                self.damaged += [begins + before for before in damaged_before(load_recording(path)[0])]
 
 
 def is_folded(path: Path) -> bool:
@@ -117,17 +138,22 @@ def is_folded(path: Path) -> bool:
         return False
 
 
-def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, int]) -> Whole:
+def made_whole(
+    ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, int], strangers: str = STRANGERS
+) -> Whole:
     """Both recordings of one dive as one; `source` is the vehicle's system and component.
 
-    Raises LogError where a file can't be read, or they have no frame in common.
+    Raises LogError where a file can't be read, or, with the sentence `strangers`, where they have no frame in common.
     """
-    kept = _once(ring_frames(ring))
+    aboard = RingFrames(ring)
+    kept = _once(aboard)
     heard = [record for records in of_those_that_hold_frames(ground, read_tlog) for record in records]
     places: dict[bytes, list[int]] = defaultdict(list)
     for place, one in enumerate(kept):
         places[one.raw].append(place)
     offset_us = _offsets(kept, heard, places)
+    if not offset_us:
+        raise LogError(strangers)
     dated = _dated(kept, offset_us)
     both: set[int] = set()
     others: list[tuple[int, Frame]] = []
@@ -143,13 +169,15 @@ def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, 
         elif frame.message_id != _TRANSFER:
             others.append((stamp_us, frame))
     if not both:
-        raise LogError(STRANGERS)
+        raise LogError(strangers)
     first, last = min(both), max(both)
     own = zip(dated[first : last + 1], (one.raw for one in kept[first : last + 1]), strict=True)
     left = ((stamp_us, frame.raw) for stamp_us, frame in others)
     records = list(heapq.merge(own, _rising(left), key=itemgetter(0)))
     told = copies + sum((frame.system, frame.component) == source for _, frame in others)
     span = last + 1 - first
+    strange_us = [stamp_us for stamp_us, frame in others if (frame.system, frame.component) == source]
+    damaged = _within(aboard.damaged, kept, dated, (first, last), strange_us)
     return Whole(
         records,
         told,
@@ -157,6 +185,8 @@ def made_whole(ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, 
         len(both),
         _share(timed.values()),
         len(kept) - span,
+        damaged,
+        len(aboard.damaged) - damaged,
         _clock(offset_us),
     )
 
@@ -172,6 +202,28 @@ def _once(kept: Iterable[_Kept]) -> list[_Kept]:
         if before_us is None or abs(one.stamp_us - before_us) > AGAIN_US:
             out.append(one)
     return out
+
+
+def _within(
+    damaged: Iterable[int],
+    kept: Sequence[_Kept],
+    dated: Sequence[int],
+    both: tuple[int, int],
+    strange_us: Sequence[int],
+) -> int:
+    """How many of the damaged places may be of the dive. `both`: the first and the last frame that both have;
+    `strange_us`: when the ground heard frames of the vehicle that its recording lacks, perhaps for the damage.
+
+    A place before a frame that was sent before all that was heard is of the time before; so at the end.
+    """
+    first, last = both
+    begins_us = min((dated[first], *(stamp_us - LATEST_US for stamp_us in strange_us)))
+    ends_us = max((dated[last], *(stamp_us - EARLIEST_US for stamp_us in strange_us)))
+    early = bisect_right(dated, begins_us, 0, first + 1) - 1
+    late = bisect_left(dated, ends_us, last)
+    after = kept[early].number if early >= 0 else -1
+    up_to = kept[late].number if late < len(kept) else math.inf
+    return sum(after < place <= up_to for place in damaged)
 
 
 def _number(raw: bytes) -> int:
@@ -193,38 +245,32 @@ def _clock(offsets: dict[int, _Offsets]) -> ClockLine:
     return fit_clock(here_s, ahead_s, np.full(len(here_s), JITTER_S))
 
 
-def newest_frames(files: Sequence[Path], most_us: int | None) -> list[Dated]:
-    """The frames of segments, or the last `most_us` of them. Raises LogError where they hold none."""
-    records = [(one.stamp_us, one.raw) for one in ring_frames(files)]
+def newest_frames(files: Sequence[Path], most_us: int | None) -> tuple[list[Dated], int]:
+    """The frames of segments, or the last `most_us` of them, and at how many places there is none.
+
+    Raises LogError where they hold no frame.
+    """
+    aboard = RingFrames(files)
+    records = [(one.stamp_us, one.raw) for one in aboard]
     if not records:
         raise LogError("the vehicle's own recording holds no frame yet; wait a second and fetch again")
     begins_us = records[-1][0] - most_us if most_us is not None else 0
-    return list(_rising(record for record in records if record[0] >= begins_us))
+    first = next(place for place, (stamp_us, _) in enumerate(records) if stamp_us >= begins_us)
+    damaged = sum(place > first for place in aboard.damaged) if first else len(aboard.damaged)
+    return list(_rising(record for record in records if record[0] >= begins_us)), damaged
 
 
 def write_records(path: Path, records: Iterable[Dated]) -> None:
     """A recording at `path`, whole or not at all, in place of the one before. Raises LogError."""
-    partial = path.with_name(path.name + ".part")
-    try:
-        with open_new(partial) as file:
-            for stamp_us, raw in records:
-                file.write(record_of(stamp_us, raw))
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError as error:
-        raise LogError(
-            f"{path}: can't be written ({error.strerror}); free disk space and fetch again"
-        ) from None
+    with replacing(path, "try again") as file:
+        for stamp_us, raw in records:
+            file.write(record_of(stamp_us, raw))
 
 
 def _offsets(
     kept: Sequence[_Kept], heard: Sequence[tuple[int, Frame]], places: dict[bytes, list[int]]
 ) -> dict[int, _Offsets]:
-    """By boot, of frames that state their own time: others may come again, and be lost in between.
-
-    Raises LogError where there are none.
-    """
+    """By boot, of frames that state their own time: others may come again, and be lost in between."""
     times: dict[int, dict[int, list[tuple[int, int]]]] = defaultdict(lambda: defaultdict(list))
     met: set[bytes] = set()
     for stamp_us, frame in heard:
@@ -234,8 +280,6 @@ def _offsets(
         met.add(frame.raw)
         one = kept[found[0]]
         times[one.boot][one.stamp_us // BLOCK_US].append((stamp_us - one.stamp_us, one.stamp_us))
-    if not times:
-        raise LogError(STRANGERS)
     return {boot: _of_boot(list(blocks.values())) for boot, blocks in times.items()}
 
 

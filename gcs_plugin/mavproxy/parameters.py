@@ -17,6 +17,7 @@ from gcs_plugin.params.last_accepted import before_newest, keep_accepted, last_a
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Plan, Verdict, unit_of, value_text
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, begin, finish, lines_of, new_preimage, path_of
+from gcs_plugin.params.sidecar import unchecked
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.wanted import Wanted, wanted_by
@@ -147,7 +148,9 @@ class Parameters:
         source = self._fleet.meant(now_s)
         wanted = wanted_by(file, doubts)
         check_system(file, wanted.system, source[0], "")
-        for note in wanted.notes:
+        for note in (
+            wanted.notes if action == "rollback" else (*unchecked(file, wanted.sidecar), *wanted.notes)
+        ):
             self._say(note)
         self._say(f"params: reading vehicle {source[0]}, component {source[1]}")
         errand = Errand(source, wanted, now_s, going_back=action == "rollback")

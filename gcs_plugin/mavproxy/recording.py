@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A recording of everything on MAVProxy's links, both ways, in a dive folder."""
 
-import shutil
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from typing import Final
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LinkError, LogError
 from bridge.framing import Frame
+from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.folder import About, DiveFolder, about_vehicle, new_folder
 from gcs_plugin.recorded import Count, Notice
@@ -62,7 +62,7 @@ class Recording:
             say(f"{said.level}: {said.sentence}")
 
         self._recorder = Recorder(
-            [self._frames], self.folder.open_telemetry, clock, self.free_bytes, notice, None, None
+            [self._frames], self._opener(self.folder), clock, self.free_bytes, notice, None, None
         )
         self._stop = threading.Event()
         self._syncer = threading.Thread(target=self._sync, name="seatrial-sync", daemon=True)
@@ -80,7 +80,7 @@ class Recording:
         """Begin the next dive in a new folder, between two frames. Raises LogError where none can be made."""
         following = self._new()
         try:
-            self._recorder.go_on(following.open_telemetry, partial(self._change, following))
+            self._recorder.go_on(self._opener(following), partial(self._change, following))
         except LogError:
             following.discard()
             raise
@@ -94,7 +94,7 @@ class Recording:
 
     def free_bytes(self) -> int:
         """What the disk has left."""
-        return shutil.disk_usage(self.folder.path).free
+        return self.folder.free_bytes()
 
     def unix_s(self) -> float:
         """Now, on the clock of its stamps, which nobody sets."""
@@ -113,6 +113,9 @@ class Recording:
         folder.describe(self._about)
         return folder
 
+    def _opener(self, folder: DiveFolder) -> Callable[[int], TlogWriter]:
+        return partial(folder.open_telemetry, about=self._about)
+
     def _change(self, following: DiveFolder, count: Count) -> None:
         self._over(count)
         self.folder, self.began_s = following, self._clock.boot_s()
@@ -125,7 +128,8 @@ class Recording:
             self._say("nothing passed in this dive, and no dive folder is kept")
             return
         self.finished = self.folder.path
-        lost = f", {count.lost} lost" if count.lost else ""
+        lost = f", {count.lost} lost here" if count.lost else ""
+        lost += f", {count.moved} moved elsewhere" if count.moved else ""
         size = f"{count.frames} frames, {count.bytes / 1e3:.0f} kB"
         self._say(f"recorded {size}{lost}: {self.finished}")
 

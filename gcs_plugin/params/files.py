@@ -4,16 +4,15 @@ The whole file is read and judged before anything is done with it. Values are wr
 that reads back to the same float32, so that two files can be compared by eye.
 """
 
-import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from bridge.errors import ParamRejected
+from bridge.errors import ParamRejected, ParamUnwritten
 from bridge.file_size import size_to_read
-from bridge.new_file import open_new
+from bridge.new_file import to_disk, whole
 from bridge.printable import printable
 from bridge.schema import why_unread
 from gcs_plugin.params import float32
@@ -28,6 +27,8 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 _SAVED_OF = "Onboard parameters for Vehicle"
 """As QGroundControl begins its files."""
 _SAVED_OF_LINE = re.compile(rf"#\s*{_SAVED_OF} (\d{{1,3}})\s*")
+_FOUND_BY_LINE = re.compile(r"#\s*(.+?), configuration (.+?), by \S+ from .*")
+"""As `identify --param` and `diagnose --accept` begin theirs."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)(\(.*\))?", re.IGNORECASE)
 
@@ -111,6 +112,14 @@ def system_of(path: Path) -> int | None:
     return systems[0] if systems else None
 
 
+def found_of(path: Path) -> tuple[str, str] | None:
+    """The vehicle and the configuration of which a file's own words say that it was found; None where they name none.
+    Raises ParamRejected."""
+    lines = _LINE_END.split(_text_of(path))
+    found = ((match[1], match[2]) for line in lines if (match := _FOUND_BY_LINE.fullmatch(line)))
+    return next(found, None)
+
+
 def check_system(path: Path, named: int | None, system: int, otherwise: str) -> None:
     """Raise ParamRejected where a file names a vehicle, and another is meant; `otherwise` says what lets it pass."""
     if named not in (None, system):
@@ -185,7 +194,8 @@ def write_parameters(
     """Write a file whole or not at all, in the form that its suffix names (.param, .parm, .params); `system` is the
     vehicle whose values they are, where they are one's.
 
-    Raises ParamRejected for another suffix, a value that is not finite, or a place that can't be written.
+    Raises ParamRejected for another suffix or a value that is not finite, ParamUnwritten for a place that can't be
+    written.
     """
     saved_of = () if system is None else (f"{_SAVED_OF} {system}",)
     words = (*saved_of, *(printable(" ".join(comment.split()), "?") for comment in comments))
@@ -208,15 +218,13 @@ def write_parameters(
 
 
 def replace_text(path: Path, text: str) -> None:
-    """Put `text` where `path` is, whole or not at all. Raises ParamRejected where that fails."""
-    partial = path.with_name(f"{path.name}.{os.getpid()}.part")
+    """Put `text` where `path` is, whole or not at all. Raises ParamUnwritten where that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with open_new(partial) as file:
+        with whole(path) as file:
             file.write(text.encode())
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
+            to_disk(file)
     except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise ParamRejected(f"{path}: can't be written ({error.strerror}); choose another place") from None
+        if not path.parent.is_dir():
+            raise ParamUnwritten(f"{path}: {path.parent} is no folder; choose another place") from None
+        raise ParamUnwritten(f"{path}: can't be written ({error.strerror}); choose another place") from None

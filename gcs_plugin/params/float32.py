@@ -14,7 +14,7 @@ def rounded(value: float) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{value} is not a finite number")
     try:
-        return float(struct.unpack("<f", struct.pack("<f", value))[0])
+        return float(struct.unpack("<f", struct.pack("<f", float(value)))[0])
     except OverflowError:
         raise ValueError(f"{value:g} does not fit a float32 (largest {LARGEST:.6g})") from None
 

@@ -15,13 +15,16 @@ from typing import Any, Final
 from bridge.errors import ParamError, ParamRejected
 from bridge.file_size import read_small
 from bridge.plain import from_json
+from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.receipt import BEFORE, RECEIPT, Receipt, path_of
+from gcs_plugin.params.receipt import BEFORE, MOST_UPLOADS, RECEIPT, Receipt, path_of, whole
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"
+
+_LARGEST_CRC: Final = 2**32 - 1
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
 _HELD: Final = (Outcome.APPLIED, Outcome.SAME)
@@ -71,7 +74,7 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, whole: bool) -> Pat
     """Keep beside a good receipt what the vehicle holds of it now, and what `sidecar` says of these lines.
 
     None where nothing was to be kept. `whole`: all lines of the source were sent, so that its effects hold too. Raises
-    ParamRejected where it can't be written.
+    ParamUnwritten where it can't be written.
     """
     values = {line.name: line.target for line in receipt.lines if line.outcome in _HELD}
     if not receipt.good or receipt.restores or not values:
@@ -183,14 +186,16 @@ def _read_all(paths: Iterable[Path], system: int | None) -> Iterator[_Kept]:
             data: Any = from_json(read_small(path))
             of, restores, crc = data["vehicle"]["system"], data.get("restores") or "", data.get("active_crc")
             lines = data.get("parameters", ())
+            targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
+            begun = (str(line["name"]) for line in lines if line["outcome"] == _BEGUN)
             kept = _Kept(
-                int(data.get("number", 0)),
+                whole(data.get("number", 0), MOST_UPLOADS),
                 time,
                 str(data["outcome"]),
                 str(restores),
-                {str(line["name"]): float(line["target"]) for line in lines},
-                {str(line["name"]): float(line["target"]) for line in lines if line["outcome"] == _BEGUN},
-                None if crc is None else int(crc),
+                targets,
+                {name: targets[name] for name in begun},
+                None if crc is None else whole(crc, _LARGEST_CRC),
             )
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             continue

@@ -165,8 +165,7 @@ def objection(name: str, value: float) -> str:
     coefficient = coefficient_of(name)
     if coefficient is None or coefficient.low <= value <= coefficient.high:
         return ""
-    optional = isinstance(coefficient, EffectCoefficient) or coefficient.kind == "mass"
-    if optional and value == 0.0:
+    if value == 0.0:
         return ""  # how the vehicle says "not set": a pre-image may hold it
     unit = "" if coefficient.unit == "1" else f" {coefficient.unit}"
     return f"{value:g} is outside {coefficient.low:g} to {coefficient.high:g}{unit}"

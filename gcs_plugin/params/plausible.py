@@ -1,10 +1,15 @@
-"""What speaks against a value beside its bounds: its own interval, the rigid body, what was accepted last. Pure."""
+"""What speaks against a value: its own interval, the rigid body, what the vehicle can have, what was accepted last, the
+half of a model that it would leave, the mode of the feed-forward that it would raise. Pure."""
 
 import re
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Final
 
-from bridge.vehicle.coefficients import Coefficient
+from bridge.parameters import MODE
+from bridge.vehicle.coefficients import BY_NAME, DOFS, Coefficient
+from bridge.vehicle.feedforward import AXES, Mode
+from gcs_plugin.ff_switch import word
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, value_text
 from gcs_plugin.params.sidecar import Interval
@@ -19,7 +24,11 @@ LARGE: Final = 0.3
 RATIO: Final = 3.0
 """How many times the accepted value, or its inverse, a value without intervals may be."""
 
+NONE_KNOWN: Final[Mapping[str, tuple[float, float]]] = MappingProxyType({})
+
 _CONFIGURATION = re.compile(r"FF\d+")
+_OTHER: Final = {a: b for _, mass, damping in AXES for a, b in ((mass, damping), (damping, mass))}
+"""The coefficient without which another is no model of its axis."""
 
 
 def implausible(
@@ -27,11 +36,15 @@ def implausible(
     intervals: Mapping[str, Interval],
     accepted: Mapping[str, AcceptedValue],
     rigid: Mapping[str, tuple[float, float]],
+    kept: Mapping[str, tuple[float, float]] = NONE_KNOWN,
 ) -> dict[str, str]:
     """By id, why lines that change, or come into force as they are staged, are not believed.
 
-    `rigid`: mass or inertia of the rigid body and its standard deviation, by the id of the total, where a vehicle file
-    tells it. An effect of 0 is taken back, and needs no belief; a mass or damping of 0 is a value as any other.
+    `rigid`: mass or inertia of the rigid body and its standard deviation, by the id of the total, and `kept` the least
+    and the greatest value that such a vehicle takes, by id, where a vehicle file tells them. An effect of 0 is taken
+    back, and needs no belief; a mass or damping of 0 is a value as any other. What leaves the feed-forward of an axis
+    with half a model, with what the vehicle holds already, is no value to write, and a mode that leaves more to the
+    feed-forward is not raised by the way.
     """
     values = {**plan.present, **{row.name: row.target for row in plan.rows}}
     found = {}
@@ -42,11 +55,35 @@ def implausible(
         reasons = (
             _against_interval(row, interval, values),
             _against_rigid_body(row, interval, rigid.get(row.name)),
+            _against_kept(row, kept.get(row.name)),
             _against_accepted(row, interval, last),
+            half_a_model(row.name, row.target, values),
+            _against_raising(row),
         )
         if reason := next(filter(None, reasons), ""):
             found[row.name] = reason
     return found
+
+
+def other_half(name: str) -> str:
+    """The id of the value without which this one is no model of its axis for the feed-forward; "" where none is."""
+    coefficient, match = coefficient_of(name), _CONFIGURATION.match(name)
+    if not isinstance(coefficient, Coefficient) or match is None or coefficient.name not in _OTHER:
+        return ""
+    return BY_NAME[_OTHER[coefficient.name]].parameter_id(int(match.group(0)[2:]))
+
+
+def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
+    """Why a value beside the others that the vehicle then holds is half of a model, "" where it is not."""
+    other, coefficient = other_half(name), coefficient_of(name)
+    if (
+        not isinstance(coefficient, Coefficient)
+        or not other
+        or (value == 0.0) == (values.get(other, 0.0) == 0.0)
+    ):
+        return ""
+    stays = f"the feed-forward of {DOFS[coefficient.dof]} stays off"
+    return f"0 is not set: {stays}" if value == 0.0 else f"without {other} {stays}"
 
 
 def _is_taken_back(row: Row) -> bool:
@@ -88,6 +125,15 @@ def _against_rigid_body(row: Row, interval: Interval | None, rigid: tuple[float,
     return f"{value_text(row.target)} is below the rigid body's own {mass:g}, which no water takes away"
 
 
+def _against_kept(row: Row, kept: tuple[float, float] | None) -> str:
+    if kept is None or row.target == 0.0 or kept[0] <= row.target <= kept[1]:
+        return ""
+    return (
+        f"{value_text(row.target)} is outside {kept[0]:g} to {kept[1]:g}, which is all that a vehicle of this mass and "
+        "thrust can have"
+    )
+
+
 def _against_accepted(row: Row, interval: Interval | None, last: AcceptedValue | None) -> str:
     if last is None or last.value == 0.0:
         return ""
@@ -102,3 +148,13 @@ def _against_accepted(row: Row, interval: Interval | None, last: AcceptedValue |
         return ""
     ratio = row.target / last.value
     return "" if 1 / RATIO <= ratio <= RATIO else f"{before}: this is {ratio:.2g} times as much"
+
+
+def _against_raising(row: Row) -> str:
+    modes = {float(mode) for mode in Mode}
+    if row.name != MODE or row.present not in modes or row.target not in modes:
+        return ""
+    if not Mode(int(row.target)).raises(Mode(int(row.present))):
+        return ""
+    now, then = word(row.present), word(row.target)
+    return f"raises the feed-forward from {now} to {then}, which no file does by the way: seatrial ff {then}"

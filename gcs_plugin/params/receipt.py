@@ -26,6 +26,8 @@ from gcs_plugin.params.upload import Ending
 BEFORE: Final = "-before.param"
 RECEIPT: Final = "-receipt.json"
 WANTED: Final = "-wanted.param"
+MOST_UPLOADS: Final = 2**53
+"""A receipt that bears a larger number is none of ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +105,26 @@ def begin(
     sidecar: Sidecar | None = None,
 ) -> Receipt:
     """Put on the disk what an upload needs to be finished or rolled back by another: the values before, what it is to
-    write with what is known of that, and its receipt. Raises ParamRejected where that can't be: then nothing is to be
-    sent.
+    write with what is known of that, and its receipt. Raises ParamUnwritten where that can't be: then nothing is to be
+    sent, and none of these files is left, for they would look like an upload.
     """
+    wanted = path_of(preimage, WANTED)
+    try:
+        return _begun(plan, vehicle, preimage, active_crc, unix_s, restores, sidecar)
+    except BaseException:
+        _take_away(preimage, wanted, sidecar_path(wanted), path_of(preimage, RECEIPT))
+        raise
+
+
+def _begun(
+    plan: Plan,
+    vehicle: Source,
+    preimage: Path,
+    active_crc: int | None,
+    unix_s: float,
+    restores: str,
+    sidecar: Sidecar | None,
+) -> Receipt:
     started_utc = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H:%M:%SZ}"
     words = f"what vehicle {vehicle[0]}, component {vehicle[1]} held before an upload, {started_utc}"
     write_parameters(preimage, plan.present, (words,), *vehicle)
@@ -157,23 +176,34 @@ def finish(begun: Receipt, plan: Plan, ending: Ending, took_s: float) -> Receipt
         why = f"its receipt still says that it was begun: {error}, or free disk space; the same {again} once more "
         return replace(receipt, unkept=why + "then writes down what the vehicle holds")
     wanted = path_of(receipt.preimage, WANTED)
-    for path in (wanted, sidecar_path(wanted)):
-        with contextlib.suppress(OSError):  # it is only no longer needed
-            path.unlink()
+    _take_away(wanted, sidecar_path(wanted))
     return receipt
 
 
+def _take_away(*paths: Path) -> None:
+    for path in paths:
+        with contextlib.suppress(OSError):  # it is only no longer needed
+            path.unlink()
+
+
 def next_number(folder: Path) -> int:
-    """One more than any receipt in a folder bears."""
-    return 1 + max((number_in(path) for path in folder.glob(f"*{RECEIPT}")), default=0)
+    """One more than any receipt in a folder bears; never one that could not be read again."""
+    return min(1 + max((number_in(path) for path in folder.glob(f"*{RECEIPT}")), default=0), MOST_UPLOADS)
 
 
 def number_in(path: Path) -> int:
     """The number that a receipt bears; 0 for an older one, and one that can't be read."""
     try:
-        return int(from_json(read_small(path))["number"])
+        return whole(from_json(read_small(path))["number"], MOST_UPLOADS)
     except (OSError, ValueError, KeyError, TypeError):
         return 0
+
+
+def whole(told: Any, most: int) -> int:
+    """A whole number of a receipt, from 0 on. Raises ValueError for anything else."""
+    if isinstance(told, bool) or not isinstance(told, int) or not 0 <= told <= most:
+        raise ValueError(f"no whole number from 0 to {most}")
+    return told
 
 
 def new_preimage(folder: Path, unix_s: float) -> Path:

@@ -77,6 +77,16 @@ def read_sidecar(path: Path) -> Sidecar | None:
         raise ParamRejected(f"{beside}: not a sidecar ({error}); remove it or identify again") from None
 
 
+def unchecked(path: Path, sidecar: Sidecar | None) -> tuple[str, ...]:
+    """What could not be checked of a parameter file since no sidecar lies beside it; nothing where one does."""
+    if sidecar is not None:
+        return ()
+    return (
+        f"note: vehicle file and intervals of {path.name} could not be checked: {sidecar_path(path).name} "
+        "is not beside it",
+    )
+
+
 def intervals_of(identification: Mapping[str, Any], parameter_ids: Mapping[str, str]) -> dict[str, Interval]:
     """The intervals of an identification's JSON, by parameter id; `parameter_ids`: coefficient name to id."""
     found = {}

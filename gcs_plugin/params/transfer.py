@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
+from bridge.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import Timing, is_past, retry_delay_s
 from gcs_plugin.params.round_trips import RoundTrips
@@ -19,6 +20,8 @@ from gcs_plugin.params.round_trips import RoundTrips
 Source = tuple[int, int]
 
 DOES_NOT_EXIST: Final = 1
+OUT_OF_RANGE: Final = 2
+DENIED: Final = 3
 COMPONENT_NOT_FOUND: Final = 4
 ERROR_SENTENCES: Final = {
     1: "the vehicle has no such parameter",
@@ -30,6 +33,10 @@ ERROR_SENTENCES: Final = {
     7: "the vehicle expects another type",
     8: "the vehicle could not read it",
 }
+NOT_FROM_HERE: Final = "the vehicle does not permit it; it may take orders from another ground alone"
+ANOTHER_WROTE: Final = (
+    "the vehicle holds another set than was read back from it just now: another program wrote to it meanwhile"
+)
 REFUSALS_THAT_SETTLE: Final = 2
 UNANSWERED_WRITES: Final = 2  # then it is read back: there are vehicles that store a value and never echo it
 
@@ -213,6 +220,10 @@ class Transfer:
             self.unmatched["error"] += 1
             return
         sentence = ERROR_SENTENCES.get(code, f"the vehicle answers error {code}")
+        if name == COMMIT and code == OUT_OF_RANGE:
+            sentence = ANOTHER_WROTE
+        elif name not in (COMMIT, MODE) and code == DENIED:
+            sentence = NOT_FROM_HERE
         if code in (DOES_NOT_EXIST, COMPONENT_NOT_FOUND):
             self._finish(item, Outcome.REFUSED, f"{name} refused: {sentence}")
         elif item.state is _State.ECHO:

@@ -299,6 +299,8 @@ class Upload:
                 Outcome.UNVERIFIED,
                 f"{cause}; {again}; {flies}connect again and roll back to the values before",
             )
+        elif self._undone and all(self._results[name].outcome is Outcome.REFUSED for name in self._undone):
+            self._end(Outcome.REFUSED, f"{cause}; the vehicle took none of the values that were sent")
         elif self._undone:
             now = "every value that was written is back as it was"
             if self._committed and not float32.same(self._plan.present[ACTIVE], float(self._crc_old)):

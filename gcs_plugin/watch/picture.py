@@ -94,7 +94,8 @@ class ThrusterRow:
 
 @dataclass(frozen=True)
 class Said:
-    """A STATUSTEXT; `utc_s` is Unix time, NaN where neither side knows the date. Severity as MAVLink has it, 0 to 7."""
+    """A STATUSTEXT, or that the vehicle started anew. `utc_s` is Unix time, NaN where neither side knows the date;
+    severity as MAVLink has it, 0 to 7."""
 
     utc_s: float
     severity: int

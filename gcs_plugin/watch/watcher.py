@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import ConfigError
 from bridge.framing import Frame
 from bridge.vehicle.config import VehicleFile
+from gcs_plugin.restarts import Restarts
 from gcs_plugin.senders import GONE_S, Source
 from gcs_plugin.twins_across import TwinsAcross
 from gcs_plugin.watch.active_set import ActiveSet
@@ -80,6 +81,7 @@ class Watcher:
         self._said_at_s = 0.0
         self._texts = StatusTexts(self._tell)
         self._active_set = ActiveSet()
+        self._restarts = Restarts()
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """One frame as it came; `arrived_s` never runs back."""
@@ -104,6 +106,7 @@ class Watcher:
             self._date(arrived_s)
         if own:
             self._active_set.hear(frame, arrived_s)
+            self._look_for_restart(frame, arrived_s)
         if number in _OF_WORDS:
             self._said_at_s = arrived_s
             self._texts.hear(frame)
@@ -193,9 +196,18 @@ class Watcher:
     def _tell(self, source: Source, severity: int, text: str) -> None:
         del source
         self._active_set.read(text, self._said_at_s)
-        ground_s, vehicle_s = self._ground_unix_s, self._vehicle_unix_s
-        utc_s = self._said_at_s + (vehicle_s if math.isnan(ground_s) else ground_s)
-        self._said.append(Said(utc_s, severity, text))
+        self._said.append(Said(self._said_at_s + self._unix_at_zero_s, severity, text))
+
+    def _look_for_restart(self, frame: Frame, arrived_s: float) -> None:
+        restart = self._restarts.on_frame(frame, arrived_s)
+        if restart is not None:
+            unix_s = self._unix_at_zero_s
+            self._said.append(Said(arrived_s + unix_s, dialect.MAV_SEVERITY_WARNING, restart.words(unix_s)))
+
+    @property
+    def _unix_at_zero_s(self) -> float:
+        """Unix time less the time of `feed`, NaN where neither side knows the date."""
+        return self._vehicle_unix_s if math.isnan(self._ground_unix_s) else self._ground_unix_s
 
     def _date(self, arrived_s: float) -> None:
         told = self._channels["clock"].values

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from bridge.errors import LogError
+from bridge.file_size import ODD, size_to_read
 from bridge.plain import from_json
 from identify.batch.jobs import Result
 
@@ -20,6 +21,8 @@ class Cache:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+            if size_to_read(path) is None:
+                raise OSError(*ODD, str(path))
             text = path.read_bytes()
             if text and not text.endswith(b"\n"):  # the last line was cut by the end of the last batch
                 os.write(self._file, b"\n")

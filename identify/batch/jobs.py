@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import ConfigError, FitError, SeatrialError
+from bridge.file_size import check_small
 from bridge.vehicle.config import CONFIGS, VehicleFile
 from identify.batch.version import our_version
 
@@ -145,4 +146,7 @@ def run_job(job: Job) -> Result:
 
 
 def _sha256(file: Path | None) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest() if file is not None else ""
+    if file is None:
+        return ""
+    check_small(file)
+    return hashlib.sha256(file.read_bytes()).hexdigest()

@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 
 from bridge.errors import LogError
+from bridge.file_size import read_small
 
 PRIVATE = 0o600
 """Its owner alone may read a key."""
@@ -34,7 +35,7 @@ def write_key(path: Path, key: str) -> None:
 def read_key(path: Path) -> str:
     """Raises LogError where there is none."""
     try:
-        return path.read_text(encoding="ascii").strip()
+        return read_small(path).strip()
     except (OSError, UnicodeDecodeError):
         raise LogError(
             f"{path}: holds no key; give the file that challenge seal wrote with --key FILE"

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
+from bridge.file_size import check_small, read_small
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.lock import locked, read_key, write_key
 from identify.challenge.recording import tlog_of
@@ -94,8 +95,9 @@ def unsealed(folder: Path, published: str | None = None, key: Path | None = None
     Raises LogError where they are not, or can't be read.
     """
     try:
+        check_small(folder / ANSWERS)
         data = (folder / ANSWERS).read_bytes()
-        told = published or hash_path(folder).read_text(encoding="utf-8").split(maxsplit=1)[0]
+        told = published or read_small(hash_path(folder)).split(maxsplit=1)[0]
     except (OSError, UnicodeDecodeError, IndexError):
         raise LogError(
             f"{folder}: holds no {ANSWERS}, or {hash_path(folder).name} is not beside it; give a folder of challenge "

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
+WRENCH_UNITS: Final = {"m/s": "N", "rad/s": "N m"}
 DIGITS: Final = 4
+MOST, LEAST_STEP_S = 1e9, 1e-4
+"""More than any speed, force or time of a dive, and less than the time between two points of its curves."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +46,20 @@ class Followed:
     def from_json(cls, data: Mapping[str, Any]) -> "Followed":
         """What `to_json` wrote. Raises KeyError, TypeError or ValueError for anything else."""
         curves = [np.array([math.nan if v is None else float(v) for v in data[name]]) for name in CURVES]
-        time_s = data["start_s"] + data["step_s"] * np.arange(len(curves[0]))
-        return cls(str(data["axis"]), str(data["unit"]), str(data["wrench_unit"]), time_s, *curves)
+        start_s, step_s = float(data["start_s"]), float(data["step_s"])
+        unit, wrench_unit = str(data["unit"]), str(data["wrench_unit"])
+        count = len(curves[0])
+        largest = np.nanmax(np.abs([start_s, step_s, *np.concatenate(curves)]))
+        if (
+            count < 2
+            or any(len(one) != count for one in curves)
+            or not (largest < MOST and step_s > LEAST_STEP_S)
+        ):
+            raise ValueError("no curves of a dive")
+        if WRENCH_UNITS.get(unit) != wrench_unit:
+            raise ValueError(f"no curves in {unit} and {wrench_unit}")
+        time_s = start_s + step_s * np.arange(count, dtype=np.float64)
+        return cls(str(data["axis"]), unit, wrench_unit, time_s, *curves)
 
 
 def _short(value: float) -> float | None:

@@ -120,10 +120,10 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str) -> Dive:
     if likely is None:
         return dive
     runs = _runs(known)
-    frozen = np.array([
-        is_long and _pushed(dive, (start_s, end_s - SETTLING_S)) and _is_unlikely(count, likely, len(known))
-        for is_long, start_s, end_s, count in zip(runs.long, runs.start_s, runs.end_s, runs.count, strict=True)
-    ])  # fmt: skip
+    frozen = np.zeros(len(runs.long), np.bool_)
+    for i in np.flatnonzero(runs.long):
+        stands = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
+        frozen[i] = _pushed(dive, stands) and _is_unlikely(int(runs.count[i]), likely, len(known))
     if not frozen.any():
         return dive
     index = np.concatenate([np.arange(runs.first[i] + 1, runs.last[i] + 1) for i in np.flatnonzero(frozen)])

@@ -1,6 +1,5 @@
 """What a report is, and the one page that shows it: no network, no script, nothing beside the file."""
 
-import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.errors import LogError
-from bridge.new_file import open_new
+from bridge.new_file import whole
 from identify.report.text import safe
 from identify.report.theme import STYLE
 
@@ -77,13 +76,11 @@ def _unseen(share: float) -> None:
 def write_report(path: Path, report: Report, drawn: Callable[[float], None] = _unseen) -> Path:
     """Write the page to `path`, which holds either the old page or the whole new one; `drawn` hears which share of its
     figures is drawn. Raises LogError."""
-    part = path.with_name(path.name + ".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         text = render_report(report, drawn).encode()
-        with open_new(part) as file:
+        with whole(path) as file:
             file.write(text)
-        os.replace(part, path)
     except OSError as error:
         reason = error.strerror or error
         raise LogError(f"{path}: the report can't be written ({reason}); choose another place") from None

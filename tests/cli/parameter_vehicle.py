@@ -53,6 +53,14 @@ class VehicleAtTheEnd:
         pass
 
 
+def at_any_link(monkeypatch, store=None):
+    """A vehicle at the end of whatever link is opened from now on."""
+    vehicle = VehicleAtTheEnd(store)
+    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    return vehicle
+
+
 class GroundKilledError(BaseException):
     """What nothing catches, in place of a kill."""
 

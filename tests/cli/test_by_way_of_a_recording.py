@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import threading
 from pathlib import Path
 
@@ -10,13 +11,14 @@ import yaml
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from waiting import until
 
-from bridge.errors import LinkError, LinkLost
+from bridge.errors import LinkError
 from bridge.framing import Encoder, decode
 from bridge.link.memory import memory_pair
 from bridge.link.open import open_link
 from bridge.tlog import read_tlog
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import About, new_folder
+from gcs_plugin.guests import FULL, PLACES
 from gcs_plugin.holder import Holding, held, state_file, write_holding
 from gcs_plugin.hub import Hub
 from gcs_plugin.link_names import same_link
@@ -111,26 +113,6 @@ def test_the_links_of_a_recording_are_reached_by_way_of_it_and_that_is_said(open
     link_for(spec)
     assert opened == [HUB]
     assert f"by way of the recording of process {os.getpid()} into /dives/a" in capsys.readouterr().err
-
-
-def test_a_recording_that_ends_meanwhile_is_named_and_not_a_cable(running, monkeypatch):
-    class Lost:
-        name = HUB
-
-        def read(self, _):
-            raise LinkLost(f"{HUB}: the other side has gone; plug it in or start it again")
-
-        def write(self, _):
-            self.read(0.0)
-
-    running()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: Lost())
-    link = link_for(LINK)
-    for ask in (lambda: link.read(0.1), lambda: link.write(b"x")):
-        with pytest.raises(
-            LinkLost, match=r"the recording of .*14550.* has ended; begin another, and ask again"
-        ):
-            ask()
 
 
 @pytest.mark.parametrize("spec", [HUB, "udpin:127.0.0.1:14551"])
@@ -228,6 +210,30 @@ def test_parameters_and_mode_go_by_way_of_the_recording_which_keeps_what_was_ask
     dive = read_dive(folder.path)
     assert None not in (dive.velocity, dive.gyro, dive.attitude, dive.fog)
     assert {float(value) for value in dive.ff_mode.value[:, 0]} == {0.0, 3.0}
+
+
+def test_where_sixteen_are_connected_the_feed_forward_goes_off_and_other_orders_are_refused_in_words(
+    at_sea, capsys
+):
+    parameters, folder, recorder = at_sea
+
+    def runs_on():
+        write_holding(holding(recorder.unix_us() / 1e6, hub=held_hub(), folder=str(folder.path)))
+
+    assert cli.main(["ff", "shadow", "--yes"]) == exit_codes.DONE
+    assert parameters.mode == 1
+    address = ("127.0.0.1", int(held_hub().split(":")[2]))
+    clients = [socket.create_connection(address) for _ in range(PLACES)]
+    runs_on()
+    assert cli.main(["ff", "off"]) == exit_codes.DONE
+    assert parameters.mode == 0
+    for line in (["params", "show"], ["ff", "shadow", "--yes"]):
+        runs_on()
+        assert cli.main(line) == exit_codes.LINK
+        assert "16 programs are connected to the recording of" in " ".join(capsys.readouterr().err.split())
+    assert parameters.mode == 0
+    for client in clients:
+        client.close()
 
 
 def held_hub():
@@ -343,6 +349,16 @@ def test_a_client_of_its_hub_hears_the_vehicle_and_is_heard_by_it(monkeypatch, t
         ends.set()
     (folder,) = tmp_path.iterdir()
     assert [frame.raw for _, frame in read_tlog(folder / "telemetry.tlog")] == [order, beat()]
+
+
+def test_a_recording_warns_once_where_more_come_than_it_has_places(monkeypatch, tmp_path, ends, capsys):
+    with Recording(monkeypatch, tmp_path):
+        clients = [open_link(until(now).hub) for _ in range(PLACES + 3)]
+        until(lambda: now().notices)
+        for client in clients:
+            client.close()
+        ends.set()
+    assert " ".join(capsys.readouterr().err.split()).count(f"warning: {FULL}") == 1
 
 
 def test_where_the_ground_alone_spoke_nothing_was_recorded(monkeypatch, tmp_path, ends, capsys):

@@ -1,6 +1,7 @@
 """`seatrial dives`: the list of dive folders, and the small file that makes it quick."""
 
 import json
+import math
 import os
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import About, DiveFolder, Event
 from tui import cli, dive_list, exit_codes
-from tui.dive_list import GLANCE, Glance, letters, row_of, short_name
+from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name
 
 BOOT_US = 1_790_000_000_000_000
 ROOT = Path(__file__).resolve().parents[2]
@@ -244,9 +245,46 @@ def test_a_damaged_or_missing_glance_is_made_again(dives, looks, damage):
     assert len(looks) == 3
 
 
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"began_unix_s": 1e300},
+        {"began_unix_s": -1e12},
+        {"began_unix_s": "today"},
+        {"duration_s": math.inf},
+        {"duration_s": "long"},
+        {"loss": [1]},
+        {"relative_std": {"M_u": "well"}},
+        {"relative_std": [1]},
+        {"spans": [{"axis": 3}]},
+        {"spans": 1},
+        {"error": {}},
+        {"more": 1},
+    ],
+    ids=str,
+)
+def test_a_glance_with_something_else_in_a_place_is_made_again(dives, looks, told):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    before = row_of(folder).glance
+    data = json.loads((folder / GLANCE).read_text("utf-8"))
+    (folder / GLANCE).write_text(json.dumps(data | {"glance": data["glance"] | told}), encoding="utf-8")
+    assert row_of(folder).glance == before
+    assert len(looks) == 2
+
+
+def test_what_a_glance_does_not_know_is_as_unknown_when_it_is_read_again(dives, monkeypatch):
+    folder = dives / "2026-11-20T0912Z-hovering"
+    seen = Glance(1.7e9, relative_std={"M_u": math.inf, "D_u": 0.1}, spans=(AxisSpan("surge", 2.0),))
+    monkeypatch.setattr(dive_list, "_looked", lambda *_: seen)
+    row_of(folder)
+    monkeypatch.setattr(dive_list, "_looked", lambda *_: pytest.fail("looked at anew"))
+    again = row_of(folder).glance
+    assert repr(again) == repr(seen)  # NaN is like no other
+
+
 def test_a_folder_that_can_not_be_written_is_listed_all_the_same(dives):
     folder = dives / "2026-11-20T0912Z-hovering"
-    (folder / GLANCE).with_suffix(dive_list.PARTIAL).mkdir()
+    (folder / f"{GLANCE}.{os.getpid()}.part").mkdir()
     assert row_of(folder).glance.relative_std
     assert not (folder / GLANCE).exists()
 

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from full_disk import fill
 
 from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from tui import cli, exit_codes
@@ -166,3 +167,16 @@ def test_a_sidecars_doubts_are_told_where_its_values_are_exported(tmp_path, caps
         == exit_codes.DONE
     )
     assert "warning: M_u is doubted: no rate of turn was recorded" in capsys.readouterr().out
+
+
+def test_a_file_that_finds_no_room_is_named_with_what_did_not_fit_and_leaves_what_lay_there(
+    tmp_path, monkeypatch, capsys
+):
+    out, words = tmp_path / "a.sdf", ("--vehicle", "ruvifist", "--to", "gazebo", "--out")
+    out.write_text("older", encoding="utf-8")
+    fill(monkeypatch, tmp_path, ".sdf")
+    assert export(identified(tmp_path / "a.json"), *words, out) == exit_codes.BAD_INPUT
+    told = capsys.readouterr()
+    assert "what did not fit into gazebo" in told.out
+    assert "a.sdf: can't be written (No space left on device)" in told.err
+    assert out.read_text("utf-8") == "older"

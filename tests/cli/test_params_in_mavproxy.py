@@ -2,7 +2,7 @@
 server, in simulated time."""
 
 import pytest
-from parameter_vehicle import VehicleAtTheEnd
+from parameter_vehicle import at_any_link
 
 from bridge.errors import ParamRejected
 from bridge.framing import Encoder, Framer
@@ -54,12 +54,10 @@ class Mavproxy:
 
 @pytest.fixture
 def vehicle(monkeypatch, tmp_path):
-    vehicle = VehicleAtTheEnd()
-    monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
-    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
     monkeypatch.chdir(tmp_path)
+    vehicle = at_any_link(monkeypatch)
     for mass in (90, 111):
-        (tmp_path / f"{mass}.param").write_text(f"FF1_M_U,{mass}\n", encoding="utf-8")
+        (tmp_path / f"{mass}.param").write_text(f"FF1_M_U,{mass}\nFF1_D_U,50\n", encoding="utf-8")
     return vehicle
 
 
@@ -76,7 +74,7 @@ def test_a_second_roll_back_never_writes_back_what_the_first_took_back(vehicle):
     mavproxy = Mavproxy(vehicle)
     mavproxy.upload("111.param")
     assert vehicle.server.active(1)["M_u"] == 111.0
-    assert "FF1_M_U  kg       111    0  read back equal" in mavproxy.ask("rollback")
+    assert "FF1_M_U  kg          111    0  read back equal" in mavproxy.ask("rollback")
     for _ in range(2):
         with pytest.raises(ParamRejected, match=NONE_STANDS):
             mavproxy.ask("rollback")
@@ -108,6 +106,8 @@ def test_a_roll_back_to_what_the_vehicle_holds_already_counts_as_one(vehicle):
 def test_an_upload_of_what_the_vehicle_holds_already_leaves_a_receipt_and_is_accepted(vehicle, tmp_path):
     mavproxy = Mavproxy(vehicle)
     assert verb("upload", "90.param") == exit_codes.DONE
-    assert "the vehicle holds all of it already; nothing was written" in mavproxy.ask("upload 90.param")
+    said = mavproxy.ask("upload 90.param")
+    assert "the vehicle holds all of it already; nothing was written" in said
+    assert "intervals of 90.param could not be checked: 90.param.json is not beside it" in said
     for kind in ("receipt.json", "accepted.param"):
         assert len(list((tmp_path / "receipts").glob(f"*-{kind}"))) == 2

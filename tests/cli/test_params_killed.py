@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from figures import keep
-from parameter_vehicle import GroundKilledError, VehicleAtTheEnd, dying_at
+from parameter_vehicle import GroundKilledError, at_any_link, dying_at
 
 from bridge.parameters import set_crc
 from tui import cli, exit_codes
@@ -24,9 +24,7 @@ def sea(monkeypatch, tmp_path):
     def begin():
         store = Path.cwd() / "store.json"
         store.unlink(missing_ok=True)
-        vehicle = VehicleAtTheEnd(store)
-        monkeypatch.setattr("bridge.link.open.open_link", lambda _: vehicle)
-        monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+        vehicle = at_any_link(monkeypatch, store)
         for name, value in OLD.items():
             vehicle.server.write(name, value, armed=False)
         vehicle.server.write("FF_COMMIT", float(vehicle.server.staged_crc), armed=False)

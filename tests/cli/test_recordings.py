@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from full_disk import fill
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.answers import status_texts
@@ -177,3 +178,43 @@ def test_a_table_imported_with_its_map_needs_no_map_again(tmp_path, capsys):
     capsys.readouterr()
     assert cli.main(["import", str(out), "--json", "-"]) == exit_codes.DONE
     assert json.loads(capsys.readouterr().out)["signals"][0]["name"] == "pwm"
+
+
+@pytest.mark.parametrize("name", ["telemetry.tlog", "dive.yaml"])
+def test_an_import_onto_a_full_disk_names_what_it_was_to_write_and_can_be_made_again(
+    name, recording, tmp_path, monkeypatch, capsys
+):
+    out = tmp_path / "full" / "lake"
+    words = ["import", str(recording), "--out", str(out)]
+    with monkeypatch.context() as disk:
+        fill(disk, out, name)
+        assert cli.main(words) == exit_codes.BAD_INPUT
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{out / name}: can't be written (No space left on device)" in said
+    assert str(recording) not in said
+    assert not out.exists()
+    assert cli.main(words) == exit_codes.DONE
+
+
+def test_a_table_whose_map_finds_no_room_is_not_half_imported(tmp_path, monkeypatch, capsys):
+    table, columns, out = (tmp_path / name for name in ("tank.csv", "map.yaml", "dive"))
+    table.write_text("t,p1,p2\n" + "".join(f"{i / 10},1500,1600\n" for i in range(50)), encoding="utf-8")
+    columns.write_text("time: {column: t, unit: s}\npwm: {columns: [p1, p2], unit: us}\n", encoding="utf-8")
+    fill(monkeypatch, out, "columns.yaml")
+    words = ["import", str(table), "--columns", str(columns), "--out", str(out)]
+    assert cli.main(words) == exit_codes.BAD_INPUT
+    assert f"{out / 'columns.yaml'}: can't be written" in " ".join(capsys.readouterr().err.split())
+    assert not out.exists()
+
+
+@pytest.mark.usefixtures("far_end")
+def test_a_recording_onto_a_full_disk_is_refused_and_leaves_no_empty_dive(tmp_path, monkeypatch, capsys):
+    out = tmp_path / "full"
+    fill(monkeypatch, out)
+    assert cli.main(["record", "--link", "udpin:127.0.0.1:1", "--hub", "none", "--out", str(out)]) == (
+        exit_codes.BAD_INPUT
+    )
+    assert "dive.yaml: can't be written (No space left on device)" in " ".join(
+        capsys.readouterr().err.split()
+    )
+    assert [*out.iterdir()] == []

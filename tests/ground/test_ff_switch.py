@@ -39,6 +39,7 @@ class Craft:
         self.server.write("FF_MODE", mode, False)
         self.encoder, self.framer, self.queue = Encoder(*source), Framer(), deque()
         self.next_beat_s = clock.now_s + phase_s
+        self.bound = False  # to another ground
         self.armed = self.deaf = self.dumb = self.stuck = self.echoes = self.lacks = self.mute_telemetry = (
             False
         )
@@ -70,7 +71,11 @@ class Craft:
             is_set = message.get_type() == "PARAM_SET"
             if is_set:
                 self.sets.append((self.clock.now_s, message.param_value))
-            if self.lacks:
+            if is_set and self.bound:
+                self.say(dialect.MAVLink_statustext_message(4, b"orders from system 255 are refused"))
+                for answer in self.server.deny(message):
+                    self.say(answer)
+            elif self.lacks:
                 self.say(dialect.MAVLink_param_error_message(255, 190, message.param_id.encode(), -1, 1))
             elif is_set and (self.stuck or self.echoes):
                 told = message.param_value if self.echoes else self.server.value("FF_MODE")
@@ -277,6 +282,17 @@ def test_what_a_vehicle_refuses_is_said(clock):
     assert not drive(switch, craft, clock, 5.0)
     assert switch.refusal == "vehicle 1: the vehicle does not permit it now"
     assert "it answers off (the vehicle does not permit it now)" in switch.words
+
+
+def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reason(clock):
+    craft = Craft(clock)
+    craft.bound = True
+    switch = Switch(Mode.OFF)
+    assert not drive(switch, craft, clock, 5.0)
+    assert craft.server.mode == Mode.BOTH
+    assert switch.refusal == (
+        "vehicle 1: the vehicle does not permit it now: it takes no orders from system 255, but from another ground"
+    )
 
 
 def test_the_component_that_tells_its_mode_is_the_one_that_is_told(clock):

@@ -194,22 +194,6 @@ def test_one_that_left_in_the_middle_of_a_broadcast_is_forgotten(hub, join):
     assert (hub.dropped, hub.clients) == (0, 0)
 
 
-def test_more_than_it_serves_are_turned_away(hub, join):
-    for _ in range(hubs.MOST_CLIENTS):
-        join()
-    with open_link_of(hub) as late:
-        for _ in range(TRIES):
-            hub.taken()
-            if hub.dropped:
-                break
-        assert late.recv(1) == b""
-    assert (hub.dropped, hub.clients) == (1, hubs.MOST_CLIENTS)
-
-
-def open_link_of(hub):
-    return raw_client(hub, b"")
-
-
 def test_it_listens_on_this_computer_alone_on_the_port_that_it_is_given(hub, clock):
     kind, host, port = hub.address.split(":")
     assert (kind, host) == ("tcp", "127.0.0.1")

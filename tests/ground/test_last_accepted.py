@@ -194,6 +194,48 @@ def test_a_damaged_receipt_or_file_is_left_out(receipts, text):
     assert receipts.accepted() == {"FF1_M_U": 100.0}
 
 
+@pytest.mark.parametrize(
+    "hostile",
+    [
+        {"number": "1e400"}, {"number": "Infinity"}, {"number": "-1"}, {"number": "2.5"}, {"number": "true"},
+        {"number": f"{2**53 + 1}"}, {"active_crc": "1e999"}, {"active_crc": "NaN"}, {"active_crc": f"{2**32}"},
+        {"target": "1e400"}, {"target": "-Infinity"}, {"target": "NaN"}, {"target": "1e39"},
+        {"target": '"inf"'}, {"target": "9" * 299},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_receipt_with_a_number_that_none_of_ours_has_is_left_out(receipts, hostile):
+    numbers = {"number": "9", "active_crc": "7", "target": "1.5"}
+    form = (
+        '{"vehicle": {"system": 1}, "outcome": "begun", "number": @number, "active_crc": @active_crc, '
+        '"parameters": [{"name": "FF1_M_U", "outcome": "begun", "target": @target}]}'
+    )
+
+    def put(values):
+        text = form
+        for key, value in values.items():
+            text = text.replace(f"@{key}", value)
+        (receipts.path / "2026-11-21T070000Z-receipt.json").write_text(text, "utf-8")
+
+    before = receipts.keep(FF1_M_U=100.0)
+    put(numbers)
+    assert unfinished(receipts.path).targets == {"FF1_M_U": 1.5}
+    put(numbers | hostile)
+    assert unfinished(receipts.path) is None
+    assert newest_before(receipts.path) == before
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+@pytest.mark.parametrize("told", [2**53 - 1, 2**53, 2**53 + 1, 10**299])
+def test_a_strangers_number_never_makes_a_receipt_of_ours_unreadable(receipts, told):
+    receipts.path.mkdir()
+    strange = receipts.path / "2026-11-20T070000Z-receipt.json"
+    strange.write_text(f'{{"vehicle": {{"system": 9}}, "outcome": "applied", "number": {told}}}', "utf-8")
+    receipts.count = next_number(receipts.path) - 1
+    before = receipts.keep(FF1_M_U=100.0)
+    assert newest_before(receipts.path, 1) == before
+
+
 def test_a_change_is_told_in_halves_of_the_interval():
     plan = make_plan({"FF1_M_U": 100.0, "FF1_D_U": 45.0, "FF1_M_V": 5.0}, {"FF1_M_U": 85.0, "FF1_D_U": 45.0})
     lines = compared(plan, SIDECAR.intervals, {"FF1_M_U": AcceptedValue(96.5, MASS, "2026")})

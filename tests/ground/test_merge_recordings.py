@@ -126,7 +126,14 @@ def test_the_file_of_another_dive_or_vehicle_is_refused_and_changes_nothing(tmp_
     beats = Encoder(255, 190)
     only_ground = [(1_790_000_000_000_000 + k, beats.encode(ground_heartbeat())) for k in range(300)]
     write_records(tmp_path / "ground.tlog", only_ground)
-    for name in ("strange.tlog", "ground.tlog", "dive/telemetry.tlog"):
-        with pytest.raises(LogError, match=r"in common|own recording"):
+    for name, words in (
+        (
+            "strange.tlog",
+            r"strange.tlog: has hardly a frame in common with the dive; check that it is of this dive",
+        ),
+        ("ground.tlog", r"ground.tlog: has hardly a frame in common"),
+        ("dive/telemetry.tlog", "is this dive's own recording"),
+    ):
+        with pytest.raises(LogError, match=words):
             merge(DiveFolder(tmp_path / "dive"), tmp_path / name)
     assert [file.name for file in (tmp_path / "dive").iterdir()] == ["telemetry.tlog"]

@@ -50,6 +50,9 @@ class DiveFile:
     def sync(self):
         self.dive.calls.append("sync")
 
+    def look(self):
+        """It lies where it was made."""
+
     def close(self):
         self.dive.calls.append("close")
 
@@ -160,3 +163,14 @@ def test_the_disk_left_is_told_by_the_rate_of_both_dives():
     for raw in raws[21:]:
         sea.hear(raw)
     assert sea.recorder.disk_left_s == pytest.approx(before_s, rel=0.05)
+
+
+def test_what_was_lost_on_the_way_is_told_of_the_dive_in_which_it_was():
+    sea, raws = Sea(), frames_of(30)
+    for raw in raws[:10]:
+        sea.hear(raw)
+    sea.hear(raws[14])
+    sea.go_on()
+    sea.hear(raws[15])
+    sea.hear(raws[18])
+    assert [(count.lost, count.missed) for count in (*sea.counts, sea.recorder.count)] == [(0, 4), (0, 2)]

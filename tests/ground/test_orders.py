@@ -115,6 +115,18 @@ def test_a_recording_that_dies_meanwhile_has_no_next_dive():
         orders.next_dive(recording.clock, die)
 
 
+@pytest.mark.parametrize("ask", [orders.next_dive, orders.end])
+def test_one_that_hangs_meanwhile_has_not_ended(ask):
+    recording = Recording()
+
+    def hang(seconds):
+        recording.clock.advance_to(recording.clock.boot_s() + seconds)
+
+    with pytest.raises(LinkError, match=rf"/dives/a hangs .* `kill -9 {os.getpid()}`"):
+        ask(recording.clock, hang)
+    assert orders.ordered() is None
+
+
 def test_an_order_to_another_process_is_not_ours():
     with subprocess.Popen(
         [sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE

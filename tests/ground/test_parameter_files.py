@@ -176,3 +176,12 @@ def test_nothing_that_a_reader_takes_for_a_comment_is_a_parameter(hidden):
 def test_digits_of_other_scripts_are_no_number(digits):
     with pytest.raises(ParamRejected):
         parse(f"FF0_M_U,{digits}", "x")
+
+
+@pytest.mark.parametrize("thing", ["a file", "a link to nothing"])
+def test_a_place_whose_folder_is_none_is_named(tmp_path, thing):
+    place = tmp_path / "receipts"
+    place.touch() if thing == "a file" else place.symlink_to(tmp_path / "nothing")
+    with pytest.raises(ParamRejected) as refused:
+        write_parameters(place / "a.param", {"FF1_M_U": 1.0})
+    assert str(refused.value) == f"{place / 'a.param'}: {place} is no folder; choose another place"

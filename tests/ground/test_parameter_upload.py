@@ -48,6 +48,19 @@ def the_truth_is_told(vehicle, ending):
             assert vehicle.values[name] == OLD[name]
 
 
+def test_a_vehicle_that_takes_nothing_from_here_ends_an_upload_soon_and_nothing_is_called_rolled_back():
+    vehicle = LossyVehicle(OLD, Faults(refuses=set(TARGETS), errors=True), 0)
+    ending = upload_to(vehicle)
+    assert is_old(vehicle)
+    assert ending.outcome is Outcome.REFUSED
+    assert ending.sentence.endswith(
+        "the vehicle does not permit it; it may take orders from another ground alone; "
+        "the vehicle took none of the values that were sent"
+    )
+    assert {ending.results[name].outcome for name in TARGETS if name != "FF_MODE"} == {Outcome.REFUSED}
+    assert vehicle.now_s < 20.0
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_a_set_is_staged_committed_and_switched_on_over_a_bad_link(seed):
     vehicle = LossyVehicle(OLD, Faults(**BAD_LINK), seed)

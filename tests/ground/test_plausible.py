@@ -77,9 +77,9 @@ def test_without_intervals_only_a_change_by_a_factor_is_not_believed():
 
 def test_what_is_taken_back_and_what_is_so_already_needs_no_belief():
     assert reason("FF1_X_UU", 0.0, last=12.0) == ""
-    assert reason("FF1_D_U", 0.0, 50.0, 40.0, 1.0) == ""
+    assert reason("FF1_D_W", 0.0, 50.0, 40.0, 1.0, present={"FF1_D_W": 40.0}) == ""
     assert reason("FF1_M_U", 90.0, 400.0) == ""
-    assert reason("FF_MODE", 2.0, last=1.0) == ""
+    assert reason("FF_MODE", 1.0, last=3.0) == ""
 
 
 def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number():
@@ -92,7 +92,49 @@ def test_a_coefficient_of_zero_is_believed_no_more_than_any_other_number():
     assert reason("FF1_I_R", -0.0, last=8.5) == "8.5 was accepted last: this is 0 times as much"
     assert reason("FF1_M_U", 0.0) == "0 is below the rigid body's own 72, which no water takes away"
     assert "both 95 % intervals together" in reason("FF1_D_U", 0.0, 1.0, 56.43, 1.0)
-    assert reason("FF1_D_U", 0.0) == reason("FF1_D_U", 0.0, 1.0) == "", "nothing speaks against it"
+    heave = {"FF1_M_W": 90.0, "FF1_D_W": 40.0}
+    unfed = (reason("FF1_D_W", 0.0, present=heave), reason("FF1_D_W", 0.0, 1.0, present=heave))
+    assert unfed == ("", ""), "nothing speaks against it"
+
+
+AXES = [("surge", "FF1_M_U", "FF1_D_U"), ("sway", "FF1_M_V", "FF1_D_V"), ("yaw", "FF1_I_R", "FF1_D_R")]
+
+
+@pytest.mark.parametrize(("axis", "mass", "damping"), AXES)
+def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis, mass, damping):
+    off = f"the feed-forward of {axis} stays off"
+    empty, both = {mass: 0.0, damping: 0.0}, {mass: 90.0, damping: 40.0}
+    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
+    assert judged({mass: 90.0}, empty) == {mass: f"without {damping} {off}"}
+    assert judged({damping: 40.0}, empty) == {damping: f"without {mass} {off}"}
+    assert judged({damping: 0.0}, both) == {damping: f"0 is not set: {off}"}
+    assert judged({mass: 0.0}, both) == {mass: f"0 is not set: {off}"}
+    assert judged({mass: 95.0}, {mass: 90.0, damping: 0.0}) == {mass: f"without {damping} {off}"}
+
+
+@pytest.mark.parametrize(("axis", "mass", "damping"), AXES)
+def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping):
+    del axis
+    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
+    assert judged({mass: 90.0}, {mass: 0.0, damping: 40.0}) == {}
+    assert judged({damping: 40.0}, {mass: 90.0, damping: 0.0}) == {}
+    assert judged({mass: 90.0, damping: 40.0}, {mass: 0.0, damping: 0.0}) == {}
+    assert judged({mass: 0.0, damping: 0.0}, {mass: 90.0, damping: 40.0}) == {}, "no model of an axis at all"
+    assert judged({"FF1_M_W": 90.0}, {"FF1_M_W": 0.0, "FF1_D_W": 0.0}) == {}, "nothing is fed forward there"
+
+
+WORDS = {0.0: "off", 1.0: "shadow", 2.0: "only", 3.0: "both"}
+RAISED = [(now, then) for now in (0.0, 1.0) for then in (2.0, 3.0)] + [(3.0, 2.0)]
+
+
+@pytest.mark.parametrize("now", WORDS)
+@pytest.mark.parametrize("then", WORDS)
+def test_a_mode_that_leaves_more_to_the_feed_forward_is_not_raised_by_a_file_by_the_way(now, then):
+    words = (
+        f"raises the feed-forward from {WORDS[now]} to {WORDS[then]}, which no file does by the way: "
+        f"seatrial ff {WORDS[then]}"
+    )
+    assert reason("FF_MODE", then, present={"FF_MODE": now}) == (words if (now, then) in RAISED else "")
 
 
 def test_one_implausible_line_stops_all_until_it_is_left_out_or_taken_by_name():

@@ -23,14 +23,16 @@ from bridge.vehicle.controller import load_gains
 from gcs_plugin.fetch.whole import newest_frames
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import last_accepted, newest_before
-from gcs_plugin.params.sidecar import read_sidecar
+from gcs_plugin.params.last_accepted import last_accepted, newest_before, unfinished
+from gcs_plugin.params.receipt import next_number
+from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.ingest.open import read_dive
 from identify.ingest.table import column_map
+from tui.accepted import doubted_of, priors_of
 from tui.app.keymap import load_keymap
 from tui.app.screens.table import PLACES
 from tui.merging import merge
-from tui.parameter_files import read_identification
+from tui.parameter_files import Leave, targets_of_identification
 
 UNIX_US = 1_790_000_000_000_000
 COLUMNS = b"""time: {column: t, unit: s}
@@ -156,9 +158,8 @@ HOSTILE_YAML = (
     "0x" + "f" * 5000, "9" * 5000, "? [1]\n: 2", "<<: [1]", "=", "~", '"\\e[2J"', "../../etc/passwd", "'\u2028'",
     "&b [*b0, *b0]", "|\n  x", "true", "-1", "1e400", "%YAML 9", "---\n---",
 )  # fmt: skip
+DEEP_JSON = ("[" * 100_000, '{"a":' * 50_000)
 HOSTILE_JSON = (
-    "[" * 100_000,
-    '{"a":' * 50_000,
     "NaN",
     "1e999",
     "9" * 5000,
@@ -167,6 +168,13 @@ HOSTILE_JSON = (
     '"\\u001b[2J"',
     "{}",
     "-0",
+    "-1",
+    "1e308",
+    "9" * 299,
+    "Infinity",
+    '"inf"',
+    '"1e400"',
+    "true",
 )
 
 
@@ -184,16 +192,19 @@ def in_yaml(*good: bytes) -> Callable[[random.Random], bytes]:
     return craft
 
 
-def in_json(good: bytes) -> Callable[[random.Random], bytes]:
+def in_json(*good: bytes) -> Callable[[random.Random], bytes]:
+    """A good file in which a value, at any depth, is something hostile."""
+
     def craft(rng: random.Random) -> bytes:
-        data = json.loads(good)
-        holder_ = data
-        while isinstance(holder_, dict) and holder_ and rng.random() < 0.7:
-            key = rng.choice(tuple(holder_))
-            if not isinstance(holder_[key], dict) or rng.random() < 0.4:
-                holder_[key] = "@"
-            holder_ = holder_[key]
-        return json.dumps(data).replace('"@"', rng.choice(HOSTILE_JSON)).encode()
+        holder = data = json.loads(rng.choice(good))
+        while isinstance(holder, dict | list) and holder and rng.random() < 0.8:
+            key = rng.choice(tuple(holder) if isinstance(holder, dict) else range(len(holder)))
+            if not isinstance(holder[key], dict | list) or rng.random() < 0.3:
+                holder[key] = "@"
+            holder = holder[key]
+        # Few of what is long, so that many fit into so many bytes.
+        hostile = rng.choice(DEEP_JSON if rng.random() < 0.002 else HOSTILE_JSON)
+        return json.dumps(data).replace('"@"', hostile).encode()
 
     return craft
 
@@ -251,8 +262,18 @@ def stored(folder: Path) -> Any:
 
 
 def receipts(folder: Path) -> Any:
-    (folder / RECEIPT).rename(folder / "2026-11-20T091203Z.receipt.json")
-    return last_accepted(folder), newest_before(folder)
+    (folder / RECEIPT.replace("receipt.json", "accepted.param")).write_bytes(PARAM)
+    return last_accepted(folder), newest_before(folder), unfinished(folder), next_number(folder)
+
+
+def identification(folder: Path) -> Any:
+    """All that an upload and a prior take from it, and the sidecar that is written of it."""
+    path, leave = folder / "i.json", Leave(any_vehicle=True, doubts=True)
+    told = doubted_of(path), priors_of(path, None, leave)
+    targets = targets_of_identification(path, "ruvifist:hovering", leave)
+    assert targets.sidecar is not None
+    write_sidecar(folder / "i.param", targets.sidecar)
+    return told, targets
 
 
 def yaml_of(data: Any) -> bytes:
@@ -260,7 +281,7 @@ def yaml_of(data: Any) -> bytes:
 
 
 PARAM = b"FF0_M_U,24.4\n1\t1\tA\t3\t9\n"
-RECEIPT = "receipt.json"
+RECEIPT = "2026-11-20T091203Z-receipt.json"
 VEHICLES = tuple(
     (CONFIGS / "vehicles" / f"{name}.yaml").read_bytes() for name in ("ruvifist", "bluerov2_heavy")
 )
@@ -279,10 +300,20 @@ SIDECAR = json.dumps(
      "intervals": {"FF0_M_U": INTERVAL}, "effects": [], "doubted": {"M_u": "x"}, "prior_dives": ["d"]}
 ).encode()  # fmt: skip
 STORED = json.dumps({"mode": 1.0, "active": {"FF0_M_U": 24.4}}).encode()
-KEPT = json.dumps({"vehicle": {"system": 1}, "outcome": "applied", "restores": None, "lines": []}).encode()
+KEPT = tuple(
+    json.dumps(
+        {"vehicle": {"system": 1}, "outcome": outcome, "restores": restores, "number": 3, "active_crc": 7,
+         "parameters": [{"name": "FF0_M_U", "target": 24.5, "outcome": outcome}]}
+    ).encode()
+    for outcome, restores in (("applied", None), ("begun", "2026-11-20T081203Z-before.param"))
+)  # fmt: skip
 IDENTIFIED = json.dumps(
-    {"outcome": "converged", "method": "pinn", "configuration": "hovering", "notes": ["n"], "doubts": [],
-     "parameters": [INTERVAL | {"name": "M_u", "value": 1.5}], "vehicle": {"name": "v", "sha256": "ab"}}
+    {"outcome": "converged", "method": "pinn", "configuration": "hovering", "notes": ["n"],
+     "doubts": [{"sentence": "M_u is low: so", "about": ["M_u"], "outcome": "disagrees", "culprit": "recording"}],
+     "parameters": [INTERVAL | {"name": "M_u", "value": 150.5, "identifiable": True, "given_thrust": 150.0,
+                                "given_thrust_std": 1.0}],
+     "thrust_scale": {"shift": 0.01}, "prior_dives": ["d"], "dive": {"name": "d", "sha256": "ab"},
+     "vehicle": {"name": "ruvifist", "sha256": "ab"}}
 ).encode()  # fmt: skip
 CURVE = b"voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,50\n"
 FLIGHT = dataflash(random.Random(0), hostile=False)
@@ -318,8 +349,6 @@ READERS = (
     ),
     Reader("a.param.json", lambda folder: read_sidecar(folder / "a.param"), (SIDECAR,), in_json(SIDECAR)),
     Reader("stored.json", stored, (STORED,), in_json(STORED)),
-    Reader(RECEIPT, receipts, (KEPT,), in_json(KEPT)),
-    Reader(
-        "i.json", lambda folder: read_identification(folder / "i.json"), (IDENTIFIED,), in_json(IDENTIFIED)
-    ),
+    Reader(RECEIPT, receipts, KEPT, in_json(*KEPT)),
+    Reader("i.json", identification, (IDENTIFIED,), in_json(IDENTIFIED)),
 )

@@ -1,9 +1,11 @@
 """Whatever bytes come, by wire or file: an answer or one sentence, soon, in bounded memory; the next is read."""
 
+import os
 import random
 import resource
 import shutil
 import signal
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +24,28 @@ SHORT, LONG = 10**5, 10**7
 LONGEST_CPU_S = 20.0
 MOST_MORE_MB = 400
 GOOD_AGAIN = 60
+
+
+class Opened:
+    """The files that this process opens to read, from when this is made."""
+
+    def __init__(self) -> None:
+        self.paths: set[str] = set()
+        # None can be taken away again.
+        sys.addaudithook(self._hear)
+
+    def _hear(self, event: str, arguments: tuple[object, ...]) -> None:
+        if event != "open":
+            return
+        path, _, flags = arguments
+        reads = isinstance(flags, int) and flags & (os.O_WRONLY | os.O_RDWR) == 0
+        if reads and isinstance(path, str | os.PathLike):
+            self.paths.add(os.fspath(path))
+
+
+@pytest.fixture(scope="module")
+def opened() -> Opened:
+    return Opened()
 
 
 @contextmanager
@@ -96,6 +120,17 @@ def test_no_stream_stops_a_parser(stream: Stream, kind: str) -> None:
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
 def test_no_file_gets_more_than_a_sentence(reader: Reader, kind: str, tmp_path: Path) -> None:
     read_hostile(reader, kind, SHORT // len(KINDS), 0, tmp_path / "f")
+
+
+@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.name)
+def test_each_reader_opens_the_file_that_it_is_given_and_what_replaces_it(
+    reader: Reader, tmp_path: Path, opened: Opened
+) -> None:
+    folder = tmp_path / "f"
+    for data in (*reader.good, b"", reader.good[0]):
+        opened.paths.clear()
+        read(reader, data, folder)
+        assert str(folder / reader.name) in opened.paths
 
 
 @pytest.mark.soak

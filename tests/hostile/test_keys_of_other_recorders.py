@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_fetching import KEPT, LONGEST_S, PATIENCE_S, SEGMENTS, VEHICLE, heard, ring, segment
 from test_keys_stay_out_of_recordings import KEY, setup
 
-from bridge.framing import Encoder, Framer
+from bridge.framing import CRC_EXTRA, Encoder, Framer
 from bridge.link.memory import memory_pair
 from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
@@ -20,6 +20,7 @@ from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import About, DiveFolder
 from gcs_plugin.reel import Reel
 from tui import cli, exit_codes
+from tui.commands.import_ import DAMAGE_TOO, _copy
 from tui.fetched import Fetcher
 
 START_US = 1_790_000_000_000_000
@@ -47,6 +48,10 @@ def damaged() -> bytes:
     raw = bytearray(setup())
     raw[-1] ^= 1
     return bytes(raw)
+
+
+def read_tlog_raw(path: Path) -> list[tuple[int, bytes]]:
+    return [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(path)]
 
 
 def said(capsys: pytest.CaptureFixture[str]) -> str:
@@ -90,6 +95,19 @@ def test_a_key_is_seen_whole_signed_folded_or_damaged_and_zeros_are_none(tmp_pat
     assert not holds_key(path)
 
 
+def test_an_imported_recording_with_other_damage_is_whole_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, out = tmp_path / "other.tlog", tmp_path / "dives" / "a"
+    write_records(source, read_tlog_raw(foreign(tmp_path / "one.tlog")))
+    hurt = bytearray(source.read_bytes())
+    hurt[30] ^= 1
+    source.write_bytes(hurt)
+    assert cli.main(["import", str(source), "--out", str(out)]) == exit_codes.DONE
+    assert f"{out}. {DAMAGE_TOO}" in said(capsys)
+    assert (out / "telemetry.tlog").read_bytes() == bytes(hurt)
+
+
 @pytest.mark.parametrize("name", ["other.tlog", "other.tlog.gz"])
 def test_an_imported_recording_goes_without_it(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
@@ -108,9 +126,10 @@ def test_a_recording_without_one_is_imported_byte_for_byte(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     source, out = foreign(tmp_path / "other.tlog"), tmp_path / "dives" / "a"
-    write_records(tmp_path / "own.tlog", [(stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)])
+    write_records(tmp_path / "own.tlog", read_tlog_raw(source))
     assert cli.main(["import", str(tmp_path / "own.tlog"), "--out", str(out)]) == exit_codes.DONE
-    assert LEFT_OUT not in said(capsys)
+    assert LEFT_OUT not in (told := said(capsys))
+    assert DAMAGE_TOO not in told
     assert (out / "telemetry.tlog").read_bytes() == (tmp_path / "own.tlog").read_bytes()
 
 
@@ -160,3 +179,80 @@ def test_what_is_fetched_goes_without_it_and_what_the_vehicle_keeps_is_told(
     assert keyless(made.path.parent)
     mirror = dive.path.parent / ".ring"
     assert f"{LEFT_OUT} The vehicle's own file still has it: clear {mirror}." in made.words
+
+
+def bears(data: bytes) -> bool:
+    """Whether any four bytes of a key in a row are there."""
+    return any(KEY[at : at + 4] in data for at in range(0, len(KEY), 4))
+
+
+def leaves_none(tmp_path: Path, raw: bytes, after: bytes) -> bool:
+    """Whether no byte of a key comes out of a recording of other frames and this one, read, imported or written."""
+    source, out = tmp_path / "other.tlog", tmp_path / "out"
+    out.mkdir(exist_ok=True)
+    source.write_bytes(BEFORE + START_US.to_bytes(8, "big") + raw + after)
+    _copy(source, out)
+    return not any(
+        bears(data)
+        for data in (
+            (out / "telemetry.tlog").read_bytes(),
+            b"".join(frame.raw for _, frame in read_tlog(source)),
+        )
+    )
+
+
+OTHERS = [
+    Encoder(1, 1).encode(dialect.MAVLink_attitude_message(50 * n, 0.1, 0.2, 0.01 * n, 0.0, 0.0, 0.0))
+    for n in range(4)
+]
+BEFORE = b"".join(record_of(START_US + n, raw) for n, raw in enumerate(OTHERS))
+
+
+@pytest.mark.parametrize("after", [b"", BEFORE], ids=["at the end", "in the middle"])
+@pytest.mark.parametrize("signed", [False, True])
+def test_whichever_bit_of_a_frame_with_a_key_is_damaged_no_file_of_ours_has_it(
+    tmp_path: Path, signed: bool, after: bytes
+) -> None:
+    true = setup(signed=signed)
+    for at in range(len(true)):
+        for bit in range(8):
+            raw = bytearray(true)
+            raw[at] ^= 1 << bit
+            assert leaves_none(tmp_path, bytes(raw), after), (at, bit)
+
+
+def test_whatever_a_byte_of_its_header_becomes_no_file_of_ours_has_the_key(tmp_path: Path) -> None:
+    true = setup()
+    for at in range(10):
+        for value in range(256):
+            raw = bytearray(true)
+            raw[at] = value
+            assert leaves_none(tmp_path, bytes(raw), BEFORE), (at, value)
+
+
+def test_whatever_a_byte_of_its_time_becomes_no_file_of_ours_has_the_key(tmp_path: Path) -> None:
+    for at in range(8):
+        before = bytearray(BEFORE + START_US.to_bytes(8, "big"))
+        before[at - 8] ^= 0xFF
+        path = tmp_path / "other.tlog"
+        path.write_bytes(bytes(before) + setup() + BEFORE)
+        assert holds_key(path)
+        assert not bears(b"".join(frame.raw for _, frame in read_tlog(path)))
+
+
+def test_frames_that_are_near_to_one_with_a_key_are_kept_as_they_are(tmp_path: Path) -> None:
+    """Intact ones of known kinds with numbers next to it, and damaged ones that were none."""
+    unknown = b"\xfd\x20\0\0\0\1\1\0\1\1" + bytes(range(1, 35))
+    near = [raw for number in range(257, 280) if number in CRC_EXTRA for raw in [_long(number)]]
+    for raw in (*near, unknown, *(raw[:-1] + b"\0" for raw in near)):
+        source, out = tmp_path / "other.tlog", tmp_path / "out"
+        out.mkdir(exist_ok=True)
+        source.write_bytes(BEFORE + START_US.to_bytes(8, "big") + raw + BEFORE)
+        assert not holds_key(source)
+        _copy(source, out)
+        assert (out / "telemetry.tlog").read_bytes() == source.read_bytes()
+        assert without_key(raw) is raw
+
+
+def _long(number: int) -> bytes:
+    return Encoder(1, 1).frame(number, bytes(range(1, 43)))

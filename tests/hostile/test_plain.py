@@ -54,6 +54,13 @@ def test_depth_is_bounded(tmp_path: Path) -> None:
         from_json("[" * 200_000)
 
 
+@pytest.mark.parametrize("text", ["1e400", "-1e400", '[{"a": 1e999}]', "9" * 301, "NaN", "[-Infinity]"])
+def test_a_number_that_no_float64_holds_is_no_json_of_ours(text: str) -> None:
+    with pytest.raises(ValueError, match="a number "):
+        from_json(text)
+    assert from_json("[1e308, 1e-400, -0.5]") == [1e308, 0.0, -0.5]
+
+
 def test_a_name_may_be_used_again_but_not_to_stand_for_a_mountain(tmp_path: Path) -> None:
     assert from_yaml("a: &a [1, 2]\nb: *a\n") == {"a": [1, 2], "b": [1, 2]}
     bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"

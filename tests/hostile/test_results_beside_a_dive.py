@@ -75,7 +75,7 @@ def test_files_and_folders_stay(tmp_path: Path, ours: Path) -> None:
 
 
 def test_a_page_is_written_through_no_link(tmp_path: Path, ours: Path, put: Callable[[Path], Path]) -> None:
-    put(tmp_path / "page.html.part")
+    put(tmp_path / f"page.html.{os.getpid()}.part")
     put(tmp_path / "page.html")
     page = write_report(tmp_path / "page.html", Report("title", "", "all is well"))
     assert "all is well" in page.read_text(encoding="utf-8")

@@ -1,5 +1,6 @@
 """A fetch writes files of its own folder alone, whatever lies there: no link is followed, no pipe waited for."""
 
+import errno
 import os
 import random
 from pathlib import Path
@@ -9,7 +10,9 @@ from lying_vehicle import Vehicle
 from test_fetching import LONGEST_S, SEGMENTS, fetched, heard, is_fetched_whole, ring, segment
 
 from bridge.errors import LogError
-from gcs_plugin.fetch.mirror import LOCK, PART
+from bridge.new_file import PART, remedy
+from bridge.ring.whole import WHOLE
+from gcs_plugin.fetch.mirror import LOCK
 from gcs_plugin.fetch.whole import newest_frames
 from gcs_plugin.folder import DiveFolder
 from tui.fetched import MIRROR
@@ -78,7 +81,8 @@ def test_a_folder_under_the_name_of_a_whole_file_is_named(tmp_path: Path) -> Non
     dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
     (mirror / NAME).mkdir(parents=True)
     assert (
-        said(dive) == f"{mirror / NAME}{PART}: can't be kept (Is a directory); check the disk and fetch again"
+        said(dive)
+        == f"{mirror / NAME}: can't be written (Is a directory); take away what lies there and fetch again"
     )
 
 
@@ -102,3 +106,39 @@ def test_a_pipe_that_is_named_as_a_segment_is_refused_before_it_is_opened(tmp_pa
     with pytest.raises(LogError) as refused:
         newest_frames([tmp_path / NAME], None)
     assert str(refused.value) == f"{tmp_path / NAME}: is no file; take it away"
+
+
+@pytest.mark.parametrize("thing", ["a pipe", "a file"])
+def test_a_mirror_that_is_no_folder_is_named(tmp_path: Path, thing: str) -> None:
+    dive, mirror = heard(tmp_path), tmp_path / "dives" / MIRROR
+    mirror.touch() if thing == "a file" else os.mkfifo(mirror)
+    assert said(dive) == f"{mirror}: is no folder; take it away and fetch again"
+    mirror.unlink()
+    is_fetched_whole(tmp_path, dive)
+
+
+def test_a_folder_in_place_of_what_a_dive_is_made_whole_in_is_named(tmp_path: Path) -> None:
+    dive = heard(tmp_path)
+    partial = dive.path / f"{WHOLE}{PART}"
+    partial.mkdir()
+    assert (
+        said(dive) == f"{partial}: can't be written (Is a directory); take away what lies there and try again"
+    )
+    partial.rmdir()
+    is_fetched_whole(tmp_path, dive)
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (errno.ENOSPC, "free disk space"),
+        (errno.EDQUOT, "free disk space"),
+        (errno.EISDIR, "take away what lies there"),
+        (errno.ENOTDIR, "take away what lies there"),
+        (errno.EACCES, "check the rights of its folder"),
+        (errno.EROFS, "check the rights of its folder"),
+        (errno.EIO, "check the disk"),
+    ],
+)
+def test_why_a_file_can_not_be_written_says_what_to_do(number: int, words: str) -> None:
+    assert remedy(OSError(number, os.strerror(number))) == words

@@ -56,7 +56,7 @@ def test_it_says_who_records_where_and_the_next_dive_and_notes_go_there(recorder
         )
         console.ask("seatrial record note leaves the harbour", f"noted in {first}")
         console.until("seatrial status", "00:00:([1-5][0-9]|0[6-9])")
-        console.ask("seatrial record next", r"is\s+whole;\s+the\s+next\s+dive\s+goes\s+into\s+\S+")
+        console.ask("seatrial record next", r"is\s+finished;\s+the\s+next\s+dive\s+goes\s+into\s+\S+")
         second = folder_now()
         assert second != first
         # So many that not all are the ground's own: a dive in which nothing was heard keeps no folder.

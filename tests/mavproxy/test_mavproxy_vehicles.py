@@ -6,7 +6,7 @@ from gcs_plugin.params.files import read_parameters
 
 
 def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(mavproxy, folder, second):
-    name = write(folder, "second.param", FF0_M_U=111)
+    name = write(folder, "second.param", FF0_M_U=111, FF0_D_U=50)
     before = dict(second.server._staged)
     try:
         mavproxy.ask("seatrial vehicle any", "vehicle: any")
@@ -28,7 +28,7 @@ def test_two_vehicles_are_told_apart_and_nothing_is_sent_while_none_is_chosen(ma
 def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_while_its_feed_forward_acts(
     mavproxy, folder, second
 ):
-    coefficients = write(folder, "armed.param", FF0_D_V=33)
+    coefficients = write(folder, "armed.param", FF0_M_V=111, FF0_D_V=33)
     mode = write(folder, "mode.param", FF_MODE=1)
     mavproxy.ask("seatrial vehicle 2", "vehicle: 2")
     second.bridge.arm(True)
@@ -70,8 +70,10 @@ def test_from_a_dive_to_a_verified_upload_with_mavproxy_answering_all_along(mavp
     mavproxy.ask("seatrial identify", "identify .* runs; wait for it")
     mavproxy.ask("seatrial status", "identify .*: runs for")
     mavproxy.wait_for(r"(?s)M_u .*identify .*: done.* after \d+ s\n(seatrial params upload \S+)\n")
-    upload(mavproxy, f"seatrial params upload {path}/identified.param")
     values = read_parameters(dive / "identified.param")
+    # A dive this short tells not every damping: the other half of these axes is taken on purpose.
+    despite = f"--accept-implausible {' '.join(values)}"
+    upload(mavproxy, f"seatrial params upload {path}/identified.param {despite}")
     mavproxy.ask(
         f"seatrial params diff {path}/identified.param", f"{len(values)} parameters: {len(values)} same"
     )

@@ -19,11 +19,12 @@ KEY = SigningKey(bytes(range(32)))
 class Side:
     """A signed end of a link, and the bare other end of it."""
 
-    def __init__(self, clock, file=None):
+    def __init__(self, clock, file=None, system=None):
         inside, self.outside = memory_pair()
         self.clock = clock
         self.told: list[Trouble] = []
-        self.gate = Gate("udpin:127.0.0.1:14550", KEY, Times(clock, file), clock, self.told.append)
+        times = Times(clock, file)
+        self.gate = Gate("udpin:127.0.0.1:14550", KEY, times, clock, self.told.append, system=system)
         self.link = SignedLink(inside, self.gate, clock)
         self.stranger = Encoder(1, 1)
 
@@ -144,7 +145,7 @@ def test_where_nothing_is_let_in_the_crew_is_told_within_three_seconds_what_to_d
     assert [trouble.refusal for trouble in side.told] == [Refusal.UNSIGNED]
     assert side.told[0].sentence == (
         "udpin:127.0.0.1:14550: all that system 1, component 1, sends is refused, since it is not signed; "
-        "give its side the same key with --sign-key, or leave --sign-key out here"
+        "give its side the same key with --sign-key if it is yours, and none to a stranger"
     )
     assert side.told[0].brief == "system 1/1 is refused: unsigned"
 
@@ -156,7 +157,7 @@ def test_a_component_that_is_refused_beside_one_that_signs_is_told_too(side):
         assert side.link.read(0.0)
         assert side.arrives_unsigned() == b""
         side.waits(0.7)
-    assert [(told.system, told.component) for told in side.told] == [(1, 1)]
+    assert [told.sender for told in side.told] == [(1, 1)]
 
 
 def test_a_single_order_that_was_refused_is_told_as_well(side):
@@ -185,13 +186,86 @@ def test_a_spoofed_frame_beside_the_true_ones_is_counted_and_troubles_nobody(sid
     assert side.gate.counts == {Refusal.UNSIGNED: 20}
 
 
+def flood(side, systems, key=None):
+    """What systems that somebody made up send, signed with `key` where there is one."""
+    for system in systems:
+        raw = Encoder(system, 1).encode(BEAT)
+        side.outside.write(signed(raw, key.secret, 0, side.now()) if key else raw)
+    side.link.read(0.0)
+
+
+MORE = (
+    "udpin:127.0.0.1:14550: more senders are refused than are named; yours is among them where it is signed with "
+    "another key; compare the fingerprints that `seatrial keys show FILE` tells on both sides"
+)
+
+
 def test_who_invents_systems_is_counted_and_drowns_nothing(side):
-    for system in range(1, 256):
-        side.outside.write(Encoder(system, 1).encode(BEAT))
+    flood(side, range(1, 256))
     for _ in range(8):
         side.waits(0.5)
     assert side.gate.counts == {Refusal.UNSIGNED: 255}
-    assert len(side.told) == 8
+    assert [told.sender for told in side.told] == [*((system, 1) for system in range(1, 9)), None]
+    assert side.told[-1].brief == "more systems are refused: unsigned"
+
+
+def test_a_vehicle_of_another_key_is_named_whatever_unsigned_strangers_send(side):
+    other = new_key()
+    for _ in range(8):
+        flood(side, range(10, 250))
+        side.arrives(side.now(), other)
+        side.waits(0.5)
+    assert [told.sender for told in side.told if told.refusal is Refusal.OTHER_KEY] == [(1, 1)]
+    assert len(side.told) == 10
+    assert "system 1, component 1, sends is refused, since it is signed with another key" in side.gate.trouble
+
+
+def test_a_vehicle_is_told_of_though_a_stranger_speaks_unsigned_under_its_name(side):
+    other = new_key()
+    for _ in range(8):
+        side.arrives(side.now(), other)
+        side.arrives_unsigned()
+        side.waits(0.5)
+    assert {told.refusal for told in side.told} == {Refusal.OTHER_KEY, Refusal.UNSIGNED}
+
+
+def test_where_strangers_sign_with_rubbish_it_is_said_that_there_are_more_than_are_named(side):
+    rubbish, other = new_key(), new_key()
+    for _ in range(8):
+        flood(side, range(10, 18), rubbish)
+        side.arrives(side.now(), other)
+        side.waits(0.5)
+    assert [told.sender for told in side.told] == [*((system, 1) for system in range(10, 18)), None]
+    assert side.told[-1].sentence == side.gate.trouble == MORE
+
+
+def test_one_that_signed_before_is_named_however_many_strangers_there_are(side):
+    assert side.arrives(side.now())
+    for _ in range(8):
+        flood(side, range(10, 250))
+        side.arrives_unsigned()
+        side.waits(0.5)
+    assert (1, 1) in [told.sender for told in side.told]
+    assert "all that system 1, component 1, sends is refused" in side.gate.trouble
+
+
+def test_the_system_that_was_asked_for_is_named_however_many_strangers_there_are(clock):
+    side = Side(clock, system=1)
+    for _ in range(8):
+        flood(side, range(10, 250))
+        side.arrives_unsigned()
+        side.waits(0.5)
+    assert [told.sender for told in side.told] == [*((system, 1) for system in range(10, 18)), None, (1, 1)]
+
+
+def test_strangers_under_the_name_of_the_system_that_was_asked_for_are_told_of_within_bounds(clock):
+    side = Side(clock, system=1)
+    for component in range(1, 256):
+        side.outside.write(Encoder(1, component).encode(BEAT))
+    side.link.read(0.0)
+    for _ in range(8):
+        side.waits(0.5)
+    assert [told.sender for told in side.told] == [*((1, component) for component in range(1, 9)), None]
 
 
 def test_a_vehicle_whose_clock_stands_in_the_past_is_told_of_and_heals_once_it_hears_the_ground():

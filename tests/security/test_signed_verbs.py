@@ -91,6 +91,20 @@ def test_a_recording_of_a_signed_link_holds_unsigned_frames_and_nothing_holds_th
             assert key.secret.hex().encode() not in data.lower()
 
 
+def test_a_recording_in_which_all_was_refused_blames_the_keys_and_no_cable(
+    far_end, key_file, tmp_path, capsys
+):
+    for raw in plain_beats(3):
+        far_end.write(raw)
+    line = ["record", "--link", "any", "--sign-key", str(key_file), "--out", str(tmp_path / "dives")]
+    assert cli.main([*line, "--seconds", "0.6"]) == exit_codes.LINK
+    said = " ".join(capsys.readouterr().err.split())
+    assert (
+        "all that arrived on any was refused, so no dive folder is kept; check the keys of both sides" in said
+    )
+    assert "cable" not in said
+
+
 def test_a_recording_that_lets_nothing_in_says_so_within_three_seconds(
     far_end, key_file, tmp_path, capsys, monkeypatch
 ):

@@ -17,7 +17,7 @@ from tui.app.lines import ROLES
 from tui.app.widgets.line_view import LineView
 
 KEPT = Path(__file__).parent / "screens"
-LETTERS = dict(zip(ROLES, ".qSar-sfWBLAFT", strict=True))
+LETTERS = dict(zip(ROLES, ".qSar-sfWBLAFTK", strict=True))
 OTHERS = "123456789"
 
 

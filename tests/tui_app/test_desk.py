@@ -19,6 +19,7 @@ from tui.app.desk import Desk
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
 from tui.job import Done
+from tui.show import plain
 from tui.told import Told
 
 HALF = Told("identify: hovering", 0.5, "pass 1: M_u 10 ± 2")
@@ -217,7 +218,8 @@ def test_what_was_read_of_a_dive_says_whether_it_can_be_a_check(tmp_path, glance
         "recordings": [["telemetry.tlog", state.st_size, state.st_mtime_ns]],
         "vehicle": "x",
     }
-    (folder / ".glance.json").write_text(json.dumps({"key": key, "glance": asdict(glance)}), encoding="utf-8")
+    kept = plain({"key": key, "glance": asdict(glance)})
+    (folder / ".glance.json").write_text(json.dumps(kept), encoding="utf-8")
     assert can_check(folder) is can
     (folder / "telemetry.tlog").write_bytes(b"more")
     assert can_check(folder)

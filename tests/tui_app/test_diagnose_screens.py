@@ -15,7 +15,7 @@ from bridge.framing import Encoder
 from tui.app.jobs import Jobs
 from tui.app.themes import ORDER
 from tui.job import Done
-from tui.told import Told
+from tui.told import UNKEPT, Told
 
 SIZES = ((80, 24), (160, 50))
 
@@ -25,16 +25,20 @@ def _with_colour(monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
 
 
+TRYING = Told("diagnosing", 0.4, "trying 41 candidates")
+
+
 class Verb:
     """A verb that tells its progress, then waits until it is let go; `done` is how it ends, `leaves` what it writes."""
 
-    def __init__(self, done=None, leaves=True):
+    def __init__(self, done=None, leaves=True, tells=TRYING):
         self.words, self.go = (), asyncio.Event()
         self.done, self.leaves = done or Done(0, diagnosis(), ()), leaves
+        self.tells = tells
 
     async def __call__(self, words, hear):
         self.words = tuple(words)
-        hear(Told("diagnosing", 0.4, "trying 41 candidates"))
+        hear(self.tells)
         await self.go.wait()
         for option in ("--json", "--accept") if self.leaves else ():
             path = words[words.index(option) + 1]
@@ -258,4 +262,26 @@ def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
     desk = desk_with(tmp_path, jobs=Jobs(nothing))
     param = tmp_path / DIVE / "diagnosed.param"
     param.write_text("", encoding="utf-8")
+    run(made(FixedViews(), desk=desk), SIZES[1], work)
+
+
+def test_a_diagnosis_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):
+    why = "full/diagnosis.json: the JSON can't be written (No space left on device); give another file"
+    newer = diagnosis() | {"verdict": "unknown"}
+    verb = Verb(Done(2, None, (f"seatrial: {why}",)), leaves=False, tells=Told(UNKEPT, 1.0, why, newer))
+
+    async def work(app, pilot):
+        await pressed(pilot, "4")
+        assert "AMBIGUOUS" in text(app)
+        await pressed(pilot, "d")
+        verb.go.set()
+        await ended(app, pilot)
+        seen = " ".join(text(app).split())
+        assert "UNKNOWN" in seen
+        assert "AMBIGUOUS" not in seen
+        assert f"{why}; its values are below, and kept nowhere" in seen
+        assert "p Parameters" not in seen
+
+    desk = desk_with(tmp_path, jobs=Jobs(verb))
+    (tmp_path / DIVE / "diagnosed.param").write_text("", encoding="utf-8")
     run(made(FixedViews(), desk=desk), SIZES[1], work)

@@ -5,6 +5,7 @@ import os
 from functools import partial
 from pathlib import Path
 
+import made_identified
 import pytest
 from made_dives import DECK, HOVERING, FakeVerbs, desk
 from made_identified import PAGE, answer, leave, passes
@@ -20,6 +21,7 @@ from tui.app.screens.identify import IdentifyScreen
 from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
 from tui.app.themes import ORDER
+from tui.told import UNKEPT, Told
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
@@ -340,3 +342,58 @@ def test_a_second_one_is_not_begun_while_one_runs(dive):
 
     run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
     assert [words[0] for words in verbs.words].count("identify") == 1
+
+
+WHY = "full/identified.json: the JSON can't be written (No space left on device); give another file"
+
+
+def unkept(count=11):
+    """A verb that identified so many coefficients and finds no room for any of its files."""
+    missing = [one["name"] for one in made_identified.parameters()[count:]]
+    found = made_identified.identified(parameters=made_identified.parameters(missing))
+    page = (
+        f"seatrial: {WHY}",
+        "seatrial: full/identified.html: the report can't be written (No space left on device)",
+    )
+    tells = (*passes(), Told(UNKEPT, 1.0, WHY, found), PAGE)
+    return FakeVerbs({"identify": None}, exit_codes.BAD_INPUT, page, tells)
+
+
+def test_values_that_find_no_room_on_the_disk_are_shown_and_said_to_be_kept_nowhere(dive):
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i")
+        await ended(app, pilot)
+        seen = " ".join(text(app).split())
+        assert "11 of 12 coefficients identified" in seen
+        assert WHY in seen
+        assert "identified.html: the report can't be written" in seen
+        assert "its values are below, and kept nowhere" in seen
+        assert "not identified yet" not in seen
+
+    run(made(FixedViews(), desk=desk(unkept(), dive=dive)), SIZES[1], work)
+
+
+def test_values_of_before_are_neither_shown_nor_uploaded_for_newer_ones_without_room(identified):
+    async def work(app, pilot):
+        await pressed(pilot, "3", "i", "p")
+        await ended(app, pilot)
+        assert "5 of 12 coefficients identified" in text(app)
+        await pressed(pilot, "p")
+        assert isinstance(app.screen, IdentifyScreen)
+        assert app.desk.param is None
+
+    run(made(FixedViews(), desk=desk(unkept(5), dive=identified)), SIZES[1], work)
+
+
+def test_a_key_before_the_next_view_takes_no_values_of_before_either(identified):
+    async def work(app, pilot):
+        await pressed(pilot, "3")
+        app._show = lambda: None  # no view from here on
+        await pressed(pilot, "i")
+        while not app.desk.jobs.state("identify").answered:
+            await pilot.pause()
+        await pressed(pilot, "p")
+        assert isinstance(app.screen, IdentifyScreen)
+        assert app.desk.param is None
+
+    run(made(FixedViews(), desk=desk(unkept(5), dive=identified)), SIZES[1], work)

@@ -58,7 +58,7 @@ def test_one_key_begins_the_next_dive_and_the_newest_finished_one_is_chosen(tmp_
     boat = Boat()
     boat.recorded = tmp_path
     boat.desk.dive = OUT / HOVERING["name"]
-    assert after(["ctrl+n"], boat) == [f"{tmp_path.name} is whole; the next dive is recorded"]
+    assert after(["ctrl+n"], boat) == [f"{tmp_path.name} is finished; the next dive is recorded"]
     assert boat.asked == ["next"]
     assert boat.desk.dive is None
 
@@ -202,5 +202,5 @@ def test_a_dive_that_is_worked_on_keeps_its_screens_whatever_ends_meanwhile(scre
         assert at.chosen() == second
         return said
 
-    words = f"{second.name} is whole; the next dive is recorded; the screens stay on {first.name}"
+    words = f"{second.name} is finished; the next dive is recorded; the screens stay on {first.name}"
     assert run(made(FixedViews(), desk=at), (160, 50), work) == ([words] if by_key else [])

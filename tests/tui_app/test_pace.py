@@ -129,7 +129,7 @@ def _contrast(one, other):
 
 @pytest.mark.parametrize("name", themes.ORDER)
 @pytest.mark.parametrize(
-    "role", ["plain", "quiet", "strong", "accent", "warn", "bad", "lost", "armed", "failsafe", "tab"]
+    "role", ["plain", "quiet", "strong", "accent", "warn", "bad", "lost", "armed", "failsafe", "tab", "key"]
 )
 def test_what_is_to_be_read_has_contrast(name, role):
     looks = themes.variables(name)

@@ -21,6 +21,7 @@ HZ = 200
 """Of 48 values: as many a second as 200 values at 50 Hz."""
 
 MOST_BYTES_A_S = 20 * 1024
+GOAL_S = 0.1
 ROWS, COLUMNS = 24, 80
 HELP, WATCH, IDENTIFY = b"Everywhere", b"THRUSTERS", b"holds no dive yet"
 
@@ -101,6 +102,7 @@ def test_bytes_and_answers_of_a_minute(terminal):
     keep(
         "terminal_load",
         f"{bytes_a_s / 1024:.1f} KiB/s at 80 by 24; {len(answers_s)} keys that bring another screen answered after "
-        f"{answer_ms:.0f} ms (median), {1000 * max(answers_s):.0f} ms at most; escape, which "
+        f"{answer_ms:.0f} ms (median), {sum(took_s <= GOAL_S for took_s in answers_s)} of them within 100 ms, "
+        f"the last after {1000 * max(answers_s):.0f} ms; escape, which "
         f"is told from the begin of another key by 100 ms of waiting, after {escape_ms:.0f} ms",
     )

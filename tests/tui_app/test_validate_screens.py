@@ -13,7 +13,7 @@ from screen_text import check, made, pressed, run, text
 from tui.app.jobs import Jobs
 from tui.app.themes import ORDER
 from tui.job import Done
-from tui.told import Told
+from tui.told import UNKEPT, Told
 
 NARROW, WIDE = (80, 24), (160, 50)
 
@@ -156,3 +156,24 @@ def test_the_key_on_dives_validates_the_dive_under_the_mark_at_once(tmp_path):
     verb = Verb()
     run(made(FixedViews(), desk=validated_desk(tmp_path, found=False, jobs=Jobs(verbs))), NARROW, work)
     assert verb.words[:2] == ("validate", str(tmp_path / DIVE))
+
+
+def test_a_validation_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):
+    why = "full/validation.json: the JSON can't be written (No space left on device); give another file"
+
+    async def verb(_words, hear):
+        hear(Told(UNKEPT, 1.0, why, validation()))
+        return Done(2, None, (f"seatrial: {why}",))
+
+    desk = validated_desk(tmp_path, jobs=Jobs(verb))
+    (tmp_path / DIVE / "validation.json").unlink()
+
+    async def work(app, pilot):
+        await pressed(pilot, "6")
+        assert "nothing yet" in seen(app)
+        await pressed(pilot, "v")
+        await ended(app, pilot)
+        assert "nothing yet" not in seen(app)
+        assert f"{why}; its values are below, and kept nowhere" in seen(app)
+
+    run(made(FixedViews(), desk=desk), WIDE, work)

@@ -31,6 +31,33 @@ def test_no_line_is_wider_than_there_is_room(cells):
     assert all(width(line) <= cells for line in lines)
 
 
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"unit": "furlongs"},
+        {"wrench_unit": "N m"},
+        {"step_s": 0.0},
+        {"step_s": 1e-320},
+        {"start_s": 1e300},
+        {"start_s": 10**299},
+        {"measured": [1.0]},
+        {"tau_ff": [1e308, -1e308]},
+        {"reference": ["1e400"]},
+    ],
+    ids=str,
+)
+def test_curves_that_are_of_no_dive_are_no_validation(told):
+    data = validation()
+    data[0]["curves"][0] |= told
+    assert runs(data) is None
+
+
+def test_a_criterion_is_passed_or_failed_or_not_known():
+    data = validation()
+    data[0]["raising"]["criteria"][0]["passed"] = [[]]
+    assert runs(data) is None
+
+
 @pytest.mark.parametrize(("go", "mark"), [(True, "● GO"), (False, "▲ NO-GO")])
 def test_the_verdict_is_a_mark_a_word_and_a_sentence(go, mark):
     lines = text(made.verdict(runs(validation(go))[0], 80))

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -38,8 +39,9 @@ def losses(**given: float) -> Losses:
 
 
 def tick(coefficients: dict[str, float], mode: Mode, navigation: Navigation = LEVEL) -> np.ndarray:
+    """The eleventh: what comes with the feed-forward is all there by then."""
     pilot = Autopilot(FILE.vehicle, "hovering", lambda _: coefficients, FILE.path.parent, mode)
-    return np.array(pilot.step(0.0, navigation, REFERENCE).pwm_us)
+    return np.array([pilot.step(0.05 * number, navigation, REFERENCE).pwm_us for number in range(11)][-1])
 
 
 def test_every_id_fits_into_a_mavlink_parameter_and_none_is_given_twice() -> None:
@@ -168,6 +170,26 @@ def test_a_coefficient_that_no_thruster_can_have_is_left_out_and_told_once(value
     (text,) = (text for text in pilot.take_texts() if "FF without" in text)
     assert text.startswith("FF without T1_gain")
     assert len(text) <= 50
+
+
+def test_raised_what_makes_up_for_losses_comes_over_half_a_second_and_goes_at_once() -> None:
+    effects = {"T1_gain": 0.3, "T_start": 8.0, "T_ohm": 0.2}
+    pilot = Autopilot(FILE.vehicle, "hovering", lambda _: MODEL | effects, FILE.path.parent, Mode.SHADOW)
+    pushed = replace(REFERENCE, push=(20.0, 10.0, 0.0, 0.0, 0.0, 0.0))
+
+    def pulses(number: int) -> np.ndarray:
+        return np.array(pilot.step(0.05 * number, LEVEL, pushed).pwm_us)
+
+    without = pulses(0)
+    pilot.mode = Mode.ALONE
+    raised = [pulses(number) for number in range(1, 13)]
+    whole = raised[-1] - without
+    assert np.abs(whole).max() > 100.0
+    np.testing.assert_array_equal(raised[-1], raised[-2])
+    for before, after in pairwise([without, *raised]):
+        assert np.abs(after - before).max() < 0.3 * np.abs(whole).max()
+    pilot.mode = Mode.OFF
+    np.testing.assert_array_equal(pulses(13), without)
 
 
 def test_a_battery_that_fell_is_made_up_for_by_the_square_of_its_voltage() -> None:

@@ -241,7 +241,8 @@ def test_together_the_feedforward_leads_by_lag_and_half_a_period_and_is_told_as_
 @pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])
 def test_small_thrusts_of_the_thrusters_that_the_feedforward_drives_pass_the_dead_zone(mode: Mode) -> None:
     level = Navigation((0.05, 0, 0), 0, (0.0, 0, 0), 0, (1.0, 0, 0, 0), 0.0, 0, 0.57, 0)
-    whisper = autopilot(mode).step(0.0, level, Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6))
+    pilot, slow = autopilot(mode), Reference((0.05, 0, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
+    whisper = [pilot.step(0.05 * step, level, slow) for step in range(11)][-1]
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
     wrench = allocation_matrix(FILE.vehicle.configurations["hovering"]) @ curve.thrust(whisper.pwm_us)
     assert wrench[0] == pytest.approx(56.24 * 0.05)
@@ -287,6 +288,37 @@ def test_a_reference_five_seconds_old_is_followed_no_more_and_depth_is_held() ->
     assert [let_go.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
     assert let_go.tau_cmd[2] != 0.0
     assert pilot.take_texts()[-1] == "no reference for 5 s: no horizontal thrust"
+
+
+def test_a_reference_that_the_future_stamped_for_five_seconds_is_followed_no_more() -> None:
+    pilot, ahead = autopilot(Mode.BOTH), replace(ASK, time_s=1e6)
+    for step in range(100):
+        assert pilot.step(0.05 * step, heard(0.05 * step), ahead).tau_cmd[0] != 0.0
+    let_go = pilot.step(5.1, heard(5.1), ahead)
+    assert [let_go.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
+    assert let_go.tau_cmd[2] != 0.0
+    assert pilot.take_texts()[-1] == "no reference for 5 s: no horizontal thrust"
+    assert pilot.step(5.15, heard(5.15), replace(ASK, time_s=5.15)).tau_cmd[0] != 0.0
+
+
+@pytest.mark.parametrize("force", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(("dof", "axis"), [(0, "surge"), (2, "heave")])
+def test_a_push_that_is_no_number_is_not_given_and_said_once(dof: int, axis: str, force: float) -> None:
+    push = tuple(force if number == dof else None for number in range(6))
+    wrong, unpushed = autopilot(Mode.SHADOW), autopilot(Mode.SHADOW)
+    for time_s in (0.0, 0.05, 0.1):
+        told = wrong.step(time_s, heard(time_s), replace(ASK, push=push))
+        assert told.pwm_us == unpushed.step(time_s, heard(time_s), ASK).pwm_us
+    assert wrong.take_texts() == [f"push in {axis} is no number: none given"]
+
+
+def test_a_push_beyond_what_the_thrusters_reach_is_all_that_they_reach() -> None:
+    beyond, most = (
+        autopilot(Mode.SHADOW).step(0.0, heard(0.0), replace(ASK, push=(force, *(0.0,) * 5)))
+        for force in (1e308, 132.34)
+    )
+    assert beyond.pwm_us == pytest.approx(most.pwm_us, rel=1e-3)
+    assert beyond.tau_cmd == pytest.approx(most.tau_cmd, rel=1e-3, abs=1e-6)
 
 
 @pytest.mark.parametrize(

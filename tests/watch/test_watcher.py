@@ -328,3 +328,18 @@ def test_other_words_values_and_vehicles_tell_nothing_of_the_set_that_flies(watc
     vehicle.says(told, 2.0)
     OnAir(watcher, 7).says(value_of("FF_ACTIVE", 13247.0), 2.0)
     assert watcher.picture(3.0).active_set is None
+
+
+def test_a_vehicle_that_starts_anew_is_told_of_among_its_words_and_another_is_not():
+    watcher = Watcher(RUVIFIST, unix_at_zero_s=1_790_000_000.0)
+    ours, other = OnAir(watcher), OnAir(watcher, 7)
+    for at_s in range(60):
+        for vehicle, boot_s in (
+            (ours, (at_s + 100) if at_s < 30 else at_s - 29.5),
+            (other, at_s % 30 + 0.25),
+        ):
+            vehicle.beats(float(at_s))
+            vehicle.says(mav.MAVLink_system_time_message(0, round(boot_s * 1e3)), float(at_s))
+    (said,) = watcher.picture(60.0).said
+    words = "vehicle 1 started anew at 14:13:49 UTC (its clock went back to 0 s)"
+    assert (said.severity, said.text, said.utc_s) == (4, words, 1_790_000_033.0)

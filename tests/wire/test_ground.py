@@ -6,6 +6,7 @@ from service_rig import Rig
 
 from bridge.framing import Encoder
 from bridge.ground import Ground
+from bridge.parameters import Refusal
 from tui import cli, exit_codes
 from tui.commands.bridge import ground
 
@@ -24,12 +25,37 @@ ARM = dialect.MAVLink_command_long_message(1, 1, 400, 0, 1.0, 0, 0, 0, 0, 0, 0)
 )
 def test_an_order_of_anyone_but_the_configured_ground_changes_nothing_and_is_told(station, source, told):
     rig = Rig(ground=station)
-    (words,) = rig.ask(WRITE, Encoder(*source))
+    words, error, value = rig.ask(WRITE, Encoder(*source))
     assert words.text == told
-    assert rig.ask(ARM, Encoder(*source)) == []
+    assert (error.error, value.param_value) == (Refusal.DENIED, 0.0)
+    (answer,) = rig.ask(ARM, Encoder(*source))
+    assert answer.result == dialect.MAV_RESULT_DENIED
     assert not rig.bridge.armed
     assert rig.parameters.value("FF0_M_U") == 0.0
     assert rig.bridge.counts["refused"] == 2
+
+
+def texts(answers):
+    return [answer.text for answer in answers if answer.get_type() == "STATUSTEXT"]
+
+
+def test_a_strange_ground_is_told_again_after_a_while_and_many_of_them_fill_no_link():
+    rig, told = Rig(), ["orders from system 254 are refused"]
+    said = []
+    for time_s in (0.0, 5.0, 9.9, 10.0, 15.0, 20.0):
+        rig.clock.advance_to(time_s)
+        said.append(texts(rig.ask(WRITE, Encoder(254, 190))))
+    assert said == [told, [], [], told, [], told]
+    rig.clock.advance_to(40.0)
+    at_once = [answer for system in range(2, 255) for answer in rig.ask(WRITE, Encoder(system, 190))]
+    assert len(texts(at_once)) == 1
+    assert sum(answer.get_type() == "PARAM_ERROR" for answer in at_once) == 50
+
+
+def test_a_stranger_that_asks_for_what_is_not_there_hears_that():
+    rig = Rig()
+    _, error = rig.ask(dialect.MAVLink_param_set_message(1, 1, b"FF0_NONE", 1.0, 9), Encoder(254, 190))
+    assert error.error == Refusal.UNKNOWN
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,10 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.parameter_row import to_float32
 from bridge.parameters import ParameterServer, Refusal, set_crc, vehicle_table
 from bridge.schema import load_yaml
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import CONFIGS, Configuration, Thruster, Vehicle, load_vehicle
+from bridge.vehicle.feedforward import feedforward
+from bridge.vehicle.references import Reference
 
 GROUND = Encoder(255, 190)
 ALL = 68
@@ -322,15 +325,21 @@ def test_where_no_controller_watches_shadow_nothing_is_proven() -> None:
     assert target.take_texts()[1] == "shadow: none flown, seatrial ff shadow first"
 
 
-def test_a_mass_of_zero_means_not_set() -> None:
+@pytest.mark.parametrize("unset", ["M_u", "D_u", "M_v", "D_v", "I_r", "D_r"])
+def test_a_mass_inertia_or_damping_of_zero_is_not_set_and_turns_the_feed_forward_of_its_axis_off(
+    unset: str,
+) -> None:
     target = server()
     fill(target)
-    assert target.write("FF0_M_V", 0.0, False) is None
-    assert target.write("FF0_D_V", 0.0, False) is None
+    assert target.write(f"FF0_{unset.upper()}", 0.0, False) is None
     assert target.write("FF_COMMIT", float(target.staged_crc), False) is None
-    assert "M_v" not in target.active(0)
-    assert target.active(0)["D_v"] == 0.0
-    assert "M_v" in target.active(1)
+    assert unset not in target.active(0)
+    assert target.active(1)[unset] == to_float32(24.1)
+    moving = Reference((0.4, -0.2, 0.1, 0.0, 0.0, 0.15), (0.1, 0.05, 0.2, 0.0, 0.0, -0.03), 0.0, 0.6)
+    term = feedforward(target.active(0), moving, (100.0,) * 6)
+    (axis,) = term.off
+    assert term.tau[axis] == 0.0
+    assert term.faults == (f"FF {DOFS[axis]} off: {unset} is missing",)
 
 
 def test_the_model_of_the_vehicle_file_is_active_from_the_start() -> None:
@@ -352,7 +361,7 @@ def test_mode_and_active_set_survive_a_restart_and_a_staged_one_does_not(tmp_pat
     assert (again.mode, again.active_crc) == (3, target.active_crc)
     assert again.active(0) == target.active(0)
     assert again.value("FF0_M_U") == to_float32(24.1)
-    assert again.take_texts() == []
+    assert again.take_texts() == ["FF both: acts once armed"]
 
 
 def test_an_accepted_effect_is_staged_committed_and_kept_like_any_coefficient(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ SHAPE = Configuration(
 OURS = Vehicle("ours", {"survey": SHAPE, "hovering": replace(SHAPE, dry_mass_kg=75.0)})
 MOVED = replace(SHAPE, thrusters=(SHAPE.thrusters[0], Thruster((1.0, 0.0, 0.0), (0.0, -0.3, 0.0))))
 REBUILT = replace(OURS, configurations={**OURS.configurations, "survey": MOVED})
+BOTH_ACTS = ["FF both: acts once armed"]
 TABLE = "voltage_v,pwm_us,thrust_n\n16,1100,-40\n16,1500,0\n16,1900,{most}\n"
 
 
@@ -70,7 +71,7 @@ def test_a_set_stays_at_zero_on_another_hull_says_why_and_what_to_do_and_comes_b
 
     back = boot(path)
     assert (back.active_crc, back.mode, back.active(0)) == (crc, 3, first.active(0))
-    assert (back.take_texts(), back.trouble) == ([], "")
+    assert (back.take_texts(), back.trouble) == (BOTH_ACTS, "")
 
 
 def test_a_fresh_upload_puts_it_right_and_each_hull_keeps_its_own_set_and_mode(path: Path) -> None:
@@ -114,7 +115,7 @@ def test_where_no_set_was_ever_committed_the_model_of_each_file_flies(path: Path
     assert first.write("FF_MODE", 3.0, False) is None
     for mass_kg in (80.0, 85.0):
         same = boot(path, with_shape(model={"M_u": mass_kg}))
-        assert (same.active(0)["M_u"], same.mode, same.take_texts()) == (mass_kg, 3, [])
+        assert (same.active(0)["M_u"], same.mode, same.take_texts()) == (mass_kg, 3, BOTH_ACTS)
     other = boot(path, with_shape(dry_mass_kg=90.0, model={"M_u": 120.0}))
     assert (other.active(0)["M_u"], other.mode, other.take_texts()) == (120.0, 0, [])
 
@@ -164,7 +165,7 @@ def test_what_an_earlier_version_kept_where_no_set_was_committed_is_taken_over(
     of_an_earlier_version(path, None if stored == "nothing" else own)
     for _ in range(2):
         again = boot(path, modelled)
-        assert (again.mode, again.active(0)["M_u"], again.take_texts()) == (3, 80.0, [])
+        assert (again.mode, again.active(0)["M_u"], again.take_texts()) == (3, 80.0, BOTH_ACTS)
         again.write("FF_MODE", 3.0, False)
 
 
@@ -223,3 +224,25 @@ def test_a_thrust_table_counts_by_its_numbers_and_not_by_its_name_or_comments(tm
 
 def test_the_mark_of_a_hull_stays_what_it_was_from_one_version_to_the_next(tmp_path: Path) -> None:
     assert hull_mark(with_curve(kind="quadratic"), tmp_path) == "219d9978d5e69281"
+
+
+@pytest.mark.parametrize(
+    ("mode", "said"), [(0, []), (1, []), (2, ["FF only: acts once armed"]), (3, BOTH_ACTS)]
+)
+def test_a_vehicle_says_at_its_start_once_that_the_feed_forward_acts(
+    path: Path, mode: int, said: list[str]
+) -> None:
+    first = boot(path)
+    upload(first, 80.0)
+    assert first.write("FF_MODE", float(mode), False) is None
+    again = boot(path)
+    assert again.take_texts() == said
+    assert again.take_texts() == []
+    lowered = boot(path)
+    assert lowered.write("FF_MODE", 0.0, False) is None
+    assert lowered.take_texts() == []
+
+
+def test_a_vehicle_without_a_set_says_nothing_of_a_feed_forward_that_cannot_act(path: Path) -> None:
+    assert boot(path).write("FF_MODE", 3.0, False) is None
+    assert boot(path).take_texts() == []

@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from service_rig import Rig, acted, fog
+from service_rig import Rig, acted, fog, vehicle
 
+from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Framer
 from bridge.link.memory import MemoryLink
 from bridge.link.reconnecting import Reconnecting
+from bridge.parameters import ParameterServer, vehicle_table
 from bridge.sensors.samples import DvlSample, PressureSample
 from bridge.service import Bridge
+from bridge.vehicle.config import Device
 
 
 class BrokenLink:
@@ -111,6 +114,18 @@ def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named(
     expected = ["dvl silent: check cable", "esc silent: check cable", "fog silent: check cable"]
     assert silent == [*expected, "imu makes no sense: check its baud"]
     assert texts[4:] == ["fog is back"]
+
+
+def test_a_device_on_the_network_that_makes_no_sense_is_named_by_its_address_not_by_a_baud() -> None:
+    craft = vehicle(dvl=Device("a50", port="tcp:192.168.194.95:16171"))
+    clock = SimulatedClock()
+    bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
+    for i in range(1, 50):
+        clock.advance_to(0.1 * i)
+        bridge.receive("dvl", b"HTTP/1.1 400 Bad Request\r\n", clock.now_s)
+        bridge.step()
+    said = "dvl makes no sense: check that tcp:192.168.194.95:16171 is its a50"
+    assert bridge.device_faults == {"dvl": said}
 
 
 def test_a_device_without_a_port_is_not_called_silent_and_is_back_when_it_speaks() -> None:

@@ -9,6 +9,7 @@ from service_rig import Rig
 
 from bridge.framing import Encoder, Framer
 from bridge.link.memory import memory_pair
+from bridge.parameters import Refusal
 from bridge.service import MOST_STORES, MOST_WRITES, STORES_HZ, Bridge
 
 
@@ -131,13 +132,15 @@ def test_a_whole_set_is_written_at_once_and_a_flood_is_not() -> None:
     assert rig.bridge.counts["too fast"] >= 1
 
 
-def test_orders_from_a_stranger_are_refused_aloud_once_and_his_questions_answered() -> None:
+def test_orders_from_a_stranger_are_refused_aloud_and_his_questions_answered() -> None:
     rig = Rig()
     stranger = Encoder(42, 1)
     write = dialect.MAVLink_param_set_message(1, 1, b"FF0_M_U", 96.5, 9)
-    (words,) = rig.ask(write, stranger)
+    words, error, value = rig.ask(write, stranger)
     assert words.text == "orders from system 42 are refused"
-    assert rig.ask(arm(1.0), stranger) == []
+    assert (error.error, value.param_value) == (Refusal.DENIED, 0.0)
+    (denied,) = rig.ask(arm(1.0), stranger)
+    assert denied.result == dialect.MAV_RESULT_DENIED
     assert not rig.bridge.armed
     assert rig.parameters.value("FF0_M_U") == 0.0
     assert rig.bridge.counts["refused"] == 2

@@ -277,7 +277,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
             desk.dive = desk.param = None
         elif desk.dive is not None:
             after += f"; the screens stay on {desk.dive.name}"
-        became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
+        became = "is finished" if finished.exists() else "is not kept, since nothing arrived in it"
         self.notify(f"{finished.name} {became}; {after}")
 
     def action_command_palette(self) -> None:

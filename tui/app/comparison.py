@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from gcs_plugin.params.plausible import half_a_model, other_half
+
 CHANGED: Final = "changed"
 IMPLAUSIBLE: Final = "implausible"
 STAGED: Final = "staged"
@@ -109,6 +111,21 @@ class Comparison:
         if set(chosen) == set(self.choosable):
             return ()
         return tuple(entry.name for entry in self.entries if entry.staged or entry.name in chosen)
+
+    def half(self, chosen: Collection[str]) -> str:
+        """What these lines would leave with half of a model as their other half is not among them, "" for nothing."""
+        values = {
+            entry.name: (entry.target if entry.staged or entry.name in chosen else entry.present) or 0.0
+            for entry in self.entries
+        }
+        for entry in self.entries:
+            # The other half that is no line of the file is the vehicle's, and was judged with it.
+            other = other_half(entry.name)
+            if not entry.changes or entry.name not in chosen or other not in values:
+                continue
+            if against := half_a_model(entry.name, entry.target, values):
+                return f"{entry.name}: {against}: choose {other} too, or neither"
+        return ""
 
     def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
         """Those of these lines that are written although they are implausible."""

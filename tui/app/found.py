@@ -73,10 +73,16 @@ def places(dive: Path) -> dict[str, Path]:
     }
 
 
-def found(dive: Path, receipts: Path) -> Found | None:
-    """What was identified from it; None where nothing was, or the file is something else."""
+def found(dive: Path, receipts: Path, unkept: Any = None) -> Found | None:
+    """What was identified from it; None where nothing was, or the file is something else.
+
+    `unkept` is what was identified just now and could not be written there. It has no parameters to upload: those that
+    lie there are of an earlier one, or have nothing beside them that tells of them.
+    """
     at = places(dive)
     try:
+        if unkept is not None:
+            return _found(unkept, accepted_before(at["--param"], receipts), None, math.nan)
         data = from_json(read_small(at["--json"]))
         written = at["--json"].stat()
         param = _no_older(at["--param"], written.st_mtime_ns)

@@ -8,12 +8,13 @@ from bridge.vehicle.coefficients import BY_NAME
 from tui import exit_codes
 from tui.app.converging import converging, passes_of
 from tui.app.found import COEFFICIENTS, Found, Value
+from tui.app.job_lines import NOT_KEPT, errors
 from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, Role, cut, heading, width
 from tui.app.shown import day, number, stopwatch
 from tui.app.wrapped import hanging
 from tui.show import number as significant
-from tui.told import PAGE, Told
+from tui.told import PAGE, UNKEPT, Told
 
 BAR_CELLS: Final = 24
 NAME_CELLS: Final = 12
@@ -29,6 +30,7 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
     """
     newest = {_method(told): told for told in state.told}
     page = newest.pop(PAGE, None)
+    newest.pop(UNKEPT, None)
     if page is not None and state.runs:
         return (_bar(PAGE, page, cells),)
     clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
@@ -44,7 +46,8 @@ def _stage(state: JobState) -> str:
         return "STOPPING" if state.cancelled else "IDENTIFYING"
     if state.cancelled and not state.draws:
         return "STOPPED"
-    return "IDENTIFIED" if state.cancelled or state.done.code in AFTER_A_RUN else "FAILED"
+    answered = state.draws or state.unkept is not None
+    return "IDENTIFIED" if answered or state.done.code in AFTER_A_RUN else "FAILED"
 
 
 def _dive(state: JobState) -> str:
@@ -130,13 +133,16 @@ def ended(state: JobState, cells: int) -> Lines:
     if done is None or (done.code in AFTER_A_RUN and not state.cancelled):
         return ()
     if state.cancelled and state.draws:
-        return hanging(f"{_dive(state)}: its page was stopped by you; its values are below", "warn", cells)
+        values = "its values are below" if state.unkept is None else NOT_KEPT
+        return hanging(f"{_dive(state)}: its page was stopped by you; {values}", "warn", cells)
     if state.cancelled:
         took = stopwatch((state.ended_s or state.began_s) - state.began_s)
         return hanging(
             f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
         )
-    said = " ".join(line.removeprefix("seatrial: ") for line in done.said[-2:])
+    said = " ".join(errors(done))
+    if state.unkept is not None:
+        said += f"; {NOT_KEPT}"
     return hanging(said or f"identify ended with exit code {done.code} and said nothing", "bad", cells)
 
 

@@ -7,11 +7,12 @@ import asyncio
 import time
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from bridge.errors import ConfigError
 from tui import exit_codes, job
 from tui.job import Done
-from tui.told import PAGE, Told
+from tui.told import PAGE, UNKEPT, Told
 
 Work = Callable[[Sequence[str], Callable[[Told], None]], Awaitable[Done]]
 
@@ -40,6 +41,11 @@ class JobState:
         return any(one.of == PAGE for one in self.told)
 
     @property
+    def unkept(self) -> Any:
+        """Its result where that could not be written to its place; None where it could, and while there is none."""
+        return next((one.result for one in self.told if one.of == UNKEPT), None)
+
+    @property
     def answered(self) -> bool:
         """Whether it has ended, or has only its page to draw."""
         return not self.runs or self.draws
@@ -60,6 +66,11 @@ class Jobs:
     def state(self, verb: str) -> JobState | None:
         """The job of that verb that runs or was the last to; None where there was none."""
         return self._states.get(verb)
+
+    def unkept(self, verb: str, dive: object) -> Any:
+        """The result of the last run of that verb on a dive, where it could not be kept beside it; else None."""
+        state = self.state(verb)
+        return state.unkept if state is not None and state.words[1] == str(dive) else None
 
     def runs(self, verb: str) -> bool:
         state = self._states.get(verb)

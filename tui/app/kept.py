@@ -16,13 +16,18 @@ class Kept(Generic[T]):
     def __init__(self, typed: Callable[[Any], T | None]) -> None:
         self._typed = typed
         self._of: tuple[Path, int] | None = None
+        self._unkept: Any = None
         self._value: T | None = None
 
-    def read(self, path: Path) -> T | None:
-        """What is in the file; None where there is none, or something else."""
+    def read(self, path: Path, unkept: Any = None) -> T | None:
+        """What is in the file; None where there is none, or something else.
+
+        `unkept` is a newer result that could not be written there: then that, and not what lies there.
+        """
         of = path, written_ns(path)
-        if of != self._of:
-            self._of, self._value = of, self._typed(_json(path))
+        if of != self._of or unkept is not self._unkept:
+            self._of, self._unkept = of, unkept
+            self._value = self._typed(_json(path) if unkept is None else unkept)
         return self._value
 
 

@@ -19,6 +19,7 @@ Role = Literal[
     "armed",
     "failsafe",
     "tab",  # the screen that is shown
+    "key",  # at the bottom, before what it does
 ]
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 

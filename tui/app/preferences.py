@@ -5,6 +5,8 @@ import json
 import os
 from pathlib import Path
 
+from bridge.file_size import read_small
+from bridge.new_file import whole
 from bridge.plain import from_json
 from tui.app import themes
 
@@ -18,7 +20,7 @@ def state_file() -> Path:
 def load_theme() -> str:
     """The theme of last time; `dark` where there is none."""
     try:
-        kept = from_json(state_file().read_text(encoding="utf-8"))
+        kept = from_json(read_small(state_file()))
     except (OSError, ValueError):
         return themes.ORDER[0]
     name = kept.get("theme") if isinstance(kept, dict) else None
@@ -28,8 +30,7 @@ def load_theme() -> str:
 def keep_theme(name: str) -> None:
     """Keep it for next time; a disk that takes nothing is no reason to stop."""
     file = state_file()
-    partial = file.with_suffix(".part")
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(json.dumps({"theme": name}) + "\n", encoding="utf-8")
-        partial.replace(file)
+        with whole(file) as made:
+            made.write((json.dumps({"theme": name}) + "\n").encode())

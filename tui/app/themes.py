@@ -24,6 +24,7 @@ DARK: Final[dict[Role, Look]] = {
     "armed": ("#000000", "#ffb000", "bold"),
     "failsafe": ("#ffffff", "#c81e2d", "bold"),
     "tab": ("#4fc3d9", "", "bold underline"),
+    "key": ("#4fc3d9", "", "bold"),
 }
 LIGHT: Final[dict[Role, Look]] = {
     "plain": ("#26303a", "", "none"),
@@ -40,6 +41,7 @@ LIGHT: Final[dict[Role, Look]] = {
     "armed": ("#000000", "#ffb000", "bold"),
     "failsafe": ("#ffffff", "#c00020", "bold"),
     "tab": ("#006a83", "", "bold underline"),
+    "key": ("#006a83", "", "bold"),
 }
 _INK, _PAPER = "#000000", "#ffffff"
 SUNLIGHT: Final[dict[Role, Look]] = {
@@ -57,6 +59,7 @@ SUNLIGHT: Final[dict[Role, Look]] = {
     "armed": (_PAPER, _INK, "bold"),
     "failsafe": (_PAPER, _INK, "bold underline"),
     "tab": (_PAPER, _INK, "bold"),
+    "key": (_INK, "", "bold"),
 }
 ORDER: Final = ("dark", "light", "sunlight")
 WITHOUT_COLOUR: Final[dict[Role, str]] = {
@@ -69,6 +72,7 @@ WITHOUT_COLOUR: Final[dict[Role, str]] = {
     "armed": "bold reverse",
     "failsafe": "bold reverse underline",
     "tab": "bold underline",
+    "key": "bold",
 }
 """Text styles under NO_COLOR, where no colour is sent at all."""
 _LOOKS: Final = {"dark": DARK, "light": LIGHT, "sunlight": SUNLIGHT}
@@ -94,13 +98,6 @@ def theme(name: str) -> Theme:
         dark=name == "dark",
         variables={
             **_variables(looks, background),
-            "footer-background": background,
-            "footer-foreground": quiet,
-            "footer-key-foreground": accent,
-            "footer-key-background": background,
-            "footer-description-foreground": quiet,
-            "footer-description-background": background,
-            "footer-item-background": background,
             "block-cursor-foreground": looks["lost"][0],
             "block-cursor-background": looks["lost"][1],
             "block-cursor-blurred-foreground": looks["lost"][0],

@@ -183,6 +183,8 @@ class Transfer:
         if not self.chosen and not shown.staged:
             where = "the vehicle holds all of it already" if not shown.choosable else "no line is chosen"
             return f"{where}: there is nothing to write"
+        if not self.back and (half := shown.half(self.chosen)):
+            return half
         mode = picture.ff_mode if picture is not None else None
         acts = (shown.ff_mode if mode is None else mode) in ACTING
         if self.armed(picture) and shown.needs_disarmed and acts:

@@ -62,7 +62,9 @@ def _run(data: Mapping[str, Any]) -> Run:
     dive, label, told = str(data["dive"]), str(data["run"]), data.get("raising")
     verdict = None
     if told is not None:
-        judged = tuple(Judged(str(one["what"]), one["passed"], str(one["words"])) for one in told["criteria"])
+        judged = tuple(
+            Judged(str(one["what"]), _passed(one["passed"]), str(one["words"])) for one in told["criteria"]
+        )
         verdict = Verdict(bool(told["go"]), str(told["sentence"]), judged)
     return Run(
         # Two dives of one mode are told apart by their names: here their hours are enough.
@@ -79,6 +81,12 @@ def _short(label: str, dive: str) -> str:
     rest = label.removeprefix(dive)
     hour = dive.partition("T")[2][:5]
     return f"{hour}{rest}" if rest != label and hour else label
+
+
+def _passed(value: Any) -> bool | None:
+    if value is None or isinstance(value, bool):
+        return value
+    raise ValueError("neither passed nor failed")
 
 
 def _number(value: Any) -> float:

@@ -3,6 +3,7 @@
 import argparse
 import math
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -157,34 +158,41 @@ def finish(arguments: argparse.Namespace, file: "VehicleFile", found: "Found", r
     from identify.report.provenance import Read, with_provenance
     from tui import pages, show
     from tui.batch_tables import drifts_to_json
+    from tui.files import Files
 
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     tell(arguments, found, rows, drifts)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in found.twins]
-    write_csv(rows, arguments.csv)
-    show.write_json(
-        {
-            "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
-            "method": arguments.method,
-            "dives": [to_json(row) for row in rows],
-            "counted_once": [{"recording": path, "why": why, "same_as": other} for path, why, other in twins],
-            "trends": drifts_to_json(drifts),
-        },
-        arguments.json,
-    )
-    page = Path(arguments.out) / PAGE
-    report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts)
-    read = [
-        Read(row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s)
-        for row in rows
-        if row.sha256
-    ]
-    write_report(page, with_provenance(report, read, file, pages.settings(arguments)))
-    show.say(show.words(), f"trends: {page}")
+    with Files() as files:
+        files.attempt(partial(write_csv, rows, arguments.csv))
+        files.json(
+            {
+                "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
+                "method": arguments.method,
+                "dives": [to_json(row) for row in rows],
+                "counted_once": [
+                    {"recording": path, "why": why, "same_as": other} for path, why, other in twins
+                ],
+                "trends": drifts_to_json(drifts),
+            },
+            arguments.json,
+        )
+        page = Path(arguments.out) / PAGE
+        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts)
+        read = [
+            Read(
+                row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s
+            )
+            for row in rows
+            if row.sha256
+        ]
+        whole = with_provenance(report, read, file, pages.settings(arguments))
+        if files.attempt(partial(write_report, page, whole)):
+            show.say(show.words(), f"trends: {page}")
     identified = sum(bool(row.values) for row in rows)
     if identified == len(rows):
-        return exit_codes.DONE
-    return exit_codes.PARTLY if identified else exit_codes.NO
+        return files.code(exit_codes.DONE)
+    return files.code(exit_codes.PARTLY if identified else exit_codes.NO)
 
 
 def tell(
@@ -214,12 +222,13 @@ def write_csv(rows: "Sequence[Row]", target: str | None) -> None:
     from bridge.errors import LogError
     from identify.batch.rows import to_csv
     from tui.show import STANDARD_OUTPUT, harmless
+    from tui.whole_file import replace_file
 
     if target == STANDARD_OUTPUT:
         sys.stdout.write(harmless(to_csv(rows)))
     elif target is not None:
         try:
-            Path(target).write_text(to_csv(rows), encoding="utf-8")
+            replace_file(Path(target), to_csv(rows))
         except OSError as error:
             raise LogError(
                 f"{target}: the CSV can't be written ({error.strerror}); give another file"

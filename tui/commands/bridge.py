@@ -81,12 +81,12 @@ def run(arguments: argparse.Namespace) -> int:
         # Who has no key hears it all the same: what the vehicle says can be read by everyone.
         bridge.say(trouble.brief)
 
-    opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later)
+    station = arguments.ground or Ground()
+    opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later, system=station.system)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
     parameters = server(file, store)
     files = bridge_ring.files_for(arguments, clock)
-    station = arguments.ground or Ground()
     bridge = Bridge(
         vehicle,
         clock,
@@ -123,6 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
         told.update(faults)
 
     if ring is not None:
+        ring.tell = lambda sentence: show.say(words, f"warning: {sentence}")
         ring.begin()
     try:
         until_stopped(work, clock, arguments.seconds, each)

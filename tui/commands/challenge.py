@@ -81,10 +81,17 @@ def _seal(arguments: argparse.Namespace) -> int:
 
 def _answer(path: Path) -> "Answer | None":
     from bridge.errors import LogError
+    from bridge.file_size import check_small
     from identify.challenge.answers import read_answer
 
     try:
+        if path.exists():
+            check_small(path)
         return read_answer(path)
+    except OSError as error:
+        raise LogError(
+            f"{path}: can't be read ({error.strerror}); give the JSON that diagnose wrote"
+        ) from None
     except RecursionError:
         raise LogError(
             f"{path}: is no answer of diagnose (it nests too deeply); give the JSON that it wrote"

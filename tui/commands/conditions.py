@@ -69,13 +69,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _folder(given: str | None) -> "DiveFolder":
-    """The dive that is meant. Raises LogError or UsageError where there is none."""
+    """The dive that is meant. Raises LogError or UsageError where there is none, LinkError where its recorder hangs."""
     from gcs_plugin.folder import DiveFolder, find_folder, list_folders
-    from tui.links import holding_now
+    from tui.links import usable_now
 
     if given is not None:
         return find_folder(Path(given))
-    holding = holding_now()
+    holding = usable_now()
     if holding is not None:
         return DiveFolder(Path(holding.folder))
     dives = list_folders(Path("dives"))

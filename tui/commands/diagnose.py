@@ -75,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui.accepted_before import AcceptedBefore, accepted_before
     from tui.columns import column_map_for
     from tui.diagnosis_told import with_words
+    from tui.files import Files
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
     from tui.stray_bytes import stray_bytes
     from tui.under_conditions import can_not_be, under_conditions
@@ -125,23 +126,23 @@ def run(arguments: argparse.Namespace) -> int:
         )
     found = replace(found, notes=(*before.notes, *(f"{one}." for one in (*told, *why)), *found.notes))
     # Files first: whoever reads the table may leave before its end.
-    show.write_json(with_words(found, check.name if check is not None else ""), arguments.json)
-    written = []
-    if pages.wanted(arguments):
-        from identify.report.diagnosis import diagnosis_report
+    with Files() as files:
+        files.json(with_words(found, check.name if check is not None else ""), arguments.json)
+        if pages.wanted(arguments):
+            from identify.report.diagnosis import diagnosis_report
 
-        read = [one for one in (dive, check) if one is not None]
-        written += pages.publish(arguments, partial(diagnosis_report, found), read, file)
-    if found.prediction is not None and arguments.predict:
-        _write(Path(arguments.predict), csv_of(found.prediction))
-        written.append(f"velocities of the check dive: {arguments.predict}")
-    if arguments.accept:
-        written += accept(Path(arguments.accept), found, dive, file)
-    console = show.results(arguments.json)
-    tell_diagnosis(console, found)
-    for sentence in written:
-        show.say(console, sentence)
-    return exit_codes.DONE
+            read = [one for one in (dive, check) if one is not None]
+            pages.publish(files, arguments, partial(diagnosis_report, found), read, file)
+        if found.prediction is not None and arguments.predict:
+            foretold = f"velocities of the check dive: {arguments.predict}"
+            files.text(Path(arguments.predict), csv_of(found.prediction), foretold)
+        if arguments.accept:
+            files.attempt(lambda: files.written.extend(accept(Path(arguments.accept), found, dive, file)))
+        console = show.results(arguments.json)
+        tell_diagnosis(console, found)
+        for sentence in files.written:
+            show.say(console, sentence)
+    return files.code(exit_codes.DONE)
 
 
 @contextmanager
@@ -275,12 +276,3 @@ def _where(found: "Diagnosis") -> tuple[str, ...]:
         return ()
     lines = (f"Where: {line}." for line in where_words.where_lines(found))
     return (*lines, *filter(None, (where_words.where_note(found.gap),)))
-
-
-def _write(path: Path, text: str) -> None:
-    from bridge.errors import LogError
-
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise LogError(f"{path}: can't be written ({error.strerror}); give another file") from None

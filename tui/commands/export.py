@@ -39,6 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.export.targets import TARGETS, export
     from tui import show
     from tui.doubted import told
+    from tui.files import Files
     from tui.outputs import check_files
     from tui.parameter_files import Leave
 
@@ -55,30 +56,31 @@ def run(arguments: argparse.Namespace) -> int:
     model, doubted = _model(arguments.file, arguments.vehicle, arguments.out, leave)
     exported = export(model, arguments.to)
     console = show.words() if arguments.out is None else show.results(arguments.json)
-    if arguments.out is None:
-        sys.stdout.write(show.harmless(exported.text))
-    else:
-        Path(arguments.out).write_text(exported.text, encoding="utf-8")
-    for line in told(doubted, tuple(doubted)):
-        show.say(console, f"warning: {line}")
-    if exported.left_out:
-        show.say(console, f"what did not fit into {arguments.to} as it is:")
-    for part in exported.left_out:
-        show.say(console, f"{part.what}: {part.reason}")
-    for note in exported.notes:
-        show.say(console, f"note: {note}")
-    show.write_json(
-        {
-            "target": arguments.to,
-            "file": arguments.out,
-            "left_out": [vars(part) for part in exported.left_out],
-            "notes": exported.notes,
-            "unknown": model.unknown,
-            "doubted": doubted,
-        },
-        arguments.json,
-    )
-    return exit_codes.DONE
+    with Files() as files:
+        if arguments.out is None:
+            sys.stdout.write(show.harmless(exported.text))
+        else:
+            files.text(Path(arguments.out), exported.text)
+        for line in told(doubted, tuple(doubted)):
+            show.say(console, f"warning: {line}")
+        if exported.left_out:
+            show.say(console, f"what did not fit into {arguments.to} as it is:")
+        for part in exported.left_out:
+            show.say(console, f"{part.what}: {part.reason}")
+        for note in exported.notes:
+            show.say(console, f"note: {note}")
+        files.json(
+            {
+                "target": arguments.to,
+                "file": arguments.out,
+                "left_out": [vars(part) for part in exported.left_out],
+                "notes": exported.notes,
+                "unknown": model.unknown,
+                "doubted": doubted,
+            },
+            arguments.json,
+        )
+    return files.code(exit_codes.DONE)
 
 
 def _model(

@@ -75,9 +75,10 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     about = about_vehicle(file, file.configuration or "") if file else About()
     clock = SystemClock()
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
     folder = None if arguments.new else dive_of(arguments, clock)
-    link = coming_back(link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
+    first = link_for(arguments.link, opener.open)
+    link = coming_back(first, arguments.link, clock, opener.open, secured.say_warning)
     try:
         with show.progress("fetching") as tell:
             fetcher = Fetcher(link, clock, arguments.patience, tell)
@@ -90,15 +91,20 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         link.close()
     show.say(show.results(arguments.json), done.words)
-    found = {"recording": str(done.path), "frames": done.frames, "missing": done.missing}
-    show.write_json(found | {"fetched_bytes": done.fetched_bytes}, arguments.json)
+    found: dict[str, str | int] = {
+        "recording": str(done.path),
+        "frames": done.frames,
+        "missing": done.missing,
+    }
+    found |= {"fetched_bytes": done.fetched_bytes, "damaged": done.damaged}
+    show.write_json(found, arguments.json)
     return exit_codes.DONE
 
 
 def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
     """The dive that is meant. One that is being recorded is over then: the recording goes on in a new folder.
 
-    Raises UsageError where there is none.
+    Raises UsageError where there is none, LinkError where its recording hangs.
     """
     import time
 
@@ -106,9 +112,9 @@ def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
     from gcs_plugin.folder import list_folders, load_folder
     from tui import show
     from tui.exit_codes import UsageError
-    from tui.links import holding_now
+    from tui.links import holding_now, usable_now
 
-    holding = holding_now()
+    holding = holding_now() if arguments.dive else usable_now()
     recorded = Path(holding.folder) if holding is not None else None
     if arguments.dive:
         path = Path(arguments.dive)

@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_file("--json", arguments.json)
     mode = next(mode for mode, word in WORDS.items() if word == arguments.mode)
     clock = SystemClock()
-    opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
     link = link_for(arguments.link, opener.open)
     if mode is Mode.OFF:
         return switch_off(arguments, link, clock, opener)

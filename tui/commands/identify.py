@@ -61,6 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.open import read_dive
     from tui import pages, show
     from tui.columns import column_map_for
+    from tui.files import Files
     from tui.identified import tell, tell_comparison
     from tui.outputs import PARAMETER_SUFFIXES, check_file, check_files
     from tui.under_conditions import under_conditions
@@ -79,15 +80,17 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     held = [under_conditions(file, Path(path)) for path in arguments.dives]
-    files = [one for one, _ in held]
-    dives = [read_dive(Path(path), columns, one) for path, one in zip(arguments.dives, files, strict=True)]
+    held_files = [one for one, _ in held]
+    dives = [
+        read_dive(Path(path), columns, one) for path, one in zip(arguments.dives, held_files, strict=True)
+    ]
     chosen = [
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
     ]
     curves: dict[str, TrainingCurves] = {}
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     answers, compared = [], []
-    for dive, one, configuration in zip(dives, files, chosen, strict=True):
+    for dive, one, configuration in zip(dives, held_files, chosen, strict=True):
         first, *others = side_by_side(dive, one, configuration, estimates)
         priors = file.vehicle.configurations[configuration].priors
         beside = [compare(first, other, priors) for other in others]
@@ -97,31 +100,31 @@ def run(arguments: argparse.Namespace) -> int:
         answer.to_json() | ({"comparison": comparisons[0].to_json()} if comparisons else {})
         for answer, comparisons in zip(answers, compared, strict=True)
     ]
-    show.write_json(found[0] if len(found) == 1 else found, arguments.json)
-    written = []
-    if arguments.param and answers[0].values():
-        from tui.parameter_files import write_identified
-
-        write_identified(Path(arguments.param), answers[0], file)
-        written.append(f"parameters: {arguments.param}")
     console = show.results(arguments.json)
-    # The page comes last, for drawing takes long, and comes all the same where the table's reader has left.
-    try:
-        for _, sentences in held:
-            for sentence in sentences:
-                show.say(console, sentence)
-        for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
-            tell(console, dive, answer)
-            for comparison in comparisons:
-                tell_comparison(console, comparison)
-    finally:
-        if pages.wanted(arguments):
-            page = partial(report, dives, files, answers, compared, curves)
-            written += pages.publish(arguments, page, dives, file)
-    for sentence in written:
-        show.say(console, sentence)
+    with Files() as files:
+        files.json(found[0] if len(found) == 1 else found, arguments.json)
+        if arguments.param and answers[0].values():
+            from tui.parameter_files import write_identified
+
+            param = partial(write_identified, Path(arguments.param), answers[0], file)
+            files.attempt(param, f"parameters: {arguments.param}")
+        # The page comes last, for drawing takes long, and comes all the same where the table's reader has left.
+        try:
+            for _, sentences in held:
+                for sentence in sentences:
+                    show.say(console, sentence)
+            for dive, answer, comparisons in zip(dives, answers, compared, strict=True):
+                tell(console, dive, answer)
+                for comparison in comparisons:
+                    tell_comparison(console, comparison)
+        finally:
+            if pages.wanted(arguments):
+                page = partial(report, dives, held_files, answers, compared, curves)
+                pages.publish(files, arguments, page, dives, file)
+        for sentence in files.written:
+            show.say(console, sentence)
     converged = all(answer.outcome is Outcome.CONVERGED for answer in answers)
-    return exit_codes.DONE if converged else exit_codes.NO
+    return files.code(exit_codes.DONE if converged else exit_codes.NO)
 
 
 def methods_of(argument: str | None) -> tuple[str, ...]:

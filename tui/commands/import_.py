@@ -15,6 +15,7 @@ EXAMPLE = "seatrial import 00000042.BIN --out dives/lake-42"
 
 GAP_PERIODS = 5.0
 SHORTEST_GAP_S = 0.5
+DAMAGE_TOO = "What is damaged in it is copied as it is, with whatever it holds."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.ingest.open import read_dive
     from tui import show
     from tui.columns import column_map_for
+    from tui.files import Files
     from tui.outputs import check_file, check_new_folder
 
     check_file("--json", arguments.json)
@@ -64,20 +66,25 @@ def run(arguments: argparse.Namespace) -> int:
     if fixes is not None:
         show.say(console, fixes.sentence)
         holds["fixes"] = fixes.sentence
-    if arguments.out:
-        made, words = dive_folder(Path(arguments.out), dive, columns, file)
-        show.say(console, f"filed in {made}{words}")
-        holds["folder"] = str(made)
-    show.write_json(holds, arguments.json)
-    return exit_codes.DONE
+    with Files() as files:
+        if arguments.out:
+
+            def file_it() -> None:
+                made, words = dive_folder(Path(arguments.out), dive, columns, file)
+                show.say(console, f"filed in {made}{words}")
+                holds["folder"] = str(made)
+
+            files.attempt(file_it)
+        files.json(holds, arguments.json)
+    return files.code(exit_codes.DONE)
 
 
 def dive_folder(
     out: Path, dive: "Dive", columns: Path | None, file: "VehicleFile | None"
 ) -> tuple[Path, str]:
-    """A dive folder with a copy of the recording and of its column map, and what was left out of it, in words.
+    """A dive folder with a copy of the recording and of its column map, and what is to be said of the copy.
 
-    Raises LogError where it can't be.
+    Raises LogError where it can't be, and leaves nothing of it then.
     """
     from bridge.errors import LogError
     from bridge.vehicle.config import CONFIGS
@@ -91,12 +98,19 @@ def dive_folder(
         out.mkdir(parents=True)
     except FileExistsError:
         raise LogError(f"{out}: exists already and is never overwritten; name another folder") from None
-    left_out = _copy(dive.source, out)
-    if columns is not None:
-        named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
-        shutil.copyfile(named, out / "columns.yaml")
-    DiveFolder(out).describe(about)
-    return out, left_out
+    try:
+        copied = _copy(dive.source, out)
+        if columns is not None:
+            named = columns if columns.exists() else CONFIGS / "columns" / f"{columns}.yaml"
+            _copy_bytes(named, out / "columns.yaml")
+        DiveFolder(out).describe(about)
+    except BaseException:
+        # What was begun would stand in the way of the next import.
+        shutil.rmtree(out, ignore_errors=True)
+        raise
+    if not copied and dive.counts.get("skipped"):
+        copied = f". {DAMAGE_TOO}"
+    return out, copied
 
 
 def _copy(source: Path, out: Path) -> str:
@@ -106,10 +120,18 @@ def _copy(source: Path, out: Path) -> str:
     from gcs_plugin.fetch.whole import write_records
 
     if not source.name.lower().endswith((".tlog", ".tlog.gz")) or not holds_key(source):
-        shutil.copyfile(source, out / f"telemetry{_ending(source)}")
+        _copy_bytes(source, out / f"telemetry{_ending(source)}")
         return ""
     write_records(out / "telemetry.tlog", ((stamp_us, frame.raw) for stamp_us, frame in read_tlog(source)))
     return f". {LEFT_OUT}"
+
+
+def _copy_bytes(source: Path, made: Path) -> None:
+    """A copy on the disk, or a LogError that names the copy: the source was read whole just now."""
+    from bridge.new_file import replacing
+
+    with source.open("rb") as read, replacing(made, "import again") as written:
+        shutil.copyfileobj(read, written)
 
 
 def _ending(path: Path) -> str:

@@ -20,7 +20,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.printable import printable
     from gcs_plugin.folder import DiveFolder, load_folder
     from tui import show
-    from tui.links import holding_now
+    from tui.links import usable_now
 
     text = printable(" ".join(arguments.text)).strip()
     if not text:
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         load_folder(Path(arguments.dive)).note(text)
         show.say(show.results(), f"noted of {arguments.dive}")
         return exit_codes.DONE
-    holding = holding_now()
+    holding = usable_now()
     if holding is None:
         raise exit_codes.UsageError(
             "no recording runs, so there is no dive to note it in; start `seatrial record`"

@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 nargs="+",
                 default=[],
                 metavar="NAME",
-                help="write these although their intervals, or what was accepted last, speak against them",
+                help="write these although they are implausible, half of a model, or raise the feed-forward",
             )
         if name in ("upload", "rollback"):
             action.add_argument("--yes", action="store_true", help="do not ask")
@@ -163,7 +163,8 @@ def run(arguments: argparse.Namespace) -> int:
     check_outputs(arguments)
     targets = targets_for(arguments)
     clock, watch = SystemClock(), Watch()
-    link = link_for(arguments.link, secured.Opener(arguments.sign_key, clock, secured.on_words).open)
+    opener = secured.Opener(arguments.sign_key, clock, secured.on_words, system=arguments.system)
+    link = link_for(arguments.link, opener.open)
     try:
         # A vehicle that listens on UDP learns from this where the ground is.
         link.write(Encoder(*GROUND_STATION).encode(ground_heartbeat()))
@@ -199,6 +200,7 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float], veh
     from gcs_plugin.params.files import write_parameters
     from gcs_plugin.params.plan import unit_of, value_text
     from tui import show
+    from tui.files import Files
 
     patterns = {given: _pattern(given) for given in arguments.patterns or ["*"]}
     shown = {name: v for name, v in present.items() if any(fnmatchcase(name, p) for p in patterns.values())}
@@ -209,15 +211,16 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float], veh
             show.results(arguments.json),
             show.table("", ("name", "value", "unit"), rows, numbers=("value",)),
         )
-    if arguments.out and shown:
-        write_parameters(Path(arguments.out), shown, (), *vehicle)
-    show.write_json(shown, arguments.json)
+    with Files() as files:
+        if arguments.out and shown:
+            files.attempt(lambda: write_parameters(Path(arguments.out), shown, (), *vehicle))
+        files.json(shown, arguments.json)
     for given in missed:
         show.say(
             show.words(),
             f"the vehicle has no parameter like '{given}'; it has {len(present)}: give none to see them all",
         )
-    return exit_codes.NO if missed else exit_codes.DONE
+    return files.code(exit_codes.NO if missed else exit_codes.DONE)
 
 
 def _pattern(given: str) -> str:
@@ -285,7 +288,9 @@ def apply(
     if receipt.unkept:
         show.say(show.words(), receipt.unkept)
     show.write_json(receipt.to_json(), arguments.json)
-    return exit_codes.DONE if receipt.good and not receipt.unkept else exit_codes.NO
+    if not receipt.good:
+        return exit_codes.NO
+    return exit_codes.BAD_INPUT if receipt.unkept else exit_codes.DONE
 
 
 def _became(line: "Line") -> str:

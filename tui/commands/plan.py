@@ -71,6 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.planning.propose import propose
     from identify.planning.writing import legend, mission_text, notes, to_json
     from tui import show
+    from tui.files import Files
     from tui.outputs import check_file, check_files
 
     check_files({"--out": arguments.out, "--json": arguments.json})
@@ -86,25 +87,31 @@ def run(arguments: argparse.Namespace) -> int:
     spec = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
     command = f"seatrial simulate --vehicle {spec} --mission {arguments.out}"
     tank = Tank(file, configuration, knowledge)
-    Path(arguments.out).write_text(mission_text(proposal, title, command, tank), encoding="utf-8")
-    console = show.results(arguments.json)
-    show.put(console, manoeuvre_table(f"plan for {title}", proposal))
-    show.put(console, interval_table(proposal, knowledge))
-    marked = legend(proposal, knowledge)
-    for sentence in marked:
-        show.say(console, sentence)
-    told = tuple(dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge))))
-    for sentence in told[len(marked) :]:
-        show.say(console, f"note: {sentence}")
-    show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
-    found = to_json(proposal, knowledge, limits)
-    about = {"name": file.vehicle.name, "sha256": file.sha256}
-    show.write_json(
-        {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": arguments.out, **found,
-         "notes": list(told)},
-        arguments.json,
-    )  # fmt: skip
-    return exit_codes.DONE
+    text = mission_text(proposal, title, command, tank)
+    with Files() as files:
+        kept = files.text(Path(arguments.out), text)
+        console = show.results(arguments.json)
+        show.put(console, manoeuvre_table(f"plan for {title}", proposal))
+        show.put(console, interval_table(proposal, knowledge))
+        marked = legend(proposal, knowledge)
+        for sentence in marked:
+            show.say(console, sentence)
+        told = tuple(
+            dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge)))
+        )
+        for sentence in told[len(marked) :]:
+            show.say(console, f"note: {sentence}")
+        if kept:
+            show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
+        mission = arguments.out if kept else None
+        found = to_json(proposal, knowledge, limits)
+        about = {"name": file.vehicle.name, "sha256": file.sha256}
+        files.json(
+            {"vehicle": about, "configuration": configuration, "after": arguments.after, "mission": mission, **found,
+             "notes": list(told)},
+            arguments.json,
+        )  # fmt: skip
+    return files.code(exit_codes.DONE)
 
 
 def known(file: "VehicleFile", source: str | None, columns: str | None) -> "tuple[str, Knowledge]":
@@ -138,19 +145,27 @@ def _only(file: "VehicleFile") -> str:
 
 def check_plan(path: str) -> None:
     """Raise UsageError where a file stands that no plan wrote."""
+    from bridge.file_size import size_to_read
     from identify.planning.writing import TITLE
 
-    if Path(path).exists() and not Path(path).read_bytes().startswith(TITLE.encode()):
+    out = Path(path)
+    if out.exists() and (size_to_read(out) is None or not _begins(out, TITLE.encode())):
         raise exit_codes.UsageError(f"--out {path}: exists and is no plan, so it stays; name another file")
+
+
+def _begins(path: Path, words: bytes) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(words)) == words
 
 
 def identification(path: str) -> dict[str, Any]:
     """The JSON of one identification. Raises UsageError for another file."""
+    from bridge.file_size import read_small
     from bridge.plain import from_json
     from bridge.schema import why_unread
 
     try:
-        data = from_json(Path(path).read_text(encoding="utf-8"))
+        data = from_json(read_small(Path(path)))
     except FileNotFoundError:
         raise exit_codes.UsageError(f"--after {path}: no such file; check the name") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -106,7 +106,7 @@ def order(arguments: argparse.Namespace, clock: "Clock") -> int:
     else:
         finished = orders.end(clock, time.sleep)
     after = f"the next dive goes into {present}" if present else "nothing is recorded any more"
-    became = "is whole" if finished.exists() else "is not kept, since nothing arrived in it"
+    became = "is finished" if finished.exists() else "is not kept, since nothing arrived in it"
     show.say(show.results(arguments.json), f"{finished} {became}; {after}")
     show.write_json({"finished": str(finished), "folder": str(present) if present else None}, arguments.json)
     return exit_codes.DONE
@@ -163,7 +163,7 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     recorder: TellingRecorder = TellingRecorder(
         lambda text: show.say(words, text),
         links,
-        dives.folder.open_telemetry,
+        dives.open_file(),
         clock,
         dives.free_bytes,
         notice,
@@ -172,6 +172,8 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
         hub,
         lambda: state.tell(recorder),
     )
+    if hub is not None:
+        hub.tell = warn
     with words.status("waiting for the first frame") as status:
 
         def work(stop: "threading.Event") -> None:
@@ -206,10 +208,13 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
     if last.folder is None:
         path = dives.folder.path
         kept = f"{path} keeps its notes alone" if path.exists() else "no dive folder is kept"
-        show.say(
-            words,
-            f"nothing arrived on {', '.join(arguments.link)}, so {kept}; check vehicle, cable and port",
+        named = ", ".join(arguments.link)
+        why, to_do = (
+            (f"all that arrived on {named} was refused", "check the keys of both sides")
+            if refused()
+            else (f"nothing arrived on {named}", "check vehicle, cable and port")
         )
+        show.say(words, f"{why}, so {kept}; {to_do}")
     if all(dive.folder is None for dive in dives.finished):
         return exit_codes.LINK
     lost = recorder.lost_here or any(dive.count.lost for dive in dives.finished)
@@ -239,7 +244,7 @@ def summary(recorder: "Recorder", dives: "list[RecordedDive]", now_s: float) -> 
 
 def _counts(dive: "RecordedDive") -> dict[str, int]:
     count = dive.count
-    return {"files": count.files, "frames": count.frames, "bytes": count.bytes, "lost": count.lost}
+    return {key: value for key, value in asdict(count).items() if key != "heard"}
 
 
 def _line(recorder: "Recorder", since_s: float) -> str:

@@ -41,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from gcs_plugin.folder import new_folder
     from tui import pages, show
+    from tui.files import Files
     from tui.outputs import check_file, check_folder
     from tui.reproduce import page, results
     from tui.reproduce.comparisons import validation
@@ -54,26 +55,32 @@ def run(arguments: argparse.Namespace) -> int:
     with show.progress("reproduce") as tell:
         done = reproduce(folder, arguments.seed, clock.unix_s(), options(arguments.network), tell)
     dives = [*(one.dive for one in done.campaigns.values()), *done.dives.values()]
-    written = pages.publish(arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
-    console = show.results(arguments.json)
-    rows = [
-        (row.figure, row.what, row.unit, *(show.number(n) for n in (row.paper, row.by_paper, row.by_ours)))
-        for row in validation(done)
-    ]
-    columns = ("figure", "number", "unit", "paper", "its values", "our values")
-    show.put(
-        console,
-        show.table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
-    )
-    show.say(console, page.verdict(done))
-    for sentence in written:
-        show.say(console, sentence)
-    show.say(console, f"recordings and results: {folder}")
-    show.say(console, f"took {clock.boot_s():.0f} s")
-    found = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
-    show.write_json(found, str(folder / RESULT))
-    show.write_json(found, arguments.json)
-    return exit_codes.DONE
+    with Files() as files:
+        pages.publish(files, arguments, partial(page.report, done), dives, done.file, str(folder / PAGE))
+        console = show.results(arguments.json)
+        rows = [
+            (
+                row.figure,
+                row.what,
+                row.unit,
+                *(show.number(n) for n in (row.paper, row.by_paper, row.by_ours)),
+            )
+            for row in validation(done)
+        ]
+        columns = ("figure", "number", "unit", "paper", "its values", "our values")
+        show.put(
+            console,
+            show.table("the paper's validation dives beside ours", columns, rows, numbers=columns[3:]),
+        )
+        show.say(console, page.verdict(done))
+        for sentence in files.written:
+            show.say(console, sentence)
+        show.say(console, f"recordings and results: {folder}")
+        show.say(console, f"took {clock.boot_s():.0f} s")
+        found = results.to_json(done) | {"page": str(folder / PAGE), "folder": str(folder)}
+        files.json(found, str(folder / RESULT))
+        files.json(found, arguments.json)
+    return files.code(exit_codes.DONE)
 
 
 def options(network: "Sequence[int] | None") -> "PaperOptions":

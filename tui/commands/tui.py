@@ -239,9 +239,9 @@ def _open(
     from bridge.clock import SystemClock
     from bridge.errors import LinkError
     from bridge.link.open import open_link
-    from gcs_plugin.holder import held
+    from gcs_plugin.holder import hangs, held, hung
     from tui.app import recorder
-    from tui.links import holds, words_of
+    from tui.links import ByWay, holds, words_of
 
     if arguments.unrecorded:
         if len(arguments.link) != 1:
@@ -251,6 +251,9 @@ def _open(
     clock = SystemClock()
     holding = held(clock.unix_s())
     if holding is None:
+        stuck = hung(clock.unix_s())
+        if stuck is not None and (arguments.view_only or not arguments.link):
+            raise LinkError(hangs(stuck))
         if arguments.view_only:
             raise exit_codes.UsageError(
                 "no recording runs that could be looked at, and --view-only begins none; start `seatrial record`"
@@ -270,4 +273,4 @@ def _open(
         raise exit_codes.UsageError(
             f"{words_of(holding)} does not hold {', '.join(others)}; end it first, or leave --link out"
         )
-    return OF_RECORDING, lambda: open_link(recorder.hub())
+    return OF_RECORDING, lambda: ByWay(open_link(recorder.hub()), holding.links)

@@ -42,6 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     from identify.validate import METHOD, compare, tracking_errors
     from tui import pages, show
     from tui.columns import column_map_for
+    from tui.files import Files
     from tui.outputs import check_files
 
     check_files({"--json": arguments.json, "--report": arguments.report})
@@ -68,26 +69,26 @@ def run(arguments: argparse.Namespace) -> int:
         for label, dive in zip(runs, whole, strict=True)
     }
     plain = [_plain(label, dive, errors[label], raised[label], lever_m) for label, dive in runs.items()]
-    show.write_json(plain, arguments.json)
-    written = []
-    if pages.wanted(arguments):
-        from identify.report.validation import validation_report
+    with Files() as files:
+        files.json(plain, arguments.json)
+        if pages.wanted(arguments):
+            from identify.report.validation import validation_report
 
-        page = partial(validation_report, file, runs, errors, raised, lever_m)
-        written = pages.publish(arguments, page, dives, file)
-    for label, dive in runs.items():
-        # The errors are those of what is left.
-        for note in dive.notes if dive.frozen else ():
-            show.say(console, f"note: {label}: {note}")
-    for label, judged in raised.items():
-        for line in raising_lines(label, judged) if judged is not None else ():
-            show.say(console, line)
-    for sentence in written:
-        show.say(console, sentence)
-    nothing = [label for label, found in errors.items() if not _has_errors(found)]
-    for label in nothing:
-        show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
-    return exit_codes.NO if nothing else exit_codes.DONE
+            page = partial(validation_report, file, runs, errors, raised, lever_m)
+            pages.publish(files, arguments, page, dives, file)
+        for label, dive in runs.items():
+            # The errors are those of what is left.
+            for note in dive.notes if dive.frozen else ():
+                show.say(console, f"note: {label}: {note}")
+        for label, judged in raised.items():
+            for line in raising_lines(label, judged) if judged is not None else ():
+                show.say(console, line)
+        for sentence in files.written:
+            show.say(console, sentence)
+        nothing = [label for label, found in errors.items() if not _has_errors(found)]
+        for label in nothing:
+            show.say(show.words(), f"{runs[label].name}: {_why_nothing(runs[label])}")
+    return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
 def raising(dive: "Dive", file: "VehicleFile") -> "Raising | None":

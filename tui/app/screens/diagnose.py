@@ -69,7 +69,7 @@ class DiagnoseScreen(DiveScreen):
             return not self.at_work and bool(self.others)
         if action == "parameters":
             accepted = self.dive is not None and newer(self.dive / PARAM, self.dive / JSON)
-            return not self.at_work and accepted
+            return not self.at_work and accepted and self.unkept is None
         return super().check_action(action, parameters)
 
     def action_check(self) -> None:
@@ -88,7 +88,7 @@ class DiagnoseScreen(DiveScreen):
         self._other = 0
 
     def found(self) -> Answer | None:
-        return self._kept.read(self.dive / JSON) if self.dive is not None else None
+        return self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None
 
     def verdict(self, cells: int) -> Lines:
         found = self.found()

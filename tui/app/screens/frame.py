@@ -76,7 +76,7 @@ class StationScreen(Screen[None]):
         yield TopLine(self._tabs)
         yield Static(id="room")
         yield from self.body()
-        yield KeyLine(show_command_palette=False)
+        yield KeyLine()
 
     def body(self) -> ComposeResult:
         yield from ()

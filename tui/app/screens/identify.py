@@ -77,7 +77,8 @@ class IdentifyScreen(StationScreen):
                 self._curves = False
                 self._look()
                 # Not after a failure: older values may lie there.
-                if self._then and (state.done is None or state.done.code == exit_codes.DONE):
+                well = state.unkept is None and (state.done is None or state.done.code == exit_codes.DONE)
+                if self._then and well:
                     self.call_later(self.action_parameters)
                 self._then = False
         self._arrange()
@@ -115,7 +116,10 @@ class IdentifyScreen(StationScreen):
             # A quick key, or a crew that does something else meanwhile.
             self._then = True
             self._draw()
-        elif self._found is not None and self._found.param is not None:
+            return
+        # It may have answered since the last view, and what was found before is not what it says.
+        self._look()
+        if self._found is not None and self._found.param is not None:
             self.desk.param = self._found.param
             await self.begin_on("parameters")
 
@@ -138,7 +142,11 @@ class IdentifyScreen(StationScreen):
     def _look(self) -> None:
         """Find the chosen dive, and what was identified from it."""
         self._dive = self.desk.chosen()
-        self._found = None if self._dive is None else found(self._dive, self.desk.receipts)
+        if self._dive is None:
+            self._found = None
+        else:
+            unkept = self.desk.jobs.unkept(VERB, self._dive)
+            self._found = found(self._dive, self.desk.receipts, unkept)
 
     def _state(self) -> JobState | None:
         """The run that goes on, or the last one where it was of the chosen dive."""

@@ -107,6 +107,11 @@ class DiveScreen(StationScreen):
         return super().check_action(action, parameters)
 
     @property
+    def unkept(self) -> Any:
+        """What the verb found of the dive just now and could not leave beside it; None where it could."""
+        return self.desk.jobs.unkept(self.VERB, self.dive)
+
+    @property
     def at_work(self) -> bool:
         return self.desk.jobs.runs(self.VERB)
 

@@ -93,7 +93,7 @@ class ValidateScreen(DiveScreen):
         self._beside = min(self._beside, len(self.others))
 
     def found(self) -> tuple[Run, ...]:
-        return (self._kept.read(self.dive / JSON) if self.dive is not None else None) or ()
+        return (self._kept.read(self.dive / JSON, self.unkept) if self.dive is not None else None) or ()
 
     def verdict(self, cells: int) -> Lines:
         run = self._looked_at()

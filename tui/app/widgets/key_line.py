@@ -1,55 +1,84 @@
 """The live keys at the bottom; those that have no room are counted beside the key of the help, which tells them all."""
 
-from collections.abc import Sequence
-from typing import Protocol, cast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from textual import events
-from textual.app import ComposeResult
-from textual.widget import Widget
-from textual.widgets import Footer
+
+from tui.app.lines import Line, Lines
+from tui.app.widgets.drawn import Drawn
 
 ALWAYS = ("app.force_off", "app.help")
 """What these do must be seen on any terminal."""
-AROUND = 3
-"""Cells of a key beside its words."""
+HELP = "app.help"
 
 
-class Key(Protocol):
-    """What Textual's footer is composed of, as far as it is known here."""
+@dataclass(frozen=True)
+class LiveKey:
+    """A key that does something now: Textual's name of it, how it is written, what it does, and the action."""
 
+    name: str
+    written: str
+    words: str
     action: str
-    key_display: str
-    description: str
-    compact: bool
-    _reactive_connect: object
+
+    @property
+    def spans(self) -> Line:
+        return ((f" {self.written} ", "key"), (f"{self.words} ", "quiet"))
+
+    @property
+    def cells(self) -> int:
+        return sum(len(text) for text, _ in self.spans)
 
 
-class KeyLine(Footer):
-    """Leaves out keys from the end until all fit, but never those of `ALWAYS`."""
-
-    _cells = 0
-
-    def compose(self) -> ComposeResult:
-        self._cells = self.app.size.width
-        keys = [cast(Key, key) for key in super().compose()]
-        for key in keys:
-            # Textual never lets go of a key that was bound to its line, and the line is made anew with each screen.
-            key._reactive_connect, key.compact = None, self.compact
-        shown, helps = list(keys), next((key for key in keys if key.action == "app.help"), None)
-        words = helps.description if helps is not None else ""
-        for key in reversed(keys):
-            if _width(shown) <= self._cells:
-                break
-            if key.action not in ALWAYS:
-                shown.remove(key)
-            if helps is not None:
-                helps.description = f"{words}, {len(keys) - len(shown)} more"
-        yield from (cast(Widget, key) for key in shown)
-
-    def on_resize(self, event: events.Resize) -> None:
-        if event.size.width != self._cells:
-            self.refresh(recompose=True)
+def fitting(keys: Sequence[LiveKey], cells: int) -> tuple[LiveKey, ...]:
+    """`keys` without as many from the end as have no room in so many cells; never without those of `ALWAYS`."""
+    last_first = [key for key in reversed(keys) if key.action not in ALWAYS]
+    for count in range(len(last_first) + 1):
+        shown = tuple(_telling(key, count) for key in keys if key not in last_first[:count])
+        if sum(key.cells for key in shown) <= cells:
+            break
+    return shown
 
 
-def _width(keys: Sequence[Key]) -> int:
-    return sum(len(key.key_display) + len(key.description) + AROUND for key in keys)
+def _telling(key: LiveKey, left_out: int) -> LiveKey:
+    """The key of the help tells how many are left out."""
+    return replace(key, words=f"{key.words}, {left_out} more") if left_out and key.action == HELP else key
+
+
+class KeyLine(Drawn):
+    """One line, drawn by one widget: a widget for each key, as Textual's footer has, makes another screen slow."""
+
+    ALLOW_SELECT = False
+
+    def __init__(self) -> None:
+        super().__init__(self._made)
+
+    def on_mount(self) -> None:
+        self.screen.bindings_updated_signal.subscribe(self, lambda _: self.again())
+
+    def on_unmount(self) -> None:
+        self.screen.bindings_updated_signal.unsubscribe(self)
+
+    def on_click(self, event: events.Click) -> None:
+        """A click on a key is the key."""
+        end = 0
+        for key in fitting(tuple(self._live()), self.size.width):
+            end += key.cells
+            if event.x < end:
+                self.app.simulate_key(key.name)
+                return
+
+    def _made(self, cells: int, rows: int) -> Lines:
+        del rows
+        return (tuple(span for key in fitting(tuple(self._live()), cells) for span in key.spans),)
+
+    def _live(self) -> Iterator[LiveKey]:
+        """The keys of the footer, the first of each action."""
+        seen = set()
+        for _, binding, enabled, _ in self.screen.active_bindings.values():
+            if binding.show and enabled and binding.action not in seen:
+                seen.add(binding.action)
+                yield LiveKey(
+                    binding.key, self.app.get_key_display(binding), binding.description, binding.action
+                )

@@ -74,7 +74,8 @@ class LineView(Widget):
     def on_resize(self, _: events.Resize) -> None:
         if self._view is not None:
             self._lines = self.lines(self._view, self.size.width, self.size.height)
-            self.refresh()
+            # What was hidden comes back as high as it was, though it has other lines by now.
+            self.refresh(layout=bool(self.styles.auto_dimensions and len(self._lines) != self.size.height))
 
     def on_show(self, _: events.Show) -> None:
         if self._view is not None:

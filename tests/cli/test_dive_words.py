@@ -1,0 +1,26 @@
+"""What is said of a dive that is over tells what was lost where, and claims nothing else."""
+
+from pathlib import Path
+
+import pytest
+
+from gcs_plugin.recorded import Count
+from tui.recorded_dives import RecordedDive
+
+FOLDER = Path("dives/2026-11-20T0912Z-lake")
+
+
+@pytest.mark.parametrize(
+    ("count", "words"),
+    [
+        (Count(1, 12, 12, 960, 0), f"12 frames, 960 bytes, 0 lost here: {FOLDER}"),
+        (Count(1, 12, 10, 800, 2), f"10 frames, 800 bytes, 2 lost here: {FOLDER}"),
+        (
+            Count(1, 12, 12, 960, 0, missed=5),
+            f"12 frames, 960 bytes, 0 lost here, 5 lost on the way: {FOLDER}",
+        ),
+        (Count(2, 12, 7, 560, 0, moved=5), f"7 frames, 560 bytes, 0 lost here, 5 moved elsewhere: {FOLDER}"),
+    ],
+)
+def test_the_last_words_of_a_dive(count, words):
+    assert RecordedDive(FOLDER, count).words == words

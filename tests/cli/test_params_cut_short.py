@@ -1,0 +1,166 @@
+"""`params upload` that was killed, or whose disk is full: what is told of it, and how it is finished or taken back."""
+
+import errno
+import json
+import os
+from pathlib import Path
+
+import params_line
+import pytest
+from full_disk import fill
+from parameter_vehicle import GroundKilledError, dying_at
+from params_line import DESPITE_HALF, run, with_intervals
+
+from gcs_plugin.params.sidecar import read_sidecar
+from tui import exit_codes
+
+vehicle = params_line.vehicle
+file = params_line.file
+
+
+def killed(vehicle, write, *line):
+    """Run a command whose ground dies as it sends that write."""
+    with dying_at(vehicle, write, ("PARAM_SET",)), pytest.raises(GroundKilledError):
+        run(*line)
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+
+
+NEVER_FINISHED = "was never finished: of its 2 values 1 are on the vehicle, and none of them flies: set"
+
+
+def test_a_ground_that_was_killed_in_an_upload_is_told_of_it_and_finishes_it(vehicle, file, tmp_path, capsys):
+    with_intervals(file)
+    killed(vehicle, 2, "upload", file, "--yes")
+    (receipt,) = (tmp_path / "receipts").glob("*-receipt.json")
+    assert json.loads(receipt.read_text("utf-8"))["outcome"] == "begun"
+    assert run("show", "FF1_M_U") == exit_codes.DONE
+    said = capsys.readouterr().err
+    assert NEVER_FINISHED in " ".join(said.split())
+    (wanted,) = (tmp_path / "receipts").glob("*-wanted.param")
+    assert f"finish it: params upload receipts/{wanted.name}" in " ".join(said.split())
+    assert run("upload", str(wanted), "--yes") == exit_codes.DONE
+    assert {k: v for k, v in vehicle.server.active(1).items() if v} == {"M_u": 111.5, "D_u": 56.25}
+    (accepted,) = (tmp_path / "receipts").glob("*-accepted.param")
+    assert read_sidecar(accepted).intervals["FF1_M_U"].high95 == 121.5
+    capsys.readouterr()
+    run("diff", file)
+    assert "never finished" not in capsys.readouterr().out
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert not any(vehicle.server.active(1).values())
+
+
+def test_a_ground_that_was_killed_in_an_upload_goes_back_in_one_step(vehicle, file, capsys):
+    assert run("upload", file, "--yes", "--only", "FF1_D_U", *DESPITE_HALF) == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    killed(vehicle, 2, "upload", file, "--yes", "--only", "FF1_M_U", *DESPITE_HALF)
+    capsys.readouterr()
+    assert vehicle.server.value("FF1_M_U") == 111.5
+    run("diff", file)
+    assert "or go back: params rollback" in " ".join(capsys.readouterr().out.split())
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 0.0
+    assert vehicle.server.active(1)["D_u"] == 56.25
+    capsys.readouterr()
+    run("diff", file)
+    assert "never finished" not in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_what_was_to_be_written_is_kept_no_longer_than_the_upload_lasts(file, tmp_path):
+    with_intervals(file)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert [*(tmp_path / "receipts").glob("*-wanted*")] == []
+
+
+def full_once_in_force(vehicle, monkeypatch):
+    """A disk that is full from the moment on at which a set came into force."""
+    fsync = os.fsync
+
+    def full(file):
+        if any(vehicle.server.active(1).values()):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        fsync(file)
+
+    monkeypatch.setattr("os.fsync", full)
+
+
+def test_a_disk_that_fills_up_in_an_upload_hides_nothing_of_what_came_into_force(
+    vehicle, file, monkeypatch, capsys
+):
+    with monkeypatch.context() as disk:
+        full_once_in_force(vehicle, disk)
+        assert run("upload", file, "--yes") == exit_codes.BAD_INPUT
+    told = capsys.readouterr()
+    assert "2 parameters written and read back, set " in told.out
+    assert told.out.count("read back equal") == 2
+    assert "receipt: " not in told.out
+    said = " ".join(told.err.split())
+    assert "its receipt still says that it was begun: " in said
+    assert "can't be written (No space left on device)" in said
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert run("diff", file) == exit_codes.DONE
+    assert "was never finished" not in capsys.readouterr().err
+
+
+def test_json_tells_what_came_into_force_beside_why_no_receipt_says_so(vehicle, file, monkeypatch, capsys):
+    full_once_in_force(vehicle, monkeypatch)
+    assert run("upload", file, "--yes", "--json", "-") == exit_codes.BAD_INPUT
+    told = json.loads(capsys.readouterr().out)
+    assert (told["outcome"], [line["after"] for line in told["parameters"]]) == ("applied", [111.5, 56.25])
+    assert "No space left on device" in told["unkept"]
+
+
+def test_a_full_disk_hides_nothing_of_a_roll_back_either(vehicle, file, monkeypatch, capsys):
+    vehicle.server.write("FF1_M_U", 99.0, armed=False)
+    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    replace = Path.replace
+
+    def full_at_the_end(path, into):
+        if into.name.endswith("-receipt.json") and vehicle.server.active(1)["M_u"] == 99.0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return replace(path, into)
+
+    monkeypatch.setattr("pathlib.Path.replace", full_at_the_end)
+    assert run("rollback", "--yes") == exit_codes.BAD_INPUT
+    told = capsys.readouterr()
+    assert "2 parameters written and read back" in told.out
+    assert "the same `seatrial params rollback` once more" in " ".join(told.err.split())
+
+
+def test_a_full_disk_before_the_first_write_lets_nothing_be_sent(vehicle, file, monkeypatch, capsys):
+    vehicle.server.write("FF1_M_U", 99.0, armed=False)
+    vehicle.server.write("FF_COMMIT", vehicle.server.staged_crc, armed=False)
+    full_once_in_force(vehicle, monkeypatch)
+    assert run("upload", file, "--yes") == exit_codes.BAD_INPUT
+    assert vehicle.server.value("FF1_M_U") == 99.0
+    assert "read back" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("kind", ["-before.param", "-wanted.param", "-wanted.param.json", "-receipt.json"])
+def test_an_upload_whose_files_find_no_room_writes_nothing_and_leaves_none_of_them(
+    kind, vehicle, file, tmp_path, monkeypatch, capsys
+):
+    with_intervals(file)
+    receipts = tmp_path / "receipts"
+    with monkeypatch.context() as disk:
+        fill(disk, receipts, kind)
+        assert run("upload", file, "--yes") == exit_codes.BAD_INPUT
+    assert "can't be written (No space left on device)" in " ".join(capsys.readouterr().err.split())
+    assert [*receipts.iterdir()] == []
+    assert not any(vehicle.server.active(1).values())
+    assert run("upload", file, "--yes") == exit_codes.DONE
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_values_that_find_no_room_are_shown_and_have_the_code_of_a_place_that_can_not_be_written(
+    tmp_path, monkeypatch, capsys
+):
+    fill(monkeypatch, tmp_path / "full")
+    (tmp_path / "full").mkdir()
+    assert run("show", "FF1_M_U", "--out", "full/all.param") == exit_codes.BAD_INPUT
+    told = capsys.readouterr()
+    assert "FF1_M_U" in told.out
+    assert "full/all.param: can't be written (No space left on device)" in told.err
+    assert [*(tmp_path / "full").iterdir()] == []

@@ -1,0 +1,171 @@
+"""`params` stops at values that are out of bounds or implausible, and takes the latter by name alone."""
+
+from pathlib import Path
+
+import params_line
+import pytest
+from parameter_vehicle import VEHICLE
+from params_line import DESPITE_HALF, run
+
+from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.files import write_parameters
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
+from tui import exit_codes
+
+vehicle = params_line.vehicle
+file = params_line.file
+
+
+def test_a_value_out_of_its_bounds_stops_the_whole_upload(vehicle, tmp_path, capsys):
+    path = tmp_path / "wild.param"
+    path.write_text("FF1_M_U,111.5\nFF1_D_U,-3\n", encoding="utf-8")
+    assert run("upload", str(path), "--yes") == exit_codes.NO
+    assert "FF1_D_U" in capsys.readouterr().err
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("name", "wild", "why"),
+    [
+        (
+            "FF1_M_U",
+            99999,
+            "99999 is outside 21.6 to 2160, which is all that a vehicle of this mass and thrust can have",
+        ),
+        ("FF1_D_U", 99999, "99999 is outside 0 to "),
+        ("FF1_X_UU", 99999, "99999 is outside 0 to "),
+    ],
+)
+def test_with_a_vehicle_file_what_that_vehicle_would_refuse_is_refused_before_anything_is_sent(
+    vehicle, tmp_path, capsys, name, wild, why
+):
+    path = tmp_path / "wild.param"
+    values = {"FF1_M_U": 111.5, "FF1_D_U": 56.25, name: wild}
+    path.write_text("".join(f"{one},{value}\n" for one, value in values.items()), encoding="utf-8")
+    assert run("upload", str(path), "--vehicle", VEHICLE, "--yes") == exit_codes.NO
+    assert f"{name}: {why}" in " ".join(capsys.readouterr().err.split())
+    assert [vehicle.server.value(one) for one in values] == [0.0] * len(values)
+    assert not (tmp_path / "receipts").exists()
+
+
+@pytest.mark.parametrize(
+    ("wild", "why"), [(1e6, "1e+06 is outside 0.1 to 100000 kg"), (0.05, "0.05 is outside 0.1 to")]
+)
+def test_what_no_vehicle_takes_is_refused_before_anything_is_sent_without_a_vehicle_file_too(
+    vehicle, tmp_path, capsys, wild, why
+):
+    path = tmp_path / "wild.param"
+    path.write_text(f"FF1_M_U,{wild}\nFF1_D_U,56.25\n", encoding="utf-8")
+    assert run("upload", str(path), "--yes") == exit_codes.NO
+    assert f"FF1_M_U: {why}" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.server.value("FF1_D_U") == 0.0
+    assert not (tmp_path / "receipts").exists()
+
+
+def test_an_implausible_value_that_another_ground_staged_comes_into_force_by_name_alone(
+    vehicle, file, capsys
+):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    flying = vehicle.server.active_crc
+    write_parameters(Path(file), {"FF1_M_U": 111.5, "FF1_D_U": 5.0})
+    vehicle.server.write("FF1_D_U", 5.0, armed=False)
+    assert run("upload", file, "--yes") == exit_codes.NO
+    assert "FF1_D_U: 56.25 was accepted last" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.server.active_crc == flying
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("upload", file, "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.DONE
+    assert vehicle.server.active(1)["D_u"] == 5.0
+
+
+def test_an_implausible_value_stops_all_and_is_taken_by_name_alone(vehicle, file, capsys):
+    wide = Interval("M_u", "kg", 111.5 - 300.0, 111.5 + 300.0)
+    write_sidecar(
+        Path(file), Sidecar("d", "v", "hovering", "likelihood", "1", {"FF1_M_U": wide}, "ruvifist", "lake")
+    )
+    assert run("diff", file) == exit_codes.NO
+    assert "1 changed, 1 implausible" in capsys.readouterr().out
+    assert run("upload", file, "--yes") == exit_codes.NO
+    said = " ".join(capsys.readouterr().err.split())
+    assert "FF1_M_U: its standard deviation, 153.1, is as large as the value" in said
+    assert "--accept-implausible FF1_M_U" in said
+    assert run("upload", file, "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.NO
+    assert vehicle.server.active(1) == {}
+    assert run("upload", file, "--yes", "--only", "FF1_D_U", *DESPITE_HALF) == exit_codes.DONE
+    assert run("upload", file, "--yes", "--accept-implausible", "FF1_M_U") == exit_codes.DONE
+    assert vehicle.server.active(1)["M_u"] == 111.5
+
+
+@pytest.mark.parametrize(("half", "other"), [("FF1_M_U", "FF1_D_U"), ("FF1_D_U", "FF1_M_U")])
+def test_half_a_model_of_an_axis_stops_all_before_anything_is_written_and_is_taken_by_name_alone(
+    vehicle, file, capsys, half, other
+):
+    why = f"without {other} the feed-forward of surge stays off"
+    assert run("diff", file, "--only", half) == exit_codes.NO
+    assert f"implausible: {why}" in " ".join(capsys.readouterr().out.split())
+    assert run("upload", file, "--yes", "--only", half) == exit_codes.NO
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{half}: {why}; nothing was sent" in said
+    assert f"--accept-implausible {half}" in said
+    assert vehicle.server.value(half) == 0.0
+    assert run("upload", file, "--yes", "--only", half, "--accept-implausible", half) == exit_codes.DONE
+    assert vehicle.server.active(1) == {half[4] + "_u": vehicle.server.value(half)}
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("upload", file, "--yes", "--only", other) == exit_codes.DONE, "the vehicle holds the first"
+    assert vehicle.server.active(1) == {"M_u": 111.5, "D_u": 56.25}
+
+
+def test_a_file_raises_the_feed_forward_by_name_alone_and_may_lower_it(vehicle, file, capsys):
+    raising = Path(file)
+    raising.write_text("FF1_M_U,111.5\nFF1_D_U,56.25\nFF_MODE,3\n", encoding="utf-8")
+    why = "FF_MODE: raises the feed-forward from off to both, which no file does by the way: seatrial ff both"
+    assert run("upload", file, "--yes") == exit_codes.NO
+    assert why in " ".join(capsys.readouterr().err.split())
+    assert (vehicle.server.mode, vehicle.server.active(1)) == (0, {})
+    assert run("upload", file, "--yes", "--accept-implausible", "FF_MODE") == exit_codes.DONE
+    assert (vehicle.server.mode, vehicle.server.active(1)) == (3, {"M_u": 111.5, "D_u": 56.25})
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    raising.write_text("FF_MODE,1\n", encoding="utf-8")
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.mode == 1, "a roll back never raises it"
+
+
+def test_a_change_that_what_was_accepted_last_speaks_against_stops_all_but_a_roll_back(
+    vehicle, file, tmp_path, capsys
+):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    typed = tmp_path / "typed.param"
+    typed.write_text("FF1_D_U,562.5\n", encoding="utf-8")
+    assert run("upload", str(typed), "--yes") == exit_codes.NO
+    assert "56.25 was accepted last: this is 10 times as much" in " ".join(capsys.readouterr().err.split())
+    assert run("upload", str(typed), "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.DONE
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1)["D_u"] == 56.25
+
+
+def test_a_zero_that_what_was_accepted_last_speaks_against_is_taken_by_name_or_a_roll_back_alone(
+    vehicle, file, tmp_path, capsys
+):
+    zero = tmp_path / "zero.param"
+    zero.write_text("FF1_D_U,0\n", encoding="utf-8")
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    assert run("upload", str(zero), "--yes") == exit_codes.NO
+    assert "56.25 was accepted last: this is 0 times as much" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.server.active(1)["D_u"] == 56.25
+    assert run("upload", str(zero), "--yes", "--accept-implausible", "FF1_D_U") == exit_codes.DONE
+    assert "D_u" not in vehicle.server.active(1)
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert run("rollback", "--yes") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") == 0.0
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_with_a_vehicle_file_a_total_mass_below_its_dry_mass_stops_all(tmp_path, capsys):
+    light = tmp_path / "light.param"
+    dry_kg = load_vehicle(VEHICLE).vehicle.configurations["hovering"].dry_mass_kg
+    light.write_text(f"FF1_M_U,{dry_kg / 2}\nFF1_D_U,56.25\n", encoding="utf-8")
+    assert run("diff", str(light)) == exit_codes.NO
+    assert "2 changed" in capsys.readouterr().out
+    assert run("upload", str(light), "--vehicle", VEHICLE, "--yes") == exit_codes.NO
+    assert "below the rigid body's own" in " ".join(capsys.readouterr().err.split())

@@ -1,0 +1,109 @@
+"""A recorder over a fake link and a fake disk, on a simulated clock."""
+
+from collections import deque
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.clock import SimulatedClock
+from bridge.errors import LogError
+from bridge.framing import Encoder
+from gcs_plugin.recorder import Recorder
+
+
+def frames_of(count, system=1):
+    encoder = Encoder(system, 1)
+    return [encoder.encode(dialect.MAVLink_system_time_message(0, n)) for n in range(count)]
+
+
+class FakeLink:
+    """Gives what is in `chunks`; an exception in it is raised."""
+
+    def __init__(self, name="fake:"):
+        self.name = name
+        self.chunks = deque()
+        self.sent = []
+        self.closed = False
+
+    def read(self, timeout_s):
+        assert timeout_s >= 0
+        if not self.chunks:
+            return b""
+        chunk = self.chunks.popleft()
+        if isinstance(chunk, Exception):
+            raise chunk
+        return chunk
+
+    def write(self, data):
+        self.sent.append(data)
+
+    def close(self):
+        self.closed = True
+
+
+class Disk:
+    """Writers whose n-th write over all files fails, half written; `full` fails every one, `gone` the look at it."""
+
+    def __init__(self, fail_at=()):
+        self.fail_at = set(fail_at)
+        self.files = []
+        self.writes = 0
+        self.full = False
+        self.free = 1 << 40
+        self.gone = False
+        self.sync_fails = False
+        self.synced = 0
+
+    def space(self):
+        if self.gone:
+            raise FileNotFoundError("the folder is gone")
+        return self.free
+
+    def open(self, number):
+        assert number == len(self.files) + 1
+        self.files.append([])
+        return DiskFile(self, self.files[-1])
+
+    def stored(self):
+        return [record for file in self.files for record in file]
+
+
+class DiskFile:
+    def __init__(self, disk, records):
+        self.disk = disk
+        self.records = records
+
+    def write(self, unix_us, raw):
+        self.disk.writes += 1
+        if self.disk.full or self.disk.writes in self.disk.fail_at:
+            raise LogError("the disk failed; mend it")
+        self.records.append((unix_us, raw))
+
+    def sync(self):
+        self.disk.synced += 1
+        if self.disk.sync_fails:
+            raise LogError("the sync failed; mend the disk")
+
+    def look(self):
+        """It lies where it was made."""
+
+    def close(self):
+        pass
+
+
+class Ground:
+    """A recorder over a fake link and a fake disk on a simulated clock."""
+
+    def __init__(self, disk=None, **options):
+        self.link, self.disk, self.clock = FakeLink(), disk or Disk(), SimulatedClock()
+        self.notices = []
+        self.recorder = Recorder(
+            [self.link], self.disk.open, self.clock, self.disk.space, self.notices.append, **options
+        )
+
+    def hear(self, data, after_s=0.01):
+        self.clock.advance_to(self.clock.now_s + after_s)
+        self.link.chunks.append(data)
+        return self.recorder.step(0.0)
+
+    def sentences(self):
+        return [notice.sentence for notice in self.notices]

@@ -1,0 +1,172 @@
+"""The recorder and its disk: whatever fails, no frame is missing, and what the disk still holds is told."""
+
+import threading
+
+import pytest
+from faked_ground import Disk, Ground, frames_of
+
+from bridge.clock import SystemClock
+from bridge.link.memory import memory_pair
+from bridge.tlog import TlogWriter
+from gcs_plugin.recorder import Recorder
+
+
+@pytest.mark.parametrize("n", range(1, 21))
+def test_whichever_write_fails_no_frame_is_missing(n):
+    ground = Ground(Disk(fail_at=[n]))
+    for raw in frames_of(20):
+        ground.hear(raw, after_s=1.5)
+    assert [raw for _, raw in ground.disk.stored()] == frames_of(20)
+    assert len(ground.disk.files) == 2
+    assert "the disk failed; mend it" in ground.sentences()
+    assert ground.recorder.lost == 0
+
+
+def test_a_full_disk_is_waited_out_in_memory_without_a_litter_of_files():
+    ground = Ground()
+    first, *rest = frames_of(200)
+    ground.hear(first)
+    ground.disk.full, ground.disk.free = True, 0
+    for raw in rest[:-1]:
+        ground.hear(raw, after_s=0.5)
+    assert len(ground.disk.files) == 1
+    ground.disk.full, ground.disk.free = False, 1 << 40
+    ground.hear(rest[-1], after_s=10.0)
+    assert [raw for _, raw in ground.disk.stored()] == [first, *rest]
+    assert any("the disk has 0.0 MB left" in sentence for sentence in ground.sentences())
+
+
+def test_a_disk_that_is_pulled_out_is_waited_for_and_nothing_is_missing():
+    ground = Ground()
+    ground.disk.full = ground.disk.gone = True
+    raws = frames_of(5)
+    for raw in raws:
+        ground.hear(raw, after_s=2.5)
+    assert ground.disk.stored() == []
+    ground.disk.full = ground.disk.gone = False
+    ground.hear(b"", after_s=10.0)
+    assert [raw for _, raw in ground.disk.stored()] == raws
+
+
+def test_a_disk_that_fails_though_it_has_space_is_tried_ever_less_often():
+    ground = Ground()
+    ground.disk.full = True
+    for raw in frames_of(100):
+        ground.hear(raw, after_s=1.0)
+    assert len(ground.disk.files) < 20
+    assert not any("goes on" in sentence for sentence in ground.sentences())
+    ground.disk.full = False
+    ground.hear(frames_of(1)[0], after_s=10.0)
+    assert len(ground.disk.stored()) == 101
+    assert sum("goes on in its file" in sentence for sentence in ground.sentences()) == 1
+
+
+def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
+    monkeypatch.setattr("gcs_plugin.recorded_files.MOST_WAITING_BYTES", 10 * len(frames_of(2)[1]))
+    ground = Ground()
+    ground.disk.full, ground.disk.free = True, 0
+    for raw in frames_of(60):
+        ground.hear(raw)
+    assert 45 <= ground.recorder.lost <= 50
+    ground.recorder.close()
+    assert ground.recorder.lost == 60
+    assert any("could not be written and are lost" in sentence for sentence in ground.sentences())
+
+
+def test_a_failed_sync_begins_a_new_file():
+    ground = Ground()
+    ground.hear(frames_of(1)[0])
+    ground.disk.sync_fails = True
+    ground.recorder.sync()
+    ground.disk.sync_fails = False
+    ground.hear(frames_of(1)[0])
+    assert [len(file) for file in ground.disk.files] == [1, 1]
+
+
+def test_an_early_warning_names_the_minutes_left():
+    ground = Ground()
+    ground.disk.free = 1_100_000
+    for _ in range(5):
+        ground.hear(b"".join(frames_of(200)), after_s=1.0)
+    warnings = [n for n in ground.notices if n.level == "warning"]
+    assert len(warnings) == 1
+    assert "min of recording; free some space" in warnings[0].sentence
+
+
+def test_the_time_that_the_disk_lasts_is_told_while_something_comes():
+    ground = Ground()
+    assert ground.recorder.disk_left_s == float("inf")
+    size = len(b"".join(frames_of(100)))
+    for _ in range(20):
+        ground.hear(b"".join(frames_of(100)), after_s=1.0)
+    assert ground.recorder.disk_left_s == pytest.approx(ground.disk.free / size, rel=0.15)
+    for _ in range(4):
+        ground.hear(b"", after_s=1.0)
+    assert ground.recorder.disk_left_s == float("inf")
+
+
+def test_it_is_the_rate_of_about_a_minute_and_no_silence_changes_it():
+    ground, frame = Ground(), frames_of(1)[0]
+    told = []
+
+    def hear(count, seconds):
+        for _ in range(seconds):
+            ground.hear(frame * count, after_s=1.0)
+            told.append(ground.recorder.disk_left_s)
+
+    hear(100, 120)
+    usual_s = ground.disk.free / (100 * len(frame))
+    assert told[-1] == pytest.approx(usual_s, rel=0.01)
+    hear(200, 4)
+    assert told[-1] == pytest.approx(usual_s, rel=0.15)
+    hear(100, 120)
+    hear(0, 24)
+    assert told[-1] == float("inf")
+    hear(100, 4)
+    assert told[-1] == pytest.approx(usual_s, rel=0.05)
+
+
+def test_a_full_disk_is_told_as_long_as_frames_wait_for_it_and_lasts_no_longer():
+    ground = Ground()
+    first, *rest = frames_of(20)
+    ground.hear(first)
+    assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
+    ground.disk.full, ground.disk.free = True, 0
+    for raw in rest[:-1]:
+        ground.hear(raw, after_s=1.0)
+    assert (ground.recorder.unwritten, ground.recorder.waiting) == ("the disk failed; mend it", 18)
+    assert ground.recorder.disk_left_s == 0.0
+    ground.disk.full, ground.disk.free = False, 1 << 40
+    ground.hear(rest[-1], after_s=10.0)
+    assert (ground.recorder.unwritten, ground.recorder.waiting) == ("", 0)
+
+
+def test_others_are_told_before_each_sync_even_where_the_disk_stalls(monkeypatch, tmp_path):
+    monkeypatch.setattr("gcs_plugin.recorder.SYNC_EVERY_S", 0.01)
+    ours, _ = memory_pair()
+    stop, told, order = threading.Event(), threading.Event(), []
+
+    class StallingWriter(TlogWriter):
+        def sync(self):
+            order.append("sync")
+            stop.wait(10.0)
+
+    def before_sync():
+        order.append("told")
+        told.set()
+
+    recorder = Recorder(
+        [ours],
+        lambda _: StallingWriter(tmp_path / "1.tlog"),
+        SystemClock(),
+        lambda: 1 << 40,
+        lambda _: None,
+        before_sync=before_sync,
+    )
+    loop = threading.Thread(target=recorder.run, args=(stop,))
+    loop.start()
+    assert told.wait(10.0)
+    stop.set()
+    loop.join(10.0)
+    assert not loop.is_alive()
+    assert order[0] == "told"

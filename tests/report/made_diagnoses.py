@@ -1,0 +1,138 @@
+"""A diagnosis made by hand, with a cause, a gap and what was tried; and its page as a reader sees it."""
+
+import math
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+
+from bridge.effects.effect import Effect
+from bridge.effects.library import library
+from bridge.vehicle.config import load_vehicle
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import (
+    Character,
+    Dependence,
+    Diagnosis,
+    Found,
+    Gain,
+    Gap,
+    Share,
+    Shrink,
+    Slice,
+    Tried,
+    Value,
+)
+from identify.diagnose.drift import Drift
+from identify.report.diagnosis import diagnosis_page
+
+FILE = load_vehicle("ruvifist:hovering")
+LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)
+NAN = math.nan
+
+
+def effect(name: str, number: int = 0) -> Effect:
+    return next(one for one in LIBRARY if one.name == name and one.number == number)
+
+
+def found(name: str, number: int = 0, **other: object) -> Found:
+    one = effect(name, number)
+    told = {key: Value(v, unit, 0.9 * v, 1.1 * v) for key, (v, unit) in one.told(one.start()).items()}
+    made = Found(Cause(one, one.start()), (), {}, 0.999, told, 60.0)
+    return replace(made, **other)  # type: ignore[arg-type]
+
+
+def drift(horizon_s: float, size: float) -> Drift:
+    """Surge, sway and yaw fitted; off by `size` floors, a little more in surge."""
+    starts_s = np.arange(100.0, 400.0)
+    floor = np.array([0.01, 0.012, NAN, NAN, NAN, 0.005]) * horizon_s**0.5
+    wave = np.sqrt(2) * np.sin(2 * np.pi * starts_s / 10)
+    off = size * wave[:, None] * floor * np.array([1.0, 0.5, 1, 1, 1, 0.5])
+    return Drift(horizon_s, starts_s, off, floor)
+
+
+def gap(before: float = 3.4, after: float = 1.2) -> Gap:
+    where = (
+        Share("surge", "steady", 0.71),
+        Share("surge", "accelerating", 0.12),
+        Share("sway", "turning", 0.15),
+        Share("yaw", "rest", 0.02),
+    )
+    slices = (
+        Slice("surge", "speed", 0.0, 0.15, 0.02),
+        Slice("surge", "speed", 0.15, 0.3, 0.08),
+        Slice("surge", "speed", 0.3, 0.6, 0.73),
+        Slice("surge", "heading", 0.0, math.pi, 0.4),
+        Slice("surge", "heading", math.pi, 2 * math.pi, 0.43),
+        Slice("surge", "voltage", 14.0, 16.8, 0.83),
+        Slice("sway", "depth", 2.0, 5.0, 0.15),
+        Slice("sway", "depth", 5.0, 7.5, 0.01),
+    )
+    depends = (Dependence("surge", "speed", "odd", 0.8), Dependence("yaw", "thrust_sign", None, 0.1))
+    return Gap(
+        before,
+        tuple(drift(h, before) for h in (1.0, 5.0, 20.0)),
+        tuple(drift(h, after) for h in (1.0, 5.0, 20.0)),
+        {"surge": 2.4, "sway": 0.31, "yaw": 0.12},
+        where,
+        slices,
+        depends,
+    )
+
+
+def diagnosis(**other: object) -> Diagnosis:
+    tried = [Tried(one.name, one.label, 5.0 - 0.2 * k, False) for k, one in enumerate(LIBRARY)]
+    tried[0] = replace(tried[0], gain_nats=61.2, accepted=True)
+    drag = found("quadratic_drag", feedforward=Gain(0.0234, 0.0051))
+    made = Diagnosis(
+        "lap-3",
+        "ruvifist",
+        "hovering",
+        "explained",
+        gap(),
+        (drag,),
+        tuple(tried),
+        None,
+        Shrink(3.4, 1.25, 0.896, 0.84, 0.94),
+        Shrink(3.1, 1.3, 0.857, 0.79, 0.92),
+        None,
+        ("The battery's voltage was not recorded.",),
+        4.2,
+    )
+    return replace(made, **other)  # type: ignore[arg-type]
+
+
+class Text(HTMLParser):
+    """What a reader sees, a line an element, and the attributes of every element."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+        self.attributes: list[tuple[str, dict[str, str | None]]] = []
+        self.narrow = False
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.attributes.append((tag, dict(attrs)))
+        # What a telephone is shown says the same once more.
+        if tag == "svg":
+            self.narrow = dict(attrs)["class"] == "column-picture"
+
+    def handle_endtag(self, tag: str) -> None:
+        self.narrow = self.narrow and tag != "svg"
+
+    def handle_data(self, data: str) -> None:
+        if data.strip() and not self.narrow:
+            self.lines.append(data.strip())
+
+
+def read(one: Diagnosis) -> str:
+    return "\n".join(Text(diagnosis_page(one)).lines)
+
+
+UNKNOWN = Character(("yaw",), "world", "even", "intermittent", ("heading", "yaw_rate"))
+
+
+def places(key: tuple[str, int]) -> list[int]:
+    """Where the forms of one candidate stand in the library."""
+    return [k for k, one in enumerate(LIBRARY) if (one.name, one.number) == key]

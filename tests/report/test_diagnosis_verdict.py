@@ -1,0 +1,162 @@
+"""The verdict of a diagnosis: which cause it names, how sure it is of it, and what the drift falls to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made_diagnoses import NAN, UNKNOWN, diagnosis, found, gap, read
+
+from bridge.effects.sensors import WRONG_FEEDBACK_LOG
+from identify.diagnose import verdict_words, words
+from identify.diagnose.cause import Cause
+from identify.diagnose.diagnosis import (
+    Found,
+    Shrink,
+)
+from identify.diagnose.mirrored import mounted_otherwise
+
+NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
+
+
+def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
+    said = verdict_words.verdict_sentence(diagnosis(check=None, heldout=None))
+    assert said == (
+        "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
+        "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "ending"),
+    [
+        ({}, "falls from 3.1 to 1.3 floors on the check dive."),
+        ({"check": None}, "falls from 3.4 to 1.2 floors on pieces held out."),
+        ({"check": Shrink(3.0, 3.5, -0.25, NAN, NAN)}, "goes from 3.0 to 3.5 floors on the check dive."),
+    ],
+)
+def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
+    assert verdict_words.verdict_sentence(diagnosis(**other)).endswith(ending)
+
+
+def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
+    told = diagnosis(heldout=Shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=Shrink(3.0, 2.8, 0.11, 0.0, 0.2))
+    but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
+    assert but in verdict_words.verdict_sentence(told)
+    assert but in verdict_words.verdict_sentence(replace(told, verdict="unknown"))
+
+
+def test_two_causes_are_named_as_two():
+    said = verdict_words.verdict_sentence(
+        diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3)))
+    )
+    assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
+
+
+def test_causes_that_can_not_be_told_apart_are_named_together():
+    lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
+    said = diagnosis(verdict="ambiguous", found=(lag,))
+    assert verdict_words.verdict_sentence(said).startswith(
+        "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
+    )
+    (line,) = words.cause_lines(said)
+    told = (
+        "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
+        "log of 50 Hz."
+    )
+    assert line.endswith(told)
+    assert f"{told}\nLikeness: at 1 no method could tell" in read(said)
+
+
+def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
+    quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), heldout=NOTHING, check=None)
+    assert verdict_words.verdict_sentence(quiet) == (
+        "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
+        "candidate explains any of it."
+    )
+    assert words.cause_lines(quiet) == ()
+    assert verdict_words.shrink_lines(quiet) == (
+        "On pieces held out: the 5 s drift goes from 1.0 floors to 1.0 floors; there is too little gap to shrink.",
+    )
+    assert "No candidate of the library explains anything that noise would not." in read(quiet)
+
+
+def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
+    drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), found=(), heldout=NOTHING, check=None)
+    assert verdict_words.verdict_sentence(drifting) == (
+        "Nothing that lasts: the model's 5 s drift is 3.0 floors, where noise alone would give 1 (0.8 to 1.2 by "
+        "chance), but neither a candidate nor any force that returns explains it."
+    )
+    page = read(drifting)
+    assert "There is no gap" not in page
+    assert "fly the same again to see whether it lasts" in page
+
+
+def test_what_no_candidate_explains_is_described():
+    said = diagnosis(verdict="unknown", character=UNKNOWN)
+    assert verdict_words.verdict_sentence(said) == (
+        "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
+        "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
+        "part of the gap."
+    )
+    page = read(said)
+    assert "What no candidate explains: It acts in yaw. It is fixed to the world." in page
+    assert "It goes with heading and yaw rate." in page
+
+
+def test_a_cause_less_probable_than_not_is_told_as_possible():
+    bias = found("thrust_bias", probability=0.42)
+    beside = verdict_words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
+    assert beside.startswith(
+        "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
+    )
+    alone = verdict_words.verdict_sentence(diagnosis(found=(bias,)))
+    assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
+    unknown = verdict_words.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
+    assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
+
+
+def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
+    heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    said = verdict_words.verdict_sentence(
+        diagnosis(found=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
+    )
+    assert said.endswith(
+        "it shows in what is recorded, not in the motion: with it or without, the model's 5 s drift is 0.99 floors on "
+        "pieces held out, where noise alone would give 1 (0.8 to 1.2 by chance)."
+    )
+
+
+def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
+    lag = replace(found("thruster_lag"), probability=0.89)
+    small = replace(gap(), before=1.02)
+    said = verdict_words.verdict_sentence(
+        diagnosis(found=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+    )
+    assert said.startswith("Thruster lag shows, but opens no gap: ")
+    assert "% of what shows is in " in said
+    chance = verdict_words.verdict_sentence(
+        diagnosis(found=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
+    )
+    assert chance.startswith("Thruster lag shows, but opens no gap: ")
+    assert chance.endswith(
+        "; without it the model's 5 s drift is 0.98 floors, with it 0.91 floors on pieces held out, where noise alone "
+        "would give 1 (0.8 to 1.2 by chance)."
+    )
+    closes = diagnosis(found=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
+    assert verdict_words.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
+    wide = verdict_words.verdict_sentence(
+        diagnosis(found=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
+    )
+    assert wide.startswith("Thruster lag explains the gap: ")
+
+
+def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
+    first = mounted_otherwise((0,), ())
+    said = verdict_words.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
+    assert said.startswith(
+        "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
+        "mended. In surge the recorded velocity runs against the thrust: "
+    )
+    assert said.index("Quadratic drag explains") > said.index("check both")
+    assert said.endswith(" Heave was not judged.")
+    assert mounted_otherwise((), ()) == ()

@@ -1,0 +1,65 @@
+"""A file of ours stands under its name whole, or what was there before does."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from errno import ENOSPC
+from pathlib import Path
+from typing import BinaryIO
+
+import pytest
+
+from bridge.errors import LogError
+from bridge.new_file import replacing, whole
+
+Writer = Callable[[Path], AbstractContextManager[BinaryIO]]
+
+
+@contextmanager
+def large(path: Path) -> Iterator[BinaryIO]:
+    with replacing(path, "try again") as file:
+        yield file
+
+
+@pytest.fixture(params=[whole, large])
+def writer(request: pytest.FixtureRequest) -> Writer:
+    written: Writer = request.param
+    return written
+
+
+def cut(writer: Writer, path: Path) -> None:
+    with writer(path) as file:
+        file.write(b"ne")
+        raise OSError(ENOSPC, "No space left on device")
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    path = tmp_path / "dive.yaml"
+    path.write_bytes(b"old")
+    return path
+
+
+def test_what_was_there_stays_until_the_new_is_whole(writer: Writer, old: Path) -> None:
+    with writer(old) as file:
+        file.write(b"new")
+        file.flush()
+        assert old.read_bytes() == b"old"
+    assert old.read_bytes() == b"new"
+    assert list(old.parent.iterdir()) == [old]
+
+
+def test_a_disk_that_takes_no_more_leaves_the_old_and_nothing_else(writer: Writer, old: Path) -> None:
+    with pytest.raises((OSError, LogError), match="No space left"):
+        cut(writer, old)
+    assert old.read_bytes() == b"old"
+    assert list(old.parent.iterdir()) == [old]
+
+
+def test_a_link_under_the_name_is_replaced_and_what_it_leads_to_stays(writer: Writer, old: Path) -> None:
+    link = old.with_name("link.yaml")
+    link.symlink_to(old)
+    with writer(link) as file:
+        file.write(b"new")
+    assert old.read_bytes() == b"old"
+    assert not link.is_symlink()
+    assert link.read_bytes() == b"new"

@@ -1,0 +1,132 @@
+"""UDP links: whom they answer, whom they hear, and as whom several peers speak."""
+
+import errno
+import socket
+
+import pytest
+from links_read import SOON_S, free_port
+
+from bridge.errors import LinkLost
+from bridge.framing import Encoder
+from bridge.link.base import Link
+from bridge.link.open import open_link
+from bridge.link.udp import MOST_PEERS, UdpLink, source_of
+
+
+def test_udpin_answers_those_who_spoke_and_udpout_only_its_peer() -> None:
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    ground.write(b"nobody is there yet")
+    vehicles = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(2)]
+    for i, vehicle in enumerate(vehicles):
+        beat = Encoder(1, 1 + i).frame(0, bytes(9))
+        vehicle.write(beat)
+        assert ground.read(SOON_S) == beat
+    ground.write(b"all")
+    assert [vehicle.read(SOON_S) for vehicle in vehicles] == [b"all", b"all"]
+    first = vehicles[0]
+    assert isinstance(first, UdpLink)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.sendto(b"obey me", ("127.0.0.1", first.port))
+        assert first.read(0.2) == b""
+    for link in (ground, *vehicles):
+        link.close()
+    with pytest.raises(LinkLost):
+        ground.read(0.0)
+
+
+def test_udpin_answers_the_vehicle_whatever_strangers_send() -> None:
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    vehicle, beat = open_link(f"udpout:127.0.0.1:{ground.port}"), Encoder(1, 1).frame(0, bytes(9))
+    strangers = [open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(3 * MOST_PEERS)]
+    for stranger in strangers:
+        for link, said in ((vehicle, beat), (stranger, b"no frame")):
+            link.write(said)
+            assert ground.read(SOON_S) == said
+    ground.write(b"to those who speak MAVLink")
+    assert vehicle.read(SOON_S) == b"to those who speak MAVLink"
+    assert [stranger.read(0.0) for stranger in strangers] == [b""] * len(strangers)
+    for n, stranger in enumerate(strangers):
+        for link, said in ((vehicle, beat), (stranger, Encoder(2 + n, 1).frame(0, bytes(9)))):
+            link.write(said)
+            assert ground.read(SOON_S) == said
+    ground.write(b"to those who spoke last")
+    assert vehicle.read(SOON_S) == b"to those who spoke last"
+    assert sum(bool(stranger.read(0.0)) for stranger in strangers) == MOST_PEERS - 1
+    for link in (ground, vehicle, *strangers):
+        link.close()
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "::1"])
+def test_udpout_to_this_computer_can_be_reached_from_this_computer_alone(host: str) -> None:
+    link = open_link(f"udpout:{host}:14550")
+    assert isinstance(link, UdpLink)
+    own, port, *_ = link._socket.getsockname()
+    assert own == ("::1" if host == "::1" else "127.0.0.1")
+    assert port == link.port > 0
+    link.close()
+
+
+def test_udpout_without_a_route_opens_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unreachable(*_: object) -> str:
+        raise OSError(errno.ENETUNREACH, "Network is unreachable")
+
+    monkeypatch.setattr("bridge.link.udp._own_towards", unreachable)
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    vehicle = open_link(f"udpout:127.0.0.1:{ground.port}")
+    vehicle.write(b"hello")
+    assert ground.read(SOON_S) == b"hello"
+    vehicle.close()
+    ground.close()
+
+
+def test_udpin_knows_as_whom_several_peers_speak_by_turns_and_forgets_it() -> None:
+    ground = open_link("udpin:127.0.0.1:0")
+    assert isinstance(ground, UdpLink)
+    old, new, other = (open_link(f"udpout:127.0.0.1:{ground.port}") for _ in range(3))
+
+    def says(link: Link, encoder: Encoder) -> None:
+        link.write(encoder.frame(0, bytes(9)))
+        assert ground.read(SOON_S)
+
+    one = Encoder(1, 1)
+    for link in (old, old, new, new):
+        says(link, one)
+        says(other, Encoder(1, 191))
+    assert ground.contested == frozenset()
+    says(old, one)
+    assert ground.contested == {(1, 1)}
+    for _ in range(201):
+        says(old, one)
+    assert ground.contested == frozenset()
+    for link in (ground, old, new, other):
+        link.close()
+
+
+@pytest.mark.parametrize(
+    ("datagram", "source"),
+    [
+        (Encoder(7, 191).frame(0, bytes(9)), (7, 191)),
+        (bytes((0xFE, 9, 0, 7, 191, 0)), (7, 191)),
+        (b"", None),
+        (b"no frame", None),
+        (b"\xfd", None),
+    ],
+)
+def test_a_datagram_tells_its_source_by_its_header(datagram: bytes, source: tuple[int, int] | None) -> None:
+    assert source_of(datagram) == source
+
+
+def test_udpout_waits_for_a_peer_that_starts_later() -> None:
+    port = free_port(socket.SOCK_DGRAM)
+    vehicle = open_link(f"udpout:127.0.0.1:{port}")
+    for _ in range(3):
+        vehicle.write(b"too early")
+        assert vehicle.read(0.01) == b""
+    ground = open_link(f"udpin:127.0.0.1:{port}")
+    vehicle.write(b"now")
+    assert ground.read(SOON_S) == b"now"
+    vehicle.close()
+    ground.close()
