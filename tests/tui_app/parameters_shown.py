@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import pytest
 from made_parameters import desk
 from made_view import FixedViews, view
 from screen_text import made, pressed, run, text
@@ -12,12 +11,6 @@ from gcs_plugin.watch.picture import Armed
 
 SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
-
-
-@pytest.fixture(autouse=True)
-def with_colour(monkeypatch):
-    """For the tests of each module that names it."""
-    monkeypatch.delenv("NO_COLOR", raising=False)
 
 
 def views(armed=Armed.DISARMED, ff_mode=1):

@@ -20,11 +20,6 @@ from tui.told import UNKEPT, Told
 SIZES = ((80, 24), (160, 50))
 
 
-@pytest.fixture(autouse=True)
-def _with_colour(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 TRYING = Told("diagnosing", 0.4, "trying 41 candidates")
 
 

@@ -24,11 +24,6 @@ SIZES = ((80, 24), (160, 50))
 NARROW = SIZES[0]
 
 
-@pytest.fixture(autouse=True)
-def _with_colour(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 async def opened(app, pilot):
     """Open the screen, until its list is there."""
     await pressed(pilot, "2")

@@ -28,11 +28,6 @@ NARROW = SIZES[0]
 WAITING = partial(FakeVerbs, tells=passes())
 
 
-@pytest.fixture(autouse=True)
-def _with_colour(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 @pytest.fixture
 def dive(tmp_path, monkeypatch):
     """A dive's folder, under a name that is the same each time."""

@@ -1,6 +1,5 @@
 """The screen Parameters: how it looks, what each of its lines tells, and what is told of those without room."""
 
-import parameters_shown
 import pytest
 from made_parameters import FakeVehicle, desk, plan, told_lines
 from parameters_shown import NARROW, SIZES, done, line_of, on_screen, typed, views
@@ -8,8 +7,6 @@ from screen_text import check, made, pressed, run, text
 
 from gcs_plugin.watch.picture import Armed
 from tui.app.themes import ORDER
-
-_with_colour = parameters_shown.with_colour
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -1,6 +1,5 @@
 """The screen Parameters: what has to be typed before anything is written or taken back."""
 
-import parameters_shown
 import pytest
 from made_parameters import BEFORE, FakeVehicle, plan
 from parameters_shown import line_of, on_screen, typed, views
@@ -8,8 +7,6 @@ from screen_text import text
 from textual.widgets import Input
 
 from gcs_plugin.watch.picture import Armed
-
-_with_colour = parameters_shown.with_colour
 
 
 @pytest.mark.parametrize(

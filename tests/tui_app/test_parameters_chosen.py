@@ -2,7 +2,6 @@
 
 import os
 
-import parameters_shown
 from made_parameters import PARAM, FakeVehicle, desk, plan
 from parameters_shown import NARROW, line_of, on_screen, typed, views
 from screen_text import made, run, text
@@ -10,8 +9,6 @@ from screen_text import made, run, text
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.params.files import write_parameters
 from tui.app import parameter_lines as lines
-
-_with_colour = parameters_shown.with_colour
 
 
 def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():

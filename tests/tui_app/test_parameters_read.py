@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import parameters_shown
 import pytest
 from made_parameters import FakeVehicle, plan, receipt
 from parameters_shown import NARROW, done, line_of, on_screen, typed, views
@@ -12,8 +11,6 @@ from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from tui.app.desk import Desk
 from tui.app.jobs import Jobs
-
-_with_colour = parameters_shown.with_colour
 
 
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():

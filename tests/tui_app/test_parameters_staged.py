@@ -1,12 +1,9 @@
 """The screen Parameters: what the vehicle holds and does not fly."""
 
-import parameters_shown
 import pytest
 from made_parameters import FakeVehicle, desk, plan
 from parameters_shown import SIZES, line_of, on_screen, typed, views
 from screen_text import check, made, run, text
-
-_with_colour = parameters_shown.with_colour
 
 
 def staged(changed=(), active_crc=0.0):

@@ -1,6 +1,5 @@
 """The screen Parameters: keys that come before it is ready for them."""
 
-import parameters_shown
 import pytest
 from made_parameters import FakeVehicle, desk
 from parameters_shown import NARROW, done, on_screen, typed, views
@@ -9,8 +8,6 @@ from textual import events
 from textual.widgets import Input
 
 from tui.app.screens.parameters import ParametersScreen
-
-_with_colour = parameters_shown.with_colour
 
 
 def test_a_screen_that_is_not_composed_yet_offers_no_upload_and_takes_no_key():

@@ -2,7 +2,6 @@
 
 import json
 
-import parameters_shown
 import pytest
 from made_parameters import FakeVehicle, plan, receipt
 from parameters_shown import NARROW, done, line_of, on_screen, typed, views
@@ -10,8 +9,6 @@ from screen_text import made, pressed, run, text
 
 from tui.app.desk import Desk
 from tui.told import WRITING, Told
-
-_with_colour = parameters_shown.with_colour
 
 
 def test_what_the_vehicle_said_before_a_writing_is_not_told_after_it():

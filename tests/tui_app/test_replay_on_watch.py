@@ -23,11 +23,6 @@ NARROW = SIZES[0]
 LENGTH_S = 600.0
 
 
-@pytest.fixture(autouse=True)
-def _with_colour(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 class FakeReel:
     """A frame each second, which is its time."""
 

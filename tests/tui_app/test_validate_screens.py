@@ -18,11 +18,6 @@ from tui.told import UNKEPT, Told
 NARROW, WIDE = (80, 24), (160, 50)
 
 
-@pytest.fixture(autouse=True)
-def _with_colour(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 class Verb:
     """A verb that waits until it is let go, then writes a validation."""
 

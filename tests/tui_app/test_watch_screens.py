@@ -13,11 +13,6 @@ from tui.app.widgets.panes import SensorTable
 SIZES = ((80, 24), (160, 50))
 
 
-@pytest.fixture(autouse=True)
-def _with_colour(monkeypatch):
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("theme", ORDER)
 def test_watch_looks_as_it_was_kept(theme, size):
