@@ -73,7 +73,7 @@ class Console:
 
     def until(self, line, pattern, seconds=DEADLINE_S):
         """Type a line again and again, at most twice a second, until its answer holds `pattern`."""
-        deadline_s = monotonic() + seconds
+        deadline_s, begun = monotonic() + seconds, len(self.text)
         while True:
             self.type(line)
             again_s = monotonic() + 0.5
@@ -81,9 +81,7 @@ class Console:
                 self._read(left_s)
                 if found := re.search(pattern, self.text[self._from :]):
                     return found
-            assert monotonic() < deadline_s, (
-                f"MAVProxy does not say '{pattern}', but:\n{self.text[self._from :]}"
-            )
+            assert monotonic() < deadline_s, f"MAVProxy does not say '{pattern}', but:\n{self.text[begun:]}"
 
     def close(self):
         """End it with Ctrl-D, and see that it ended."""
