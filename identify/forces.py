@@ -29,8 +29,7 @@ class WrenchHistory:
 
     `time_s` (n,) command times; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
     wrench at each command; `integral` (n, 6) from the first command on, `moment` (n, 6) the integral of
-    that. Before the first command it is
-    held. `differs_rms` (6,): wrench from PWM minus TAU_CMD, where a recording has both.
+    that. Before the first command it is held.
     """
 
     time_s: Array
@@ -40,7 +39,6 @@ class WrenchHistory:
     moment: Array
     lag_s: float
     source: Literal["pwm", "tau_cmd"]
-    differs_rms: Array | None = None
     notes: tuple[str, ...] = ()
 
     def at(self, time_s: Array) -> Array:
@@ -104,15 +102,15 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     lag_s = vehicle.thrust_curve.lag_s
     if from_pwm is not None:
         if commanded is None:
-            return _history(from_pwm, lag_s, "pwm", None, notes)
+            return _history(from_pwm, lag_s, "pwm", notes)
         differs = _rms_difference(from_pwm, commanded)
-        return _history(from_pwm, lag_s, "pwm", differs, notes + _said_of(differs, commanded))
+        return _history(from_pwm, lag_s, "pwm", notes + _said_of(differs, commanded))
     if commanded is None:
         raise FitError(
             f"{dive.source}: neither thruster commands that fit the vehicle nor wrenches are recorded; "
             "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters"
         )
-    return _history(commanded, lag_s, "tau_cmd", None, (*notes, "The wrench is TAU_CMD as recorded."))
+    return _history(commanded, lag_s, "tau_cmd", (*notes, "The wrench is TAU_CMD as recorded."))
 
 
 def _asked_by_pwm(
@@ -174,7 +172,6 @@ def _history(
     asked: Signal,
     lag_s: float,
     source: Literal["pwm", "tau_cmd"],
-    differs_rms: Array | None,
     notes: tuple[str, ...],
 ) -> WrenchHistory:
     step_s = np.diff(asked.time_s)
@@ -184,9 +181,7 @@ def _history(
     integral = np.concatenate((np.zeros((1, 6)), np.cumsum(areas, axis=0)))
     moments = integral[:-1] * step_s[:, None] + _moment(asked.value[:-1], state[:-1], step_s, lag_s)
     moment = np.concatenate((np.zeros((1, 6)), np.cumsum(moments, axis=0)))
-    return WrenchHistory(
-        asked.time_s, asked.value, state, integral, moment, lag_s, source, differs_rms, notes
-    )
+    return WrenchHistory(asked.time_s, asked.value, state, integral, moment, lag_s, source, notes)
 
 
 def _lagged(asked: Array, decay: Array) -> Array:

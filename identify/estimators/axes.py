@@ -13,12 +13,12 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lasting import lasting, too_short
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
-from identify.estimators.readings import FEWEST, PITCH, ROLL, Channel, channels
+from identify.estimators.readings import FEWEST, PITCH, ROLL, YAW, Channel, channels
 from identify.estimators.shared import shared
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
@@ -35,9 +35,9 @@ TIME_DIGITS = 5
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
 LEAST_COMMANDS_HZ = 4.0
-STRANGE_SHARE, TELLING_SHARE = 0.2, 0.15
-"""A thrust curve is known to 10 % as a rule: twice that between PWM and TAU_CMD is another vehicle's. Thrust below the
-other share of a thruster's limit lies in the dead band."""
+STRANGE_SHARE, TELLING_SHARE, FEWEST_TELLING = 0.2, 0.15, 20
+"""A thrust curve is known to 10 % as a rule: twice that between PWM and TAU_CMD is another vehicle's. A wrench below
+the other share of a thruster's limit (N, or N m) may lie in the dead band. So many commands above it tell."""
 
 LEAST_DRIVE = 1e-3
 """Thrust in an axis below this share of one thruster's limit (N, or N m) weighs nothing."""
@@ -163,23 +163,30 @@ def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> 
             f"the recording says VEH_CFG {said}, configuration '{name}' of vehicle '{vehicle.name}' is "
             f"{vehicle.veh_cfg(name)}: it was dived in another configuration, or is another vehicle's"
         )
-    differs = forces.differs_rms
-    if differs is not None and dive.tau_cmd is not None:
-        commanded = np.sqrt(np.mean(dive.tau_cmd.value**2, axis=0))
-        limit = vehicle.configurations[name].thruster_limit_n
-        # Small thrust lies in the thrusters' dead band, and the command with it: it tells nothing of the geometry.
-        told = [
-            dof
-            for dof, share in ((0, 1.0), (1, 1.0), (5, 0.5))
-            if commanded[dof] > share * TELLING_SHARE * limit
-        ]
-        worst = max(told, key=lambda dof: float(differs[dof] / commanded[dof]), default=0)
-        if told and differs[worst] > STRANGE_SHARE * commanded[worst]:
-            return (
-                f"in {DOFS[worst]} its thruster commands come to a wrench {differs[worst]:.2g} rms off the "
-                f"recorded TAU_CMD of {commanded[worst]:.2g}: the vehicle file's thrusters are not this vehicle's"
-            )
+    shares = _off_the_command(dive, forces, vehicle.configurations[name].thruster_limit_n)
+    worst = max(shares, key=lambda dof: shares[dof], default=0)
+    if shares and shares[worst] > STRANGE_SHARE:
+        return (
+            f"in {DOFS[worst]} its thruster commands come to a wrench {shares[worst]:.0%} off the recorded TAU_CMD: "
+            "the vehicle file's thrusters are not this vehicle's"
+        )
     return ""
+
+
+def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[int, float]:
+    """By horizontal axis: how far the wrench from PWM is off TAU_CMD, as the median share of it where it tells."""
+    if forces.source != "pwm" or dive.tau_cmd is None:
+        return {}
+    asked = Signal(forces.time_s, forces.asked).held_at(dive.tau_cmd.time_s)
+    shares = {}
+    for dof in (0, 1, YAW):
+        commanded = dive.tau_cmd.value[:, dof]
+        # Small thrust lies in the thrusters' dead band, and the command with it: it tells nothing of the geometry.
+        telling = np.isfinite(asked[:, dof]) & (np.abs(commanded) > TELLING_SHARE * limit_n)
+        if np.count_nonzero(telling) >= FEWEST_TELLING:
+            off = np.abs(asked[telling, dof] - commanded[telling]) / np.abs(commanded[telling])
+            shares[dof] = float(np.median(off))
+    return shares
 
 
 def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis | None:

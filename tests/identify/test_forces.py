@@ -127,9 +127,8 @@ def test_both_sources_are_compared() -> None:
     tau = Signal(STEP.time_s, np.array([[0.0] * 6, [22, 0, 0, 0, 0, 0], [10, 0, 0, 0, 0, -5]]))
     ours = wrench(dive(pwm=STEP, tau_cmd=tau), vehicle(), "twin")
     assert ours.source == "pwm"
-    assert ours.differs_rms is not None
-    assert ours.differs_rms[0] == pytest.approx(2 / np.sqrt(3))
-    assert any("In surge" in note for note in ours.notes)
+    (note,) = ours.notes
+    assert note.startswith("In surge the wrench from PWM differs from TAU_CMD by 1.2 N rms of 14 N; ")
 
 
 def test_a_thruster_without_a_pulse_is_at_rest() -> None:

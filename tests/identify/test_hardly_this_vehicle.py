@@ -121,6 +121,29 @@ def test_thrusters_that_come_to_another_wrench_than_was_commanded_are_another_ve
     assert ("the vehicle file's thrusters are not this vehicle's" in told) is strange
 
 
+@pytest.mark.parametrize(
+    ("share", "strange"), [(0.149, False), (-0.149, False), (0.151, True), (-0.151, True)]
+)
+def test_thrust_that_may_lie_in_the_dead_band_tells_nothing_of_the_thrusters(share, strange):
+    dived = mission()
+    commanded = dived.dive.tau_cmd.value.copy()
+    commanded[:, 5] = share * dived.file.vehicle.configurations[dived.configuration].thruster_limit_n
+    pushed = replace(dived.dive, tau_cmd=Signal(dived.dive.tau_cmd.time_s, commanded))
+    told = build_axes(pushed, dived.file, dived.configuration).strange
+    assert told.startswith("in yaw its thruster commands come to a wrench ") is strange
+
+
+def test_a_few_commands_tell_nothing_of_the_thrusters():
+    dived = mission()
+    time_s, tau = dived.dive.tau_cmd.time_s, dived.dive.tau_cmd.value
+    large = np.argsort(np.abs(tau[:, 0]))[::-1]
+    for count, strange in ((19, False), (20, True)):
+        commanded = np.zeros_like(tau)
+        commanded[large[:count], 0] = -tau[large[:count], 0]
+        dive = replace(dived.dive, tau_cmd=Signal(time_s, commanded))
+        assert bool(build_axes(dive, dived.file, dived.configuration).strange) is strange
+
+
 def test_a_dive_without_a_gyro_is_doubted_where_turning_at_speed_pushes():
     dived = mission()
     assert unseen_doubts(build_axes(dived.dive, dived.file, dived.configuration)) == ()
