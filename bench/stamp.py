@@ -46,6 +46,7 @@ MISSIONS = (
     "identify/dive.py",
 )
 LEARNT = (
+    "bridge/ring/made_since.py",
     "bridge/ring/whole.py",
     "identify/*.py",
     "identify/estimators",
@@ -54,6 +55,7 @@ LEARNT = (
 )
 BASELINES = (
     "bench/baselines",
+    "bridge/ring/made_since.py",
     "bridge/ring/whole.py",
     "identify/*.py",
     "identify/estimators/paper*.py",

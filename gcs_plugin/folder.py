@@ -15,10 +15,10 @@ from bridge import schema
 from bridge.errors import ConfigError, LogError
 from bridge.new_file import whole
 from bridge.ring.whole import WHOLE, standing_for
-from bridge.tlog import TlogWriter
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dive_order import number, order, recordings
+from gcs_plugin.in_use import HeldTlog
 
 ABOUT: Final = "dive.yaml"
 YAML: Final = (".yaml", ".yml")
@@ -109,7 +109,7 @@ class DiveFolder:
         present = next((path for path in (self.path, *self.path.parents) if path.exists()), self.path)
         return shutil.disk_usage(present).free
 
-    def open_telemetry(self, number: int, about: About | None = None) -> TlogWriter:
+    def open_telemetry(self, number: int, about: About | None = None) -> HeldTlog:
         """A new recording: 1 is `telemetry.tlog`, 2 is `telemetry.2.tlog`. Raises LogError.
 
         Where somebody took the folder away meanwhile, it is made anew, and says `about`.
@@ -121,7 +121,7 @@ class DiveFolder:
                 raise LogError(f"{self.path}: can't be made anew ({error.strerror}); make it") from None
             self.describe(about)
         name = "telemetry.tlog" if number == 1 else f"telemetry.{number}.tlog"
-        return TlogWriter(self.path / name)
+        return HeldTlog(self.path / name)
 
 
 def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:

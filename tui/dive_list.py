@@ -19,7 +19,7 @@ from bridge.file_size import read_small
 from bridge.new_file import whole
 from bridge.plain import from_json
 from bridge.printable import printable
-from bridge.ring.whole import standing_for
+from bridge.ring.made_since import AFTERWARDS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dive_order import GLANCE, began, is_date, order, recordings
 from gcs_plugin.folder import About, DiveFolder, list_folders
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 Load = Callable[[str], VehicleFile]
 
-VERSION: Final = 6
+VERSION: Final = 7
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""
 
@@ -53,7 +53,7 @@ class Glance:
 
     `relative_std` by coefficient, inf for what could not be identified; empty where `why_not` says why nobody knows.
     `error` where the recording can't be read at all; `stray` tells of bytes in it that belong to no message,
-    `restarts` of the vehicle's and of the run that is used.
+    `restarts` of the vehicle's and of the run that is used, `lacking` of what the whole recording lacks of the others.
     """
 
     began_unix_s: float | None = None
@@ -65,6 +65,7 @@ class Glance:
     error: str = ""
     stray: str = ""
     restarts: str = ""
+    lacking: str = ""
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def row_of(
     except ConfigError as error:
         trouble = str(error)
     files = _recordings(folder)
-    key = _key(files, vehicle)
+    key = _key(folder, files, vehicle)
     glance = _kept(folder, key)
     if glance is None:
         glance = _looked(folder, vehicle)
@@ -150,8 +151,8 @@ def kept_glance(folder: Path) -> Glance | None:
     """What was told of a dive when it was last read, by whatever vehicle file; None where it has changed since."""
     try:
         kept = from_json(read_small(folder / GLANCE))["key"]
-        states = {str(state[0]): state for state in kept["recordings"]}
-        if all(states.get(file.name) == _state(file) for file in standing_for(recordings(folder))):
+        states = {str(state[0]): state for state in (*kept["recordings"], *kept["beside"])}
+        if all(states.get(file.name) == _state(file) for file in recordings(folder)):
             return _kept(folder, kept | {"version": VERSION})
     except (OSError, ValueError, LookupError, TypeError):
         pass
@@ -218,6 +219,7 @@ def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
         why_not=why_not,
         stray=stray_bytes(folder),
         restarts=next((note for note in dive.notes if note.startswith(RESTARTED)), ""),
+        lacking=next((note for note in dive.notes if AFTERWARDS in note), ""),
     )
 
 
@@ -255,11 +257,12 @@ def _configuration(dive: "Dive", vehicle: VehicleFile) -> str:
     return vehicle.configuration or vehicle.vehicle.configuration_at(dive.configuration_index())
 
 
-def _key(files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
-    """What a glance depends on."""
+def _key(folder: Path, files: list[Path], vehicle: VehicleFile | None) -> dict[str, Any]:
+    """What a glance depends on. `beside`: recordings that are not read, since a whole one stands for them."""
     return {
         "version": VERSION,
         "recordings": [_state(file) for file in files],
+        "beside": [_state(file) for file in recordings(folder) if file not in files],
         "vehicle": "" if vehicle is None else f"{vehicle.sha256}:{vehicle.configuration or ''}",
     }
 

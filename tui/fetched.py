@@ -15,11 +15,14 @@ from gcs_plugin.fetch.client import fetch
 from gcs_plugin.fetch.fetching import Fetching
 from gcs_plugin.fetch.listing import Listing
 from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.fetch.remade import refuse_recorded, remade
 from gcs_plugin.fetch.whole import is_folded, made_whole, newest_frames, write_records
 from gcs_plugin.folder import About, DiveFolder, new_folder
+from gcs_plugin.in_use import alone_at
 from tui.show import Tell
 
 MIRROR = ".ring"
+AGAIN = "fetch again"
 HURT = "The vehicle's recording is damaged (places: {count}); what stood there may be missing"
 HURT_BEYOND = (
     "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
@@ -71,18 +74,19 @@ class Fetcher:
 
     def whole(self, folder: DiveFolder) -> Fetched:
         """Make a dive whole. Raises LogError where the ring has nothing of it or another
-        fetch is at work, LinkError where it can't be had."""
+        fetch is at work or the dive is still recorded, LinkError where it can't be had."""
+        refuse_recorded(folder, self.clock.unix_s(), AGAIN)
         boots = heard_in(folder)
         mirror = Mirror(folder.path.resolve().parent / MIRROR)
         with mirror.alone():
             fetching = Fetching(mirror, lambda listing: of_dive(listing, boots), self.clock.boot_s())
             source = boots[-1].source
             self._fetch(fetching, source)
-            ground, ring = folder.telemetry(), _paths(mirror, fetching.chosen)
-            made = made_whole(ground, ring, source)
+            ring = _paths(mirror, fetching.chosen)
+            with alone_at(folder.path, AGAIN):
+                key = _of_keys(folder.telemetry(), ring)
+                made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
-            key = _of_keys(ground, ring)
-            write_records(path, made.records)
         return Fetched(
             path, len(made.records), made.missing, fetching.fetched, made.damaged, made.damaged_beyond, key
         )

@@ -2,22 +2,27 @@
 
 import shutil
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bridge.errors import LogError
+from bridge.clock import SystemClock
+from bridge.errors import LogError, SeatrialError
 from bridge.new_file import replacing
 from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
-from bridge.tlog import of_those_that_hold_frames, read_tlog
-from gcs_plugin.fetch.whole import made_whole, write_records
+from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
+from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
+from gcs_plugin.fetch.whole import Whole, made_whole
 from gcs_plugin.folder import DiveFolder
+from gcs_plugin.in_use import alone_at
 
 FEWEST, LEAST_SHARE = 20, 0.3
 """Frames that both must have, and of those that were heard meanwhile: two vehicles say the same now and then."""
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
 GROUNDS = 240
 """System ids from here on are ground stations'."""
+AGAIN = "merge again"
 
 
 @dataclass(frozen=True)
@@ -29,30 +34,57 @@ class Merged:
     words: str
 
 
+@dataclass(frozen=True)
+class Refused:
+    """A file that was not put to the dive, and why, in a sentence."""
+
+    file: Path
+    words: str
+
+
+def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged | Refused]:
+    """Put recordings to a dive, one after the other; one that can't be is told, and the others go on."""
+    for file in files:
+        try:
+            yield merge(folder, file)
+        except SeatrialError as error:
+            yield Refused(file, str(error))
+        except OSError as error:
+            yield Refused(
+                file, f"{error.filename or file}: {error.strerror}; check the path, its rights and the disk"
+            )
+
+
 def merge(folder: DiveFolder, file: Path) -> Merged:
     """Put one recording to a dive. The file and all that was recorded stay as they are.
 
-    Raises LogError where it can't be read, or is of another vehicle, dive or boot: then nothing is changed.
+    Raises LogError where it can't be read, or is of another vehicle, dive or boot, or the dive is still recorded, or
+    somebody else is at it: then nothing is changed.
     """
     name = file.name.lower()
-    if name.endswith(TLOGS):
-        return _frames(folder, file)
-    if name.endswith(LOGS):
-        return _log(folder, file)
-    raise LogError(f"{file}: can't tell what this is by its ending; give a .tlog, a .tlog.gz or a .BIN")
+    if not name.endswith((*TLOGS, *LOGS)):
+        raise LogError(f"{file}: can't tell what this is by its ending; give a .tlog, a .tlog.gz or a .BIN")
+    with alone_at(folder.path, AGAIN):
+        return _frames(folder, file) if name.endswith(TLOGS) else _log(folder, file)
 
 
 def _frames(folder: DiveFolder, file: Path) -> Merged:
     """Every frame of both once."""
+    load_recording(file)  # which says what is wrong with one that holds none
+    refuse_recorded(folder, SystemClock().unix_s(), AGAIN)
     present = folder.telemetry()
-    if any(file.samefile(one) for one in present) or file.name == WHOLE:
-        raise LogError(f"{file}: is this dive's own recording; give what another recorder made")
+    source, into = _busiest(present), folder.path / WHOLE
+    if any(file.samefile(one) for one in (*folder.heard(), *present)):
+        return _own(folder, file, source)
     strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
-    found = made_whole(present, [file], _busiest(present), strangers)
-    if found.common < FEWEST or found.share < LEAST_SHARE:
-        raise LogError(strangers)
-    into = folder.path / WHOLE
-    write_records(into, found.records)
+
+    def make(ground: Sequence[Path]) -> Whole:
+        found = made_whole(ground, [file], source, strangers)
+        if found.common < FEWEST or found.share < LEAST_SHARE:
+            raise LogError(strangers)
+        return found
+
+    found = remade(folder, source, make, AGAIN)
     beyond = (
         f" {found.beyond} frames of it lie before or after the dive and are left out." if found.beyond else ""
     )
@@ -63,6 +95,21 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
         into,
         f"{file.name}: its clock {found.clock.words(*span_s)}. {found.missing} of {len(found.records)} frames had not "
         f"been heard; the dive is whole in {into}.{beyond}{key}",
+    )
+
+
+def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:
+    """Put what the dive's own recordings have had since the whole one was made into that."""
+    into = folder.path / WHOLE
+    renewed = renew(folder, source) if file.name != WHOLE else None
+    if renewed is None:
+        raise LogError(f"{file}: is this dive's own recording; give what another recorder made")
+    key = f" {LEFT_OUT}" if any(map(holds_key, folder.heard())) else ""
+    return Merged(
+        file,
+        into,
+        f"{file.name}: what was recorded, or put there, after {into} was made is in it now: {len(renewed.records)} "
+        f"frames.{key}",
     )
 
 

@@ -1,12 +1,13 @@
 """Any recording into a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, `.csv` with its map."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
+from bridge.ring.made_since import lacked, lacked_words
 from bridge.ring.whole import standing_for
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
@@ -23,6 +24,7 @@ from identify.ingest.tlog import read_tlog
 
 LONGEST_DIVE_S = 30 * 86_400.0
 """What is made of a dive counts its seconds, so that a time that can't be would fill the memory."""
+HEARD = (".tlog", ".tlog.gz")
 FORMS = "give a dive folder, a .tlog, a .tlog.gz, a .BIN or a .csv"
 
 
@@ -48,7 +50,7 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
         )
     possible = with_known_commands(without_impossible(whole), _thrusters(vehicle))
     dive = without_frozen(without_repeated(possible))
-    return replace(dive, notes=dive.notes + gaps(dive) + _misfits(dive, vehicle))
+    return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
 
 
 def recording_files(path: Path) -> list[Path]:
@@ -61,8 +63,8 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"{path}: no such file or folder; check the name")
     if not path.is_dir():
         return [path]
-    found = sorted(file for file in path.iterdir() if file.name.endswith((".tlog", ".tlog.gz")))
-    ours = sorted((file for file in found if file.name.startswith("telemetry")), key=_number)
+    found = sorted(file for file in path.iterdir() if file.name.endswith(HEARD))
+    ours = _ours(found)
     own = standing_for(ours) or found
     if len(own) > 1 and own is found:
         names = ", ".join(file.name for file in found)
@@ -73,6 +75,21 @@ def recording_files(path: Path) -> list[Path]:
     if not own:
         raise LogError(f"{path}: holds no recording; {FORMS}")
     return own
+
+
+def _unread(path: Path) -> tuple[str, ...]:
+    """What a dive folder's own recordings have that the whole one, which is read, lacks."""
+    if not path.is_dir():
+        return ()
+    words = lacked_words(path, lacked(_ours(path.iterdir())))
+    return (words,) if words else ()
+
+
+def _ours(found: Iterable[Path]) -> list[Path]:
+    return sorted(
+        (file for file in found if file.name.startswith("telemetry") and file.name.endswith(HEARD)),
+        key=_number,
+    )
 
 
 def _number(file: Path) -> int:

@@ -81,11 +81,18 @@ def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch) -> No
     own = heard(folder / "telemetry.tlog", Turning())
     logged(tmp_path / "00000042.BIN", Turning(), lambda boot_s: boot_s - 7.0)
     data = own.read_bytes()
-    (tmp_path / "laptop.tlog").write_bytes(data[len(data) // 3 :])
+    over = 4 * len(data) // 5
+    own.write_bytes(data[:over])
+    (tmp_path / "laptop.tlog").write_bytes(data[len(data) // 3 : over])
+    second = folder / "telemetry.2.tlog"
     for line in shown:
+        if second.name in line:
+            second.write_bytes(data[over:])
         assert line.startswith("seatrial merge ")
         assert cli.main(line.split()[1:]) == exit_codes.DONE
-    assert sorted(file.name for file in folder.iterdir()) == ["00000042.BIN", "telemetry.tlog", WHOLE]
+    assert sorted(file.name for file in folder.iterdir()) == [
+        "00000042.BIN", second.name, "telemetry.tlog", WHOLE
+    ]  # fmt: skip
 
 
 def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tmp_path, capsys) -> None:
@@ -93,3 +100,39 @@ def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tm
     log = logged(tmp_path / "1.BIN", Turning(), lambda boot_s: boot_s)
     assert cli.main(["merge", str(folder), str(log)]) == exit_codes.BAD_INPUT
     assert "1.BIN: is no file; take it away" in " ".join(capsys.readouterr().err.split())
+
+
+def test_one_file_that_can_not_be_merged_keeps_none_of_the_others_out_and_is_named_at_the_end(
+    folder, tmp_path, capsys
+) -> None:
+    data = (folder / "telemetry.tlog").read_bytes()
+    (tmp_path / "a.tlog").write_bytes(data)
+    (tmp_path / "b.tlog").write_bytes(data + data[:500])
+    (tmp_path / "empty.tlog").write_bytes(b"")
+    (tmp_path / "words.tlog").write_text("no recording", encoding="utf-8")
+    names = ["a.tlog", "empty.tlog", "absent.tlog", "words.tlog", "b.tlog"]
+    given = [str(tmp_path / name) for name in names]
+    words = ["merge", str(folder), *given, "--json", str(tmp_path / "came.json")]
+    assert cli.main(words) == exit_codes.BAD_INPUT
+    out, err = (" ".join(text.split()) for text in capsys.readouterr())
+    assert "a.tlog: its clock" in out
+    assert "b.tlog: its clock" in out
+    assert f"seatrial: {tmp_path / 'empty.tlog'}: is empty, nothing was recorded in it" in err
+    assert f"seatrial: {tmp_path / 'absent.tlog'}: no such file; check the name" in err
+    assert f"seatrial: {tmp_path / 'words.tlog'}: holds no MAVLink frame" in err
+    assert err.endswith("merged: a.tlog, b.tlog; not merged: empty.tlog, absent.tlog, words.tlog")
+    told = json.loads((tmp_path / "came.json").read_text())
+    whole = str(folder / WHOLE)
+    assert [(one["file"], one["into"]) for one in told] == list(
+        zip(given, [whole, None, None, None, whole], strict=True)
+    )
+
+
+def test_a_file_that_may_not_be_read_is_told_as_any_other(folder, monkeypatch, capsys) -> None:
+    def refused(*_):
+        raise PermissionError(13, "Permission denied", "secret.tlog")
+
+    monkeypatch.setattr("tui.merging.load_recording", refused)
+    assert cli.main(["merge", str(folder), "secret.tlog"]) == exit_codes.BAD_INPUT
+    said = "seatrial: secret.tlog: Permission denied; check the path, its rights and the disk"
+    assert said in " ".join(capsys.readouterr().err.split())

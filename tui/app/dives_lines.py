@@ -119,6 +119,8 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
         lines += hanging(f"{dive.stray}.", "warn", cells)
     if dive.restarts:
         lines += hanging(dive.restarts, "warn", cells)
+    if dive.lacking:
+        lines += hanging(dive.lacking, "warn", cells)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
         lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)

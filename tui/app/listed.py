@@ -26,7 +26,8 @@ class Span:
 class ListedDive:
     """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
 
-    `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts` and `damaged` are sentences, "" for none.
+    `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts`, `lacking` and `damaged` are sentences, "" for
+    none.
     `unread` where the recording is yet to be read: then only name, time and length are known.
     """
 
@@ -48,6 +49,7 @@ class ListedDive:
     restarts: str = ""
     damaged: str = ""
     unread: bool = False
+    lacking: str = ""
 
     @property
     def identifiable(self) -> bool:
@@ -129,6 +131,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         str(data.get("stray", "")),
         str(data.get("restarts", "")),
         str(data.get("damaged", "")),
+        lacking=str(data.get("lacking", "")),
     )
 
 

@@ -109,6 +109,8 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
         yield f"{glance.stray}."
     if glance.restarts:
         yield glance.restarts
+    if glance.lacking:
+        yield glance.lacking
     yield from row.learnt
     if row.conditions:
         yield f"conditions: {row.conditions}"
@@ -150,6 +152,7 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "error": glance.error,
         "stray": glance.stray,
         "restarts": glance.restarts,
+        "lacking": glance.lacking,
         "damaged": row.damaged,
         "notes": row.notes,
         "conditions": row.conditions,

@@ -24,19 +24,26 @@ def run(arguments: argparse.Namespace) -> int:
 
     from gcs_plugin.folder import load_folder
     from tui import show
-    from tui.merging import merge
+    from tui.merging import Merged, merge_all
     from tui.outputs import check_file
 
     check_file("--json", arguments.json)
     folder = load_folder(Path(arguments.dive))
-    done = []
+    done: list[str] = []
+    refused: list[str] = []
+    came: list[dict[str, str | None]] = []
     try:
-        for name in arguments.files:
-            done.append(merge(folder, Path(name)))
-            show.say(show.results(arguments.json), done[-1].words)
+        for one in merge_all(folder, [Path(name) for name in arguments.files]):
+            if isinstance(one, Merged):
+                done.append(one.file.name)
+                came.append({"file": str(one.file), "into": str(one.into), "told": one.words})
+                show.say(show.results(arguments.json), one.words)
+            else:
+                refused.append(one.file.name)
+                came.append({"file": str(one.file), "into": None, "told": one.words})
+                show.say(show.words(), f"seatrial: {' '.join(one.words.split())}")
+        if done and refused:
+            show.say(show.words(), f"merged: {', '.join(done)}; not merged: {', '.join(refused)}")
     finally:
-        show.write_json(
-            [{"file": str(one.file), "into": str(one.into), "told": one.words} for one in done],
-            arguments.json,
-        )
-    return exit_codes.DONE
+        show.write_json(came, arguments.json)
+    return exit_codes.BAD_INPUT if refused else exit_codes.DONE

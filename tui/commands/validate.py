@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from bridge.ring.made_since import AFTERWARDS
     from bridge.vehicle.config import load_vehicle
     from identify.glance.one_mode import in_one_mode
     from identify.ingest.open import read_dive
@@ -78,8 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
             pages.publish(files, arguments, page, dives, file)
         for label, dive in runs.items():
             # The errors are those of what is left.
-            for note in dive.notes if dive.frozen else ():
-                show.say(console, f"note: {label}: {note}")
+            for note in dive.notes:
+                if dive.frozen or AFTERWARDS in note:
+                    show.say(console, f"note: {label}: {note}")
         for label, judged in raised.items():
             for line in raising_lines(label, judged) if judged is not None else ():
                 show.say(console, line)

@@ -1,0 +1,78 @@
+"""A dive's whole recording made, or made anew: never of a dive that is still recorded, nor without what came since."""
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import LogError
+from bridge.ring.made_since import lacked
+from bridge.ring.whole import WHOLE
+from gcs_plugin.fetch.whole import Whole, made_whole, write_records
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.holder import held, hung
+from gcs_plugin.in_use import LOOK_EVERY_S, holder_of, is_written
+
+CLOSED_WITHIN_S: Final = 3.0
+"""After a dive is over: its files are put on the disk first."""
+
+
+def refuse_recorded(
+    folder: DiveFolder, now_unix_s: float, again: str, wait: Callable[[float], None] = time.sleep
+) -> None:
+    """Raise LogError, whose sentence ends with `again`, where a recorder still writes this dive: what it would write
+    after the whole recording was made, nobody would read."""
+    holding = held(now_unix_s) or hung(now_unix_s)
+    if holding is not None and Path(holding.folder).resolve() == folder.path.resolve():
+        raise LogError(
+            f"{folder.path}: is still recorded, by process {holding.pid}; let that go on in the next dive "
+            f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
+        )
+    looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
+    while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:
+        looks -= 1
+        wait(LOOK_EVERY_S)
+    if written is None:
+        return
+    process = holder_of(written)
+    by = f", by process {process}" if process else ""
+    raise LogError(
+        f"{folder.path}: is still recorded{by}, which the other verbs don't go by; end that recording where it runs "
+        f"(Ctrl-C there), and {again}"
+    )
+
+
+def remade(
+    folder: DiveFolder, source: tuple[int, int], make: Callable[[Sequence[Path]], Whole], again: str
+) -> Whole:
+    """What `make` makes of the dive's recordings and more, put in the dive's folder; `source` as `made_whole` takes it.
+
+    Raises LogError as `make` does, and where a recording grew meanwhile: its whole one is as it was.
+    """
+    before = _sizes(folder)
+    renew(folder, source)
+    made = make(folder.telemetry())
+    if _sizes(folder) != before:
+        raise LogError(
+            f"{folder.path}: its recording grew meanwhile, so that somebody still records it; end that recording, and "
+            f"{again}"
+        )
+    write_records(folder.path / WHOLE, made.records)
+    return made
+
+
+def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
+    """Put into the whole recording what it lacks of the dive's others; None where there is none, or it lacks nothing.
+
+    Raises LogError as `made_whole` does.
+    """
+    whole = folder.path / WHOLE
+    if not lacked([*folder.heard(), *folder.telemetry()]):
+        return None
+    made = made_whole(folder.heard(), [whole], source)
+    write_records(whole, made.records)
+    return made
+
+
+def _sizes(folder: DiveFolder) -> dict[Path, int]:
+    return {path: path.stat().st_size for path in folder.heard() if path.is_file()}

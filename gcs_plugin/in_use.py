@@ -1,0 +1,119 @@
+"""Which recordings are still written, and who is at work on a dive: locks of the system, which end with their holder.
+
+They bind nobody who does not ask. A disk that knows no locks tells that nobody is there.
+"""
+
+import contextlib
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Final
+
+from bridge.errors import LogError
+from bridge.tlog import TlogWriter
+
+if sys.platform != "win32":
+    import fcntl
+
+LOOK_EVERY_S: Final = 0.1
+PATIENCE_S: Final = 10.0
+"""For another merge of the same dive."""
+_NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0)
+
+
+class HeldTlog(TlogWriter):
+    """A recording that others can tell is still written, until it is closed."""
+
+    def __init__(self, path: Path) -> None:
+        self._lock, self._is_held = -1, False
+        super().__init__(path)
+        self._hold()
+
+    def sync(self) -> None:
+        super().sync()
+        self._hold()
+
+    def close(self) -> None:
+        super().close()
+        if self._lock >= 0:
+            os.close(self._lock)
+        self._lock, self._is_held = -1, False
+
+    def _hold(self) -> None:
+        """Now, or with the next `sync`: who looks at it just then has it for a moment."""
+        if self._is_held:
+            return
+        with contextlib.suppress(OSError):
+            if self._lock < 0:
+                self._lock = os.open(self.path, os.O_RDWR | _NO_WAIT)
+            self._is_held = _lock(self._lock, alone=True)
+
+
+def is_written(recording: Path) -> bool:
+    """Whether some recorder has this file open."""
+    try:
+        if not recording.is_file():
+            return False
+        file = os.open(recording, os.O_RDONLY | _NO_WAIT)
+    except OSError:
+        return False
+    try:
+        return not _lock(file, alone=False)
+    finally:
+        os.close(file)
+
+
+@contextlib.contextmanager
+def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.sleep) -> Iterator[None]:
+    """While nobody else puts recordings of this dive together. Raises LogError, whose sentence ends with `again`,
+    where somebody is still at it after PATIENCE_S."""
+    try:
+        opened = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise LogError(f"{folder}: can't be read ({error.strerror}); check its rights and {again}") from None
+    try:
+        looks = round(PATIENCE_S / LOOK_EVERY_S)
+        while not (had := _lock(opened, alone=True)) and looks > 0:
+            looks -= 1
+            wait(LOOK_EVERY_S)
+        if not had:
+            raise LogError(
+                f"{folder}: {_by(folder)} puts recordings of it together; wait for its end and {again}"
+            )
+        yield
+    finally:
+        os.close(opened)
+
+
+def _by(place: Path) -> str:
+    process = holder_of(place)
+    return f"another merge or fetch (process {process})" if process else "another merge or fetch"
+
+
+def holder_of(place: Path) -> int | None:
+    """The process that holds a lock on a file or folder; None where nobody tells, as off Linux."""
+    try:
+        state = place.stat()
+        table = Path("/proc/locks").read_text(encoding="ascii").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return None
+    named = f"{os.major(state.st_dev):02x}:{os.minor(state.st_dev):02x}:{state.st_ino}"
+    processes = (
+        line.split()[4] for line in table if line.split()[1:2] == ["FLOCK"] and named in line.split()
+    )
+    return next((int(one) for one in processes if one.isdecimal() and int(one) > 0), None)
+
+
+def _lock(file: int, *, alone: bool) -> bool:
+    """Whether it could be had."""
+    if sys.platform == "win32":
+        return True
+    try:
+        fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # this disk knows no locks
+        return True
+    return True

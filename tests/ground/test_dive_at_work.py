@@ -1,0 +1,261 @@
+"""A dive that is still recorded, or that somebody else puts together: refused by name, and nothing is hidden."""
+
+import fcntl
+import os
+import random
+import threading
+
+import pytest
+from diving_vehicle import Dive
+from test_merge_recordings import all_frames, heard_by, raws
+
+from bridge.errors import LogError
+from bridge.framing import Encoder
+from bridge.ftp.contents import FILE_TRANSFER
+from bridge.ring.made_since import lacked
+from bridge.ring.whole import WHOLE
+from gcs_plugin import in_use
+from gcs_plugin.fetch import remade
+from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.holder import Holding, write_holding
+from gcs_plugin.in_use import HeldTlog, alone_at, holder_of, is_written
+from gcs_plugin.station import ground_heartbeat
+from tui import cli, exit_codes, merging
+from tui.fetched import Fetcher
+from tui.merging import merge
+
+pytestmark = pytest.mark.usefixtures("switched_off")
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch, tmp_path):
+    """Nobody is waited for."""
+    monkeypatch.setattr(remade, "CLOSED_WITHIN_S", 0.0)
+    monkeypatch.setattr(in_use, "PATIENCE_S", 0.0)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture
+def frames(tmp_path):
+    return all_frames(tmp_path)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    made = tmp_path / "dives" / "2026-11-20T0912Z-lake"
+    made.mkdir(parents=True)
+    return DiveFolder(made)
+
+
+@pytest.fixture
+def other(tmp_path, frames):
+    """What another recorder heard of the dive."""
+    write_records(tmp_path / "other.tlog", heard_by(frames, lambda one: one, random.Random(1)))
+    return tmp_path / "other.tlog"
+
+
+def recorded(folder, frames):
+    """Its recorder has written so much, and has the file open."""
+    writer = folder.open_telemetry(1)
+    for stamp_us, raw in frames:
+        writer.write(stamp_us, raw)
+    return writer
+
+
+def of_a_recorder(folder):
+    """What the state file says where a recording of this process goes into that dive."""
+    return Holding(os.getpid(), "", ("serial:/dev/x:9600",), str(folder.path), "2026-11-20T09:12:03Z",
+                   0, 0, 0, 1.0, (), in_use.time.time())  # fmt: skip
+
+
+def test_a_file_is_told_as_written_until_its_recorder_closes_it(tmp_path) -> None:
+    path = tmp_path / "telemetry.tlog"
+    with HeldTlog(path) as writer:
+        assert is_written(path)
+        assert holder_of(path) in (os.getpid(), None)
+        path.unlink()
+        writer.restore()
+        assert is_written(path)
+    assert not is_written(path)
+
+
+def test_a_lock_that_somebody_has_for_a_moment_is_had_with_the_next_sync(tmp_path) -> None:
+    path = tmp_path / "telemetry.tlog"
+    with HeldTlog(path) as writer:
+        writer.close()
+        writer._file = os.open(path, os.O_RDWR)
+        with path.open("rb") as looking:
+            fcntl.flock(looking, fcntl.LOCK_SH)
+            writer.sync()
+        assert not is_written(path)
+        writer.sync()
+        assert is_written(path)
+
+
+def test_a_pipe_and_an_absent_file_are_written_by_nobody(tmp_path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    assert not is_written(tmp_path / "pipe")
+    assert not is_written(tmp_path / "absent")
+    assert holder_of(tmp_path / "absent") is None
+
+
+def test_a_merge_into_a_dive_that_a_second_recorder_writes_is_refused(folder, frames, other) -> None:
+    with recorded(folder, frames[: len(frames) // 2]) as writer:
+        with pytest.raises(LogError) as refused:
+            merge(folder, other)
+        assert "is still recorded" in str(refused.value)
+        assert str(refused.value).endswith(
+            ", which the other verbs don't go by; end that recording where it runs (Ctrl-C there), and merge again"
+        )
+        assert not (folder.path / WHOLE).exists()
+        for stamp_us, raw in frames[len(frames) // 2 :]:
+            writer.write(stamp_us, raw)
+    assert merge(folder, other).into == folder.path / WHOLE
+    assert frames[-1][1] in raws(folder.path / WHOLE)
+
+
+def test_a_merge_into_the_dive_of_the_recording_that_runs_is_refused(folder, frames, other) -> None:
+    write_records(folder.path / "telemetry.tlog", frames)
+    write_holding(of_a_recorder(folder))
+    with pytest.raises(LogError) as refused:
+        merge(folder, other)
+    assert str(refused.value) == (
+        f"{folder.path}: is still recorded, by process {os.getpid()}; let that go on in the next dive "
+        "(`seatrial record --next`) or end it (`seatrial record --end`), and merge again"
+    )
+    assert not (folder.path / WHOLE).exists()
+
+
+def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothing(tmp_path, folder) -> None:
+    dive = Dive(tmp_path / "fetched")
+    dive.dive(5.0)
+    before_s = dive.world.now_s
+    with recorded(folder, dive.heard), pytest.raises(LogError, match=r"is still recorded.*and fetch again"):
+        Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+    assert dive.world.now_s == before_s
+
+
+def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(
+    folder, frames, other, monkeypatch
+) -> None:
+    own = folder.path / "telemetry.tlog"
+    write_records(own, frames[:-10])
+    made_whole = merging.made_whole
+
+    def slowly(*how):
+        found = made_whole(*how)
+        with own.open("ab") as file:
+            file.write(other.read_bytes()[-500:])
+        return found
+
+    monkeypatch.setattr(merging, "made_whole", slowly)
+    with pytest.raises(LogError, match=r"its recording grew meanwhile.*end that recording, and merge again"):
+        merge(folder, other)
+    assert not (folder.path / WHOLE).exists()
+
+
+def test_another_merge_or_fetch_of_the_dive_is_refused_by_name(tmp_path, folder, frames, other) -> None:
+    write_records(folder.path / "telemetry.tlog", frames)
+    with alone_at(folder.path, ""), pytest.raises(LogError, match="another merge or fetch") as refused:
+        merge(folder, other)
+    assert str(refused.value).endswith("puts recordings of it together; wait for its end and merge again")
+    assert sorted(folder.path.iterdir()) == [folder.path / "telemetry.tlog"]
+    dive = Dive(tmp_path / "fetched")
+    dive.dive(5.0)
+    write_records(folder.path / "telemetry.tlog", dive.heard)
+    with alone_at(folder.path, ""), pytest.raises(LogError, match="wait for its end and fetch again"):
+        Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+    assert not (folder.path / WHOLE).exists()
+
+
+def test_two_merges_at_once_lose_nothing_of_either(tmp_path, folder, frames, monkeypatch) -> None:
+    monkeypatch.setattr(in_use, "PATIENCE_S", 60.0)
+    rng = random.Random(4)
+    write_records(folder.path / "telemetry.tlog", heard_by(frames, lambda one: one, rng, 0.4))
+    files = [tmp_path / f"{name}.tlog" for name in "abc"]
+    for file in files:
+        write_records(file, heard_by(frames, lambda one: one, rng, 0.4))
+    together = threading.Barrier(len(files))
+
+    def put(file):
+        together.wait()
+        merge(folder, file)
+
+    working = [threading.Thread(target=put, args=(file,)) for file in files]
+    for one in working:
+        one.start()
+    for one in working:
+        one.join()
+    alone = DiveFolder(tmp_path / "alone")
+    alone.path.mkdir()
+    write_records(alone.path / "telemetry.tlog", [])
+    (alone.path / "telemetry.tlog").write_bytes((folder.path / "telemetry.tlog").read_bytes())
+    for file in files:
+        merge(alone, file)
+    assert set(raws(folder.path / WHOLE)) == set(raws(alone.path / WHOLE))
+    assert not list(folder.path.glob("*.part"))
+
+
+def after(folder, frames, other, name):
+    """A dive made whole of its beginning, and then all of it, in a recording of that name."""
+    third = len(frames) // 3
+    write_records(folder.path / "telemetry.tlog", frames[: 2 * third])
+    merge(folder, other)
+    assert lacked(list(folder.path.iterdir())) == []
+    now = frames if name == "telemetry.tlog" else frames[2 * third :]
+    write_records(folder.path / name, now)
+
+
+@pytest.mark.parametrize("name", ["telemetry.tlog", "telemetry.2.tlog"])
+def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_put_in(
+    folder, frames, other, name, capsys
+) -> None:
+    after(folder, frames, other, name)
+    words = f"{name} went on, or came, after {WHOLE} was made, and what that lacks of it is not read"
+    for verb in (["dives", str(folder.path)], ["import", str(folder.path)]):
+        cli.main(verb)
+        assert words in " ".join(capsys.readouterr().out.split())
+    assert cli.main(["merge", str(folder.path), str(folder.path / name)]) == exit_codes.DONE
+    assert "is in it now" in " ".join(capsys.readouterr().out.split())
+    assert {raw for _, raw in frames} <= set(raws(folder.path / WHOLE))
+    for verb in (["dives", str(folder.path)], ["import", str(folder.path)]):
+        cli.main(verb)
+        assert "is not read" not in " ".join(capsys.readouterr().out.split())
+    assert cli.main(["merge", str(folder.path), str(folder.path / name)]) == exit_codes.BAD_INPUT
+    assert "is this dive's own recording" in capsys.readouterr().err
+
+
+def test_the_next_merge_puts_in_what_came_since_as_well(tmp_path, folder, frames, other) -> None:
+    after(folder, frames, other, "telemetry.tlog")
+    write_records(tmp_path / "third.tlog", heard_by(frames, lambda one: one, random.Random(9)))
+    merge(folder, tmp_path / "third.tlog")
+    assert {raw for _, raw in frames} <= set(raws(folder.path / WHOLE))
+    assert lacked(list(folder.path.iterdir())) == []
+
+
+def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder) -> None:
+    dive = Dive(tmp_path / "fetched")
+    dive.dive(20.0)
+    write_records(folder.path / "telemetry.tlog", dive.heard[: len(dive.heard) // 2])
+    fetcher = Fetcher(dive, dive.world, 60.0, lambda *_: None)
+    fetcher.whole(folder)
+    write_records(folder.path / "telemetry.tlog", dive.heard)
+    assert lacked(list(folder.path.iterdir())) == [folder.path / "telemetry.tlog"]
+    fetcher.whole(folder)
+    assert {raw for _, raw in dive.heard} <= set(raws(folder.path / WHOLE))
+
+
+def test_heartbeats_of_the_ground_and_files_that_went_by_are_not_lacked(folder, frames, other) -> None:
+    write_records(folder.path / "telemetry.tlog", frames)
+    merge(folder, other)
+    ground, vehicle = Encoder(255, 190), Encoder(1, 191)
+    later = [(frames[-1][0] + k, ground.encode(ground_heartbeat())) for k in range(5)]
+    later += [
+        (frames[-1][0] + k, vehicle.frame(FILE_TRANSFER, bytes([0, 255, 190, k + 1]))) for k in range(5)
+    ]
+    write_records(folder.path / "telemetry.tlog", [*frames, *later])
+    assert lacked(list(folder.path.iterdir())) == []
+    (folder.path / "telemetry.3.tlog").write_bytes(b"")
+    (folder.path / "telemetry.4.tlog").write_bytes(b"no recording" * 100)
+    assert lacked(list(folder.path.iterdir())) == []
