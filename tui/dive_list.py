@@ -227,7 +227,8 @@ def _loss(folder: Path) -> float:
     from identify.glance.loss import loss_of
 
     files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
-    return loss_of(files, str(folder)).share if files else math.nan
+    beside = [file for file in recordings(folder) if file not in files]
+    return loss_of(files, str(folder), beside).share if files else math.nan
 
 
 def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:

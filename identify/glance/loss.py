@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import LogError
 from identify.ingest.frames import Fields, Frames, load_frames, message_id
 from identify.ingest.messages import REBOOT_S, vehicle_system
 from identify.ingest.walk import Rows
@@ -24,6 +25,7 @@ RESTART_S: Final = 5.0
 MAGIC_2: Final = 0xFD
 HEADER_1, HEADER_2 = 6, 10
 CLOCK: Final = "SYSTEM_TIME"
+TRANSFER: Final = "FILE_TRANSFER_PROTOCOL"
 LEAST_SHARE: Final = 0.1
 """Of a vehicle's frames, for a component to count."""
 
@@ -40,13 +42,44 @@ class Loss:
         return self.lost / max(self.received + self.lost, 1)
 
 
-def loss_of(paths: Sequence[Path], source: str) -> Loss:
-    """Of the vehicle in one or more `.tlog`, by its components that say much. Raises LogError as `read_dive` does."""
-    frames = load_frames(paths)
+def loss_of(paths: Sequence[Path], source: str, beside: Sequence[Path] = ()) -> Loss:
+    """Of the vehicle in one or more `.tlog`, by its components that say much. Raises LogError as `read_dive` does.
+
+    `beside`: what the ground heard, where `paths` were made whole of it without what the vehicle said while its files
+    were fetched: that was heard, and had numbers too.
+    """
+    frames = _with_transfers(load_frames(paths), beside)
     own = np.flatnonzero(frames.system == vehicle_system(frames, source)[0])
     by_component = [own[frames.component[own] == c] for c in np.unique(frames.component[own])]
     parts = [_of_component(frames, rows) for rows in by_component if len(rows) >= LEAST_SHARE * len(own)]
     return Loss(sum(p.received for p in parts), sum(p.lost for p in parts))
+
+
+def _with_transfers(frames: Frames, beside: Sequence[Path]) -> Frames:
+    """Them, and what was said of files in other recordings, where each arrived."""
+    try:
+        other = load_frames(beside) if beside else None
+    except LogError:  # what can't be read was not heard
+        other = None
+    rows = () if other is None else other.rows(TRANSFER)
+    if other is None or not len(rows):
+        return frames
+    arrival_s = np.concatenate((frames.arrival_s, other.arrival_s[rows]))
+    order = np.argsort(arrival_s, kind="stable")
+
+    def both(one: NDArray[np.int64], more: NDArray[np.int64]) -> NDArray[np.int64]:
+        return np.concatenate((one, more[rows]))[order]
+
+    return Frames(
+        np.concatenate((frames.data, other.data)),
+        arrival_s[order],
+        both(frames.start, other.start + len(frames.data)),
+        both(frames.length, other.length),
+        both(frames.system, other.system),
+        both(frames.component, other.component),
+        both(frames.message, other.message),
+        frames.counts,
+    )
 
 
 def _of_component(frames: Frames, rows: Rows) -> Loss:

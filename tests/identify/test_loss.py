@@ -5,6 +5,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.errors import LogError
 from bridge.framing import Encoder
+from bridge.ftp.contents import FILE_TRANSFER
 from bridge.tlog import TlogWriter
 from identify.glance.loss import Loss, loss_of
 
@@ -52,6 +53,26 @@ def test_frames_of_two_links_count_once_and_late_ones_are_not_lost(tmp_path):
 def test_numbers_that_start_anew_after_a_silence_are_no_loss(tmp_path):
     again = [(300 + k, raw) for k, raw in attitudes(100, skip=77)]
     assert lost_in(tmp_path, [*attitudes(300), *again], late_us=60_000_000).lost == 0
+
+
+def test_what_was_said_while_files_were_fetched_was_heard_though_a_whole_recording_leaves_it_out(tmp_path):
+    encoder, numbered = Encoder(1, 1), []
+    for k in range(900):
+        if 300 <= k < 600 and k % 3:
+            numbered.append((k, encoder.frame(FILE_TRANSFER, bytes([0, 255, 190, k % 256]))))
+        else:
+            numbered.append(
+                (k, encoder.encode(mav.MAVLink_attitude_quaternion_message(100 * k, 1.0, 0, 0, 0, 0, 0, 0)))
+            )
+    heard = written(tmp_path / "telemetry.tlog", numbered)
+    rest = [(k, raw) for k, raw in numbered if raw[7] != FILE_TRANSFER]
+    whole = written(tmp_path / "telemetry.whole.tlog", rest)
+    assert loss_of(whole, "") == Loss(700, 200)
+    assert loss_of(whole, "", heard) == Loss(900, 0)
+    gone = [(k, raw) for k, raw in rest if k not in range(450, 470)]
+    assert loss_of(written(tmp_path / "gone.tlog", gone), "", heard) == Loss(893, 7)
+    (tmp_path / "empty.tlog").touch()
+    assert loss_of(whole, "", [tmp_path / "empty.tlog"]) == Loss(700, 200)
 
 
 def clocked(count, first=0):
