@@ -37,7 +37,10 @@ RAISED_ARMED: Final = "FF_MODE refused: armed, shadow not good yet"
 # heave or a flat one's in pitch is several times its own, and a dry mass in a vehicle file may be a guess.
 TOTAL_MASS_PARTS: Final = (0.3, 30.0)
 TOTAL_INERTIA_PARTS: Final = (0.1, 100.0)
-# A damping is too large where all thrusters together couldn't keep up this crawl, each on an arm of this length.
+# A damping, as a part of dry mass or inertia, is too small to be meant where the rigid body alone would coast for
+# hours: the feed-forward would fly half a model by it. One that is left out is 0.
+LEAST_DAMPING_PER_S: Final = 1e-4
+# It is too large where all thrusters together couldn't keep up this crawl, each on an arm of this length.
 CRAWL_M_S: Final = 0.05
 CRAWL_RAD_S: Final = 0.02
 ARM_M: Final = 1.0
@@ -112,7 +115,8 @@ def bounds(coefficient: Coefficient, shape: Configuration) -> tuple[float, float
         low, high = (part * shape.inertia_kgm2[coefficient.dof - 3] for part in TOTAL_INERTIA_PARTS)
     else:
         thrust_n = shape.thruster_limit_n * sum(abs(thruster.gain) for thruster in shape.thrusters)
-        low, high = 0.0, thrust_n / CRAWL_M_S if coefficient.dof < 3 else thrust_n * ARM_M / CRAWL_RAD_S
+        low = LEAST_DAMPING_PER_S * shape.rigid_body(coefficient.dof)[0]
+        high = thrust_n / CRAWL_M_S if coefficient.dof < 3 else thrust_n * ARM_M / CRAWL_RAD_S
     return to_float32(max(low, coefficient.low)), to_float32(min(high, coefficient.high))
 
 

@@ -90,8 +90,11 @@ def _value(name: str, word: str, where: str) -> float:
         )
     if not _NUMBER.fullmatch(word):
         raise ParamRejected(f"{where}: {name} has '{_shown(word)}' for a number; mend that line")
+    value = float(word)
+    if value == 0.0 and word.lower().partition("e")[0].strip("+-0."):
+        raise ParamRejected(f"{where}: {name} is {_shown(word)}, too small for any number; mend that line")
     try:
-        return float32.rounded(float(word))
+        return float32.given(value)
     except ValueError as error:
         raise ParamRejected(f"{where}: {name}: {error}; mend that line") from None
 

@@ -19,6 +19,15 @@ def rounded(value: float) -> float:
         raise ValueError(f"{value:g} does not fit a float32 (largest {LARGEST:.6g})") from None
 
 
+def given(value: float) -> float:
+    """What somebody gives, as the wire has it: 0, which says "not set", of 0 alone. Raises ValueError for what is no
+    finite float32."""
+    single = rounded(value)
+    if single == 0.0 and value != 0.0:
+        raise ValueError(f"{value:g} is too small for a float32, which would hold 0")
+    return single
+
+
 def bits(value: float) -> bytes:
     """The four bytes of a value that came over the wire; a NaN keeps none of its payload."""
     try:

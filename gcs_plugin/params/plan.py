@@ -7,8 +7,8 @@ from enum import Enum
 from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.parameters import ACTIVE, COMMIT, MODE, VERSION, set_crc
-from bridge.vehicle.coefficients import COEFFICIENTS, Coefficient
+from bridge.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, Coefficient
 from bridge.vehicle.effect_coefficients import OF_ANY_VEHICLE, EffectCoefficient
 from gcs_plugin.params import float32
 
@@ -163,12 +163,20 @@ def objection(name: str, value: float) -> str:
     if name == MODE and value not in MODES:
         return f"{value:g} is not one of 0 off, 1 shadow, 2 feed-forward only, 3 with the PID"
     coefficient = coefficient_of(name)
-    if coefficient is None or coefficient.low <= value <= coefficient.high:
+    if coefficient is None or value == 0.0:
+        return ""  # 0 is how the vehicle says "not set": a pre-image may hold it
+    low = _least(coefficient)
+    if low <= value <= coefficient.high:
         return ""
-    if value == 0.0:
-        return ""  # how the vehicle says "not set": a pre-image may hold it
     unit = "" if coefficient.unit == "1" else f" {coefficient.unit}"
-    return f"{value:g} is outside {coefficient.low:g} to {coefficient.high:g}{unit}"
+    return f"{value:g} is outside {low:g} to {coefficient.high:g}{unit}"
+
+
+def _least(coefficient: Coefficient | EffectCoefficient) -> float:
+    """What no vehicle is below, but for 0: a damping by the least mass that any has."""
+    if not isinstance(coefficient, Coefficient) or coefficient.kind != "damping":
+        return coefficient.low
+    return LEAST_DAMPING_PER_S * MASSES[coefficient.dof].low
 
 
 def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:
@@ -212,7 +220,7 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     now = present.get(name)
     try:
         # Adding zero makes of -0 the 0 that every vehicle stores.
-        value = float32.rounded(target) + 0.0
+        value = float32.given(target) + 0.0
     except ValueError as error:
         return Row(name, now, target, Verdict.REFUSED, str(error))
     if name in READ_ONLY:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from bridge.parameters import MODE
+from bridge.parameters import LEAST_DAMPING_PER_S, MODE
 from bridge.vehicle.coefficients import BY_NAME, DOFS, Coefficient
 from bridge.vehicle.feedforward import AXES, Mode
 from gcs_plugin.ff_switch import word
@@ -57,6 +57,7 @@ def implausible(
             _against_rigid_body(row, interval, rigid.get(row.name)),
             _against_kept(row, kept.get(row.name)),
             _against_accepted(row, interval, last),
+            _against_coasting(row, values),
             half_a_model(row.name, row.target, values),
             _against_raising(row),
         )
@@ -123,6 +124,17 @@ def _against_rigid_body(row: Row, interval: Interval | None, rigid: tuple[float,
     if (row.target if interval is None else interval.high95) >= mass - Z95 * std:
         return ""
     return f"{value_text(row.target)} is below the rigid body's own {mass:g}, which no water takes away"
+
+
+def _against_coasting(row: Row, values: Mapping[str, float]) -> str:
+    """Why a damping beside the mass that the vehicle then holds is too small to be meant, "" where it is not."""
+    coefficient = coefficient_of(row.name)
+    if not isinstance(coefficient, Coefficient) or coefficient.kind != "damping" or row.target == 0.0:
+        return ""
+    mass = _mass_of(row.name, coefficient)
+    if row.target >= LEAST_DAMPING_PER_S * values.get(mass, 0.0):
+        return ""
+    return f"{value_text(row.target)} is next to no damping beside {mass} {value_text(values[mass])}: half of a model"
 
 
 def _against_kept(row: Row, kept: tuple[float, float] | None) -> str:

@@ -37,7 +37,10 @@ def parameters_from_identification(
                 f"{coefficient.name} = {value:g} {coefficient.unit} is outside {coefficient.low:g} to "
                 f"{coefficient.high:g}; nothing of this identification is fit to send"
             )
-        found[coefficient.parameter_id(veh_cfg)] = float32.rounded(value)
+        try:
+            found[coefficient.parameter_id(veh_cfg)] = float32.given(value)
+        except ValueError as error:
+            raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
     if not found:
         raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
     return found

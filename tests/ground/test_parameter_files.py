@@ -3,6 +3,7 @@
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -164,6 +165,15 @@ def test_rounding_is_that_of_the_wire():
     assert float32.rounded(0.7) == struct.unpack("<f", struct.pack("<f", 0.7))[0]
     assert not float32.same(0.7, 0.7 + 1e-6)
     assert float32.same(1234.567, 1234.567 + 1e-6)
+    assert float32.rounded(1e-46) == 0.0
+
+
+@pytest.mark.parametrize("value", [1e-46, -1e-46, 5e-324])
+def test_what_would_be_zero_on_the_wire_is_given_by_nobody(value):
+    with pytest.raises(ValueError, match="is too small for a float32, which would hold 0"):
+        float32.given(value)
+    assert (float32.given(0.0), float32.given(-0.0)) == (0.0, 0.0)
+    assert float32.given(1e-45) == float(np.finfo(np.float32).smallest_subnormal)
 
 
 @pytest.mark.parametrize("hidden", ["\x0c", "\x0b", "\x85", "\u2028", "\x1e"])

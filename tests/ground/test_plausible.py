@@ -123,6 +123,18 @@ def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping)
     assert judged({"FF1_M_W": 90.0}, {"FF1_M_W": 0.0, "FF1_D_W": 0.0}) == {}, "nothing is fed forward there"
 
 
+def test_a_damping_by_which_the_vehicle_would_coast_for_hours_is_no_value_to_write():
+    judged = lambda targets: implausible(make_plan(targets, PRESENT), {}, {}, {})  # noqa: E731
+    assert judged({"FF1_D_U": 0.0089}) == {
+        "FF1_D_U": "0.0089 is next to no damping beside FF1_M_U 90: half of a model"
+    }
+    assert judged({"FF1_M_U": 80.0, "FF1_D_U": 0.0081}) == {}, "of the mass that comes with it"
+    assert judged({"FF1_D_R": 0.0007}) == {
+        "FF1_D_R": "0.0007 is next to no damping beside FF1_I_R 8: half of a model"
+    }
+    assert judged({"FF1_D_U": 0.0091, "FF1_D_R": 0.0009}) == {}
+
+
 WORDS = {0.0: "off", 1.0: "shadow", 2.0: "only", 3.0: "both"}
 RAISED = [(now, then) for now in (0.0, 1.0) for then in (2.0, 3.0)] + [(3.0, 2.0)]
 

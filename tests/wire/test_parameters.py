@@ -6,6 +6,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -98,6 +99,10 @@ def test_a_written_coefficient_is_answered_and_read_back_by_name_and_by_its_true
         ("FF0_M_U", 0.05, False, Refusal.OUT_OF_RANGE),
         ("FF0_M_U", 1.1e5, False, Refusal.OUT_OF_RANGE),
         ("FF0_D_U", -1e-6, False, Refusal.OUT_OF_RANGE),
+        ("FF0_D_U", 1e-40, False, Refusal.OUT_OF_RANGE),
+        ("FF0_D_R", 1.4e-45, False, Refusal.OUT_OF_RANGE),
+        ("FF0_I_R", 1e-40, False, Refusal.OUT_OF_RANGE),
+        ("FF_MODE", 1e-40, False, Refusal.OUT_OF_RANGE),
         ("FF1_M_U", 99999.0, False, Refusal.OUT_OF_RANGE),
         ("FF1_I_R", 99999.0, False, Refusal.OUT_OF_RANGE),
         ("FF1_D_U", 99999.0, False, Refusal.OUT_OF_RANGE),
@@ -149,25 +154,27 @@ def test_an_unknown_parameter_is_answered_by_does_not_exist(message: Any) -> Non
         ("FF0_M_W", 0.3 * 72.0, 30 * 72.0),
         ("FF0_I_P", 0.1 * 2.0, 100 * 2.0),
         ("FF0_I_R", 0.1 * 10.0, 100 * 10.0),
-        ("FF0_D_V", 0.0, 40.0 / 0.05),
-        ("FF0_D_Q", 0.0, 40.0 * 1.0 / 0.02),
+        ("FF0_D_V", 1e-4 * 72.0, 40.0 / 0.05),
+        ("FF0_D_Q", 1e-4 * 9.0, 40.0 * 1.0 / 0.02),
     ],
 )
 def test_a_coefficient_is_bounded_by_what_a_vehicle_of_this_mass_and_thrust_can_have(
     name: str, low: float, high: float
 ) -> None:
     target = server()
-    for fit in (to_float32(low), to_float32(high), 0.0):
+    least, most = np.float32(low), np.float32(high)
+    for fit in (float(least), float(most), 0.0, -0.0):
         assert target.write(name, fit, False) is None
-    for unfit in (low * 0.999 - 1e-3, high * 1.001):
-        assert target.write(name, unfit, False) is Refusal.OUT_OF_RANGE
+        assert math.copysign(1.0, target.value(name)) == 1.0
+    for unfit in (np.nextafter(least, np.float32(0.0)), np.nextafter(most, np.float32(np.inf))):
+        assert target.write(name, float(unfit), False) is Refusal.OUT_OF_RANGE
 
 
 def test_the_bounds_grow_with_the_number_of_thrusters_and_stay_within_those_of_the_coefficient() -> None:
     thruster = Thruster((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     ship = Configuration(dry_mass_kg=9e4, inertia_kgm2=(1e3, 1e3, 1e3), thrusters=(thruster,) * 3)
     rows = {row.name: (row.low, row.high) for row in vehicle_table(Vehicle("ship", {"ship": ship}))}
-    assert rows["FF0_D_U"] == (0.0, 3 * 800.0)
+    assert rows["FF0_D_U"] == (9.0, 3 * 800.0)
     assert rows["FF0_M_U"] == (27_000.0, 1e5)
     assert rows["FF0_I_P"] == (100.0, 1e5)
 
