@@ -1,5 +1,10 @@
-"""Who holds the links: the running recording, told to everyone of this user by a small file, written once a second."""
+"""Who holds the links: the running recording, told to everyone of this user by a small file, written once a second.
 
+One that was begun beside it, on other links, tells of itself in a file of its own, for who asks for its links or its
+dive.
+"""
+
+import contextlib
 import json
 import math
 import os
@@ -72,16 +77,20 @@ def state_file() -> Path:
     return Path(home) / "seatrial" / "recording.json"
 
 
-def write_holding(holding: Holding) -> None:
-    """Tell it, whole or not at all. Raises LogError where that can't be written."""
+def write_holding(holding: Holding, *, second: bool = False) -> None:
+    """Tell it, whole or not at all; of a `second` recording in a file of its own. Raises LogError where that can't be
+    written."""
     data = asdict(holding)
     if not math.isfinite(holding.disk_left_s):
         data["disk_left_s"] = None
-    file = state_file()
+    own = _file_of_second(holding.pid)
+    file = own if second else state_file()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with whole(file) as made:
             made.write(json.dumps(data, allow_nan=False).encode())
+        if not second:
+            own.unlink(missing_ok=True)
     except OSError as error:
         raise LogError(
             f"{file}: can't be written ({error.strerror}), so that nobody learns of the recording; check the disk"
@@ -92,6 +101,18 @@ def held(now_unix_s: float) -> Holding | None:
     """The recording that runs; None where its process has gone, or has told nothing for 10 s."""
     holding = _told_within(now_unix_s, FRESH_S)
     return holding if holding is not None and _lives(holding.pid) else None
+
+
+def all_held(now_unix_s: float) -> list[Holding]:
+    """Every recording that runs: first the one that `held` tells of, by whose hub others go that name no link."""
+    first = held(now_unix_s)
+    found = [first] if first is not None else []
+    with contextlib.suppress(OSError):
+        for file in sorted(state_file().parent.glob(_file_of_second("*").name)):
+            holding = _told_within(now_unix_s, FRESH_S, file)
+            if holding is not None and _lives(holding.pid):
+                found.append(holding)
+    return found
 
 
 def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
@@ -113,21 +134,30 @@ def how_to_end(process: int) -> str:
 
 
 def release() -> None:
-    """Take back what this process told."""
+    """Take back what this process told, and what such recordings told that were killed."""
+    for file in state_file().parent.glob(_file_of_second("*").name):
+        told = _told(file)
+        if told is None or told.pid == os.getpid() or not _lives(told.pid):
+            with contextlib.suppress(OSError):
+                file.unlink()
     holding = _told()
     if holding is not None and holding.pid == os.getpid():
         state_file().unlink(missing_ok=True)
 
 
-def _told_within(now_unix_s: float, age_s: float) -> Holding | None:
+def _file_of_second(pid: int | str) -> Path:
+    return state_file().with_name(f"recording.{pid}.beside")
+
+
+def _told_within(now_unix_s: float, age_s: float, file: Path | None = None) -> Holding | None:
     """What was told no longer ago, by either clock."""
-    holding = _told()
+    holding = _told(file)
     return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) <= age_s else None
 
 
-def _told() -> Holding | None:
+def _told(file: Path | None = None) -> Holding | None:
     """What the file says, of whatever age; None where it is absent, or says something else."""
-    file = state_file()
+    file = file or state_file()
     try:
         data = from_json(read_small(file))
     except (OSError, ValueError):

@@ -8,7 +8,7 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting, unheard
-from gcs_plugin.holder import FRESH_S, Holding, hangs, held, how_to_end, hung
+from gcs_plugin.holder import FRESH_S, Holding, all_held, hangs, held, how_to_end, hung
 from gcs_plugin.link_names import among
 from tui.exit_codes import UsageError
 
@@ -75,10 +75,10 @@ class ByWay:
 
     def _its_end(self) -> LinkLost:
         """Why the connection ended: one that was killed is there for a moment yet, so that it must tell anew."""
-        before = holding_now()
+        before = _serving(self._hub.name)
         for _ in range(LOOKS):
-            now = holding_now()
-            if before is None or now is None or (now.pid, now.hub) != (before.pid, self._hub.name):
+            now = _serving(self._hub.name)
+            if before is None or now is None or now.pid != before.pid:
                 break
             if now.written_unix_s != before.written_unix_s:
                 return LinkLost(
@@ -101,6 +101,29 @@ def holding_now() -> Holding | None:
     from bridge.clock import SystemClock
 
     return held(SystemClock().unix_s())
+
+
+def recordings_now() -> list[Holding]:
+    """All recordings that run, first the one by which others go."""
+    from bridge.clock import SystemClock
+
+    return all_held(SystemClock().unix_s())
+
+
+def holder_of(spec: str) -> Holding | None:
+    """The recording that runs and holds this link."""
+    return next((one for one in recordings_now() if holds(one, spec)), None)
+
+
+def _is_first(holding: Holding) -> bool:
+    """Whether it is the one by which others go that name no link."""
+    first = holding_now()
+    return first is not None and first.pid == holding.pid
+
+
+def _serving(hub: str) -> Holding | None:
+    """The recording that runs and serves there."""
+    return next((one for one in recordings_now() if one.hub == hub), None)
 
 
 def usable_now() -> Holding | None:
@@ -134,12 +157,12 @@ def link_for(spec: str | None, open_one: Callable[[str], Link] | None = None) ->
     from tui import show
     from tui.sockets import of_link
 
-    holding = usable_now() if spec is None else holding_now()
+    holding = usable_now() if spec is None else holder_of(spec)
     if holding is None and spec is None:
         raise UsageError(
             "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
         )
-    if holding is None or (spec is not None and not holds(holding, spec)):
+    if holding is None:
         return _opened(str(spec), open_one or open_link)
     if not holding.hub:
         what = f"{spec}: " if spec else ""
@@ -176,18 +199,25 @@ def coming_back(
     """
     from bridge.link.open import open_link
 
-    holding = holding_now()
-    by_way = spec is None or (holding is not None and holds(holding, spec))
-    later = Aside(_of_recording if by_way else lambda: (open_one or open_link)(str(spec)), link.name)
+    holding = None if spec is None else holder_of(spec)
+    second = spec if holding is not None and not _is_first(holding) else None
+
+    def again() -> Link:
+        if second is not None:  # the first may be of another vehicle
+            return _of_recording(holder_of(second))
+        if spec is not None and holding is None:
+            return (open_one or open_link)(spec)
+        return _of_recording(usable_now())
+
+    later = Aside(again, link.name)
     first = [link]
     return Reconnecting(lambda: first.pop() if first else later(), clock, link.name, lost)
 
 
-def _of_recording() -> Link:
-    """The link that the recording that runs serves. Raises LinkError where none does, or it hangs."""
+def _of_recording(holding: Holding | None) -> Link:
+    """The link that a recording serves. Raises LinkError where there is none, or it serves nobody."""
     from bridge.link.open import open_link
 
-    holding = usable_now()
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to; start `seatrial record`")
     return ByWay(open_link(holding.hub), holding.links)
@@ -195,14 +225,15 @@ def _of_recording() -> Link:
 
 def refuse_second(specs: Iterable[str]) -> None:
     """Raise LinkError where a recording that runs, or that hangs, holds one of these links."""
-    holding, stuck = holding_now(), _hung_now()
+    stuck = _hung_now()
     for spec in specs:
         if stuck is not None and holds(stuck, spec):
             raise LinkError(f"{spec}: {hangs(stuck)}")
-        if holding is not None and holds(holding, spec):
+        if (holding := holder_of(spec)) is not None:
+            by_name = "" if _is_first(holding) else f" with --link {spec}"
             raise LinkError(
                 f"{spec}: {words_of(holding)} holds it; end that one first, or leave it to it: "
-                "params, doctor, ff and note go by way of it"
+                f"params, doctor, ff and note go by way of it{by_name}"
             )
 
 

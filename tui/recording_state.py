@@ -17,7 +17,7 @@ MOST_NOTICES = 5
 
 
 class RecordingState:
-    """Of the recording of `links` into `folder`; says nothing while there is another that others learn of.
+    """Of the recording of `links` into `folder`; while there is another, by whose links others go, in a second file.
 
     `hub` is where it serves its links, "" where it serves nobody; `opener` opened them, with the key in `sign_key`.
     """
@@ -44,7 +44,11 @@ class RecordingState:
         """How others come to the links of this recording, in a sentence."""
         other = self._other()
         if other is not None:
-            own = f"; the links of this one are at {self._hub}" if self._hub else ""
+            own = (
+                f"; the links of this one are at {self._hub}, or by their names with --link"
+                if self._hub
+                else ""
+            )
             return f"params, doctor, ff and note go by way of {words_of(other)}{own}"
         if not self._hub:
             return "its links serve nobody else"
@@ -61,8 +65,6 @@ class RecordingState:
 
     def tell(self, recorder: Recorder) -> None:
         """Write it now; where that fails, say so once."""
-        if self._other() is not None:
-            return
         folder, began_utc = self._dive
         holding = Holding(
             os.getpid(),
@@ -84,7 +86,7 @@ class RecordingState:
             round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
         )
         try:
-            write_holding(holding)
+            write_holding(holding, second=self._other() is not None)
             self._fault = ""
         except LogError as error:
             if not self._fault:

@@ -37,5 +37,6 @@ def no_listener(name: str, host: str, port: int, error: OSError) -> LinkError:
     if error.errno == errno.EACCES and port < FIRST_FREE_PORT:
         return LinkError(f"{name}: port {port} is kept for the system; give one from {FIRST_FREE_PORT} on")
     return LinkError(
-        f"{name}: can't listen there ({error.strerror}); stop the program that does, or give another port"
+        f"{name}: can't listen there ({error.strerror}); another program does: where that is a recording, give as "
+        "--link the hub that it names at its start; else stop it, or give another port"
     )

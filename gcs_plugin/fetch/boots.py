@@ -47,6 +47,11 @@ def boots_heard(frames: Iterable[Frame]) -> list[Boot]:
     return list(found.values())
 
 
+NOTHING_OF_IT: Final = (
+    "the vehicle's own recording holds nothing of this dive any more; the ground's is all there is"
+)
+
+
 def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
     """The segments from the first to the last that was heard of a dive, those of boots in between too.
 
@@ -55,9 +60,7 @@ def of_dive(listing: Listing, boots: list[Boot]) -> Listing:
     heard = {boot.identity: boot for boot in boots}
     numbers = [segment.boot for segment, _ in listing if segment.identity in heard]
     if not numbers:
-        raise LogError(
-            "the vehicle's own recording holds nothing of this dive any more; the ground's is all there is"
-        )
+        raise LogError(NOTHING_OF_IT)
     first, last = min(numbers), max(numbers)
     chosen = []
     afters = _followers(listing)

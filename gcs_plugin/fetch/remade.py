@@ -10,7 +10,7 @@ from bridge.ring.made_since import lacked
 from bridge.ring.whole import WHOLE
 from gcs_plugin.fetch.whole import Whole, made_whole, write_records
 from gcs_plugin.folder import DiveFolder
-from gcs_plugin.holder import held, hung
+from gcs_plugin.holder import Holding, all_held, held, hung
 from gcs_plugin.in_use import LOOK_EVERY_S, holder_of, is_written
 
 CLOSED_WITHIN_S: Final = 3.0
@@ -23,23 +23,20 @@ def refuse_recorded(
     """Raise LogError, whose sentence ends with `again`, where a recorder still writes this dive: what it would write
     after the whole recording was made, nobody would read."""
     holding = held(now_unix_s) or hung(now_unix_s)
-    if holding is not None and Path(holding.folder).resolve() == folder.path.resolve():
+    if holding is not None and _is_of(holding, folder):
         raise LogError(
             f"{folder.path}: is still recorded, by process {holding.pid}; let that go on in the next dive "
             f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
         )
+    if (second := next((one for one in all_held(now_unix_s) if _is_of(one, folder)), None)) is not None:
+        raise _by_second(folder, second.pid, again)
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
     while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:
         looks -= 1
         wait(LOOK_EVERY_S)
     if written is None:
         return
-    process = holder_of(written)
-    by = f", by process {process}" if process else ""
-    raise LogError(
-        f"{folder.path}: is still recorded{by}, which the other verbs don't go by; end that recording where it runs "
-        f"(Ctrl-C there), and {again}"
-    )
+    raise _by_second(folder, holder_of(written), again)
 
 
 def remade(
@@ -72,6 +69,18 @@ def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
     made = made_whole(folder.heard(), [whole], source)
     write_records(whole, made.records)
     return made
+
+
+def _is_of(holding: Holding, folder: DiveFolder) -> bool:
+    return Path(holding.folder).resolve() == folder.path.resolve()
+
+
+def _by_second(folder: DiveFolder, process: int | None, again: str) -> LogError:
+    by = f" by process {process}," if process else ""
+    return LogError(
+        f"{folder.path}: is still recorded,{by} beside what `seatrial record --end` ends; end that recording where it "
+        f"runs (Ctrl-C there), and {again}"
+    )
 
 
 def _sizes(folder: DiveFolder) -> dict[Path, int]:

@@ -4,6 +4,7 @@ import fcntl
 import os
 import random
 import threading
+from dataclasses import replace
 
 import pytest
 from diving_vehicle import Dive
@@ -18,7 +19,7 @@ from gcs_plugin import in_use
 from gcs_plugin.fetch import remade
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import DiveFolder
-from gcs_plugin.holder import Holding, write_holding
+from gcs_plugin.holder import Holding, release, write_holding
 from gcs_plugin.in_use import HeldTlog, alone_at, holder_of, is_written
 from gcs_plugin.station import ground_heartbeat
 from tui import cli, exit_codes, merging
@@ -105,9 +106,8 @@ def test_a_merge_into_a_dive_that_a_second_recorder_writes_is_refused(folder, fr
         with pytest.raises(LogError) as refused:
             merge(folder, other)
         assert "is still recorded" in str(refused.value)
-        assert str(refused.value).endswith(
-            ", which the other verbs don't go by; end that recording where it runs (Ctrl-C there), and merge again"
-        )
+        what_to_do = "end that recording where it runs (Ctrl-C there), and merge again"
+        assert str(refused.value).endswith(f" beside what `seatrial record --end` ends; {what_to_do}")
         assert not (folder.path / WHOLE).exists()
         for stamp_us, raw in frames[len(frames) // 2 :]:
             writer.write(stamp_us, raw)
@@ -125,6 +125,19 @@ def test_a_merge_into_the_dive_of_the_recording_that_runs_is_refused(folder, fra
         "(`seatrial record --next`) or end it (`seatrial record --end`), and merge again"
     )
     assert not (folder.path / WHOLE).exists()
+
+
+def test_a_second_recording_is_known_by_its_own_word_where_its_disk_knows_no_locks(
+    folder, frames, other
+) -> None:
+    write_records(folder.path / "telemetry.tlog", frames)
+    write_holding(replace(of_a_recorder(folder), folder="/dives/elsewhere", pid=os.getppid()))
+    write_holding(of_a_recorder(folder), second=True)
+    with pytest.raises(LogError) as refused:
+        merge(folder, other)
+    assert f"is still recorded, by process {os.getpid()}, beside what" in str(refused.value)
+    release()
+    assert merge(folder, other).into == folder.path / WHOLE
 
 
 def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothing(tmp_path, folder) -> None:

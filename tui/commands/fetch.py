@@ -57,7 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
+    from bridge.errors import LinkError, LogError
     from bridge.vehicle.config import load_vehicle
+    from gcs_plugin.fetch.boots import NOTHING_OF_IT
     from gcs_plugin.folder import About, about_vehicle
     from gcs_plugin.params.client import ParameterClient
     from tui import show
@@ -88,6 +90,14 @@ def run(arguments: argparse.Namespace) -> int:
                 vehicle = ParameterClient(link, clock).find_vehicle(FIND_S, arguments.system)
                 name = arguments.name or about.configuration
                 done = fetcher.new(Path(arguments.out), vehicle, arguments.minutes, name, about)
+    except (LinkError, LogError) as error:
+        if (
+            folder is None
+            or arguments.link
+            or not (isinstance(error, LinkError) or str(error) == NOTHING_OF_IT)
+        ):
+            raise
+        raise type(error)(f"{error}{asked_by_way(folder)}") from None
     finally:
         link.close()
     show.say(show.results(arguments.json), done.words)
@@ -101,6 +111,19 @@ def run(arguments: argparse.Namespace) -> int:
     return exit_codes.DONE
 
 
+def asked_by_way(folder: "DiveFolder") -> str:
+    """Whom a fetch without a link asked, where its recording is not of this dive; "" where none runs any more."""
+    from tui.links import holding_now, words_of
+
+    holding = holding_now()
+    if holding is None:
+        return ""
+    return (
+        f" (asked by way of {words_of(holding)}, on {', '.join(holding.links)}: where that is another vehicle than "
+        f"that of {folder.path}, name its own link with --link)"
+    )
+
+
 def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
     """The dive that is meant. One that is being recorded is over then: the recording goes on in a new folder.
 
@@ -112,12 +135,15 @@ def dive_of(arguments: argparse.Namespace, clock: "Clock") -> "DiveFolder":
     from gcs_plugin.folder import list_folders, load_folder
     from tui import show
     from tui.exit_codes import UsageError
-    from tui.links import holding_now, usable_now
+    from tui.links import holder_of, holding_now, usable_now
 
     holding = holding_now() if arguments.dive else usable_now()
     recorded = Path(holding.folder) if holding is not None else None
+    asked = holder_of(arguments.link) if arguments.link else None
     if arguments.dive:
         path = Path(arguments.dive)
+    elif asked is not None:
+        path = Path(asked.folder)
     elif recorded is not None:
         path = recorded
     else:

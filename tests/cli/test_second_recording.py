@@ -1,0 +1,185 @@
+"""A recording beside another, of another vehicle: found by its links and its dive, and never told to be stopped."""
+
+import os
+import socket
+
+import pytest
+from diving_vehicle import Dive
+
+from bridge.clock import SystemClock
+from bridge.errors import LinkError, LinkLost
+from bridge.link.open import open_link
+from gcs_plugin.fetch.whole import write_records
+from gcs_plugin.folder import new_folder
+from gcs_plugin.holder import Holding, all_held, held, release, state_file, write_holding
+from tui import cli, exit_codes, links
+from tui.links import ByWay, coming_back, link_for, refuse_second
+
+pytestmark = pytest.mark.usefixtures("switched_off")
+
+FIRST, SECOND = "udpin:127.0.0.1:14550", "udpin:127.0.0.1:14621"
+HUB, OTHER_HUB = "tcp:127.0.0.1:4711", "tcp:127.0.0.1:4712"
+
+
+def told(**changed):
+    what = {
+        "pid": os.getppid(), "hub": HUB, "links": (FIRST,), "folder": "/dives/first",
+        "began_utc": "2026-11-20T09:12:03Z", "frames": 0, "bytes": 0, "lost": 0, "disk_left_s": 1.0, "notices": (),
+        "written_unix_s": SystemClock().unix_s(),
+    }  # fmt: skip
+    return Holding(**what | changed)
+
+
+@pytest.fixture
+def two():
+    """Two recordings that run, so far as they tell."""
+    second = told(pid=os.getpid(), hub=OTHER_HUB, links=(SECOND,), folder="/dives/second")
+    write_holding(told())
+    write_holding(second, second=True)
+    yield second
+    release()
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """The names of the links that were opened."""
+    names = []
+
+    def one(name):
+        names.append(name)
+        return Dead(name)
+
+    monkeypatch.setattr("bridge.link.open.open_link", one)
+    return names
+
+
+class Dead:
+    """A link that is lost at once."""
+
+    def __init__(self, name):
+        self.name = name
+
+    def read(self, _timeout_s):
+        raise LinkLost("gone")
+
+    write = read
+
+    def close(self):
+        pass
+
+
+def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
+    now_s = SystemClock().unix_s()
+    assert [one.folder for one in all_held(now_s)] == ["/dives/first", "/dives/second"]
+    assert held(now_s).folder == "/dives/first"
+    write_holding(two)
+    assert [one.folder for one in all_held(now_s)] == ["/dives/second"]
+    assert [path.name for path in state_file().parent.glob("recording.*")] == ["recording.json"]
+
+
+@pytest.mark.usefixtures("two")
+def test_what_a_killed_one_told_is_taken_away_by_the_next():
+    write_holding(told(pid=2**22 + 1, links=("udpin:127.0.0.1:9",)), second=True)
+    assert len(all_held(SystemClock().unix_s())) == 2
+    release()
+    assert list(state_file().parent.glob("recording.*.beside")) == []
+
+
+@pytest.mark.usefixtures("two")
+@pytest.mark.parametrize(("spec", "hub"), [(None, HUB), (FIRST, HUB), (SECOND, OTHER_HUB)])
+def test_each_link_is_reached_by_way_of_the_recording_that_holds_it(opened, spec, hub, capsys):
+    link = coming_back(link_for(spec), spec, SystemClock())
+    assert opened == [hub]
+    assert ("into /dives/second" in capsys.readouterr().err) == (hub == OTHER_HUB)
+    link.close()
+
+
+@pytest.mark.usefixtures("two")
+def test_a_link_by_way_of_the_second_never_comes_back_by_way_of_the_first(monkeypatch):
+    found = []
+    monkeypatch.setattr(links, "Aside", lambda again, _: found.append(again))
+    coming_back(Dead(SECOND), SECOND, SystemClock())
+    release()
+    with pytest.raises(LinkError, match="no recording runs that could be listened to"):
+        found[0]()
+
+
+def test_why_the_second_let_a_program_go_is_told_of_the_second(two):
+    def wait(_):
+        write_holding(told(**vars(two) | {"written_unix_s": two.written_unix_s + 1.0}), second=True)
+
+    link = ByWay(Dead(OTHER_HUB), [SECOND], wait)
+    with pytest.raises(LinkLost, match=f"the recording of {SECOND} goes on, but let this program go"):
+        link.read(0.0)
+
+
+@pytest.mark.usefixtures("two")
+def test_its_link_is_refused_to_a_third_recording_with_the_way_to_it():
+    with pytest.raises(LinkError, match=f"into /dives/second holds it.* by way of it with --link {SECOND}"):
+        refuse_second([SECOND])
+
+
+def test_a_port_that_an_unknown_program_has_is_told_without_an_order_to_end_a_recording():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        spec = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(LinkError) as refused:
+            open_link(spec)
+    assert str(refused.value) == (
+        f"{spec}: can't listen there (Address already in use); another program does: where that is a recording, give "
+        "as --link the hub that it names at its start; else stop it, or give another port"
+    )
+
+
+def test_a_fetch_that_went_by_way_of_another_vehicles_recording_says_whom_it_asked(
+    tmp_path, monkeypatch, capsys
+):
+    dive = Dive(tmp_path / "ring")
+    dive.dive(5.0)
+    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
+    write_records(made.path / "telemetry.tlog", dive.heard)
+    write_holding(told())
+    monkeypatch.setattr("tui.links.link_for", lambda *_: Dive(tmp_path / "other"))
+
+    def no_ring(*_):
+        raise LinkError("the vehicle keeps no recording of its own; start its bridge with --ring FOLDER")
+
+    monkeypatch.setattr("tui.fetched.fetch", no_ring)
+    assert cli.main(["fetch", str(made.path)]) == exit_codes.LINK
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.endswith(
+        "start its bridge with --ring FOLDER (asked by way of the recording of process "
+        f"{os.getppid()} into /dives/first, on {FIRST}: where that is another vehicle than that of {made.path}, name "
+        "its own link with --link)"
+    )
+    assert cli.main(["fetch", str(made.path), "--link", FIRST]) == exit_codes.LINK
+    assert "asked by way of" not in capsys.readouterr().err
+
+
+def test_a_dive_that_another_vehicles_ring_knows_nothing_of_says_whom_it_asked(tmp_path, monkeypatch, capsys):
+    dive = Dive(tmp_path / "ring")
+    dive.dive(5.0)
+    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
+    write_records(made.path / "telemetry.tlog", dive.heard)
+    write_holding(told())
+    other = Dive(tmp_path / "other")
+    for _ in range(3):
+        other.switch_on()
+    other.dive(5.0)
+    monkeypatch.setattr("tui.links.link_for", lambda *_: other)
+    assert cli.main(["fetch", str(made.path)]) == exit_codes.BAD_INPUT
+    said = " ".join(capsys.readouterr().err.split())
+    assert "holds nothing of this dive any more; the ground's is all there is (asked by way of" in said
+
+
+def test_a_fetch_by_the_link_of_the_second_means_its_dive_and_never_ends_that_of_the_first(
+    two, tmp_path, monkeypatch, capsys
+):
+    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "boat")
+    write_records(made.path / "telemetry.tlog", [])
+    write_holding(told(**vars(two) | {"folder": str(made.path)}), second=True)
+    monkeypatch.setattr("tui.links.link_for", lambda *_: Dead(SECOND))
+    assert cli.main(["fetch", "--link", SECOND]) == exit_codes.BAD_INPUT
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{made.path}: is still recorded, by process {os.getpid()}, beside what" in said
+    assert list(state_file().parent.glob("*.asked")) == []
