@@ -29,10 +29,11 @@ from tui.stray_bytes import stray_bytes
 
 if TYPE_CHECKING:
     from identify.dive import Dive
+    from identify.glance.loss import Loss
 
 Load = Callable[[str], VehicleFile]
 
-VERSION: Final = 7
+VERSION: Final = 8
 GOOD, FAIR = 0.1, 0.3
 """Relative standard errors up to which a coefficient would be known well, and at all."""
 
@@ -54,6 +55,8 @@ class Glance:
     `relative_std` by coefficient, inf for what could not be identified; empty where `why_not` says why nobody knows.
     `error` where the recording can't be read at all; `stray` tells of bytes in it that belong to no message,
     `restarts` of the vehicle's and of the run that is used, `lacking` of what the whole recording lacks of the others.
+    `unheard_s` is the longest silence within the recording, 0
+    for none, and `unheard` says when it was and what brings the frames.
     """
 
     began_unix_s: float | None = None
@@ -66,6 +69,8 @@ class Glance:
     stray: str = ""
     restarts: str = ""
     lacking: str = ""
+    unheard_s: float = 0.0
+    unheard: str = ""
 
 
 @dataclass(frozen=True)
@@ -210,25 +215,29 @@ def _looked(folder: Path, vehicle: VehicleFile | None) -> Glance:
     except SeatrialError as error:
         return Glance(began_unix_s=began(folder), error=str(error))
     told, why_not = _excitation(dive, vehicle)
+    loss = _loss(folder)
     return Glance(
         began_unix_s=date_of(dive)[0],
         duration_s=dive.duration_s,
-        loss=_loss(folder),
+        loss=math.nan if loss is None else loss.share,
         relative_std=told,
         spans=_spans(dive, vehicle),
         why_not=why_not,
         stray=stray_bytes(folder),
         restarts=next((note for note in dive.notes if note.startswith(RESTARTED)), ""),
         lacking=next((note for note in dive.notes if AFTERWARDS in note), ""),
+        unheard_s=0.0 if loss is None else loss.unheard_s,
+        unheard="" if loss is None else loss.note,
     )
 
 
-def _loss(folder: Path) -> float:
+def _loss(folder: Path) -> "Loss | None":
+    """None where no sequence numbers are recorded."""
     from identify.glance.loss import loss_of
 
     files = [file for file in _recordings(folder) if file.name.endswith((".tlog", ".tlog.gz"))]
     beside = [file for file in recordings(folder) if file not in files]
-    return loss_of(files, str(folder), beside).share if files else math.nan
+    return loss_of(files, str(folder), beside) if files else None
 
 
 def _excitation(dive: "Dive", vehicle: VehicleFile | None) -> tuple[dict[str, float] | None, str]:

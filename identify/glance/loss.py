@@ -1,8 +1,9 @@
 """How much of what a vehicle sent is not in its recording: by the sequence numbers of each of its components.
 
-A recording of two links holds frames twice, and late ones: numbers are unwrapped first, then counted once each. Who
-starts anew begins its numbers anew, which is no loss. Routers keep most of what a camera or a companion says to
-themselves, which looks like loss: who says little does not count.
+A recording of two links holds frames twice, and late ones: numbers are unwrapped first, then counted once each. Numbers
+come again after 256 frames: over a pause that may be longer, the sender's own clock and its rate say how often they
+went round. Who starts anew begins its numbers anew, which is no loss. Routers keep most of what a camera or a companion
+says to themselves, which looks like loss: who says little does not count.
 """
 
 from collections.abc import Sequence
@@ -14,16 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import LogError
+from bridge.silences import LEAST_S, ROUND, Spacing, pauses, unheard
 from identify.ingest.frames import Fields, Frames, load_frames, message_id
 from identify.ingest.messages import REBOOT_S, vehicle_system
+from identify.ingest.unheard import boot_times_s, keeps_ring, note, sequence, silences_of
 from identify.ingest.walk import Rows
 
-ROUND: Final = 256
-RESTART_S: Final = 5.0
-"""After so long a silence the numbers may have started anew; what was sent in it is not known."""
+LEAST_PAUSE_S: Final = 0.25
+"""In less no vehicle sends as many frames as there are numbers."""
+AROUND_S: Final = 10
+"""Seconds on either side of a pause by which the rate is told."""
 
-MAGIC_2: Final = 0xFD
-HEADER_1, HEADER_2 = 6, 10
 CLOCK: Final = "SYSTEM_TIME"
 TRANSFER: Final = "FILE_TRANSFER_PROTOCOL"
 LEAST_SHARE: Final = 0.1
@@ -32,10 +34,16 @@ LEAST_SHARE: Final = 0.1
 
 @dataclass(frozen=True)
 class Loss:
-    """Frames of one vehicle: how many different ones came, how many are missing between them."""
+    """Frames of one vehicle: how many different ones came, how many are missing between them.
+
+    `unheard_s` is the longest silence of the component that says most, 0 for none; `note` says it in a sentence, with
+    what brings the frames.
+    """
 
     received: int
     lost: int
+    unheard_s: float = 0.0
+    note: str = ""
 
     @property
     def share(self) -> float:
@@ -49,10 +57,17 @@ def loss_of(paths: Sequence[Path], source: str, beside: Sequence[Path] = ()) -> 
     were fetched: that was heard, and had numbers too.
     """
     frames = _with_transfers(load_frames(paths), beside)
-    own = np.flatnonzero(frames.system == vehicle_system(frames, source)[0])
+    system = vehicle_system(frames, source)[0]
+    own = np.flatnonzero(frames.system == system)
     by_component = [own[frames.component[own] == c] for c in np.unique(frames.component[own])]
     parts = [_of_component(frames, rows) for rows in by_component if len(rows) >= LEAST_SHARE * len(own)]
-    return Loss(sum(p.received for p in parts), sum(p.lost for p in parts))
+    found = silences_of(frames, system)
+    return Loss(
+        sum(received for received, _ in parts),
+        sum(lost for _, lost in parts),
+        max((silence.seconds for silence in found), default=0.0),
+        note(frames, found, keeps_ring(frames, system)),
+    )
 
 
 def _with_transfers(frames: Frames, beside: Sequence[Path]) -> Frames:
@@ -82,19 +97,71 @@ def _with_transfers(frames: Frames, beside: Sequence[Path]) -> Frames:
     )
 
 
-def _of_component(frames: Frames, rows: Rows) -> Loss:
-    number = _sequence(frames, rows)
+def _of_component(frames: Frames, rows: Rows) -> tuple[int, int]:
+    """How many different frames came, and how many did not."""
+    number = sequence(frames, rows)
     step = np.diff(number)
     # From one to the next by the shorter way: what comes late steps back.
     step = (step + ROUND // 2) % ROUND - ROUND // 2
-    anew = np.diff(frames.arrival_s[rows]) > RESTART_S
+    arrival_s = frames.arrival_s[rows]
+    anew = np.diff(arrival_s) > LEAST_S
+    step, known = _unwrapped(step, arrival_s, boot_times_s(frames, rows), number)
+    anew[known] = False
     anew[_restarts(frames, rows, step)] = True
     received = lost = 0
     for run in np.split(np.concatenate(([0], step)), np.flatnonzero(anew) + 1):
         different = len(np.unique(np.cumsum(run)))
         received += different
         lost += int(np.ptp(np.cumsum(run))) + 1 - different
-    return Loss(received, lost)
+    return received, lost
+
+
+def _unwrapped(
+    step: NDArray[np.int64], arrival_s: NDArray[np.float64], boot_s: NDArray[np.float64], number: Rows
+) -> tuple[NDArray[np.int64], list[int]]:
+    """The steps with what was sent in pauses in which the numbers may have gone round, and after which rows these are.
+
+    By how long each was by the sender's clock, and by how many it sent a second before and after.
+    """
+    found = pauses(arrival_s, boot_s, number, LEAST_PAUSE_S)
+    steps_s = np.maximum(np.diff(arrival_s), 0.0)
+    quick = steps_s <= LEAST_S
+    short_s = steps_s[quick]
+    long = [pause for pause in found if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
+    silent = unheard(long, Spacing(float(short_s.sum()), float(np.square(short_s).sum())))
+    known = [pause for pause in found if pause in silent or (pause.told and pause not in long)]
+    at_s, sent = np.maximum.accumulate(arrival_s), np.concatenate(([0], np.cumsum(step)))
+    rows = [pause.row for pause in long]
+    out = step.copy()
+    for pause in known:
+        if not pause.anew:
+            rate_hz = _rate_hz(at_s, sent, rows, pause.row)
+            out[pause.row] = _nearest(int(step[pause.row]), 1.0 + rate_hz * pause.seconds)
+    return out, [pause.row for pause in silent if not pause.anew]
+
+
+def _rate_hz(at_s: NDArray[np.float64], sent: NDArray[np.int64], long: Sequence[int], row: int) -> float:
+    """How many a sender sends in a second, in the middle of those before and after the pause that begins in `row`.
+
+    A link that brings at once what it kept makes some seconds full. `sent` is counted up to each frame.
+    """
+    first = max((other + 1 for other in long if other < row), default=0)
+    last = min((other for other in long if other > row), default=len(at_s) - 1)
+    counts = []
+    for begin, end, seconds in (
+        (first, row, -np.arange(AROUND_S + 1.0)),
+        (row + 1, last, np.arange(AROUND_S + 1.0)),
+    ):
+        own_s, anchor_s = at_s[begin : end + 1], at_s[row] if seconds[-1] < 0 else at_s[row + 1]
+        edges_s = anchor_s + seconds
+        edges_s = np.sort(edges_s[(edges_s >= own_s[0]) & (edges_s <= own_s[-1])])
+        counts += np.diff(sent[begin + np.searchsorted(own_s, edges_s)]).tolist()
+    return float(np.median(counts)) if counts else 0.0
+
+
+def _nearest(step: int, expected: float) -> int:
+    """The step that is as good, by its number, and the nearest to what is expected."""
+    return step + ROUND * round((expected - step) / ROUND)
 
 
 def _restarts(frames: Frames, rows: Rows, step: NDArray[np.int64]) -> list[int]:
@@ -103,12 +170,3 @@ def _restarts(frames: Frames, rows: Rows, step: NDArray[np.int64]) -> list[int]:
     boot_ms = Fields(frames, CLOCK, rows[at])["time_boot_ms"].astype(np.int64)
     back = np.flatnonzero(np.diff(boot_ms) < -1000 * REBOOT_S)
     return [int(at[k] + np.argmax(np.abs(step[at[k] : at[k + 1]] - 1))) for k in back]
-
-
-def _sequence(frames: Frames, rows: Rows) -> NDArray[np.int64]:
-    """(n,) sequence numbers, from the header before each payload."""
-    data, start = frames.data, frames.start[rows]
-    head = np.maximum(start - HEADER_2, 0)
-    second = (data[head] == MAGIC_2) & (data[head + 5] == frames.system[rows])
-    second &= (data[head + 6] == frames.component[rows]) & (start >= HEADER_2)
-    return np.where(second, data[head + 4], data[start - HEADER_1 + 2]).astype(np.int64)

@@ -159,7 +159,7 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
     Only the `MOST_RUNS` longest. Raises LogError where there is no vehicle, or more than one.
     """
     system, system_notes = vehicle_system(frames, source)
-    timed = {component: _timed_rows(frames, system, component) for component in _components(frames, system)}
+    timed = {component: timed_rows(frames, system, component) for component in _components(frames, system)}
     stating = sum(len(rows) for rows, _ in timed.values())
     timed = {component: _tame(frames, *rows_times) for component, rows_times in timed.items()}
     timed = {component: rows_times for component, rows_times in timed.items() if len(rows_times[0])}
@@ -206,7 +206,8 @@ def _components(frames: Frames, system: int) -> list[int]:
     return [int(c) for c in np.unique(frames.component[frames.system == system])]
 
 
-def _timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array]:
+def timed_rows(frames: Frames, system: int, component: int) -> tuple[Rows, Array]:
+    """The rows of one component's messages that state boot time, in their order, and these times in s."""
     all_rows: list[Rows] = []
     all_times: list[Array] = []
     for name in TIMED:

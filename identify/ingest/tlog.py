@@ -13,6 +13,7 @@ from identify.ingest import rotation
 from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.messages import Batch, Messages, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
+from identify.ingest.unheard import unheard_notes
 
 CONTRACT_VERSION = 1
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
@@ -48,7 +49,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         **{field: signal for field, signal in signals.items() if signal is not None},
         "velocity_is_filtered": filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
-        "notes": messages.notes + restart_notes + _damage(frames),
+        "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": _counts(frames, messages.system),
     }
 

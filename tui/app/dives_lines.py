@@ -121,6 +121,8 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
         lines += hanging(dive.restarts, "warn", cells)
     if dive.lacking:
         lines += hanging(dive.lacking, "warn", cells)
+    if dive.unheard:
+        lines += hanging(dive.unheard, "warn", cells)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
         lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)

@@ -72,7 +72,7 @@ def table_of(rows: "list[DiveRow]") -> "Any":
     from tui import show
     from tui.dive_list import letters
 
-    columns = ("when", "length", "MB", "loss %", "mass", "damping", "dive")
+    columns = ("when", "length", "MB", "loss %", "unheard", "mass", "damping", "dive")
     return show.table(
         "",
         columns,
@@ -82,13 +82,14 @@ def table_of(rows: "list[DiveRow]") -> "Any":
                 clock_text(row.glance.duration_s),
                 f"{row.size_bytes / 1e6:.1f}",
                 f"{100 * row.glance.loss:.1f}" if math.isfinite(row.glance.loss) else "-",
+                f"{row.glance.unheard_s:.0f} s" if row.glance.unheard_s else "-",
                 letters(row.glance.relative_std, "mass"),
                 letters(row.glance.relative_std, "damping"),
                 row.name,
             )
             for row in rows
         ],
-        numbers=columns[1:4],
+        numbers=columns[1:5],
     )
 
 
@@ -111,6 +112,8 @@ def said_of(row: "DiveRow") -> "Iterator[str]":
         yield glance.restarts
     if glance.lacking:
         yield glance.lacking
+    if glance.unheard:
+        yield glance.unheard
     yield from row.learnt
     if row.conditions:
         yield f"conditions: {row.conditions}"
@@ -153,6 +156,8 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "stray": glance.stray,
         "restarts": glance.restarts,
         "lacking": glance.lacking,
+        "unheard_s": glance.unheard_s,
+        "unheard": glance.unheard,
         "damaged": row.damaged,
         "notes": row.notes,
         "conditions": row.conditions,

@@ -40,6 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from identify.glance.one_mode import in_one_mode
     from identify.ingest.open import read_dive
+    from identify.ingest.unheard import UNHEARD
     from identify.validate import METHOD, compare, tracking_errors
     from tui import pages, show
     from tui.columns import column_map_for
@@ -80,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
         for label, dive in runs.items():
             # The errors are those of what is left.
             for note in dive.notes:
-                if dive.frozen or AFTERWARDS in note:
+                if dive.frozen or AFTERWARDS in note or note.startswith(UNHEARD):
                     show.say(console, f"note: {label}: {note}")
         for label, judged in raised.items():
             for line in raising_lines(label, judged) if judged is not None else ():
