@@ -48,6 +48,7 @@ MISSIONS = (
 LEARNT = (
     "bridge/ring/made_since.py",
     "bridge/ring/whole.py",
+    "bridge/silences.py",
     "identify/*.py",
     "identify/estimators",
     "identify/ingest",
@@ -57,6 +58,7 @@ BASELINES = (
     "bench/baselines",
     "bridge/ring/made_since.py",
     "bridge/ring/whole.py",
+    "bridge/silences.py",
     "identify/*.py",
     "identify/estimators/paper*.py",
     "identify/estimators/said.py",

@@ -13,6 +13,7 @@ from bridge.messages.readings import Reading, encode
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.folder import About, DiveFolder, Event
+from identify.ingest.open import read_dive
 from tui import cli, dive_list, exit_codes
 from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name
 
@@ -114,7 +115,7 @@ def test_the_list_says_length_loss_excitation_notes_and_what_was_learnt(dives, c
     assert cli.main(["dives", str(dives)]) == exit_codes.PARTLY
     shown = capsys.readouterr().out
     (line,) = [line for line in shown.splitlines() if line.endswith("  hovering")]
-    assert line.split() == ["2026-09-21", "14:13", "1:00", "0.2", "4.9", "U·····", "U·····", "hovering"]
+    assert line.split() == ["2026-09-21", "14:13", "1:00", "0.2", "4.9", "-", "U·····", "U·····", "hovering"]
     assert "hovering: identified by likelihood: converged\n" in shown
     assert "hovering: diagnosed: explained\n" in shown
     assert "hovering: parameters hovering.param\n" in shown
@@ -378,3 +379,27 @@ def test_a_folder_whose_name_holds_line_ends_makes_no_line_of_its_own(tmp_path, 
     folder.mkdir()
     (folder / "telemetry.tlog").write_bytes(telemetry)
     assert row_of(folder).name == "lake?all good"
+
+
+def test_a_dive_that_lacks_its_middle_says_for_how_long_nothing_was_heard(vehicle, capsys, tmp_path):
+    folder = DiveFolder(tmp_path / "holed" / "2026-11-20T0912Z-holed")
+    folder.path.mkdir(parents=True)
+    folder.describe(About(str(vehicle), "", "only"))
+    with TlogWriter(folder.path / "telemetry.tlog") as writer:
+        for time_s, raw in frames():
+            if not 20.0 < time_s < 40.0:
+                writer.write(BOOT_US + round(time_s * 1e6), raw)
+    note = (
+        "Nothing was heard of the vehicle for 20 s at a stretch, from 0:20 on: "
+        "another recording of the dive may have it, see `seatrial merge`."
+    )
+    assert (
+        cli.main(["dives", str(folder.path.parent), "--json", str(tmp_path / "list.json")]) == exit_codes.DONE
+    )
+    shown = capsys.readouterr().out
+    (line,) = [line for line in shown.splitlines() if line.endswith("  holed")]
+    assert line.split()[2:7] == ["1:00", "0.1", "33.2", "20", "s"]
+    assert note in " ".join(shown.split())
+    (told,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
+    assert (round(told["unheard_s"], 3), told["unheard"]) == (20.0, note)
+    assert note in read_dive(folder.path).notes

@@ -114,3 +114,62 @@ def test_a_recording_without_a_vehicle_is_refused(tmp_path):
     beats = [(k, encoder.encode(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))) for k in range(5)]
     with pytest.raises(LogError, match="no vehicle's telemetry"):
         lost_in(tmp_path, beats)
+
+
+def busy(count, ring=False):
+    """Fifty frames a second, each telling the boot clock; a vehicle with a ring tells its boot once a second."""
+    encoder, frames = Encoder(1, 1), []
+    for k in range(count):
+        said = mav.MAVLink_attitude_quaternion_message(20 * k, 1.0, 0, 0, 0, 0, 0, 0)
+        if ring and k % 50 == 0:
+            said = mav.MAVLink_named_value_int_message(20 * k, b"BOOT_ID", 77)
+        frames.append((k, encoder.encode(said)))
+    return frames
+
+
+@pytest.mark.parametrize(
+    ("ring", "advice"),
+    [
+        (True, "`seatrial fetch` brings what the vehicle kept of it."),
+        (False, "another recording of the dive may have it, see `seatrial merge`."),
+    ],
+)
+def test_a_minute_unheard_is_lost_however_often_the_numbers_went_round(tmp_path, ring, advice):
+    kept = [item for item in busy(6000, ring) if not 1000 < item[0] < 4000]
+    found = loss_of(written(tmp_path / "a.tlog", kept, step_us=20_000), "a.tlog")
+    assert (found.received, found.lost, round(found.unheard_s)) == (3001, 2999, 60)
+    assert found.note == f"Nothing was heard of the vehicle for 60 s at a stretch, from 0:20 on: {advice}"
+
+
+def test_three_seconds_in_which_the_numbers_went_round_are_lost_too_and_no_silence(tmp_path):
+    encoder = Encoder(1, 1)
+    raw = [
+        encoder.encode(mav.MAVLink_attitude_quaternion_message(5 * k, 1.0, 0, 0, 0, 0, 0, 0))
+        for k in range(6000)
+    ]
+    kept = [(k, one) for k, one in enumerate(raw) if not 3000 <= k < 3600]
+    found = loss_of(written(tmp_path / "a.tlog", kept, step_us=5_000), "a.tlog")
+    assert found == Loss(5400, 600)
+
+
+def test_a_link_that_holds_back_three_seconds_and_brings_them_at_once_has_lost_nothing(tmp_path):
+    encoder = Encoder(1, 1)
+    with TlogWriter(tmp_path / "a.tlog") as writer:
+        for k in range(6000):
+            held_until = 3600 if 3000 <= k < 3600 else k
+            message = mav.MAVLink_attitude_quaternion_message(5 * k, 1.0, 0, 0, 0, 0, 0, 0)
+            writer.write(BOOT_US + held_until * 5_000 + k, encoder.encode(message))
+    assert loss_of([tmp_path / "a.tlog"], "a.tlog") == Loss(6000, 0)
+
+
+def test_slow_heartbeats_between_two_dives_are_no_hole(tmp_path):
+    sent, encoder = [], Encoder(1, 1)
+    for at_s in [*(n / 50 for n in range(1500)), *range(36, 90, 6), *(90 + n / 50 for n in range(1500))]:
+        message = mav.MAVLink_attitude_quaternion_message(round(1e3 * at_s), 1.0, 0, 0, 0, 0, 0, 0)
+        if at_s in range(36, 90, 6):
+            message = mav.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3)
+        sent.append((at_s * 50, encoder.encode(message)))
+    found = loss_of(
+        written(tmp_path / "a.tlog", [(round(k), raw) for k, raw in sent], step_us=20_000), "a.tlog"
+    )
+    assert found == Loss(len(sent), 0)
