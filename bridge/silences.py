@@ -122,6 +122,13 @@ def longest(found: Iterable[Silence]) -> Silence | None:
     return max(found, key=lambda silence: silence.seconds, default=None)
 
 
+def way_to_mend(ring: bool) -> str:
+    """What brings the frames; `ring` where the vehicle keeps a recording of its own."""
+    if ring:
+        return "`seatrial fetch` brings what the vehicle kept of it"
+    return "another recording of the dive may have it, see `seatrial merge`"
+
+
 def _jumps(steps_s: Array, told: Rows, ahead_s: Array, least_s: float) -> list[int]:
     """Rows without a pause by arrival after which the boot clock has gone on by LEAST_S more."""
     rows = []

@@ -29,6 +29,8 @@ class Count:
 
     `lost` are those that came and are in no file, `moved` those in files that somebody moved elsewhere; `missed` are
     those that never came, by the numbers of those that did: at least so many, since a long gap tells no number.
+    `unheard_s` is the vehicle's longest silence between two of its frames, 0 for none; `keeps_ring` where it tells that
+    it keeps a recording of its own.
     """
 
     files: int
@@ -38,3 +40,5 @@ class Count:
     lost: int
     moved: int = 0
     missed: int = 0
+    unheard_s: float = 0.0
+    keeps_ring: bool = False

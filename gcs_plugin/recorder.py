@@ -22,6 +22,7 @@ from gcs_plugin.recorded import Count, Notice, Recorded
 from gcs_plugin.recorded_files import Kept, RecordedFiles
 from gcs_plugin.recorded_link import RecordedLink
 from gcs_plugin.station import ground_heartbeat
+from gcs_plugin.unheard import Unheard
 
 SYNC_EVERY_S: Final = 0.5
 """A loss of power takes what came since, and while the disk was at it."""
@@ -84,6 +85,7 @@ class Recorder:
         self._disk = DiskLeft(free_bytes, lambda words: self._say("warning", words), self._boot_at_start_s)
         self._files = RecordedFiles(open_file, clock, lambda: self._disk.has_room, self._say)
         self.heard = self._missed_before = 0
+        self._unheard = Unheard()
 
     @property
     def health(self) -> dict[str, LinkHealth]:
@@ -201,12 +203,23 @@ class Recorder:
     def _over(self, kept: Kept) -> Count:
         """What a dive came to that is over; the next one's counts begin at 0."""
         count = self._count(kept)
-        self.heard, self._missed_before = 0, self._missed()
+        self.heard, self._missed_before, self._unheard = 0, self._missed(), Unheard()
         return count
 
     def _count(self, kept: Kept) -> Count:
         missed = max(0, self._missed() - self._missed_before)
-        return Count(kept.files, self.heard, kept.frames, kept.bytes, kept.lost, kept.moved, missed)
+        unheard = self._unheard.heard
+        return Count(
+            kept.files,
+            self.heard,
+            kept.frames,
+            kept.bytes,
+            kept.lost,
+            kept.moved,
+            missed,
+            round(unheard.unheard_s, 3),
+            unheard.keeps_ring,
+        )
 
     def _missed(self) -> int:
         """How many frames never came on some link, by the numbers of those that did; all dives together."""
@@ -217,7 +230,9 @@ class Recorder:
         return [self._keep(link, frame) for frame in link.read(timeout_s)]
 
     def _keep(self, link: RecordedLink, frame: Frame) -> Recorded:
-        link.health.on_frame(frame, self._clock.boot_s())
+        now_s = self._clock.boot_s()
+        link.health.on_frame(frame, now_s)
+        self._unheard.on_frame(frame, now_s)
         self.heard += 1
         self._disk.came(len(frame.raw))
         return Recorded(self._store(frame.raw), link.name, frame)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
+from bridge.silences import way_to_mend
 from bridge.tlog import TlogWriter
 from gcs_plugin.asked_conditions import last_conditions
 from gcs_plugin.conditions import NOTHING_SAID
@@ -29,8 +30,16 @@ class RecordedDive:
         count = self.count
         counts = f"{count.frames} frames, {count.bytes} bytes, {count.lost} lost here"
         counts += f", {count.missed} lost on the way" if count.missed else ""
+        counts += f", {count.unheard_s:.0f} s unheard at a stretch" if count.unheard_s else ""
         counts += f", {count.moved} moved elsewhere" if count.moved else ""
         return f"{counts}: {self.folder}" if self.folder else counts
+
+    @property
+    def advice(self) -> str:
+        """What brings the frames of a silence; "" without one."""
+        if self.folder is None or not self.count.unheard_s:
+            return ""
+        return f"{self.count.unheard_s:.0f} s unheard: {way_to_mend(self.count.keeps_ring)}"
 
 
 class RecordedDives:
@@ -71,7 +80,8 @@ class RecordedDives:
         dive = self.end(count)
         self.folder = following
         begun(following.path)
-        show.say(show.words(), dive.words)
+        for said in filter(None, (dive.words, dive.advice)):
+            show.say(show.words(), said)
         show.say(show.words(), f"the next dive goes into {following.path}")
 
     def _new(self) -> DiveFolder:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.silences import Array, Silence, longest, silences
+from bridge.silences import Array, Silence, longest, silences, way_to_mend
 from identify.ingest.frames import Frames
 from identify.ingest.messages import timed_rows
 from identify.ingest.walk import Rows
@@ -46,13 +46,6 @@ def note(frames: Frames, found: Sequence[Silence], ring: bool) -> str:
         len(found), f", and {len(found) - 1} times more for less"
     )
     return f"{UNHEARD} for {worst.seconds:.0f} s at a stretch, from {clock(begins_s)} on{more}: {way_to_mend(ring)}."
-
-
-def way_to_mend(ring: bool) -> str:
-    """What brings the frames; `ring` where the vehicle keeps a recording of its own."""
-    if ring:
-        return "`seatrial fetch` brings what the vehicle kept of it"
-    return "another recording of the dive may have it, see `seatrial merge`"
 
 
 def clock(seconds: float) -> str:

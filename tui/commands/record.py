@@ -202,6 +202,8 @@ def record(arguments: argparse.Namespace, clock: "Clock", hub: "Hub | None") -> 
             state.end()
     last = dives.end(recorder.count)
     show.say(show.results(arguments.json), last.words)
+    if last.advice:
+        show.say(words, last.advice)
     if refused():
         show.say(words, f"frames refused: {refused()}")
     show.write_json(summary(recorder, dives.finished, clock.boot_s()), arguments.json)

@@ -1,0 +1,126 @@
+"""For how long the vehicle of a recording was not heard, told while it is recorded: by the rule of `bridge.silences`.
+
+Boot times are those of SYSTEM_TIME, which vehicles tell once a second.
+"""
+
+import math
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bridge.framing import Frame
+from bridge.silences import LEAST_S, ROUND, Pause, Spacing, of_clocks, unheard
+from gcs_plugin.senders import Senders
+
+MOST_PAUSES: Final = 1000
+"""Of one sender, in one dive; then those before are looked at no more, but for the longest."""
+PLACED_EVERY_S: Final = 1.0
+_HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
+_SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
+_NAMED_INT: Final[int] = dialect.MAVLINK_MSG_ID_NAMED_VALUE_INT
+_BOOT_ID: Final = b"BOOT_ID"
+_NAME_AT, _TYPE_AT = 8, 4
+_BOOT_MS: Final = struct.Struct("<I")
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """What was heard of a dive's vehicle: its longest silence, 0 s for none; does it keep a recording of its own."""
+
+    unheard_s: float = 0.0
+    keeps_ring: bool = False
+
+
+@dataclass(slots=True)
+class _Sender:
+    """One component; `ahead_s` is how far its boot clock is ahead of that of the arrivals, NaN before it told it.
+
+    `open` is the pause after which its clock has not been told yet.
+    """
+
+    last_s: float
+    number: int
+    placed_s: float
+    frames: int = 0
+    is_vehicle: bool = False
+    keeps_ring: bool = False
+    ahead_s: float = math.nan
+    open: Pause | None = None
+    spacing: Spacing = field(default_factory=Spacing)
+    pauses: list[Pause] = field(default_factory=list)
+
+    def hear(self, frame: Frame, time_s: float) -> None:
+        self.frames += 1
+        step_s, goes_on = time_s - self.last_s, (frame.sequence - self.number) % ROUND == 1
+        if step_s > LEAST_S:
+            self.close(self.open)
+            self.open = Pause(self.frames, self.last_s, step_s, goes_on)
+        elif step_s > 0.0:
+            self.spacing.seconds += step_s
+            self.spacing.squares += step_s**2
+        self.last_s, self.number = time_s, frame.sequence
+        if frame.message_id == _SYSTEM_TIME:
+            (boot_ms,) = _BOOT_MS.unpack_from(frame.payload.ljust(12, b"\0"), 8)
+            self.tell(boot_ms / 1e3, time_s)
+        elif frame.message_id == _HEARTBEAT:
+            kind = frame.payload.ljust(9, b"\0")[_TYPE_AT]
+            self.is_vehicle = self.is_vehicle or kind != dialect.MAV_TYPE_GCS
+        elif frame.message_id == _NAMED_INT and frame.payload[_NAME_AT:].rstrip(b"\0") == _BOOT_ID:
+            self.keeps_ring = True
+
+    def tell(self, boot_s: float, time_s: float) -> None:
+        """Its boot time arrived."""
+        before_s, self.ahead_s = self.ahead_s, boot_s - time_s
+        if math.isnan(before_s):
+            self.close(self.open)
+        elif self.open is not None:
+            begins_s, step_s = self.open.begins_s, self.open.seconds
+            seconds, anew = of_clocks(begins_s, step_s, before_s, self.ahead_s)
+            self.close(Pause(self.open.row, begins_s, seconds, self.open.goes_on, told=True, anew=anew))
+        elif self.ahead_s - before_s > LEAST_S:
+            self.close(Pause(self.frames, time_s, self.ahead_s - before_s, goes_on=False, told=True))
+        self.open = None
+
+    def close(self, pause: Pause | None) -> None:
+        if pause is None:
+            return
+        if len(self.pauses) >= MOST_PAUSES:
+            self.pauses.remove(min(self.pauses, key=lambda one: one.seconds))
+        self.pauses.append(pause)
+
+    @property
+    def silent_s(self) -> float:
+        found: Sequence[Pause] = [*self.pauses, *([self.open] if self.open else [])]
+        return max((pause.seconds for pause in unheard(found, self.spacing)), default=0.0)
+
+
+class Unheard:
+    """Of one dive, over all links: what one of them brought was heard."""
+
+    def __init__(self) -> None:
+        self._senders: Senders[_Sender] = Senders()
+
+    def on_frame(self, frame: Frame, time_s: float) -> None:
+        """A frame arrived at `time_s`, which never runs back."""
+        if not frame.known:
+            return
+        source = (frame.system, frame.component)
+        sender = self._senders.get(source)
+        if sender is None or time_s - sender.placed_s >= PLACED_EVERY_S:
+            sender = sender or _Sender(time_s, frame.sequence, time_s)
+            sender.placed_s = time_s
+            if not self._senders.put(source, time_s, sender):
+                return
+        sender.hear(frame, time_s)
+
+    @property
+    def heard(self) -> Heard:
+        """Of the vehicle's component that says most."""
+        vehicles = [sender for _, sender in self._senders.items() if sender.is_vehicle]
+        if not vehicles:
+            return Heard()
+        most = max(vehicles, key=lambda sender: sender.frames)
+        return Heard(most.silent_s, any(sender.keeps_ring for sender in vehicles))
