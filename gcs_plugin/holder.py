@@ -30,6 +30,7 @@ class Holding:
 
     `refused` counts the frames that a signed link did not let in, by kind; "" for none.
     `waiting` frames could not be written yet, for the reason `unwritten`; "" where all that came is in a file.
+    `taken_away` says what somebody moved or deleted of the dive, "" for nothing.
     `trouble` says what to do where nothing of a system is let in; `sign_key` is the file of the key, "" for none.
     `began_utc` is by the recording's own clock, which nobody sets, as its stamps are; `set_by_s` is how far this
     computer's clock was set ahead of that since.
@@ -52,6 +53,7 @@ class Holding:
     unwritten: str = ""
     waiting: int = 0
     set_by_s: float = 0.0
+    taken_away: str = ""
 
     def own_unix_s(self, now_unix_s: float) -> float:
         """Now, by the recording's own clock."""

@@ -5,6 +5,8 @@ once more under its name. What somebody moves away with its folder is left where
 """
 
 import contextlib
+import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -17,6 +19,8 @@ Say = Callable[[str, str], None]
 """Hears a level and a sentence."""
 
 AGAIN_S: Final = 8.0
+TOLD_S: Final = 60.0
+"""For so long it is told that a deleted file was written once more."""
 MOST_OPEN: Final = 64
 """A disk that fails again and again makes a file each time; those before are as safe as any on such a disk."""
 
@@ -56,6 +60,8 @@ class _Past:
     is_synced: bool = False
     lies: _Lies = _Lies.HERE
     again_s: float = 0.0
+    place: str = ""
+    restored_s: float = -math.inf
 
 
 class PastFiles:
@@ -82,6 +88,23 @@ class PastFiles:
     def nowhere(self) -> int:
         """Frames whose files somebody deleted, and that could not be written once more, of any dive so far."""
         return sum(past.frames for past in list(self._past) if past.lies is _Lies.NOWHERE)
+
+    def taken_away(self, dive: int) -> str:
+        """What somebody moved or deleted of that dive, in a sentence; "" where all lies in its folder."""
+        past = [one for one in list(self._past) if one.dive == dive]
+        moved = [one for one in past if one.lies is _Lies.ELSEWHERE]
+        if moved:
+            places = " and ".join(dict.fromkeys(_where(one.place) for one in moved))
+            return (
+                f"this dive was moved while it is recorded: {sum(one.frames for one in moved)} frames lie "
+                f"{places}; the recording goes on in its old place"
+            )
+        since_s = self._clock.boot_s() - TOLD_S
+        anew = [one for one in past if one.restored_s >= since_s and one.lies is _Lies.HERE]
+        if anew:
+            frames = sum(one.frames for one in anew)
+            return f"this dive was deleted while it is recorded: {frames} frames are written anew"
+        return ""
 
     def see_to(self, dive: int) -> None:
         """Put them on the disk, look whether they are there, and close those before that dive."""
@@ -117,7 +140,7 @@ class PastFiles:
     def _taken_away(self, past: _Past, taken: TakenAway) -> None:
         if taken.place is not None:
             if past.lies is not _Lies.ELSEWHERE:
-                past.lies = _Lies.ELSEWHERE
+                past.lies, past.place = _Lies.ELSEWHERE, taken.place
                 self._say("warning", f"{taken.path}: was moved with its {past.frames} frames ({taken.place})")
             return
         if self._clock.boot_s() < past.again_s:
@@ -128,8 +151,14 @@ class PastFiles:
             past.lies, past.again_s = _Lies.NOWHERE, self._clock.boot_s() + AGAIN_S
             self._say("error", f"{error}; its {past.frames} frames are lost with it if that lasts")
         else:
-            past.lies = _Lies.HERE
+            past.lies, past.restored_s = _Lies.HERE, self._clock.boot_s()
             self._say("warning", f"{taken.path}: was deleted, and is written once more: {past.frames} frames")
+
+
+def _where(place: str) -> str:
+    """In which folder, where the system tells it."""
+    folder = os.path.dirname(place)
+    return f"in {folder}" if folder else place
 
 
 def _close(writer: Writer) -> None:

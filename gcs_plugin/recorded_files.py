@@ -75,6 +75,11 @@ class RecordedFiles:
         return Kept(self.files, self._frames - frames, self._bytes - size, self.lost, moved)
 
     @property
+    def taken_away(self) -> str:
+        """What somebody moved or deleted of the present dive, in a sentence; "" where all lies in its folder."""
+        return self._past.taken_away(self._dive)
+
+    @property
     def lost(self) -> int:
         """How many frames no file took, or were deleted for good."""
         return self._untaken + max(0, self._past.nowhere() - self._lost_before)

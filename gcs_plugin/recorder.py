@@ -113,6 +113,11 @@ class Recorder:
         return self._files.lost
 
     @property
+    def taken_away(self) -> str:
+        """What somebody moved or deleted of the present dive, in a sentence; "" where all lies in its folder."""
+        return self._files.taken_away
+
+    @property
     def unwritten(self) -> str:
         """Why frames that came are in no file yet, in a sentence; "" where none waits."""
         return self._files.unwritten

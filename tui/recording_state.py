@@ -84,6 +84,7 @@ class RecordingState:
             recorder.unwritten.replace(f"{folder}/", ""),
             recorder.waiting,
             round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
+            recorder.taken_away.replace(f"{folder.resolve().parent.parent}/", ""),
         )
         try:
             write_holding(holding, second=self._other() is not None)

@@ -218,3 +218,33 @@ def test_a_disk_that_can_not_be_asked_is_no_full_one():
     disk.look(10.0)
     assert said == []
     assert not disk.has_room
+
+
+def test_where_a_moved_dive_lies_is_told_as_long_as_it_is_recorded(lake):
+    raws = frames_of(30)
+    lake.hear(raws[:10])
+    assert lake.recorder.taken_away == ""
+    away = lake.root / "away"
+    lake.folder.path.rename(away)
+    lake.hear(raws[10:20])
+    lake.hear(raws[20:])
+    assert lake.recorder.taken_away == (
+        f"this dive was moved while it is recorded: 20 frames lie in {away}; the recording goes on in its old place"
+    )
+    second = lake.new()
+    lake.recorder.go_on(lake.opener(second), lambda _: None)
+    lake.hear(frames_of(1))
+    assert lake.recorder.taken_away == ""
+
+
+def test_a_deleted_dive_that_is_written_once_more_is_told_for_a_minute(lake):
+    raws = frames_of(30)
+    lake.hear(raws[:10])
+    shutil.rmtree(lake.root)
+    lake.hear(raws[10:20])
+    lake.hear(raws[20:])
+    assert (
+        lake.recorder.taken_away == "this dive was deleted while it is recorded: 20 frames are written anew"
+    )
+    lake.clock.advance_to(lake.clock.now_s + past_files.TOLD_S + 1.0)
+    assert lake.recorder.taken_away == ""

@@ -1,8 +1,10 @@
-"""A recording whose disk is full, as the top line tells it: by way of its state file, and back once there is space."""
+"""A recording whose disk is full, or whose dive somebody moves, as the top line tells it by way of its state file."""
 
 import errno
 import os
+import sys
 
+import pytest
 from made_view import view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -10,7 +12,7 @@ from bridge.clock import SimulatedClock
 from bridge.framing import Encoder
 from bridge.link.memory import memory_pair
 from bridge.tlog import read_tlog
-from gcs_plugin.folder import new_folder
+from gcs_plugin.folder import About, new_folder
 from gcs_plugin.recorder import Recorder
 from tui.app import recorder as of_app
 from tui.app.header import header
@@ -50,7 +52,11 @@ class At:
         monkeypatch.setattr("bridge.tlog.os.write", self.disk.write)
         here, self._there = memory_pair()
         self.recorder = Recorder(
-            [here], self.folder.open_telemetry, self.clock, self.disk.free, lambda _: None
+            [here],
+            lambda number: self.folder.open_telemetry(number, About()),
+            self.clock,
+            self.disk.free,
+            lambda _: None,
         )
         self._state = RecordingState(self.clock, ("udpin:",), self.folder.path, "", OpenLinks())
 
@@ -62,6 +68,7 @@ class At:
             self._there.write(self._vehicle.encode(message))
             self.sent += 1
             self.recorder.step(0.0)
+        self.recorder.sync()
         self._state.tell(self.recorder)
         now_s = self.clock.unix_s()
         shown = View(view().picture, now_s, of_app.recording(now_s))
@@ -94,4 +101,16 @@ def test_a_clock_that_is_set_leaves_the_top_line_counting(tmp_path, monkeypatch)
     at.clock.unix_at_boot_s -= 86_400.0
     (well, role), _ = at.sails(10)
     assert (well.startswith("REC 00:00:20  "), role) == (True, "plain")
+    at.recorder.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="nobody moves an open file there")
+def test_a_dive_that_was_moved_stands_on_top_with_where_it_lies(tmp_path, monkeypatch):
+    at = At(tmp_path / "dives", monkeypatch)
+    assert at.sails(10)[1] == ""
+    at.folder.path.rename(tmp_path / "dives" / "lake")
+    at.sails(2)
+    assert at.sails(3)[1] == (
+        "this dive was moved while it is recorded: 12 frames lie in dives/lake; the recording goes on in its old place"
+    )
     at.recorder.close()

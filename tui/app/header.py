@@ -231,4 +231,6 @@ def _alert(view: View) -> str:
         return f"NOTHING IS WRITTEN, {frames} in memory: {view.recording.unwritten}"
     if view.recording is not None and view.recording.lost:
         return f"{view.recording.lost} frames could not be recorded: check the disk"
+    if view.recording is not None and view.recording.taken_away:
+        return view.recording.taken_away
     return view.trouble or (view.recording.trouble if view.recording else "")

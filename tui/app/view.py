@@ -14,7 +14,8 @@ class Recording:
 
     `trouble` says what to do where its signed link lets nothing in. `waiting` frames could not be written yet, for the
     reason `unwritten`; "" where all that came is in a file. `told_unix_s` is when it told of itself, inf for just now;
-    `hung_process` is its number where that is too long ago, 0 else. `set_by_s`: see `Holding`.
+    `hung_process` is its number where that is too long ago, 0 else. `set_by_s` and `taken_away`: see
+    `Holding`.
     """
 
     began_unix_s: float
@@ -26,6 +27,7 @@ class Recording:
     told_unix_s: float = math.inf
     hung_process: int = 0
     set_by_s: float = 0.0
+    taken_away: str = ""
 
 
 @dataclass(frozen=True)
