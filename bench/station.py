@@ -77,7 +77,7 @@ def by_the_recording() -> Station:
         Watcher(load_vehicle(VEHICLE)),
         clock,
         recorder.recording,
-        lambda: Switch(Mode.OFF),
+        lambda known: Switch(Mode.OFF, known=known),
     )
 
 

@@ -5,8 +5,12 @@
 An answer may be the echo of a write that the vehicle then did not keep. So the last word has a read-back that is asked
 for after a quiet period, and the telemetry, which the vehicle makes from the mode that it flies; where either says
 something else, all begins anew. Nothing here gives up: who drives it may.
+
+OFF waits for nobody: it is sent from the first tick to whoever is known from before, heard or not, and to the system
+that is named, known or not, since a link may carry one way only. It is done by the vehicle's own words alone.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any, Final
@@ -18,6 +22,7 @@ from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
 from bridge.parameters import MODE, RAISED_ARMED
 from bridge.vehicle.feedforward import Mode
+from gcs_plugin.known_vehicles import KnownVehicle
 from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, NO_INDEX, Heard
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
@@ -28,6 +33,7 @@ QUIET_S: Final = Timing().quiet_s
 UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle may be another than it was
 CONTESTED_QUIET_S: Final = 3.0  # where two may answer: each of them has told its mode by then
 TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
+NOT_HEARD_S: Final = 3.0  # three beats
 REASON_S: Final = 1.0  # a refusal's words come with it, or with that of the next write
 
 REFUSED: Final = "FF_MODE refused: "
@@ -38,6 +44,9 @@ ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
 
 WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
 """What each mode is called by operators."""
+
+NEVER_HEARD: Final = (1, dialect.MAV_COMP_ID_ONBOARD_COMPUTER)
+"""The components that are sent OFF in a system that nobody has heard: a bridge's own, or that of a companion."""
 
 
 def sent_text(count: int) -> str:
@@ -59,12 +68,18 @@ class _Stage(Enum):
 
 @dataclass
 class _Vehicle:
-    """One system on its way to `mode`; `holder` is the component that has said FF_MODE, or that would have it."""
+    """One system on its way to `mode`; `holder` is the component that has said FF_MODE, or that would have it.
+
+    `before_s` is when it was last heard before the switch, `heard_s` since; `unheard` are sent OFF blindly.
+    """
 
     mode: Mode
     since_s: float
     beating: set[Source] = field(default_factory=set)
     holder: Source | None = None
+    unheard: tuple[Source, ...] = ()
+    before_s: float | None = None
+    heard_s: float | None = None
     stage: _Stage = _Stage.SEND
     due_s: float = 0.0
     sent: int = 0
@@ -77,16 +92,38 @@ class _Vehicle:
     refused_s: float = 0.0
     reason: str = ""
     shadow: str = ""
-    lacks_it: bool = False
+    lacking: set[Source] = field(default_factory=set)
     contested: bool = False
 
-    def target(self, now_s: float) -> Source | None:
-        """Whom to send to: nobody before it has beaten, and no autopilot before a companion had time to."""
+    @property
+    def lacks_it(self) -> bool:
+        """Whether all of it that beats says that it has no such parameter."""
+        return self.holder is None and bool(self.lacking) and self.beating <= self.lacking
+
+    def targets(self, now_s: float) -> list[Source]:
+        """Whom to send to: who told FF_MODE, else who beats, a companion before an autopilot.
+
+        Another mode than off waits before it takes an autopilot, until a companion had time to beat.
+        """
         if self.holder is not None:
-            return self.holder
-        if not self.beating or now_s < self.since_s + COMPANIONS_MAY_FOLLOW_S:
-            return None
-        return min(self.beating, key=lambda source: (source[1] not in COMPANIONS, source[1]))
+            return [self.holder]
+        if self.mode is not Mode.OFF and now_s < self.since_s + COMPANIONS_MAY_FOLLOW_S:
+            return []
+        beating = self.beating - self.lacking
+        if not beating:
+            return [source for source in self.unheard if source not in self.lacking]
+        return [min(beating, key=lambda source: (source[1] not in COMPANIONS, source[1]))]
+
+    def know(self, vehicle: KnownVehicle) -> None:
+        """It was heard before, as this."""
+        self.before_s = max(self.before_s or vehicle.heard_s, vehicle.heard_s)
+        self.beating.add(vehicle.source)
+        if vehicle.holds:
+            self.holder = vehicle.source
+
+    def on_beat(self, source: Source, now_s: float) -> None:
+        self.heard_s = now_s
+        self.beating.add(source)
 
     def tick(self, now_s: float, contested: bool) -> list[Any]:
         self.contested = contested
@@ -94,22 +131,26 @@ class _Vehicle:
         # Off is worth its answer even where two may have given it; any other mode is not.
         if unread or (contested and self.mode is not Mode.OFF):
             self._send_again()
-        target = self.target(now_s)
-        if target is None or self.stage is _Stage.DONE or self.lacks_it or now_s < self.due_s:
+        targets = self.targets(now_s)
+        if not targets or self.stage is _Stage.DONE or now_s < self.due_s:
             return []
-        question = dialect.MAVLink_param_request_read_message(*target, MODE.encode(), NO_INDEX)
+        name = MODE.encode()
+        questions = [
+            dialect.MAVLink_param_request_read_message(*target, name, NO_INDEX) for target in targets
+        ]
         self.due_s = now_s + SEND_EVERY_S
         if self.stage is not _Stage.SEND:
             self.stage = _Stage.READ
-            return [question]
+            return questions
         self.sent += 1
         self.first_s = now_s if self.sent == 1 else self.first_s
         self.last_s = now_s
-        real32 = dialect.MAV_PARAM_TYPE_REAL32
-        return [dialect.MAVLink_param_set_message(*target, MODE.encode(), float(self.mode), real32), question]
+        real32, value = dialect.MAV_PARAM_TYPE_REAL32, float(self.mode)
+        sets = [dialect.MAVLink_param_set_message(*target, name, value, real32) for target in targets]
+        return [*sets, *questions]
 
     def on_value(self, value: float, source: Source, now_s: float) -> None:
-        self.holder, self.lacks_it = source, False
+        self.holder, self.heard_s = source, now_s
         if not self.sent:
             return
         self.answer, self.answered_s = value, now_s
@@ -118,15 +159,18 @@ class _Vehicle:
         else:
             self._judge(value)
 
-    def on_told(self, value: float, source: Source) -> None:
-        self.holder, self.lacks_it = source, False
+    def on_told(self, value: float, source: Source, now_s: float) -> None:
+        self.holder, self.heard_s = source, now_s
         if self.sent:
             self.told = value
             self._judge(value)
 
     def on_error(self, code: int, source: Source, now_s: float) -> None:
-        if code == DOES_NOT_EXIST and self.holder is None and source == self.target(now_s):
-            self.lacks_it = True
+        self.heard_s = now_s
+        if code == DOES_NOT_EXIST and self.holder is None and source in self.targets(now_s):
+            self.beating.add(source)
+            self.lacking.add(source)
+            self.due_s = now_s
         elif source == self.holder:
             self.refused_s = self.refused_s if self.refusal else now_s
             self.refusal = ERROR_SENTENCES.get(code, f"error {code}")
@@ -176,6 +220,11 @@ class _Vehicle:
         if not self.sent:
             return "heard, nothing is sent yet"
         said = [sent_text(self.sent)]
+        last_s = self.before_s if self.heard_s is None else self.heard_s
+        if last_s is None:
+            return f"{said[0]}, never heard: not confirmed"
+        if self.heard_s is None or now_s - last_s >= NOT_HEARD_S:
+            return f"{said[0]}, not heard for {now_s - last_s:.0f} s: not confirmed"
         silent_s = now_s - max(self.answered_s, self.first_s)
         if self.answer is None or silent_s >= TELL_SILENCE_S:
             said.append(f"no answer for {silent_s:.1f} s")
@@ -196,14 +245,23 @@ class Switch:
     Give it every frame of a link (or what it is to know of them), send what `tick` returns, until it is `done`. While
     `twins` says that two vehicles share one address nobody can tell whether both obeyed: another mode than off is sent
     on and never done, off is done by what was answered, once nothing says otherwise for longer, and says so.
+
+    `known` are those who were heard before, by the clock of `tick`: with `system`, they are sent off at once.
     """
 
-    def __init__(self, mode: Mode | int, system: int | None = None) -> None:
+    def __init__(
+        self, mode: Mode | int, system: int | None = None, known: Iterable[KnownVehicle] = ()
+    ) -> None:
         self.mode = Mode(mode)
         self.twins = ""
         self._system = system
         self._vehicles: dict[int, _Vehicle] = {}
         self._now_s = 0.0
+        for vehicle in known if self.mode is Mode.OFF else ():
+            self._of(vehicle.source, 0.0).know(vehicle)
+        if self.mode is Mode.OFF and system is not None and not self._vehicles:
+            unheard = tuple((system, component) for component in NEVER_HEARD)
+            self._vehicles[system] = _Vehicle(self.mode, 0.0, unheard=unheard)
 
     @property
     def done(self) -> bool:
@@ -226,8 +284,8 @@ class Switch:
 
     @property
     def heard(self) -> bool:
-        """Whether any vehicle is heard."""
-        return bool(self._vehicles)
+        """Whether any vehicle is heard, not only known from before."""
+        return any(vehicle.heard_s is not None for vehicle in self._vehicles.values())
 
     @property
     def lacking(self) -> bool:
@@ -284,11 +342,11 @@ class Switch:
     def on_reading(self, reading: Reading, source: Source, now_s: float) -> None:
         """A heartbeat or what the vehicle tells of its mode; other readings say nothing here."""
         if reading.signal == "ff_mode":
-            self._of(source, now_s).on_told(reading.values[0], source)
+            self._of(source, now_s).on_told(reading.values[0], source, now_s)
         elif reading.signal == "alive":
             armed, kind, autopilot = reading.values
             if Heard(source, int(kind), int(autopilot), bool(armed), now_s).is_vehicle:
-                self._of(source, now_s).beating.add(source)
+                self._of(source, now_s).on_beat(source, now_s)
 
     def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
         """A PARAM_VALUE arrived."""

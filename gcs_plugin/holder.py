@@ -25,6 +25,16 @@ FORGOTTEN_S: Final = 3600.0
 
 
 @dataclass(frozen=True)
+class HeardVehicle:
+    """A component of a vehicle that the recording heard, last at `heard_unix_s`; `holds` where it told FF_MODE."""
+
+    system: int
+    component: int
+    holds: bool
+    heard_unix_s: float
+
+
+@dataclass(frozen=True)
 class Holding:
     """A recording that runs. `hub` is "" where it serves nobody; `disk_left_s` is inf where nothing comes.
 
@@ -33,7 +43,7 @@ class Holding:
     `taken_away` says what somebody moved or deleted of the dive, "" for nothing.
     `trouble` says what to do where nothing of a system is let in; `sign_key` is the file of the key, "" for none.
     `began_utc` is by the recording's own clock, which nobody sets, as its stamps are; `set_by_s` is how far this
-    computer's clock was set ahead of that since.
+    computer's clock was set ahead of that since. `vehicles` are those that an OFF is for, see `known_vehicles`.
     """
 
     pid: int
@@ -54,6 +64,7 @@ class Holding:
     waiting: int = 0
     set_by_s: float = 0.0
     taken_away: str = ""
+    vehicles: tuple[HeardVehicle, ...] = ()
 
     def own_unix_s(self, now_unix_s: float) -> float:
         """Now, by the recording's own clock."""

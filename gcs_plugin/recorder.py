@@ -16,6 +16,7 @@ from bridge.framing import Encoder, Frame
 from bridge.link.base import Link
 from bridge.secret import carries_key
 from gcs_plugin.disk_left import DiskLeft
+from gcs_plugin.known_vehicles import KnownVehicle, KnownVehicles
 from gcs_plugin.link_health import LinkHealth
 from gcs_plugin.past_files import Writer
 from gcs_plugin.recorded import Count, Notice, Recorded
@@ -27,6 +28,7 @@ from gcs_plugin.unheard import Unheard
 SYNC_EVERY_S: Final = 0.5
 """A loss of power takes what came since, and while the disk was at it."""
 HEARTBEAT_EVERY_S: Final = 1.0
+KNOWN_EVERY_S: Final = 1.0
 WAIT_S: Final = 0.1
 WAIT_FOR_CLIENTS_S: Final = 0.02
 
@@ -58,7 +60,8 @@ class Recorder:
     `free_bytes` tells the space left where the files lie, or raises OSError; `notice` hears of trouble;
     `reopen` opens a lost link again by its name, in a thread of its own, so that the other links are not held
     up; `heartbeat` is (system, component) to beat as, None for a silent recorder; `before_sync` is called in
-    the thread that syncs the disk, twice a second.
+    the thread that syncs the disk, twice a second. `vehicles` are those whom an OFF is for, as of a second ago and by
+    the clock; any thread may read it.
     """
 
     def __init__(
@@ -84,6 +87,8 @@ class Recorder:
         self._next_beat_s = self._boot_at_start_s
         self._disk = DiskLeft(free_bytes, lambda words: self._say("warning", words), self._boot_at_start_s)
         self._files = RecordedFiles(open_file, clock, lambda: self._disk.has_room, self._say)
+        self._known, self._known_s = KnownVehicles(), self._boot_at_start_s
+        self.vehicles: tuple[KnownVehicle, ...] = ()
         self.heard = self._missed_before = 0
         self._unheard = Unheard()
 
@@ -159,7 +164,10 @@ class Recorder:
         self._files.drain()
         for link in self._links:
             link.look()
-        self._disk.look(self._clock.boot_s())
+        now_s = self._clock.boot_s()
+        self._disk.look(now_s)
+        if now_s >= self._known_s:
+            self._known_s, self.vehicles = now_s + KNOWN_EVERY_S, self._known.at(now_s)
         return taken
 
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Count], None]) -> None:
@@ -238,6 +246,7 @@ class Recorder:
         now_s = self._clock.boot_s()
         link.health.on_frame(frame, now_s)
         self._unheard.on_frame(frame, now_s)
+        self._known.on_frame(frame, now_s)
         self.heard += 1
         self._disk.came(len(frame.raw))
         return Recorded(self._store(frame.raw), link.name, frame)

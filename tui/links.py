@@ -9,6 +9,7 @@ from bridge.errors import LinkError, LinkLost
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting, unheard
 from gcs_plugin.holder import FRESH_S, Holding, all_held, hangs, held, how_to_end, hung
+from gcs_plugin.known_vehicles import KnownVehicle, still_known
 from gcs_plugin.link_names import among
 from tui.exit_codes import UsageError
 
@@ -221,6 +222,21 @@ def _of_recording(holding: Holding | None) -> Link:
     if holding is None or not holding.hub:
         raise LinkError("no recording runs that could be listened to; start `seatrial record`")
     return ByWay(open_link(holding.hub), holding.links)
+
+
+def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]:
+    """Whom the recording that runs has heard, by `clock`: whom an OFF by way of it is for; by any other link nobody."""
+    now_unix_s = clock.unix_s()
+    of_spec = (one for one in all_held(now_unix_s) if spec is not None and holds(one, spec))
+    holding = held(now_unix_s) if spec is None else next(of_spec, None)
+    if holding is None:
+        return ()
+    boot_s = clock.boot_s()
+    heard = (
+        KnownVehicle((one.system, one.component), one.holds, boot_s - max(0.0, now_unix_s - one.heard_unix_s))
+        for one in holding.vehicles
+    )
+    return tuple(one for one in heard if still_known(one, boot_s))
 
 
 def refuse_second(specs: Iterable[str]) -> None:

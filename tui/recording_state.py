@@ -6,7 +6,7 @@ from pathlib import Path
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
 from gcs_plugin.folder import utc_text
-from gcs_plugin.holder import Holding, held, release, write_holding
+from gcs_plugin.holder import HeardVehicle, Holding, held, release, write_holding
 from gcs_plugin.recorded import Notice
 from gcs_plugin.recorder import Recorder
 from tui import show
@@ -85,6 +85,7 @@ class RecordingState:
             recorder.waiting,
             round(self._clock.unix_s() - self._own_clock.unix_s(), 3),
             recorder.taken_away.replace(f"{folder.resolve().parent.parent}/", ""),
+            self._vehicles(recorder),
         )
         try:
             write_holding(holding, second=self._other() is not None)
@@ -97,6 +98,13 @@ class RecordingState:
     def end(self) -> None:
         """Take it back."""
         release()
+
+    def _vehicles(self, recorder: Recorder) -> tuple[HeardVehicle, ...]:
+        boot_s, unix_s = self._clock.boot_s(), self._clock.unix_s()
+        return tuple(
+            HeardVehicle(*one.source, one.holds, round(unix_s - boot_s + one.heard_s, 3))
+            for one in recorder.vehicles
+        )
 
     def _other(self) -> Holding | None:
         holding = held(self._clock.unix_s())

@@ -66,8 +66,9 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         for tap in self._taps.on(self.mpstate.mav_master):
             self._hear(tap, now_s)
         self._recordings.tick()
+        self._switch(self._switching.tick())
         try:
-            for message in (*self._switching.tick(), *self._parameters.tick()):
+            for message in self._parameters.tick():
                 self._send(message)
         except SeatrialError as error:
             self.say_line(f"seatrial: {error}")
@@ -135,6 +136,17 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 reading = decode_reading(frame)
                 if reading is not None and reading.signal == "ff_mode":
                     self._ff_mode[frame.system] = reading.values[0]
+
+    def _switch(self, messages: list[Any]) -> None:
+        """Send what switches: a vehicle whose link is gone keeps it from no other."""
+        troubles = {}
+        for message in messages:
+            try:
+                self._send(message)
+            except SeatrialError as error:
+                troubles[str(error)] = True
+        for trouble in troubles:
+            self.say_line(f"seatrial: {trouble}")
 
     def _send(self, message: Any) -> None:
         """On the link that last carried the vehicle, as MAVProxy, so that its sequence and its signing hold."""

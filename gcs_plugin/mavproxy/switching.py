@@ -11,6 +11,7 @@ from bridge.parameters import ACTIVE
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_switch import WORDS, Switch
 from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.known_vehicles import KnownVehicles
 from gcs_plugin.mavproxy.parameters import ARMED
 from gcs_plugin.params.transfer import Source
 
@@ -28,6 +29,7 @@ class Switching:
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
+        self._known = KnownVehicles()
         self._switch: Switch | None = None
         self._began_s = self._told_s = 0.0
         self._lacking_s: float | None = None
@@ -38,8 +40,8 @@ class Switching:
         """`ff WORDS`; False for what is no such command. Raises SeatrialError."""
         match words:
             case [mode] if MODES.get(mode) is Mode.OFF:
-                # A stop asks nobody: of the vehicle chosen, else of every one that is heard.
-                self._begin(Switch(Mode.OFF, self._fleet.chosen))
+                # A stop asks nobody: of the vehicle chosen, else of every one that is or was heard.
+                self._begin(Switch(Mode.OFF, self._fleet.chosen, self._known.at(self._clock.boot_s())))
             case [mode] if mode in MODES:
                 self._ask(mode)
             case ["yes", mode, *armed] if mode in MODES and armed in ([], [ARMED]):
@@ -50,8 +52,10 @@ class Switching:
 
     def on_frame(self, frame: Frame) -> None:
         """A frame arrived."""
+        now_s = self._clock.boot_s()
+        self._known.on_frame(frame, now_s)
         if self._switch is not None:
-            self._switch.on_frame(frame, self._clock.boot_s())
+            self._switch.on_frame(frame, now_s)
 
     def on_news(self, news: News) -> None:
         """Whether a vehicle has parameters in force is heard whoever asks for it."""

@@ -15,6 +15,7 @@ from gcs_plugin.folder import About, DiveFolder
 from gcs_plugin.holder import held
 from gcs_plugin.recorder import Recorder
 from tui import cli, exit_codes
+from tui.links import known_now
 from tui.recorded_dives import RecordedDives
 from tui.recording_state import RecordingState
 
@@ -60,6 +61,24 @@ class Recorded:
 
 def unix_s(utc):
     return datetime.fromisoformat(utc).timestamp()
+
+
+@days
+def test_whom_an_off_is_for_is_told_with_how_long_ago_though_the_clock_is_set(set_by_s):
+    sea = Recorded()
+    for message in (
+        dialect.MAVLink_heartbeat_message(dialect.MAV_TYPE_SUBMARINE, 0, 0, 0, 4, 3),
+        dialect.MAVLink_param_value_message(b"FF_MODE", 3.0, 9, 1, 0),
+    ):
+        sea._there.write(sea._vehicle.encode(message))
+    sea.sails(8)
+    sea.clock.unix_at_boot_s += set_by_s
+    sea.sails(4)
+    (one,) = known_now(sea.clock)
+    assert (one.source, one.holds) == ((1, 1), True)
+    assert sea.clock.boot_s() - one.heard_s == pytest.approx(10.0, abs=0.01)
+    assert known_now(sea.clock, "serial:/dev/ttyUSB0:57600") == ()
+    sea.recorder.close()
 
 
 @days

@@ -1,6 +1,7 @@
 """`ff` against the vehicle's real parameter server, in simulated time."""
 
 import json
+import os
 import threading
 from collections import deque
 from pathlib import Path
@@ -15,6 +16,7 @@ from bridge.framing import Encoder, Framer, decode
 from bridge.messages.readings import Reading, encode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.holder import HeardVehicle, Holding, write_holding
 from tui import cli, exit_codes
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
@@ -150,12 +152,53 @@ def test_off_where_nobody_is_heard_is_the_link_that_failed(vehicle, capsys):
     assert vehicle.sets == []
 
 
+def test_off_of_a_vehicle_that_is_named_is_sent_while_nothing_is_heard_of_it(vehicle, capsys):
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    vehicle.mute = True
+    assert run("off", "--system", "1", "--seconds", "4.1") == exit_codes.LINK
+    assert vehicle.server.mode == 0
+    assert capsys.readouterr().out.startswith(
+        "vehicle 1: sent 9 times, never heard: not confirmed (sent 9 times"
+    )
+
+
+def recording_that_heard(vehicle, *heard):
+    """One that holds the vehicle's link, and heard these."""
+    clock = vehicle.clock
+    write_holding(
+        Holding(os.getpid(), "tcp:127.0.0.1:1", ("udpin:127.0.0.1:14550",), "dives/a", "2026-11-20T09:12:03Z", 1, 1, 0,
+                7200.0, (), clock.unix_s(), vehicles=heard)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("named", [(), ("--system", "1")])
+def test_off_by_way_of_a_recording_goes_to_whom_that_has_heard_though_nothing_is_heard_now(
+    vehicle, named, capsys
+):
+    unix_s = vehicle.clock.unix_s()
+    recording_that_heard(vehicle, HeardVehicle(1, 1, True, unix_s - 8.0))
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    vehicle.mute = True
+    assert cli.main(["ff", "off", *named, "--seconds", "4.1"]) == exit_codes.LINK
+    assert vehicle.server.mode == 0
+    assert capsys.readouterr().out.startswith("vehicle 1: sent 9 times, not heard for 12 s: not confirmed")
+
+
+def test_off_of_a_vehicle_that_is_named_goes_to_no_other_that_a_recording_has_heard(vehicle, capsys):
+    recording_that_heard(vehicle, HeardVehicle(1, 1, True, vehicle.clock.unix_s()))
+    vehicle.server.write("FF_MODE", 1.0, armed=False)
+    vehicle.mute = True
+    assert cli.main(["ff", "off", "--system", "2", "--seconds", "4.1"]) == exit_codes.LINK
+    assert vehicle.server.mode == 1
+    assert "vehicle 2: sent 9 times, never heard: not confirmed" in capsys.readouterr().out
+
+
 def test_off_ends_where_nothing_that_is_heard_has_a_feed_forward(vehicle, monkeypatch, capsys):
     vehicle.tells_mode = False
     no_such = dialect.MAVLink_param_error_message(255, 190, b"FF_MODE", -1, 1)
     monkeypatch.setattr(vehicle.server, "handle", lambda *_: [no_such])
     assert run("off") == exit_codes.NO
-    assert 11.0 < vehicle.clock.now_s < 15.0
+    assert 10.0 < vehicle.clock.now_s < 13.0
     assert "vehicle 1: has no feed-forward" in capsys.readouterr().out
 
 

@@ -14,6 +14,7 @@ from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import Configuration, Thruster, Vehicle
 from bridge.vehicle.feedforward import Mode
 from gcs_plugin.ff_switch import SEND_EVERY_S, Switch
+from gcs_plugin.known_vehicles import KnownVehicle
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.twins import Twins
 
@@ -298,19 +299,109 @@ def test_that_a_vehicle_takes_its_orders_from_another_ground_is_said_as_the_reas
 def test_the_component_that_tells_its_mode_is_the_one_that_is_told(clock):
     autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
     autopilot.lacks = True
+    switch = Switch(Mode.SHADOW)
+    assert drive(switch, Both(autopilot, companion), clock, 10.0)
+    assert (autopilot.sets, companion.server.mode) == ([], 1)
+
+
+def test_off_waits_for_no_companion_and_goes_to_it_as_soon_as_it_beats(clock):
+    autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
+    autopilot.lacks = True
     switch = Switch(Mode.OFF)
     assert drive(switch, Both(autopilot, companion), clock, 10.0)
-    assert (autopilot.sets, companion.server.mode) == ([], 0)
+    assert autopilot.sets == [(pytest.approx(STEP_S), 0.0)]
+    assert companion.sets[0] == (pytest.approx(0.9, abs=2 * STEP_S), 0.0)
+    assert companion.server.mode == 0
 
 
 def test_a_companion_is_told_before_an_autopilot_where_neither_tells_its_mode(clock):
     autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=0.9)
     autopilot.lacks = True
     companion.mute_telemetry = True
-    switch = Switch(Mode.OFF)
+    switch = Switch(Mode.SHADOW)
     drive(switch, Both(autopilot, companion), clock, 10.0)
     assert autopilot.sets == []
+    assert companion.server.mode == 1
+
+
+@pytest.mark.parametrize("phase_s", [0.9, 6.0])
+def test_off_reaches_a_companion_that_tells_no_mode_though_the_autopilot_has_none(clock, phase_s):
+    autopilot, companion = Craft(clock), Craft(clock, (1, 191), autopilot=8, phase_s=phase_s)
+    autopilot.lacks = True
+    companion.mute_telemetry = True
+    drive(Switch(Mode.OFF), Both(autopilot, companion), clock, 10.0)
     assert companion.server.mode == 0
+
+
+def heard_before(*vehicles):
+    return tuple(KnownVehicle(source, holds, heard_s) for source, holds, heard_s in vehicles)
+
+
+def test_off_goes_at_the_first_tick_to_the_one_that_was_heard_before(clock):
+    craft = Craft(clock, phase_s=0.97)
+    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -0.5)))
+    assert drive(switch, craft, clock, 5.0)
+    assert craft.sets[0] == (0.0, 0.0)
+
+
+def test_off_is_sent_blindly_and_works_where_the_vehicle_is_heard_no_more_but_is_never_called_done(clock):
+    craft = Craft(clock)
+    craft.dumb = True
+    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, -8.0)))
+    assert not drive(switch, craft, clock, 4.1)
+    assert craft.server.mode == 0
+    assert (switch.heard, switch.done, switch.waits_for) == (False, False, (1,))
+    assert switch.words == "vehicle 1: sent 9 times, not heard for 12 s: not confirmed"
+    craft.dumb = False
+    assert drive(switch, craft, clock, 5.0)
+
+
+def test_one_that_is_heard_no_more_while_it_is_switched_is_told_as_not_heard(clock):
+    craft = Craft(clock)
+    craft.deaf = True
+    switch = Switch(Mode.OFF)
+    drive(switch, craft, clock, 2.0)
+    craft.dumb = True
+    drive(switch, craft, clock, 6.0)
+    assert switch.words == "vehicle 1: sent 16 times, not heard for 6 s: not confirmed"
+
+
+@pytest.mark.parametrize("component", [1, 191])
+def test_off_of_a_system_that_is_named_is_sent_though_nobody_ever_heard_it(clock, component):
+    craft = Craft(clock, (3, component), autopilot=0 if component == 1 else 8)
+    craft.dumb = True
+    other = Craft(clock, (2, 1))
+    other.dumb = True
+    switch = Switch(Mode.OFF, system=3, known=heard_before(((2, 1), True, -1.0)))
+    assert not drive(switch, Both(other, craft), clock, 4.1)
+    assert (craft.server.mode, other.server.mode, other.sets) == (0, 3, [])
+    assert switch.words == "vehicle 3: sent 9 times, never heard: not confirmed"
+    craft.dumb = False
+    assert drive(switch, Both(other, craft), clock, 5.0)
+    assert (other.server.mode, other.sets) == (3, [])
+
+
+def test_a_companion_never_heard_is_sent_off_though_the_autopilot_of_its_system_has_none(clock):
+    autopilot, companion = Craft(clock, (3, 1)), Craft(clock, (3, 191), autopilot=8)
+    autopilot.lacks = companion.dumb = True
+    drive(Switch(Mode.OFF, system=3), Both(autopilot, companion), clock, 3.0)
+    assert companion.server.mode == 0
+
+
+def test_of_two_known_vehicles_off_is_not_done_while_one_is_not_heard(clock):
+    one, other = Craft(clock, (1, 1)), Craft(clock, (2, 1))
+    other.dumb = True
+    switch = Switch(Mode.OFF, known=heard_before(((1, 1), True, 0.0), ((2, 1), True, -3.0)))
+    assert not drive(switch, Both(one, other), clock, 10.0)
+    assert (one.server.mode, other.server.mode, switch.waits_for) == (0, 0, (2,))
+
+
+def test_a_raise_is_sent_to_nobody_who_is_not_heard(clock):
+    craft = Craft(clock, mode=0.0)
+    craft.dumb = True
+    switch = Switch(Mode.BOTH, system=1, known=heard_before(((1, 1), True, 0.0)))
+    assert not drive(switch, craft, clock, 10.0)
+    assert (craft.sets, switch.sent) == ([], 0)
 
 
 def test_a_companion_that_is_heard_late_is_found_though_the_autopilot_said_no(clock):

@@ -9,6 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.framing import Encoder, Framer, decode
+from gcs_plugin.known_vehicles import KnownVehicle
 from gcs_plugin.station import GROUND_STATION, ground_heartbeat
 from gcs_plugin.watch.watcher import Watcher
 from tui.app.source import LinkSource
@@ -16,6 +17,8 @@ from tui.app.station import Station
 from tui.app.view import Recording
 
 HEARTBEAT = Framer().feed(Encoder(1, 1).encode(ground_heartbeat()))[0]
+SUBMARINE = mav.MAVLink_heartbeat_message(mav.MAV_TYPE_SUBMARINE, 0, 0, 0, 4, 3)
+VEHICLE_BEAT = Framer().feed(Encoder(1, 1).encode(SUBMARINE))[0]
 
 
 class FakeSource:
@@ -91,7 +94,8 @@ class Rig:
         self.looked += 1
         return self.recording
 
-    def make_switch(self):
+    def make_switch(self, known):
+        self.known = known
         self.switches.append(FakeSwitch())
         return self.switches[-1]
 
@@ -162,6 +166,14 @@ def test_the_switch_is_ticked_until_it_is_done_and_told_for_a_while(rig):
     assert rig.turn(after_s=9.0).forcing.done
     assert rig.turn(after_s=2.0).forcing is None
     assert len(rig.source.sent) == 30
+
+
+def test_a_switch_is_made_with_those_who_were_heard_before_the_key(rig):
+    rig.source.coming = [(100.04, "link", VEHICLE_BEAT)]
+    rig.turn()
+    rig.station.force_off()
+    rig.turn()
+    assert rig.known == (KnownVehicle((1, 1), False, 100.04),)
 
 
 def test_what_is_sent_comes_from_the_ground_station(rig):

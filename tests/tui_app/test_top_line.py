@@ -148,7 +148,7 @@ def test_the_off_switch_stays_until_it_is_acknowledged():
     assert (
         role_of(first(asked, 160), "FF shadow; OFF: vehicle 1: sent 4 times, no answer for 2.0 s") == "lost"
     )
-    assert role_of(first(asked), "FF shadow; OFF") == "lost"
+    assert role_of(first(asked), "FF shadow; OFF not ") == "lost"
     done = replace(view(), forcing=Forcing("vehicle 1: off, as read back", 5, True))
     assert role_of(first(done, 160), "FF OFF, vehicle 1: off") == "strong"
 
@@ -167,7 +167,7 @@ def test_the_clock_of_the_recording_and_the_disk_stay_while_the_off_switch_is_to
 ):
     words = joined(first(replace(with_picture(armed=armed, armed_age_s=armed_age_s), forcing=forcing)))
     assert "REC 00:12:31  41 h left" in words
-    assert ("FF OFF, " if forcing.done else "FF shadow; OFF") in words
+    assert ("FF OFF, " if forcing.done else "FF shadow; OFF not ") in words
     assert len(words) <= 80
 
 
@@ -181,7 +181,33 @@ def test_an_off_that_another_vehicle_has_not_acknowledged_hides_not_what_this_on
     shown = replace(with_picture(ff_mode=mode, ff_mode_age_s=age_s), forcing=forcing)
     assert f" {is_now}; OFF of 2 " in joined(first(shown, 80))
     assert f" {is_now}; OFF: {words} " in joined(first(shown, 200))
-    assert f"{is_now}; OFF" in joined(first(shown, 60))
+    assert "OFF not done" in joined(first(shown, 60))
+
+
+@pytest.mark.parametrize("cells", [60, 80, 100])
+@pytest.mark.parametrize("silent_s", [0.0, 8.0])
+@pytest.mark.parametrize("lost", [False, True])
+@pytest.mark.parametrize("armed_age_s", [0.4, 12.0])
+@pytest.mark.parametrize("armed", Armed)
+@pytest.mark.parametrize("sent", [0, 1, 14])
+def test_an_off_that_is_not_done_says_so_at_every_width(sent, armed, armed_age_s, lost, silent_s, cells):
+    link = replace(picture().links[0], age_s=8.0, lost=True) if lost else picture().links[0]
+    seen = with_picture(armed=armed, armed_age_s=armed_age_s, links=(link,), ff_mode=3, ff_mode_age_s=8.0)
+    told = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - silent_s)
+    forcing = Forcing("vehicle 1: sent 14 times, not heard for 8 s: not confirmed", sent, False, (1,))
+    words = joined(first(replace(seen, recording=told, forcing=forcing), cells))
+    unsent = "OFF not sent" in words
+    assert unsent == (sent == 0 or silent_s > 0.0)
+    assert unsent or "OFF not done" in words or "not confirmed" in words
+    assert len(words) <= cells
+
+
+def test_what_a_recorder_that_hangs_was_handed_is_told_as_not_sent():
+    told = Recording(UNIX_S - 446, 1e6, 0, told_unix_s=UNIX_S - 8.0)
+    forcing = Forcing("vehicle 1: sent 9 times, not heard for 8 s: not confirmed", 9, False, (1,))
+    shown = replace(with_picture(ff_mode=3, ff_mode_age_s=8.0), recording=told, forcing=forcing)
+    assert "FF was both; OFF not sent" in joined(first(shown))
+    assert " FF was both; OFF not sent, the recorder is silent " in joined(first(shown, 160))
 
 
 def test_the_off_switch_that_is_done_is_never_told_by_the_words_of_one_that_is_not():

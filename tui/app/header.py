@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from gcs_plugin.ff_switch import sent_text
 from gcs_plugin.holder import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.lines import Line, Lines, Role, Span, apart, cut, width
@@ -167,7 +168,7 @@ def recorder_silent_s(view: View) -> float:
 
 def _feedforward(view: View) -> Piece:
     if view.forcing is not None:
-        return _forced(view.forcing, view.picture)
+        return _forced(view.forcing, view)
     mode, age_s = view.picture.ff_mode, view.picture.ff_mode_age_s
     if mode is None or age_s > GONE_S:
         return Piece(5, "quiet", ("FF --",))
@@ -181,8 +182,13 @@ def _mode_word(mode: int) -> str:
     return FF_MODES[mode] if 0 <= mode < len(FF_MODES) else f"{mode}?"
 
 
-def _forced(forcing: Forcing, picture: Picture) -> Piece:
-    """The off switch; until it is done the mode of the vehicle that is shown stands before it, as that tells it."""
+def _forced(forcing: Forcing, view: View) -> Piece:
+    """The off switch; until it is done the mode of the vehicle that is shown stands before it, as that tells it.
+
+    Its shortest form still says that it is not done: OFF alone would read as if it were. What a recorder that tells
+    nothing was handed counts as not sent: it lies in this computer.
+    """
+    picture = view.picture
     if forcing.done:
         return Piece(10, "strong", (f"FF OFF, {forcing.words}", "FF OFF, acknowledged", "FF OFF, done"))
     mode, age_s = picture.ff_mode, picture.ff_mode_age_s
@@ -192,9 +198,25 @@ def _forced(forcing: Forcing, picture: Picture) -> Piece:
     shown = picture.links[0].system if picture.links else None
     others = [system for system in forcing.waits_for if system != shown]
     of = f" of {' and '.join(map(str, others))}" if others else ""
-    times = {0: "not sent yet", 1: "sent once"}.get(forcing.sent, f"sent {forcing.sent} times")
-    forms = (f": {forcing.words}", f"{of} {times}", f"{of} {forcing.sent}x", f" {forcing.sent}x")
-    return Piece(10, "lost", (*(f" {is_now}; OFF{form} " for form in forms), f"{is_now}; OFF"))
+    if forcing.sent and recorder_silent_s(view) <= RECORDER_SILENT_S:
+        short = "not done"
+        forms: tuple[str, ...] = (
+            f": {forcing.words}",
+            f"{of} {sent_text(forcing.sent)}, not confirmed",
+            f"{of} not confirmed",
+        )
+    else:
+        short = "not sent"
+        forms = (
+            f"{of} not sent, the recorder is silent" if forcing.sent else f"{of} not sent yet",
+            f"{of} not sent",
+        )
+    whole = (
+        *(f" {is_now}; OFF{form} " for form in forms),
+        f"{is_now}; OFF{of} {short}",
+        f"{is_now}; OFF {short}",
+    )
+    return Piece(10, "lost", (*whole, f"OFF {short}"))
 
 
 def _tabs(tabs: Sequence[Tab]) -> Line:

@@ -9,6 +9,7 @@ from typing import Any, Final, Protocol
 
 from bridge.clock import Clock
 from bridge.framing import Encoder, Frame
+from gcs_plugin.known_vehicles import KnownVehicle, KnownVehicles
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.watch.picture import Picture
 from tui.app.source import Source
@@ -50,7 +51,8 @@ class OffSwitch(Protocol):
 
 
 class Station:
-    """`recording` tells, by Unix time, what is being recorded; `make_switch` gives a fresh off switch."""
+    """`recording` tells, by Unix time, what is being recorded; `make_switch` gives a fresh off switch for those heard
+    so far, by `clock`."""
 
     def __init__(
         self,
@@ -58,7 +60,7 @@ class Station:
         watcher: Watcher,
         clock: Clock,
         recording: Callable[[float], Recording | None],
-        make_switch: Callable[[], OffSwitch],
+        make_switch: Callable[[tuple[KnownVehicle, ...]], OffSwitch],
         period_s: float = 0.25,
     ) -> None:
         self._source, self._watcher, self._clock = source, watcher, clock
@@ -68,6 +70,7 @@ class Station:
         self._thrown = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="station", daemon=True)
+        self._known = KnownVehicles()
         self._switch: OffSwitch | None = None
         self._done_s: float | None = None
         self._due_s = self._look_s = clock.boot_s()
@@ -110,6 +113,7 @@ class Station:
         now_s = self._clock.boot_s()
         for arrived_s, link, frame in frames:
             self._watcher.feed(frame, arrived_s, link)
+            self._known.on_frame(frame, arrived_s)
             if self._switch is not None:
                 self._switch.on_frame(frame, arrived_s)
         self._force(now_s)
@@ -125,7 +129,7 @@ class Station:
         if self._thrown.is_set():
             self._thrown.clear()
             if self._switch is None or self._switch.done:
-                self._switch, self._done_s = self._make_switch(), None
+                self._switch, self._done_s = self._make_switch(self._known.at(now_s)), None
         switch = self._switch
         if switch is None:
             return

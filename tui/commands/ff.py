@@ -75,11 +75,11 @@ def switch_off(arguments: argparse.Namespace, link: "Link", clock: "Clock", open
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.ff_switch import Switch
     from tui import show
-    from tui.links import link_for
+    from tui.links import known_now, link_for
     from tui.switching import Line, drive_on
 
     words = show.words()
-    switch = Switch(Mode.OFF, arguments.system)
+    switch = Switch(Mode.OFF, arguments.system, known_now(clock, arguments.link))
 
     def tell(sentence: str) -> None:
         show.say(words, sentence)

@@ -147,6 +147,7 @@ def _show(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from bridge.vehicle.feedforward import Mode
     from gcs_plugin.ff_switch import Switch
+    from gcs_plugin.known_vehicles import newest
     from gcs_plugin.watch.watcher import Watcher
     from tui.app import preferences
     from tui.app.app import SeatrialApp
@@ -159,6 +160,7 @@ def _show(arguments: argparse.Namespace) -> int:
     from tui.app.source import LinkSource, Listening
     from tui.app.station import Station
     from tui.app.terminal import AnsweringDriver
+    from tui.links import known_now
 
     keymap = load_keymap(arguments.keymap, PLACES)
     vehicle = load_vehicle(arguments.vehicle) if arguments.vehicle else None
@@ -177,7 +179,7 @@ def _show(arguments: argparse.Namespace) -> int:
         Watcher(vehicle),
         clock,
         recording,
-        lambda: Switch(Mode.OFF),
+        lambda known: Switch(Mode.OFF, known=newest([*known, *known_now(clock, *arguments.link[:1])])),
         1.0 / arguments.fps,
     )
     app = SeatrialApp(
