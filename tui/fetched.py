@@ -13,6 +13,7 @@ from bridge.tlog import of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.boots import Boot, boots_heard, newest, of_dive
 from gcs_plugin.fetch.client import fetch
 from gcs_plugin.fetch.fetching import Fetching
+from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.listing import Listing
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.remade import refuse_recorded, remade
@@ -20,10 +21,12 @@ from gcs_plugin.fetch.whole import is_folded, made_whole, newest_frames, write_r
 from gcs_plugin.folder import About, DiveFolder, new_folder
 from gcs_plugin.in_use import alone_at
 from tui.show import Tell
+from tui.whole_words import beyond_words, guessed_words, lacking_words
 
 MIRROR = ".ring"
 AGAIN = "fetch again"
 HURT = "The vehicle's recording is damaged (places: {count}); what stood there may be missing"
+LET_GO = "its ring was full or let its oldest go; merge what others recorded then"
 HURT_BEYOND = (
     "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
 )
@@ -38,6 +41,7 @@ class Fetched:
     `damaged`: at how many places of the vehicle's recording, as it was fetched, there is no frame; `damaged_beyond`: at
     how many more, before or after the dive.
     `key`: what is to be said of a key that signs frames; "" where there was none.
+    `holes`, `lost`, `beyond` and `guessed` as `Whole` has them.
     """
 
     path: Path
@@ -47,20 +51,44 @@ class Fetched:
     damaged: int
     damaged_beyond: int = 0
     key: str = ""
+    holes: tuple[Hole, ...] = ()
+    lost: int = 0
+    beyond: int = 0
+    guessed: int = 0
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing shows that some of it lacks everywhere."""
+        return not (self.holes or self.lost)
 
     @property
     def words(self) -> str:
         """`1200 of 96000 frames had not been heard: the dive is whole in dives/.../telemetry.whole.tlog`."""
-        what = "all that can be read is" if self.damaged else "the dive is whole"
-        hurt = f". {HURT.format(count=self.damaged)}" if self.damaged else ""
+        if self.damaged:
+            what, all_there = (
+                "all that can be read is",
+                f"all {self.frames} frames that can be read are there",
+            )
+        elif self.is_whole:
+            what, all_there = "the dive is whole", f"nothing is missing, all {self.frames} frames are there"
+        else:
+            what, all_there = (
+                "what there is of the dive is",
+                f"all {self.frames} frames that anybody has are there",
+            )
         if self.missing:
             told = f"{self.missing} of {self.frames} frames had not been heard; {what} in {self.path}"
-        elif self.damaged:
-            told = f"all {self.frames} frames that can be read are there: {self.path}"
         else:
-            told = f"nothing is missing, all {self.frames} frames are there: {self.path}"
-        beyond = f". {HURT_BEYOND.format(count=self.damaged_beyond)}" if self.damaged_beyond else ""
-        return f"{told}{hurt}{beyond}{self.key}"
+            told = f"{all_there}: {self.path}"
+        lacking = lacking_words(self.holes, self.lost)
+        more = [
+            f"{lacking}, the vehicle neither: {LET_GO}" if lacking else "",
+            HURT.format(count=self.damaged) if self.damaged else "",
+            HURT_BEYOND.format(count=self.damaged_beyond) if self.damaged_beyond else "",
+            guessed_words(self.guessed),
+            beyond_words(self.beyond),
+        ]
+        return ". ".join((told, *filter(None, more))) + self.key
 
 
 @dataclass(frozen=True)
@@ -88,7 +116,17 @@ class Fetcher:
                 made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
         return Fetched(
-            path, len(made.records), made.missing, fetching.fetched, made.damaged, made.damaged_beyond, key
+            path,
+            len(made.records),
+            made.missing,
+            fetching.fetched,
+            made.damaged,
+            made.damaged_beyond,
+            key,
+            made.holes,
+            made.lost,
+            made.beyond,
+            made.guessed,
         )
 
     def new(

@@ -13,13 +13,15 @@ from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
-from gcs_plugin.fetch.whole import Whole, made_whole
+from gcs_plugin.fetch.whole import Strangers, Whole, made_whole
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.in_use import alone_at
+from tui.whole_words import beyond_words, guessed_words, lacking_words, steps_words
 
 FEWEST, LEAST_SHARE = 20, 0.3
 """Frames that both must have, and of those that were heard meanwhile: two vehicles say the same now and then."""
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
+MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
 GROUNDS = 240
 """System ids from here on are ground stations'."""
 AGAIN = "merge again"
@@ -43,16 +45,28 @@ class Refused:
 
 
 def merge_all(folder: DiveFolder, files: Sequence[Path]) -> Iterator[Merged | Refused]:
-    """Put recordings to a dive, one after the other; one that can't be is told, and the others go on."""
-    for file in files:
+    """Put recordings to a dive, one after the other; one that can't be is told, and the others go on.
+
+    One that has hardly a frame in common is tried again once another was put to the dive: that may overlap both.
+    """
+    strange: dict[Path, str] = {}
+    left = list(files)
+    while left:
+        file = left.pop(0)
         try:
             yield merge(folder, file)
+            left += strange
+            strange.clear()
+        except Strangers as error:
+            strange[file] = str(error)
         except SeatrialError as error:
             yield Refused(file, str(error))
         except OSError as error:
             yield Refused(
                 file, f"{error.filename or file}: {error.strerror}; check the path, its rights and the disk"
             )
+    for file, words in strange.items():
+        yield Refused(file, words)
 
 
 def merge(folder: DiveFolder, file: Path) -> Merged:
@@ -81,21 +95,28 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     def make(ground: Sequence[Path]) -> Whole:
         found = made_whole(ground, [file], source, strangers)
         if found.common < FEWEST or found.share < LEAST_SHARE:
-            raise LogError(strangers)
+            raise Strangers(strangers)
         return found
 
     found = remade(folder, source, make, AGAIN)
-    beyond = (
-        f" {found.beyond} frames of it lie before or after the dive and are left out." if found.beyond else ""
-    )
     key = f" {LEFT_OUT}" if any(map(holds_key, (*present, file))) else ""
-    span_s = found.records[0][0] * 1e-6, found.records[-1][0] * 1e-6
-    return Merged(
-        file,
-        into,
-        f"{file.name}: its clock {found.clock.words(*span_s)}. {found.missing} of {len(found.records)} frames had not "
-        f"been heard; the dive is whole in {into}.{beyond}{key}",
-    )
+    return Merged(file, into, _came(file, into, found) + key)
+
+
+def _came(file: Path, into: Path, found: Whole) -> str:
+    """What came of it, in words."""
+    begins_us, ends_us = found.records[0][0], found.records[-1][0]
+    lacking = lacking_words(found.holes, found.lost)
+    what = "what there is of the dive is" if lacking else "the dive is whole"
+    told = [
+        f"{file.name}: its clock {found.clock.words(begins_us * 1e-6, ends_us * 1e-6)}",
+        steps_words(found.steps, begins_us),
+        f"{found.missing} of {len(found.records)} frames had not been heard; {what} in {into}",
+        f"{lacking}; {MORE}" if lacking else "",
+        guessed_words(found.guessed),
+        beyond_words(found.beyond),
+    ]
+    return " ".join(f"{sentence}." for sentence in told if sentence)
 
 
 def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:

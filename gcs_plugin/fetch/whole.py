@@ -11,31 +11,33 @@ from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge.clock_line import ClockLine, fit_clock
+from bridge.clock_line import ClockLine
 from bridge.errors import LogError, NothingRecorded
 from bridge.file_size import size_to_read
-from bridge.framing import MAGIC_2, Frame
+from bridge.framing import Frame, message_id_at
 from bridge.new_file import PART, replacing
 from bridge.ring.segments import segment_named
 from bridge.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
+from gcs_plugin.fetch.as_sent import as_sent
 from gcs_plugin.fetch.doubtful import damaged_before
+from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
+from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, Step, put_on
 
-BLOCK_US: Final = 10_000_000
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000
 """A frame that arrives later after it was sent is another one of the same bytes."""
 AGAIN_US: Final = 200_000
 MANY: Final = 50
-JITTER_S: Final = 2e-3
-"""Of the middle of what ten seconds say, at the least."""
+MOST_ASTRAY: Final = 0.05
+"""Of the frames that both have, as many may be another one of the same bytes after all."""
 STRANGERS: Final = (
     "the vehicle's own recording and the ground's have no frame in common; "
     "check that this is the vehicle's dive"
@@ -47,9 +49,12 @@ TIMED: Final = frozenset(
     for number, kind in dialect.mavlink_map.items()
     if not {"time_usec", "time_boot_ms", "time_unix_usec"}.isdisjoint(kind.fieldnames)
 )
-Array = NDArray[np.float64]
 Dated = tuple[int, bytes]
 """Unix microseconds and a raw frame."""
+
+
+class Strangers(LogError):
+    """Two recordings have hardly a frame in common."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +63,12 @@ class Whole:
 
     `common`: how many both have. `share`: of each kind of message that states its time and that both hold, what share
     of those heard is also in the vehicle's recording, from the first that is to the last, at the least. `beyond`: how
-    many of its frames lie before or after, and are left out. `damaged`: at how many places of it there is no frame;
-    `damaged_beyond`: at how many more, which certainly lie before or after.
-    `clock`: that of the recording on board against the ground's, of the boot of which most is in common.
+    many of its frames were sent before the first or after the last that the ground heard, and are left out. `damaged`:
+    at how many places of it there is no frame; `damaged_beyond`: at how many more, which certainly lie before or after.
+    `clock`: that of the recording on board against the ground's, of the piece of which most is in common; `steps`: when
+    it was set meanwhile; `guessed`: how many of its frames are dated by no frame in common.
+    `holes`: the times of which neither has anything; `lost`: how many frames beside those neither has, by the vehicle's
+    sequence numbers; 0 where it sent files meanwhile, whose frames are not kept.
     """
 
     records: list[Dated]
@@ -72,29 +80,10 @@ class Whole:
     damaged: int
     damaged_beyond: int
     clock: ClockLine
-
-
-@dataclass(frozen=True)
-class _Kept:
-    """A frame of the vehicle's own recording: its number in it, its boot, its time on board in Unix microseconds."""
-
-    number: int
-    boot: int
-    stamp_us: int
-    raw: bytes
-
-
-@dataclass(frozen=True)
-class _Offsets:
-    """How much the ground's clock is ahead at times on board, both (n,) in us, by blocks of ten seconds: at the least,
-    and in the middle. The least dates what was stamped before it was sent; where both sides stamped what arrived, one
-    link is late as often as the other. `count`: of frames."""
-
-    least_at_us: Array
-    least_us: Array
-    usual_at_us: Array
-    usual_us: Array
-    count: int
+    steps: tuple[Step, ...]
+    guessed: int
+    holes: tuple[Hole, ...]
+    lost: int
 
 
 class RingFrames:
@@ -108,7 +97,7 @@ class RingFrames:
         self.damaged: list[int] = []
         self._files = files
 
-    def __iter__(self) -> Iterator[_Kept]:
+    def __iter__(self) -> Iterator[Kept]:
         number = 0
         for path in self._files:
             segment = segment_named(path.name.removesuffix(PART))
@@ -121,7 +110,7 @@ class RingFrames:
                 continue
             begins = number
             for stamp_us, frame in reader:
-                yield _Kept(number, segment.boot if segment else 0, stamp_us, frame.raw)
+                yield Kept(number, segment.boot if segment else 0, stamp_us, frame.raw)
                 number += 1
             if reader.counts["checksum"]:
                 self.damaged += [begins + before for before in damaged_before(load_recording(path)[0])]
@@ -143,22 +132,26 @@ def made_whole(
 ) -> Whole:
     """Both recordings of one dive as one; `source` is the vehicle's system and component.
 
-    Raises LogError where a file can't be read, or, with the sentence `strangers`, where they have no frame in common.
+    Raises LogError where a file can't be read or no clock line puts both together; Strangers, with the sentence
+    `strangers`, where they have no frame in common.
     """
     aboard = RingFrames(ring)
     kept = _once(aboard)
-    heard = [record for records in of_those_that_hold_frames(ground, read_tlog) for record in records]
+    heard = [record for records in of_those_that_hold_frames(ground, _forward) for record in records]
     places: dict[bytes, list[int]] = defaultdict(list)
     for place, one in enumerate(kept):
         places[one.raw].append(place)
-    offset_us = _offsets(kept, heard, places)
-    if not offset_us:
-        raise LogError(strangers)
-    dated = _dated(kept, offset_us)
+    anchors = _anchors(kept, heard, places)
+    if not anchors:
+        raise Strangers(strangers)
+    clock = put_on(kept, anchors)
+    dated = clock.dated
+    _refuse_astray(kept, anchors, dated, ring)
     both: set[int] = set()
     others: list[tuple[int, Frame]] = []
+    own: list[tuple[int, int | None]] = []
     copies = 0
-    timed: dict[int, list[bool]] = {_number(one.raw): [] for one in kept}
+    timed: dict[int, list[bool]] = {message_id_at(one.raw, 0): [] for one in kept}
     for stamp_us, frame in heard:
         found = _place(places.get(frame.raw, ()), dated, stamp_us)
         if frame.message_id in timed and frame.message_id in TIMED:
@@ -168,12 +161,14 @@ def made_whole(
             copies += 1
         elif frame.message_id != _TRANSFER:
             others.append((stamp_us, frame))
+        if frame.system == source[0] and frame.message_id != _TRANSFER:
+            own.append((stamp_us, found))
     if not both:
-        raise LogError(strangers)
-    first, last = min(both), max(both)
-    own = zip(dated[first : last + 1], (one.raw for one in kept[first : last + 1]), strict=True)
-    left = ((stamp_us, frame.raw) for stamp_us, frame in others)
-    records = list(heapq.merge(own, _rising(left), key=itemgetter(0)))
+        raise Strangers(strangers)
+    first, last = _span(both, own, dated)
+    inside = zip(dated[first : last + 1], (one.raw for one in kept[first : last + 1]), strict=True)
+    left = sorted(((stamp_us, frame.raw) for stamp_us, frame in others), key=itemgetter(0))
+    records = as_sent(heapq.merge(inside, left, key=itemgetter(0)))
     told = copies + sum((frame.system, frame.component) == source for _, frame in others)
     span = last + 1 - first
     strange_us = [stamp_us for stamp_us, frame in others if (frame.system, frame.component) == source]
@@ -187,11 +182,52 @@ def made_whole(
         len(kept) - span,
         damaged,
         len(aboard.damaged) - damaged,
-        _clock(offset_us),
+        clock.clock,
+        clock.steps,
+        clock.guessed,
+        holes_in(records, source),
+        0 if _has_files(heard, source) else lost_in(records, source),
     )
 
 
-def _once(kept: Iterable[_Kept]) -> list[_Kept]:
+def _has_files(heard: Iterable[tuple[int, Frame]], source: tuple[int, int]) -> bool:
+    return any(
+        frame.message_id == _TRANSFER and (frame.system, frame.component) == source for _, frame in heard
+    )
+
+
+def _forward(path: Path) -> list[tuple[int, Frame]]:
+    """A recording of the dive's own, whose clock all the rest is put on. Raises LogError where that was set back."""
+    records = list(read_tlog(path))
+    for (before_us, _), (after_us, _) in pairwise(records):
+        if before_us - after_us > STEP_US:
+            raise LogError(
+                f"{path}: its own clock was set back by {(before_us - after_us) * 1e-6:.1f} s while it was recorded, "
+                "so that nothing can be dated by it; put it to a dive whose clock goes on evenly"
+            )
+    return records
+
+
+def _span(
+    both: Iterable[int], own: Sequence[tuple[int, int | None]], dated: Sequence[int]
+) -> tuple[int, int]:
+    """The first and the last place of the dive. `own`: when the ground heard each frame of the vehicle, and which place
+    it has.
+
+    Where the first that was heard is in the vehicle's recording, the dive begins with it; else with what was sent after
+    it was heard. So at the end.
+    """
+    first, last = min(both), max(both)
+    begins_us, begins = min(own, key=itemgetter(0), default=(0, first))
+    ends_us, ends = max(own, key=itemgetter(0), default=(0, last))
+    if begins is None:
+        first = min(first, bisect_left(dated, begins_us))
+    if ends is None:
+        last = max(last, bisect_right(dated, ends_us) - 1)
+    return first, last
+
+
+def _once(kept: Iterable[Kept]) -> list[Kept]:
     """Without a frame that comes again at once, as where two links of one vehicle were recorded: a sequence number
     comes again only after 255 others."""
     last_us: dict[tuple[int, bytes], int] = {}
@@ -206,7 +242,7 @@ def _once(kept: Iterable[_Kept]) -> list[_Kept]:
 
 def _within(
     damaged: Iterable[int],
-    kept: Sequence[_Kept],
+    kept: Sequence[Kept],
     dated: Sequence[int],
     both: tuple[int, int],
     strange_us: Sequence[int],
@@ -226,23 +262,11 @@ def _within(
     return sum(after < place <= up_to for place in damaged)
 
 
-def _number(raw: bytes) -> int:
-    """The message id of a whole frame."""
-    return int.from_bytes(raw[7:10], "little") if raw[0] == MAGIC_2 else raw[5]
-
-
 def _share(timed: Iterable[Sequence[bool]]) -> float:
     """The least share of what is true from the first to the last of any, over kinds with MANY or more."""
     spans = [np.flatnonzero(found) for found in timed if len(found) >= MANY]
     shares = [len(true) / int(np.ptp(true) + 1) if len(true) > 1 else 0.0 for true in spans]
     return min(shares, default=0.0)
-
-
-def _clock(offsets: dict[int, _Offsets]) -> ClockLine:
-    """The line through the offsets of one boot: what the clock on board is ahead, by the ground's time."""
-    found = max(offsets.values(), key=lambda one: one.count)
-    here_s, ahead_s = (found.usual_at_us + found.usual_us) * 1e-6, -found.usual_us * 1e-6
-    return fit_clock(here_s, ahead_s, np.full(len(here_s), JITTER_S))
 
 
 def newest_frames(files: Sequence[Path], most_us: int | None) -> tuple[list[Dated], int]:
@@ -267,54 +291,33 @@ def write_records(path: Path, records: Iterable[Dated]) -> None:
             file.write(record_of(stamp_us, raw))
 
 
-def _offsets(
-    kept: Sequence[_Kept], heard: Sequence[tuple[int, Frame]], places: dict[bytes, list[int]]
-) -> dict[int, _Offsets]:
-    """By boot, of frames that state their own time: others may come again, and be lost in between."""
-    times: dict[int, dict[int, list[tuple[int, int]]]] = defaultdict(lambda: defaultdict(list))
+def _anchors(
+    kept: Sequence[Kept], heard: Sequence[tuple[int, Frame]], places: dict[bytes, list[int]]
+) -> list[Anchor]:
+    """Of frames that state their own time: others may come again, and be lost in between."""
     met: set[bytes] = set()
+    anchors = []
     for stamp_us, frame in heard:
         found = places.get(frame.raw, ())
         if len(found) != 1 or frame.raw in met or frame.message_id not in TIMED:
             continue
         met.add(frame.raw)
-        one = kept[found[0]]
-        times[one.boot][one.stamp_us // BLOCK_US].append((stamp_us - one.stamp_us, one.stamp_us))
-    return {boot: _of_boot(list(blocks.values())) for boot, blocks in times.items()}
+        anchors.append(Anchor(found[0], stamp_us - kept[found[0]].stamp_us))
+    return sorted(anchors, key=lambda one: one.place)
 
 
-def _of_boot(blocks: Sequence[list[tuple[int, int]]]) -> _Offsets:
-    least = sorted((min(block) for block in blocks), key=itemgetter(1))
-    usual = [
-        (np.median([ahead_us for ahead_us, _ in block]), np.mean([at_us for _, at_us in block]))
-        for block in blocks
-    ]
-    return _Offsets(
-        np.array([at_us for _, at_us in least], np.float64),
-        np.array([ahead_us for ahead_us, _ in least], np.float64),
-        np.array([at_us for _, at_us in usual], np.float64),
-        np.array([ahead_us for ahead_us, _ in usual], np.float64),
-        sum(map(len, blocks)),
-    )
-
-
-def _dated(kept: Sequence[_Kept], offsets: dict[int, _Offsets]) -> list[int]:
-    """When each was sent, on the ground's clock. A boot that nobody heard begins where the one before it ended."""
-    stamps = np.array([one.stamp_us for one in kept], np.float64)
-    boots = np.array([one.boot for one in kept])
-    dated = np.empty(len(kept))
-    for boot, found in offsets.items():
-        own = boots == boot
-        dated[own] = stamps[own] + np.interp(stamps[own], found.least_at_us, found.least_us)
-    known = np.isin(boots, list(offsets))
-    for boot in np.unique(boots[~known]):
-        own = boots == boot
-        begins = dated[known & (boots < boot)].max(initial=-np.inf)
-        ends = dated[known & (boots > boot)].min(initial=np.inf)
-        begins = begins if np.isfinite(begins) else ends
-        dated[own] = np.minimum(begins + stamps[own] - stamps[own][0], ends)
-    # A recording has no time before 1970, and a ground whose clock stands there may have heard the last first.
-    return [round(one) for one in np.maximum.accumulate(np.maximum(dated, 0.0)).tolist()]
+def _refuse_astray(
+    kept: Sequence[Kept], anchors: Sequence[Anchor], dated: Sequence[int], ring: Sequence[Path]
+) -> None:
+    """Raise LogError where many of the frames that both have come to two times: they would be there twice."""
+    late_us = [kept[one.place].stamp_us + one.ahead_us - dated[one.place] for one in anchors]
+    astray = sum(not EARLIEST_US <= one <= LATEST_US for one in late_us)
+    if astray > MOST_ASTRAY * len(anchors):
+        raise LogError(
+            f"{ring[0]}: its clock and the dive's go by no common time: of {len(anchors)} frames that both have, "
+            f"{astray} are up to {max(map(abs, late_us)) * 1e-6:.0f} s apart. One of both was set while it was "
+            "recorded; nothing is put together"
+        )
 
 
 def _place(places: Sequence[int], dated: Sequence[int], stamp_us: int) -> int | None:

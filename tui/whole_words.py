@@ -1,0 +1,61 @@
+"""What a crew is told of recordings that were put together: what nobody has, what was left out, what was guessed."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from gcs_plugin.fetch.holes import Hole
+from gcs_plugin.fetch.one_clock import Step
+
+TOLD: Final = 3
+"""Of many, as many are told one by one."""
+
+
+def lacking_words(holes: Sequence[Hole], lost: int) -> str:
+    """`58 s of it, from 0:18 on, nobody has`; "" where nothing shows that anything lacks."""
+    longest = sorted(sorted(holes, key=lambda hole: -hole.length_s)[:TOLD], key=lambda hole: hole.after_s)
+    told = [f"{hole.length_s:.0f} s of it, from {_clock(hole.after_s)} on" for hole in longest]
+    if len(holes) > len(longest):
+        told.append(f"{len(holes) - len(longest)} shorter times")
+    if lost:
+        told.append(f"{lost} {'single frames' if lost > 1 else 'single frame'}")
+    return f"{_listed(told)}, nobody has" if told else ""
+
+
+def steps_words(steps: Sequence[Step], begins_us: int) -> str:
+    """`It was set by -60.0 s at 1:00 of the dive; each part is dated by itself`; "" where it went on evenly."""
+    if not steps:
+        return ""
+    told = [
+        f"by {step.by_us * 1e-6:+.1f} s at {_clock((step.at_us - begins_us) * 1e-6)}" for step in steps[:TOLD]
+    ]
+    if len(steps) > TOLD:
+        told.append(f"{len(steps) - TOLD} times more")
+    return f"It was set, or began anew, {_listed(told)} of the dive; each part is dated by itself"
+
+
+def beyond_words(beyond: int) -> str:
+    """What was left out for its time; "" for nothing."""
+    if not beyond:
+        return ""
+    were = "frame of it was" if beyond == 1 else "frames of it were"
+    are = "is" if beyond == 1 else "are"
+    return f"{beyond} {were} sent before the dive's first frame or after its last and {are} left out"
+
+
+def guessed_words(guessed: int) -> str:
+    """What has no date of its own; "" for nothing."""
+    if not guessed:
+        return ""
+    return (
+        f"When {guessed} frames of it were sent is a guess: between two of its starts nobody else heard any, and they "
+        "are dated from the end of the one before"
+    )
+
+
+def _listed(told: Sequence[str]) -> str:
+    return told[0] if len(told) == 1 else f"{', '.join(told[:-1])} and {told[-1]}"
+
+
+def _clock(time_s: float) -> str:
+    """`1:05`."""
+    return f"{int(time_s) // 60}:{int(time_s) % 60:02d}"
