@@ -58,4 +58,5 @@ def _listed(told: Sequence[str]) -> str:
 
 def _clock(time_s: float) -> str:
     """`1:05`."""
-    return f"{int(time_s) // 60}:{int(time_s) % 60:02d}"
+    minutes, seconds = divmod(round(time_s), 60)
+    return f"{minutes}:{seconds:02d}"

@@ -161,7 +161,9 @@ def _cuts(kept: Sequence[Kept], anchors: Sequence[Anchor]) -> list[int]:
                 anchors[middle : middle + COMPARED],
             )
             if earlier and later:
-                is_step = abs(_middle_us(later) - _middle_us(earlier)) > STEP_US
+                by_us = _middle_us(later) - _middle_us(earlier)
+                # What comes after was not heard before.
+                is_step = abs(by_us) > STEP_US and passed_us + by_us > -STEP_US
             else:
                 is_step = passed_us < -STEP_US or _is_set(ticks, bisect_left(ticked, place), passed_us)
             if is_step:

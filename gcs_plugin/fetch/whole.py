@@ -229,10 +229,15 @@ def _span(
 
 def _once(kept: Iterable[Kept]) -> list[Kept]:
     """Without a frame that comes again at once, as where two links of one vehicle were recorded: a sequence number
-    comes again only after 255 others."""
+    comes again only after 255 others. A clock that was set back shows no frame again by its time."""
     last_us: dict[tuple[int, bytes], int] = {}
-    out = []
+    out: list[Kept] = []
+    newest_us = 0
     for one in kept:
+        if one.stamp_us < newest_us - AGAIN_US:
+            last_us.clear()
+            newest_us = 0
+        newest_us = max(newest_us, one.stamp_us)
         before_us = last_us.get((one.boot, one.raw))
         last_us[one.boot, one.raw] = one.stamp_us
         if before_us is None or abs(one.stamp_us - before_us) > AGAIN_US:

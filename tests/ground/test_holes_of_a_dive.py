@@ -1,0 +1,206 @@
+"""A dive is called whole only where nothing shows that some of it lacks: what nobody has is told, with its time."""
+
+from pathlib import Path
+
+import pytest
+from diving_vehicle import Dive
+from test_clocks_that_step import of_it
+
+from bridge.framing import Encoder
+from bridge.ring.segments import Segment, segments_in
+from bridge.ring.whole import WHOLE
+from bridge.tlog import read_tlog
+from gcs_plugin.fetch.as_sent import as_sent
+from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
+from gcs_plugin.fetch.whole import made_whole, write_records
+from gcs_plugin.folder import DiveFolder
+from gcs_plugin.station import ground_heartbeat
+from tui.fetched import Fetched, Fetcher
+from tui.merging import Merged, Refused, merge_all
+
+pytestmark = pytest.mark.usefixtures("switched_off")
+
+SOURCE = (1, 191)
+DAY_US = 86_400_000_000
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory):
+    """What the vehicle sent in 80 s, dated by the ground's clock."""
+    dive = Dive(tmp_path_factory.mktemp("sent"))
+    dive.dive(80.0)
+    return dive.heard
+
+
+def raws(records):
+    return [raw for _, raw in records]
+
+
+def dive_of(tmp_path, records):
+    folder = DiveFolder(tmp_path / "dives" / "lake")
+    folder.path.mkdir(parents=True)
+    write_records(folder.path / "telemetry.tlog", records)
+    return folder
+
+
+def ring_of(tmp_path, *parts):
+    """Segments of one boot, on a clock of its own."""
+    files = []
+    for number, part in enumerate(parts):
+        files.append(tmp_path / Segment(1, 7, number, 1000 * number).name)
+        write_records(files[-1], [(stamp_us - DAY_US, raw) for stamp_us, raw in part])
+    return files
+
+
+def made_of(tmp_path, frames, *kept):
+    """A dive of which the ground heard the beginning and the end, and what the vehicle kept between those times."""
+    heard = of_it(frames, 0.0, 18.0) + of_it(frames, 70.0)
+    folder = dive_of(tmp_path, heard)
+    ring = ring_of(tmp_path, *(of_it(frames, begins_s, ends_s) for begins_s, ends_s in kept))
+    return made_whole(folder.telemetry(), ring, SOURCE)
+
+
+def fetched_words(made):
+    done = Fetched(Path(WHOLE), len(made.records), made.missing, 0, 0, 0, "", made.holes, made.lost)
+    return done.words, done.is_whole
+
+
+@pytest.mark.parametrize(
+    ("kept", "hole"),
+    [
+        (((0.0, 50.0),), "20 s of it, from 0:50 on"),
+        (((40.0, 80.0),), "22 s of it, from 0:18 on"),
+        (((0.0, 30.0), (60.0, 80.0)), "30 s of it, from 0:30 on"),
+        (((10.0, 19.0), (40.0, 71.0)), "21 s of it, from 0:19 on"),
+    ],
+)
+def test_what_the_vehicle_kept_between_two_times_heard_goes_in_and_the_rest_is_told(
+    tmp_path, frames, kept, hole
+) -> None:
+    made = made_of(tmp_path, frames, *kept)
+    known = {
+        raw
+        for begins_s, ends_s in (*kept, (0.0, 18.0), (70.0, 80.0))
+        for raw in raws(of_it(frames, begins_s, ends_s))
+    }
+    assert set(raws(made.records)) == known
+    words, is_whole = fetched_words(made)
+    assert f"{hole}, nobody has, the vehicle neither" in words
+    assert "what there is of the dive is in" in words
+    assert not is_whole
+
+
+def test_a_dive_of_which_all_is_there_is_whole(tmp_path, frames) -> None:
+    made = made_of(tmp_path, frames, (0.0, 50.0), (50.0, 80.0))
+    assert raws(made.records) == raws(frames)
+    words, is_whole = fetched_words(made)
+    assert "the dive is whole in" in words
+    assert is_whole
+
+
+def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(tmp_path, frames) -> None:
+    gone = {raw for _, raw in frames[500:900:10]}
+    left = [one for one in frames if one[1] not in gone]
+    folder = dive_of(tmp_path, of_it(left, 0.0, 18.0) + of_it(left, 70.0))
+    made = made_whole(folder.telemetry(), ring_of(tmp_path, left), SOURCE)
+    assert made.lost == sum((raw[5], raw[6]) == SOURCE for raw in gone) > 10
+    assert f"{made.lost} single frames, nobody has" in fetched_words(made)[0]
+
+
+def test_a_ring_that_lost_its_middle_is_told_by_a_fetch_and_what_it_has_goes_in(tmp_path) -> None:
+    dive = Dive(tmp_path / "ring")
+    for number, so_long in enumerate((10.0, 30.0, 10.0)):
+        dive.cut(number == 1)
+        dive.dive(so_long)
+    folder = dive_of(tmp_path, dive.heard)
+    segments = [segment for segment, _ in segments_in(dive.folder)]
+    for segment in segments[len(segments) // 3 : len(segments) // 2]:
+        (dive.folder / segment.name).unlink()
+    left = dive.kept()
+    done = Fetcher(dive, dive.world, 60.0, lambda *_: None).whole(folder)
+    whole = [frame.raw for _, frame in read_tlog(folder.path / WHOLE)]
+    first, last = left.index(whole[0]), left.index(whole[-1])
+    assert set(left[first : last + 1]) <= set(whole)
+    (hole,) = done.holes
+    assert 3.0 < hole.length_s < 20.0
+    assert f"{hole.length_s:.0f} s of it, from 0:" in done.words
+
+
+@pytest.mark.parametrize("order", ["ab", "ba"])
+def test_two_recordings_that_overlap_each_other_fill_the_dive_in_either_order(
+    tmp_path, frames, order
+) -> None:
+    heard = of_it(frames, 0.0, 18.0) + of_it(frames, 70.0)
+    folder = dive_of(tmp_path, heard)
+    parts = {"a": (10.0, 48.0, 2), "b": (42.0, 80.0, -3)}
+    for name, (begins_s, ends_s, days) in parts.items():
+        records = [(stamp_us + days * DAY_US, raw) for stamp_us, raw in of_it(frames, begins_s, ends_s)]
+        write_records(tmp_path / f"{name}.tlog", records)
+    *_, last = merge_all(folder, [tmp_path / f"{name}.tlog" for name in order])
+    assert [frame.raw for _, frame in read_tlog(folder.path / WHOLE)] == raws(frames)
+    assert "the dive is whole" in last.words
+
+
+@pytest.mark.parametrize("order", ["bridge middle", "middle bridge"])
+def test_a_recording_that_only_another_one_leads_to_is_taken_in_any_order(tmp_path, frames, order) -> None:
+    folder = dive_of(tmp_path, of_it(frames, 0.0, 18.0) + of_it(frames, 79.0))
+    for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "middle": (30.0, 78.9)}.items():
+        write_records(tmp_path / f"{name}.tlog", of_it(frames, begins_s, ends_s))
+    came = list(merge_all(folder, [tmp_path / f"{name}.tlog" for name in order.split()]))
+    assert [one.file.name for one in came] == ["bridge.tlog", "middle.tlog"]
+    assert all(isinstance(one, Merged) for one in came)
+    assert len(list(read_tlog(folder.path / WHOLE))) > 0.99 * len(frames)
+
+
+def test_a_recording_that_none_of_them_leads_to_is_refused_at_the_end(tmp_path, frames) -> None:
+    folder = dive_of(tmp_path, of_it(frames, 0.0, 18.0) + of_it(frames, 79.0))
+    for name, (begins_s, ends_s) in {"bridge": (10.0, 40.0), "far": (50.0, 70.0)}.items():
+        write_records(tmp_path / f"{name}.tlog", of_it(frames, begins_s, ends_s))
+    taken, refused = merge_all(folder, [tmp_path / "far.tlog", tmp_path / "bridge.tlog"])
+    assert isinstance(taken, Merged)
+    assert isinstance(refused, Refused)
+    assert refused.file.name == "far.tlog"
+    assert "39 s of it, from 0:40 on, nobody has; merge what else was recorded then" in taken.words
+
+
+def test_what_was_sent_before_and_after_the_dive_is_told(tmp_path, frames) -> None:
+    folder = dive_of(tmp_path, of_it(frames, 20.0, 60.0))
+    write_records(tmp_path / "other.tlog", frames)
+    (done,) = merge_all(folder, [tmp_path / "other.tlog"])
+    beyond = len(frames) - len(of_it(frames, 20.0, 60.0))
+    assert f"{beyond} frames of it were sent before the dive's first frame or after its last" in done.words
+
+
+def beats(times_s, first=0, skip=0):
+    """Heartbeats of one sender, whose sequence numbers skip so many after half of them."""
+    encoder, out = Encoder(1, 191), []
+    for number, time_s in enumerate(times_s):
+        for _ in range(first if number == 0 else skip if number == len(times_s) // 2 else 0):
+            encoder.encode(ground_heartbeat())
+        out.append((round(time_s * 1e6), encoder.encode(ground_heartbeat())))
+    return out
+
+
+def test_a_vehicle_that_was_silent_by_design_has_no_hole() -> None:
+    quiet = [*range(10), *range(70, 80)]
+    assert holes_in(beats(quiet), SOURCE) == ()
+    assert holes_in(beats(quiet, skip=60), SOURCE) == (Hole(9.0, 61.0),)
+    assert holes_in(beats(range(0, 60, 5), skip=1), SOURCE) == ()
+    assert lost_in(beats([0.1 * k for k in range(10)], skip=3), SOURCE) == 3
+
+
+def test_frames_of_a_sender_come_in_its_order_where_stamps_differ_by_jitter() -> None:
+    sent = beats([0.01 * k for k in range(600)], first=200)
+    mixed = sent[:]
+    mixed[10:14] = [mixed[12], mixed[10], mixed[13], mixed[11]]
+    mixed[300], mixed[301] = mixed[301], mixed[300]
+    stamped = [(stamp_us, raw) for (stamp_us, _), (_, raw) in zip(sent, mixed, strict=True)]
+    assert as_sent(stamped) == sent
+
+
+def test_a_sender_that_starts_anew_or_was_long_unheard_is_left_in_its_order() -> None:
+    first = beats([0.01 * k for k in range(100)])
+    again = [(stamp_us + 5_000_000, raw) for stamp_us, raw in beats([0.01 * k for k in range(100)])]
+    assert as_sent(first + again) == first + again
+    skipped = beats([0.5 * k for k in range(100)], skip=200)
+    assert as_sent(skipped) == skipped
