@@ -5,6 +5,7 @@ from typing import Final
 
 from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.one_clock import Step
+from identify.ingest.unheard import clock
 
 TOLD: Final = 3
 """Of many, as many are told one by one."""
@@ -13,7 +14,7 @@ TOLD: Final = 3
 def lacking_words(holes: Sequence[Hole], lost: int) -> str:
     """`58 s of it, from 0:18 on, nobody has`; "" where nothing shows that anything lacks."""
     longest = sorted(sorted(holes, key=lambda hole: -hole.length_s)[:TOLD], key=lambda hole: hole.after_s)
-    told = [f"{hole.length_s:.0f} s of it, from {_clock(hole.after_s)} on" for hole in longest]
+    told = [f"{hole.length_s:.0f} s of it, from {clock(hole.after_s)} on" for hole in longest]
     if len(holes) > len(longest):
         told.append(f"{len(holes) - len(longest)} shorter times")
     if lost:
@@ -26,7 +27,7 @@ def steps_words(steps: Sequence[Step], begins_us: int) -> str:
     if not steps:
         return ""
     told = [
-        f"by {step.by_us * 1e-6:+.1f} s at {_clock((step.at_us - begins_us) * 1e-6)}" for step in steps[:TOLD]
+        f"by {step.by_us * 1e-6:+.1f} s at {clock((step.at_us - begins_us) * 1e-6)}" for step in steps[:TOLD]
     ]
     if len(steps) > TOLD:
         told.append(f"{len(steps) - TOLD} times more")
@@ -54,9 +55,3 @@ def guessed_words(guessed: int) -> str:
 
 def _listed(told: Sequence[str]) -> str:
     return told[0] if len(told) == 1 else f"{', '.join(told[:-1])} and {told[-1]}"
-
-
-def _clock(time_s: float) -> str:
-    """`1:05`."""
-    minutes, seconds = divmod(round(time_s), 60)
-    return f"{minutes}:{seconds:02d}"

@@ -27,8 +27,8 @@ LEAP_US: Final = 200_000
 """A longer time without a frame may be a clock that was set forward."""
 STEP_US: Final = 250_000
 """A smaller step is not told from a link that is late."""
-EARLY_US: Final = 1_000_000
-"""Before most of its ten seconds: that is another frame of the same bytes."""
+EARLY_US: Final = 30_000_000
+"""Before most of its ten seconds, which a link may delay: that is another frame of the same bytes."""
 COMPARED: Final = 20
 """Frames before and after a step, at the most: how much the clocks differ is their median."""
 JITTER_S: Final = 2e-3

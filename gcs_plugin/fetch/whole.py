@@ -36,8 +36,8 @@ LATEST_US: Final = 30_000_000
 """A frame that arrives later after it was sent is another one of the same bytes."""
 AGAIN_US: Final = 200_000
 MANY: Final = 50
-MOST_ASTRAY: Final = 0.05
-"""Of the frames that both have, as many may be another one of the same bytes after all."""
+FEW_ASTRAY, MOST_ASTRAY = 20, 0.05
+"""So many, or so many of all that both have, may be other frames of the same bytes after all."""
 STRANGERS: Final = (
     "the vehicle's own recording and the ground's have no frame in common; "
     "check that this is the vehicle's dive"
@@ -317,7 +317,7 @@ def _refuse_astray(
     """Raise LogError where many of the frames that both have come to two times: they would be there twice."""
     late_us = [kept[one.place].stamp_us + one.ahead_us - dated[one.place] for one in anchors]
     astray = sum(not EARLIEST_US <= one <= LATEST_US for one in late_us)
-    if astray > MOST_ASTRAY * len(anchors):
+    if astray > max(FEW_ASTRAY, MOST_ASTRAY * len(anchors)):
         raise LogError(
             f"{ring[0]}: its clock and the dive's go by no common time: of {len(anchors)} frames that both have, "
             f"{astray} are up to {max(map(abs, late_us)) * 1e-6:.0f} s apart. One of both was set while it was "

@@ -99,7 +99,7 @@ def test_what_of_a_clock_that_was_set_nobody_else_heard_is_called_a_guess(tmp_pa
     unheard = len([1 for stamp_us, _ in of_it(frames, STEP_AT_S, 45.0)])
     assert f"When {unheard} frames of it were sent is a guess" in words
     # What follows on 45 s nobody has.
-    assert "13 s of it, from 0:45 on, nobody has" in words
+    assert "13 s of it, from 0:44 on, nobody has" in words
 
 
 @pytest.mark.parametrize("by_s", [-2.0, -60.0])
@@ -111,5 +111,5 @@ def test_a_dive_whose_own_clock_was_set_back_dates_nothing_and_says_so(tmp_path,
 
 def test_a_dive_whose_own_clock_leaps_is_refused_where_frames_would_come_twice(tmp_path, frames) -> None:
     at_us = frames[0][0] + round(20.0 * 1e6)
-    with pytest.raises(LogError, match="go by no common time: of .* are up to 40 s apart"):
+    with pytest.raises(LogError, match=r"go by no common time: of .* are up to 40 s apart"):
         put_together(tmp_path, set_by(of_it(frames), 40.0, at_us), of_it(frames))
