@@ -19,6 +19,7 @@ from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, begin, finish, lines_of, new_preimage, path_of
 from gcs_plugin.params.sidecar import unchecked
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.turn import NONE_YET, Newest, Turn, newest
 from gcs_plugin.params.unfinished import belongs, told
 from gcs_plugin.params.wanted import Wanted, wanted_by
 from gcs_plugin.params.while_armed import obstacle
@@ -45,6 +46,8 @@ class _Work:
     began_s: float = 0.0
     receipt: Receipt | None = None
     accepts: tuple[str, ...] = ()
+    read_at: Newest = NONE_YET
+    turn: Turn | None = None
 
 
 class Parameters:
@@ -157,6 +160,7 @@ class Parameters:
         self._work = _Work(
             errand, wanted, file, action, names, armed, self._clock.unix_s(), now_s, accepts=accepts
         )
+        self._work.read_at = newest(RECEIPTS, source[0])
 
     def _planned(self, work: _Work, now_s: float) -> None:
         """The plan is there: show it, and go on as far as may be."""
@@ -256,16 +260,21 @@ class Parameters:
             )
         work.began_unix_s, work.began_s = self._clock.unix_s(), now_s
         upload, back = errand.rehearsed(now_s), work.action == "rollback"
-        work.receipt = begin(
-            plan,
-            errand.source,
-            new_preimage(RECEIPTS, work.began_unix_s),
-            upload.crc if upload.commits else None,
-            work.began_unix_s,
-            str(work.file) if back else "",
-            None if work.names or back else work.wanted.sidecar,
-        )
-        errand.agreed(now_s, even_armed)
+        work.turn = Turn(RECEIPTS, errand.source[0], work.read_at)
+        try:
+            work.receipt = begin(
+                plan,
+                errand.source,
+                new_preimage(RECEIPTS, work.began_unix_s),
+                upload.crc if upload.commits else None,
+                work.began_unix_s,
+                str(work.file) if back else "",
+                None if work.names or back else work.wanted.sidecar,
+            )
+            errand.agreed(now_s, even_armed)
+        except SeatrialError:
+            work.turn.end()
+            raise
 
     def _receive(self, work: _Work) -> None:
         """Tell and keep what became of an upload."""
@@ -281,6 +290,8 @@ class Parameters:
             self._say(row)
         self._say(f"params: {ending.outcome.value}: {ending.sentence}")
         receipt = finish(work.receipt, plan, ending, took_s)
+        if work.turn is not None:
+            work.turn.end()
         if receipt.unkept:
             self._say(f"values before: {before}")
             self._say(f"params: {receipt.unkept}")

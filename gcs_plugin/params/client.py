@@ -25,6 +25,7 @@ from gcs_plugin.params.plan import Plan
 from gcs_plugin.params.receipt import Receipt, begin, finish
 from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import ReadValue, Result, SetValue, Source
+from gcs_plugin.params.turn import Newest, Turn
 from gcs_plugin.params.upload import Ending, Upload
 from gcs_plugin.params.while_armed import obstacle
 from gcs_plugin.station import GROUND_STATION
@@ -207,19 +208,19 @@ class ParameterClient:
         even_armed: bool = False,
         restores: str = "",
         sidecar: Sidecar | None = None,
+        read_at: Newest | None = None,
     ) -> Receipt:
-        """Carry out a plan. What the vehicle held goes into the new file `preimage` before the first write, and beside
-        it a receipt that says what was begun; at the end it says how that ended. `restores` is the pre-image that is
-        gone back to, "" for an upload of anything else; `sidecar` says where its values come from.
+        """Carry out a plan. What the vehicle held goes into a new file before the first write, `preimage` or the next
+        number of it, and beside it a receipt that says what was begun; at the end it says how that ended. `restores` is
+        the pre-image that is gone back to, "" for an upload of anything else; `sidecar` says where its values come
+        from, `read_at` what the newest receipt was as the vehicle was read.
 
         Raises ParamRejected or ParamUnknown for a plan that can't be sent, ParamRejected while the vehicle is armed,
-        unless `even_armed` and its feed-forward does not act, LinkTimeout where its heart no longer beats: in each case
-        nothing was written.
+        unless `even_armed` and its feed-forward does not act, or where another program writes to it, or did since,
+        LinkTimeout where its heart no longer beats: in each case nothing was written.
         """
         plan.check()
         self._await_heartbeat()
-        if preimage.exists():
-            raise ParamRejected(f"{preimage}: exists already and is never overwritten; give another name")
         system, component = self._known_vehicle()
         upload = Upload(plan, (system, component), self._clock.boot_s(), self._timing, set_crc)
         if self.armed and upload.needs_disarmed:
@@ -231,10 +232,11 @@ class ParameterClient:
                 )
         crc = upload.crc if upload.commits else None
         vehicle, unix_s = (system, component), self._clock.unix_s()
-        begun = begin(plan, vehicle, preimage, crc, unix_s, restores, sidecar)
-        start_s = self._clock.boot_s()
-        ending = self._drive(upload, even_armed)
-        return finish(begun, plan, ending, self._clock.boot_s() - start_s)
+        with Turn(preimage.parent, system, read_at):
+            begun = begin(plan, vehicle, preimage, crc, unix_s, restores, sidecar)
+            start_s = self._clock.boot_s()
+            ending = self._drive(upload, even_armed)
+            return finish(begun, plan, ending, self._clock.boot_s() - start_s)
 
     def _drive(self, upload: Upload, even_armed: bool) -> Ending:
         told: dict[str, Result] = {}

@@ -228,6 +228,11 @@ def replace_text(path: Path, text: str) -> None:
             file.write(text.encode())
             to_disk(file)
     except OSError as error:
-        if not path.parent.is_dir():
-            raise ParamUnwritten(f"{path}: {path.parent} is no folder; choose another place") from None
-        raise ParamUnwritten(f"{path}: can't be written ({error.strerror}); choose another place") from None
+        raise unwritten(path, error) from None
+
+
+def unwritten(path: Path, error: OSError) -> ParamUnwritten:
+    """What to tell where a file can't be written."""
+    if not path.parent.is_dir():
+        return ParamUnwritten(f"{path}: {path.parent} is no folder; choose another place")
+    return ParamUnwritten(f"{path}: can't be written ({error.strerror}); choose another place")

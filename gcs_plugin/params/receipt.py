@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +18,7 @@ from bridge.errors import ParamRejected
 from bridge.file_size import read_small
 from bridge.folder_sync import sync_folder
 from bridge.plain import from_json
-from gcs_plugin.params.files import replace_text, write_parameters
+from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, unit_of
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome, Result, Source
@@ -105,9 +106,11 @@ def begin(
     sidecar: Sidecar | None = None,
 ) -> Receipt:
     """Put on the disk what an upload needs to be finished or rolled back by another: the values before, what it is to
-    write with what is known of that, and its receipt. Raises ParamUnwritten where that can't be: then nothing is to be
-    sent, and none of these files is left, for they would look like an upload.
+    write with what is known of that, and its receipt. Where an upload has the name `preimage` already it gets the next
+    number: the receipt tells. Raises ParamUnwritten where that can't be: then nothing is to be sent, and none of these
+    files is left, for they would look like an upload.
     """
+    preimage = _claimed(preimage)
     wanted = path_of(preimage, WANTED)
     try:
         return _begun(plan, vehicle, preimage, active_crc, unix_s, restores, sidecar)
@@ -207,11 +210,27 @@ def whole(told: Any, most: int) -> int:
 
 
 def new_preimage(folder: Path, unix_s: float) -> Path:
-    """The pre-image of an upload that begins now, under a name that none there has."""
-    time = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}"
-    number, found = 2, folder / f"{time}{BEFORE}"
-    while found.exists():
-        found, number = folder / f"{time}-{number}{BEFORE}", number + 1
+    """The pre-image of an upload that begins now; `begin` numbers it where another has that name."""
+    return folder / f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%M%SZ}{BEFORE}"
+
+
+def _claimed(preimage: Path) -> Path:
+    """That file or, where it or its receipt is there, the next number of it: new and empty, whoever else begins now.
+
+    Raises ParamUnwritten where none can be made.
+    """
+    tail = BEFORE if preimage.name.endswith(BEFORE) else preimage.suffix
+    stem, found = preimage.name.removesuffix(tail), preimage
+    try:
+        found.parent.mkdir(parents=True, exist_ok=True)
+        for number in count(2):
+            with contextlib.suppress(FileExistsError):
+                if not path_of(found, RECEIPT).exists():
+                    found.touch(exist_ok=False)
+                    break
+            found = preimage.with_name(f"{stem}-{number}{tail}")
+    except OSError as error:
+        raise unwritten(preimage, error) from None
     return found
 
 

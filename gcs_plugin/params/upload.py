@@ -7,9 +7,9 @@
 Staging to switching share one deadline, and rolling back has one of its own, so that a vehicle that starts
 anew, or answers nothing, holds nobody up. One that answers nothing for `UNANSWERED_S` ends either at once.
 
-The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so nothing is ever half-applied. A
-commit that the vehicle neither took nor refused is left alone and said: only a reading of FF_ACTIVE can
-tell.
+The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so nothing is ever half-applied. Just before the
+commit FF_ACTIVE has to be what was read, or the new set's already: else another program wrote meanwhile. A commit
+that the vehicle neither took nor refused is left alone and said: only a reading of FF_ACTIVE can tell.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -28,6 +28,7 @@ Crc = Callable[[Mapping[str, float]], int]
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and a try a second, once in a million
 PROBES: Final = 16
+OVERTAKEN: Final = "another program changed which set the vehicle flies since it was read"
 
 
 class Stage(Enum):
@@ -70,6 +71,7 @@ class Upload:
         self._direct = {name: value for name, value in changes.items() if name not in self._live}
         self._written: set[str] = set()
         self._committed = self._needs_commit = self._undoing = False
+        self._looks = self._asked_to_commit = False
         self._undone: dict[str, Result] = {}
         self._results: dict[str, Result] = {}
         self._failure: Result | None = None
@@ -90,6 +92,7 @@ class Upload:
         if self._undoing:
             return done, total
         staged = len(self._stage_tasks())
+        done = staged if self._looks else done
         committed = staged + int(self._needs_commit)
         total = committed + len(self._live)
         if self.ending is not None and self.ending.outcome in (Outcome.APPLIED, Outcome.SAME):
@@ -134,7 +137,7 @@ class Upload:
     def on_reboot(self, time_s: float) -> None:
         """The vehicle started again: it may have lost its staged set, so that all of it is proved anew."""
         self._answered_s = time_s
-        if self._stage in (Stage.COMMIT, Stage.LIVE):
+        if self._looks or self._stage in (Stage.COMMIT, Stage.LIVE):
             self._committed = False
             self._enter_stage(time_s + self._trips.quiet_s)
         elif self._stage is not Stage.DONE:
@@ -211,13 +214,14 @@ class Upload:
         tasks = self._stage_tasks()
         named = {task.name for task in tasks}
         probes = [name for name in self._plan.present if name not in named and name not in (COMMIT, ACTIVE)]
-        self._stage, self._transfer = Stage.STAGE, self._transfer_of(tasks, time_s, probes[:PROBES])
+        self._stage, self._looks = Stage.STAGE, False
+        self._transfer = self._transfer_of(tasks, time_s, probes[:PROBES])
 
     def _advance(self, time_s: float) -> None:
         while self._stage is not Stage.DONE and self._transfer.done:
             self._collect()
             if self._stage is Stage.STAGE:
-                self._after_staging(time_s)
+                self._after_look(time_s) if self._looks else self._after_staging(time_s)
             elif self._stage is Stage.COMMIT:
                 self._after_commit(time_s)
             elif self._stage is Stage.LIVE:
@@ -236,11 +240,28 @@ class Upload:
     def _after_staging(self, time_s: float) -> None:
         if not self._transfer.succeeded:
             self._undo(time_s)
-        elif self._needs_commit:
-            task = Task(ACTIVE, float(self._crc_new), COMMIT)
-            self._stage, self._transfer = Stage.COMMIT, self._transfer_of([task], time_s)
-        else:
+        elif not self._needs_commit:
             self._enter_live(time_s)
+        elif self._asked_to_commit:
+            self._enter_commit(time_s)  # and started anew since: it may well fly the new set
+        else:
+            self._looks = True
+            self._transfer = self._transfer_of([confirm(ACTIVE, self._plan.present[ACTIVE])], time_s)
+
+    def _after_look(self, time_s: float) -> None:
+        """The vehicle was asked which set it flies: commit, unless that is neither the one of before nor the new."""
+        seen = self._transfer.results[ACTIVE].seen
+        if self._transfer.succeeded or (seen is not None and float32.same(seen, float(self._crc_new))):
+            self._enter_commit(time_s)
+            return
+        if seen is not None:
+            self._failure = Result(Outcome.REFUSED, OVERTAKEN, seen)
+        self._undo(time_s)
+
+    def _enter_commit(self, time_s: float) -> None:
+        self._looks, self._asked_to_commit = False, True
+        task = Task(ACTIVE, float(self._crc_new), COMMIT)
+        self._stage, self._transfer = Stage.COMMIT, self._transfer_of([task], time_s)
 
     def _after_commit(self, time_s: float) -> None:
         if self._transfer.succeeded:
@@ -264,7 +285,7 @@ class Upload:
         names = [name for name in self._written if name != COMMIT]
         # Quiet first, so that a write still on its way can't arrive after the one that takes it back.
         start_s = time_s + self._trips.quiet_s
-        self._stage, self._undoing = Stage.UNDO, True
+        self._stage, self._undoing, self._looks = Stage.UNDO, True, False
         self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1, self._timing), start_s
         self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
 

@@ -332,10 +332,11 @@ def test_a_cable_pulled_at_any_moment_is_said_and_the_upload_can_be_finished(
 
 def test_a_pre_image_is_never_overwritten(client, vehicle, tmp_path):
     (tmp_path / "before.param").write_text("A,1\n")
-    with pytest.raises(ParamRejected, match="exists already"):
-        upload(client, tmp_path)
-    assert vehicle.sets == []
+    before = truth(vehicle)
+    receipt = upload(client, tmp_path)
     assert (tmp_path / "before.param").read_text() == "A,1\n"
+    assert receipt.preimage == tmp_path / "before-2.param"
+    assert read_parameters(receipt.preimage) == before
 
 
 def test_silence_is_no_vehicle(client, vehicle):

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.receipt import Line
     from gcs_plugin.params.transfer import Result, Source
+    from gcs_plugin.params.turn import Newest
     from tui.parameter_files import Targets
     from tui.parameter_plan import Planned
     from tui.show import Tell
@@ -155,6 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.framing import Encoder
     from gcs_plugin.params import staging
     from gcs_plugin.params.client import ParameterClient
+    from gcs_plugin.params.turn import newest as newest_receipt
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
     from tui import show
     from tui.links import link_for
@@ -171,8 +173,9 @@ def run(arguments: argparse.Namespace) -> int:
         client = ParameterClient(link, clock, progress=watch, line=watch.line)
         with watch.bar("looking for the vehicle"):
             client.find_vehicle(arguments.seconds, arguments.system)
+            receipts, system = Path(arguments.receipts), client.vehicle[0]
+            read_at = newest_receipt(receipts, system)
             present = client.read_all()
-        receipts, system = Path(arguments.receipts), client.vehicle[0]
         if arguments.action == "show":
             for note in (*staging.told(present), *left_behind(receipts, system, present)):
                 show.say(show.words(), note)
@@ -190,7 +193,7 @@ def run(arguments: argparse.Namespace) -> int:
             show.say(show.results(arguments.json), note)
         if arguments.action == "diff" or arguments.dry_run:
             return show_difference(arguments, plan, client)
-        return apply(arguments, client, watch, plan, clock.unix_s())
+        return apply(arguments, client, watch, plan, clock.unix_s(), read_at)
     finally:
         link.close()
 
@@ -239,7 +242,12 @@ def show_difference(arguments: argparse.Namespace, planned: "Planned", client: "
 
 
 def apply(
-    arguments: argparse.Namespace, client: "ParameterClient", watch: Watch, planned: "Planned", unix_s: float
+    arguments: argparse.Namespace,
+    client: "ParameterClient",
+    watch: Watch,
+    planned: "Planned",
+    unix_s: float,
+    read_at: "Newest",
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
     from dataclasses import replace
@@ -257,16 +265,17 @@ def apply(
     if planned.writes(client.vehicle) and not arguments.yes and not agreed(client, f"{about_to(plan)}?"):
         show.say(show.words(), "nothing was sent")
         return exit_codes.INTERRUPTED
-    before = new_preimage(Path(arguments.receipts), unix_s)
     back = arguments.action == "rollback"
     with watch.bar(told.WRITING):
         receipt = client.apply(
             plan,
-            before,
+            new_preimage(Path(arguments.receipts), unix_s),
             even_armed=arguments.armed,
             restores=arguments.file if back else "",
             sidecar=planned.targets.sidecar if planned.whole and not back else None,
+            read_at=read_at,
         )
+    before = receipt.preimage
     console = show.results(arguments.json)
     rows = [
         (line.name, unit_of(line.name), _text(line.before), _text(line.after), _became(line))
