@@ -16,6 +16,7 @@ from bridge.errors import ConfigError, LogError
 from bridge.new_file import whole
 from bridge.ring.whole import WHOLE, standing_for
 from bridge.vehicle.config import VehicleFile
+from gcs_plugin.alone_in import alone_in
 from gcs_plugin.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dive_order import number, order, recordings
 from gcs_plugin.in_use import HeldTlog
@@ -76,17 +77,22 @@ class DiveFolder:
         except OSError as error:
             raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
 
+    def change(self, by: Callable[[About], About]) -> None:
+        """Read `dive.yaml`, change it, and write it, while no other program does."""
+        with alone_in(self.path):
+            self.describe(by(self.about()))
+
     def add_event(self, unix_s: float, text: str) -> None:
-        about = self.about()
-        self.describe(replace(about, events=(*about.events, Event(utc_text(unix_s), text))))
+        event = Event(utc_text(unix_s), text)
+        self.change(lambda about: replace(about, events=(*about.events, event)))
 
     def note(self, text: str) -> None:
         """Put `text` in place of the notes of the whole dive."""
-        self.describe(replace(self.about(), notes=text))
+        self.change(lambda about: replace(about, notes=text))
 
     def set_conditions(self, conditions: Conditions) -> None:
         """Put them in place of those that it had."""
-        self.describe(replace(self.about(), conditions=conditions))
+        self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
         """Take it away, where nothing was heard in its dive; notes, and whatever else lies in it, keep it."""

@@ -2,6 +2,8 @@
 
 import gzip
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError, LogError
 from bridge.framing import Encoder
+from gcs_plugin.alone_in import alone_in
 from gcs_plugin.dive_order import began
 from gcs_plugin.folder import About, DiveFolder, Event, list_folders, load_folder, new_folder
 
@@ -98,6 +101,43 @@ def test_what_is_known_of_a_dive_is_kept_beside_it(tmp_path):
     assert folder.about() == About(
         "v.yaml", "abc", "hovering", "calm: 3 °C\nclear", (Event("2026-11-20T09:12:03Z", "a new file"),)
     )
+
+
+def test_notes_written_by_many_programs_at_once_are_all_kept(tmp_path):
+    folder = new_folder(tmp_path, SECOND_S, "x")
+    words = (
+        "import sys; from pathlib import Path; from gcs_plugin.folder import DiveFolder; sys.stdin.read(1); "
+    )
+    words += "[DiveFolder(Path(sys.argv[1])).add_event(1.8e9, sys.argv[2] + str(n)) for n in range(10)]"
+    writers = [
+        subprocess.Popen([sys.executable, "-c", words, str(folder.path), name], stdin=subprocess.PIPE)
+        for name in "abc"
+    ]
+    for writer in writers:
+        writer.stdin.write(b"x")
+        writer.stdin.close()
+    assert [writer.wait(60) for writer in writers] == [0, 0, 0]
+    assert {event.text for event in folder.about().events} == {
+        f"{name}{n}" for name in "abc" for n in range(10)
+    }
+    assert [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
+
+
+def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_all_the_same(
+    tmp_path, monkeypatch
+):
+    folder = new_folder(tmp_path, SECOND_S, "x")
+    monkeypatch.setattr("gcs_plugin.alone_in.PATIENCE_S", 0.0)
+    with alone_in(folder.path):
+        folder.note("held")
+    assert folder.about().notes == "held"
+
+    def unable(*_):
+        raise OSError(95, "Operation not supported")
+
+    monkeypatch.setattr("gcs_plugin.alone_in.fcntl.flock", unable)
+    folder.note("no locks")
+    assert folder.about().notes == "no locks"
 
 
 def test_a_damaged_description_is_named(tmp_path):

@@ -1,14 +1,14 @@
 """`seatrial conditions`: what a dive was made under, shown or written down."""
 
 import argparse
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui import exit_codes
 
 if TYPE_CHECKING:
-    from gcs_plugin.folder import DiveFolder
+    from gcs_plugin.folder import About, DiveFolder
 
 EXAMPLE = (
     "seatrial conditions dives/2026-11-20T0912Z-hovering --water-temperature 11.5 --salinity 35 --ballast 2"
@@ -54,10 +54,14 @@ def run(arguments: argparse.Namespace) -> int:
     if wrong := mistakes(given):
         raise ConfigError(". ".join(f"{OPTIONS[name][0]}: {sentence}" for name, sentence in wrong.items()))
     before = last_conditions(folder.path.resolve().parent, folder.path)
-    conditions = folder.about().conditions
     if given or arguments.same:
-        conditions = of_texts(texts_of(before if arguments.same else conditions) | given)
-        folder.set_conditions(conditions)
+
+        def added(about: "About") -> "About":
+            known = before if arguments.same else about.conditions
+            return replace(about, conditions=of_texts(texts_of(known) | given))
+
+        folder.change(added)
+    conditions = folder.about().conditions
     show.write_json(asdict(conditions) | {"density_kg_m3": conditions.density_kg_m3}, arguments.json)
     console = show.results(arguments.json)
     show.say(console, f"{folder.path}: {conditions.words or 'no conditions are noted'}")
