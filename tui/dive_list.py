@@ -23,6 +23,7 @@ from bridge.ring.made_since import AFTERWARDS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dive_order import GLANCE, began, is_date, order, recordings
 from gcs_plugin.folder import About, DiveFolder, list_folders
+from gcs_plugin.in_use import is_written
 from tui.dive_vehicle import vehicle_named
 from tui.show import plain
 from tui.stray_bytes import stray_bytes
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from identify.dive import Dive
     from identify.glance.loss import Loss
 
+NOTHING_YET: Final = "is being recorded, nothing heard yet"
 Load = Callable[[str], VehicleFile]
 
 VERSION: Final = 8
@@ -77,7 +79,8 @@ class Glance:
 class DiveRow:
     """One dive of a list; `notes` and `events` are the crew's own words, each event with its time.
 
-    `conditions` is what the dive was made under, in a line. `damaged` says why its `dive.yaml` can't be read.
+    `conditions` is what the dive was made under, in a line. `damaged` says why its `dive.yaml` can't be read,
+    `underway` that it is being recorded and holds nothing yet.
     """
 
     folder: Path
@@ -89,6 +92,7 @@ class DiveRow:
     learnt: tuple[str, ...]
     conditions: str = ""
     damaged: str = ""
+    underway: str = ""
 
 
 def dive_folders(root: Path) -> list[Path]:
@@ -123,6 +127,9 @@ def row_of(
     if trouble:
         glance = replace(glance, why_not=trouble)
     size = sum(size for _, size, _ in key["recordings"])
+    underway = ""
+    if glance.error and not size and any(is_written(file) for file in recordings(folder)):
+        glance, underway = replace(glance, error=""), NOTHING_YET
     events = tuple(f"{event.utc} {event.text}" for event in about.events)
     return DiveRow(
         folder,
@@ -134,6 +141,7 @@ def row_of(
         tuple(_learnt(folder)),
         about.conditions.words,
         damaged,
+        underway,
     )
 
 

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from bridge.framing import Encoder
 from bridge.messages.readings import Reading, encode
 from bridge.tlog import TlogWriter
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.folder import About, DiveFolder, Event
+from gcs_plugin.folder import About, DiveFolder, Event, new_folder
 from identify.ingest.open import read_dive
 from tui import cli, dive_list, exit_codes
 from tui.dive_list import GLANCE, AxisSpan, Glance, letters, row_of, short_name
@@ -403,3 +404,17 @@ def test_a_dive_that_lacks_its_middle_says_for_how_long_nothing_was_heard(vehicl
     (told,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
     assert (round(told["unheard_s"], 3), told["unheard"]) == (20.0, note)
     assert note in read_dive(folder.path).notes
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="nothing is locked there")
+def test_a_dive_that_is_recorded_and_holds_nothing_yet_says_so(capsys, tmp_path):
+    folder = new_folder(tmp_path / "dives", 1_790_000_000.0, "deck")
+    recording = folder.open_telemetry(1)
+    at = ["dives", str(folder.path.parent), "--json", str(tmp_path / "list.json")]
+    assert cli.main(at) == exit_codes.DONE
+    assert "deck: is being recorded, nothing heard yet" in capsys.readouterr().out
+    (told,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
+    assert (told["error"], told["underway"]) == ("", "is being recorded, nothing heard yet")
+    recording.close()
+    assert cli.main(at) == exit_codes.BAD_INPUT
+    assert "deck: can't be read: " in capsys.readouterr().out

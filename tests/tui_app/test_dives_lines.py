@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive
 
-from tui.app.dives_lines import details, known_to, row_under, table, window
+from tui.app.dives_lines import details, known_to, length, row_under, table, window
 from tui.app.lines import width
 from tui.app.listed import listed, usual
+from tui.commands.dives import clock_text
 
 DECK_DIVE, HOVERING_DIVE, DAMAGED_DIVE = listed(DIVES)
 
@@ -160,3 +161,21 @@ def test_a_damaged_dive_yaml_is_told_beside_what_the_dive_could_tell():
     lines = said(details(damaged, False, 80))
     assert "dives/a/dive.yaml: line 2: no YAML" in lines
     assert not any("not known" in line or "nothing to identify" in line for line in lines)
+
+
+@pytest.mark.parametrize("seconds", [111.4, 111.5, 112.49, 0.4, 3599.6])
+def test_a_dive_is_as_long_as_the_verb_says(seconds):
+    assert length(seconds).lstrip("0:") == clock_text(seconds).lstrip("0:")
+
+
+def test_what_was_not_heard_is_told():
+    note = "Nothing was heard of the vehicle for 58 s at a stretch, from 0:10 on: `seatrial fetch` brings it."
+    (one,) = listed([{**HOVERING, "unheard": note}])
+    assert note in " ".join(" ".join(said(details(one, False, 80))).split())
+
+
+def test_a_dive_that_is_recorded_and_holds_nothing_yet_shows_that_alone():
+    (one,) = listed([{**DECK, "underway": "is being recorded, nothing heard yet"}])
+    lines = said(details(one, True, 80))
+    assert "is being recorded, nothing heard yet" in lines
+    assert not [line for line in lines if "so far" in line or "could tell" in line or "can't" in line]

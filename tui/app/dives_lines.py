@@ -90,8 +90,8 @@ def _of_loss(loss: float, role: Role) -> Role:
 
 
 def length(seconds: float) -> str:
-    """`00:13:27`; dashes where nobody knows."""
-    return stopwatch(seconds) if math.isfinite(seconds) else NOTHING
+    """`00:13:27`, rounded as `seatrial dives` does; dashes where nobody knows."""
+    return stopwatch(round(seconds)) if math.isfinite(seconds) else NOTHING
 
 
 def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Lines:
@@ -100,13 +100,15 @@ def details(dive: ListedDive, recorded: bool, cells: int, key: str = "") -> Line
     `key` asks for the conditions.
     """
     lines: list[Line] = [heading(dive.name, str(dive.folder.name), cells)]
-    if recorded:
+    if dive.underway:
+        lines += hanging(dive.underway, "warn", cells)
+    elif recorded:
         lines += hanging("is being recorded: this is what it holds so far", "warn", cells)
     if dive.unread:
         return (*lines, *hanging("is being read: what it could tell comes with that", "quiet", cells))
     if dive.error:
         lines += hanging(f"can't be read: {dive.error}", "bad", cells)
-    else:
+    elif not dive.underway:
         lines += _axes(dive)
     if dive.damaged:
         lines += hanging(dive.damaged, "bad", cells)

@@ -26,8 +26,8 @@ class Span:
 class ListedDive:
     """One dive. `relative_std` by coefficient tells what it could identify, inf for not at all; None for unknown.
 
-    `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts`, `lacking`, `unheard` and `damaged` are
-    sentences, "" for none.
+    `spans` by axis ("surge"). `why_not`, `error`, `stray`, `restarts`, `lacking`, `unheard`, `damaged` and `underway`
+    are sentences, "" for none.
     `unread` where the recording is yet to be read: then only name, time and length are known.
     """
 
@@ -51,6 +51,7 @@ class ListedDive:
     unread: bool = False
     lacking: str = ""
     unheard: str = ""
+    underway: str = ""
 
     @property
     def identifiable(self) -> bool:
@@ -134,6 +135,7 @@ def _dive(data: Mapping[str, Any]) -> ListedDive:
         str(data.get("damaged", "")),
         lacking=str(data.get("lacking", "")),
         unheard=str(data.get("unheard", "")),
+        underway=str(data.get("underway", "")),
     )
 
 

@@ -96,6 +96,8 @@ def table_of(rows: "list[DiveRow]") -> "Any":
 def said_of(row: "DiveRow") -> "Iterator[str]":
     """What a row has no room for."""
     glance = row.glance
+    if row.underway:
+        yield row.underway
     if glance.error:
         yield f"can't be read: {glance.error}"
     if row.damaged:
@@ -159,6 +161,7 @@ def to_json(row: "DiveRow") -> dict[str, Any]:
         "unheard_s": glance.unheard_s,
         "unheard": glance.unheard,
         "damaged": row.damaged,
+        "underway": row.underway,
         "notes": row.notes,
         "conditions": row.conditions,
         "events": list(row.events),
