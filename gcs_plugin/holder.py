@@ -116,10 +116,9 @@ def held(now_unix_s: float) -> Holding | None:
     return holding if holding is not None and _lives(holding.pid) else None
 
 
-def all_held(now_unix_s: float) -> list[Holding]:
-    """Every recording that runs: first the one that `held` tells of, by whose hub others go that name no link."""
-    first = held(now_unix_s)
-    found = [first] if first is not None else []
+def held_beside(now_unix_s: float) -> list[Holding]:
+    """The recordings that run beside the one that `held` tells of, by whose hub others go that name no link."""
+    found = []
     with contextlib.suppress(OSError):
         for file in sorted(state_file().parent.glob(_file_of_second("*").name)):
             holding = _told_within(now_unix_s, FRESH_S, file)

@@ -8,7 +8,7 @@ from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost
 from bridge.link.base import Link
 from bridge.link.reconnecting import Aside, Reconnecting, unheard
-from gcs_plugin.holder import FRESH_S, Holding, all_held, hangs, held, how_to_end, hung
+from gcs_plugin.holder import FRESH_S, Holding, hangs, held, held_beside, how_to_end, hung
 from gcs_plugin.known_vehicles import KnownVehicle, still_known
 from gcs_plugin.link_names import among
 from tui.exit_codes import UsageError
@@ -108,7 +108,8 @@ def recordings_now() -> list[Holding]:
     """All recordings that run, first the one by which others go."""
     from bridge.clock import SystemClock
 
-    return all_held(SystemClock().unix_s())
+    first = holding_now()
+    return [*([first] if first is not None else []), *held_beside(SystemClock().unix_s())]
 
 
 def holder_of(spec: str) -> Holding | None:

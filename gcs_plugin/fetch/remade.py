@@ -10,7 +10,7 @@ from bridge.ring.made_since import lacked
 from bridge.ring.whole import WHOLE
 from gcs_plugin.fetch.whole import Whole, made_whole, write_records
 from gcs_plugin.folder import DiveFolder
-from gcs_plugin.holder import Holding, all_held, held, hung
+from gcs_plugin.holder import Holding, held, held_beside, hung
 from gcs_plugin.in_use import LOOK_EVERY_S, holder_of, is_written
 
 CLOSED_WITHIN_S: Final = 3.0
@@ -28,7 +28,7 @@ def refuse_recorded(
             f"{folder.path}: is still recorded, by process {holding.pid}; let that go on in the next dive "
             f"(`seatrial record --next`) or end it (`seatrial record --end`), and {again}"
         )
-    if (second := next((one for one in all_held(now_unix_s) if _is_of(one, folder)), None)) is not None:
+    if (second := next((one for one in held_beside(now_unix_s) if _is_of(one, folder)), None)) is not None:
         raise _by_second(folder, second.pid, again)
     looks = round(CLOSED_WITHIN_S / LOOK_EVERY_S)
     while (written := next(filter(is_written, folder.heard()), None)) is not None and looks > 0:

@@ -11,9 +11,9 @@ from bridge.errors import LinkError, LinkLost
 from bridge.link.open import open_link
 from gcs_plugin.fetch.whole import write_records
 from gcs_plugin.folder import new_folder
-from gcs_plugin.holder import Holding, all_held, held, release, state_file, write_holding
+from gcs_plugin.holder import Holding, held, held_beside, release, state_file, write_holding
 from tui import cli, exit_codes, links
-from tui.links import ByWay, coming_back, link_for, refuse_second
+from tui.links import ByWay, coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
 
@@ -70,17 +70,18 @@ class Dead:
 
 def test_both_are_told_the_first_first_and_the_second_takes_its_place(two):
     now_s = SystemClock().unix_s()
-    assert [one.folder for one in all_held(now_s)] == ["/dives/first", "/dives/second"]
+    assert [one.folder for one in recordings_now()] == ["/dives/first", "/dives/second"]
     assert held(now_s).folder == "/dives/first"
+    assert [one.folder for one in held_beside(now_s)] == ["/dives/second"]
     write_holding(two)
-    assert [one.folder for one in all_held(now_s)] == ["/dives/second"]
+    assert [one.folder for one in recordings_now()] == ["/dives/second"]
     assert [path.name for path in state_file().parent.glob("recording.*")] == ["recording.json"]
 
 
 @pytest.mark.usefixtures("two")
 def test_what_a_killed_one_told_is_taken_away_by_the_next():
     write_holding(told(pid=2**22 + 1, links=("udpin:127.0.0.1:9",)), second=True)
-    assert len(all_held(SystemClock().unix_s())) == 2
+    assert len(recordings_now()) == 2
     release()
     assert list(state_file().parent.glob("recording.*.beside")) == []
 
