@@ -228,8 +228,9 @@ def _of_recording(holding: Holding | None) -> Link:
 def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]:
     """Whom the recording that runs has heard, by `clock`: whom an OFF by way of it is for; by any other link nobody."""
     now_unix_s = clock.unix_s()
-    of_spec = (one for one in all_held(now_unix_s) if spec is not None and holds(one, spec))
-    holding = held(now_unix_s) if spec is None else next(of_spec, None)
+    first = held(now_unix_s)
+    running = [*([first] if first is not None else []), *held_beside(now_unix_s)]
+    holding = first if spec is None else next((one for one in running if holds(one, spec)), None)
     if holding is None:
         return ()
     boot_s = clock.boot_s()

@@ -79,7 +79,7 @@ def _by_second(folder: DiveFolder, process: int | None, again: str) -> LogError:
     by = f" by process {process}," if process else ""
     return LogError(
         f"{folder.path}: is still recorded,{by} beside what `seatrial record --end` ends; end that recording where it "
-        f"runs (Ctrl-C there), and {again}"
+        f"runs (Ctrl-C there; in MAVProxy `seatrial record stop`), and {again}"
     )
 
 
