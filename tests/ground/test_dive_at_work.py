@@ -106,8 +106,10 @@ def test_a_merge_into_a_dive_that_a_second_recorder_writes_is_refused(folder, fr
         with pytest.raises(LogError) as refused:
             merge(folder, other)
         assert "is still recorded" in str(refused.value)
-        what_to_do = "end that recording where it runs (Ctrl-C there; in MAVProxy `seatrial record stop`), and merge again"
-        assert str(refused.value).endswith(f" beside what `seatrial record --end` ends; {what_to_do}")
+        how = "end that recording where it runs (Ctrl-C there; in MAVProxy `seatrial record stop`)"
+        assert str(refused.value).endswith(
+            f" beside what `seatrial record --end` ends; {how}, and merge again"
+        )
         assert not (folder.path / WHOLE).exists()
         for stamp_us, raw in frames[len(frames) // 2 :]:
             writer.write(stamp_us, raw)
