@@ -8,6 +8,10 @@ something else, all begins anew. Nothing here gives up: who drives it may.
 
 OFF waits for nobody: it is sent from the first tick to whoever is known from before, heard or not, and to the system
 that is named, known or not, since a link may carry one way only. It is done by the vehicle's own words alone.
+
+Any other mode gives way to OFF: it is sent until the vehicle has said once that it took it, and only asked for from
+then on. Where the vehicle says another mode after that, or off where it was raised before, or another program of this
+computer has ordered OFF, it is sent no more and that is its refusal.
 """
 
 from collections.abc import Iterable
@@ -34,6 +38,7 @@ UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle
 CONTESTED_QUIET_S: Final = 3.0  # where two may answer: each of them has told its mode by then
 TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
 NOT_HEARD_S: Final = 3.0  # three beats
+AGAIN_S: Final = QUIET_S  # a mode that is told again after so long is no answer that overtook another
 REASON_S: Final = 1.0  # a refusal's words come with it, or with that of the next write
 
 REFUSED: Final = "FF_MODE refused: "
@@ -94,6 +99,11 @@ class _Vehicle:
     shadow: str = ""
     lacking: set[Source] = field(default_factory=set)
     contested: bool = False
+    was: float = float(Mode.OFF)
+    taken: bool = False
+    other: float | None = None
+    other_s: float = 0.0
+    lowered: bool = False
 
     @property
     def lacks_it(self) -> bool:
@@ -142,6 +152,8 @@ class _Vehicle:
         if self.stage is not _Stage.SEND:
             self.stage = _Stage.READ
             return questions
+        if self.taken:
+            return questions
         self.sent += 1
         self.first_s = now_s if self.sent == 1 else self.first_s
         self.last_s = now_s
@@ -151,8 +163,10 @@ class _Vehicle:
 
     def on_value(self, value: float, source: Source, now_s: float) -> None:
         self.holder, self.heard_s = source, now_s
+        self._watch(value, now_s)
         if not self.sent:
             return
+        self.taken = self.taken or (value == self.mode is not Mode.OFF)
         self.answer, self.answered_s = value, now_s
         if self.stage is _Stage.READ and value == self.mode:
             self.stage = _Stage.DONE
@@ -161,6 +175,7 @@ class _Vehicle:
 
     def on_told(self, value: float, source: Source, now_s: float) -> None:
         self.holder, self.heard_s = source, now_s
+        self._watch(value, now_s)
         if self.sent:
             self.told = value
             self._judge(value)
@@ -192,6 +207,19 @@ class _Vehicle:
         """Whether all has been heard that it has against the mode, or time enough has gone for it."""
         whole = bool(self.reason) and (self.reason != ARMED or bool(self.shadow))
         return bool(self.refusal) and (whole or now_s >= self.refused_s + REASON_S)
+
+    def _watch(self, value: float, now_s: float) -> None:
+        """See whether a mode other than off, once it was taken, was taken back by somebody."""
+        if self.mode is Mode.OFF or self.stage is _Stage.DONE:
+            return
+        if not self.sent:
+            self.lowered = self.lowered or (value == Mode.OFF != self.was)
+        elif value == self.mode or not self.taken:
+            self.other = None
+        elif self.other is None:
+            self.other, self.other_s = value, now_s
+        elif now_s >= self.other_s + AGAIN_S:
+            self.lowered, self.other = True, value
 
     def _judge(self, value: float) -> None:
         """Be quiet once answer and telemetry say what is wanted; send again where `value`, the newest, does not."""
@@ -247,13 +275,20 @@ class Switch:
     on and never done, off is done by what was answered, once nothing says otherwise for longer, and says so.
 
     `known` are those who were heard before, by the clock of `tick`: with `system`, they are sent off at once.
+    `was` is the mode before, where it is known. Set `overruled` where another program has ordered OFF since.
     """
 
     def __init__(
-        self, mode: Mode | int, system: int | None = None, known: Iterable[KnownVehicle] = ()
+        self,
+        mode: Mode | int,
+        system: int | None = None,
+        known: Iterable[KnownVehicle] = (),
+        was: float = float(Mode.OFF),
     ) -> None:
         self.mode = Mode(mode)
         self.twins = ""
+        self.overruled = False
+        self._was = was
         self._system = system
         self._vehicles: dict[int, _Vehicle] = {}
         self._now_s = 0.0
@@ -294,7 +329,12 @@ class Switch:
 
     @property
     def refusal(self) -> str:
-        """What a vehicle has said against it, "" for nothing; a second late where its words are not heard."""
+        """What a vehicle has said against it, "" for nothing; a second late where its words are not heard.
+
+        Of another mode than off also that OFF was ordered, or the mode taken back: then nothing more is sent.
+        """
+        if self._gives_way:
+            return self._way_given
         said = (
             f"vehicle {n}: {v.against()}"
             for n, v in self._vehicles.items()
@@ -305,6 +345,8 @@ class Switch:
     @property
     def words(self) -> str:
         """What is seen, as of the last tick, in a sentence without an end."""
+        if self._gives_way and not self.done:
+            return self._way_given
         seen = [
             f"vehicle {system}: {vehicle.words(self._now_s)}"
             for system, vehicle in sorted(self._vehicles.items())
@@ -317,6 +359,8 @@ class Switch:
     def tick(self, now_s: float) -> list[Any]:
         """The messages to send now."""
         self._now_s = now_s
+        if self._gives_way:
+            return []
         return [m for vehicle in self._vehicles.values() for m in vehicle.tick(now_s, bool(self.twins))]
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
@@ -358,11 +402,30 @@ class Switch:
         if name == MODE:
             self._of(source, now_s).on_error(code, source, now_s)
 
+    @property
+    def _gives_way(self) -> bool:
+        lowered = any(vehicle.lowered for vehicle in self._vehicles.values())
+        return self.mode is not Mode.OFF and (self.overruled or lowered)
+
+    @property
+    def _way_given(self) -> str:
+        raised = word(self.mode)
+        if self.overruled:
+            return f"OFF was ordered meanwhile and wins: {raised} is sent no more; look, and ask again if need be"
+        said = "; ".join(
+            f"vehicle {n}: it says {word(v.other or 0.0)} after {word(self.mode if v.taken else v.was)}"
+            for n, v in sorted(self._vehicles.items())
+            if v.lowered
+        )
+        return (
+            f"{said}, as if another has switched it: {raised} is sent no more; look, and ask again if need be"
+        )
+
     def _of(self, source: Source, now_s: float) -> _Vehicle:
         """The vehicle of a source; one that is not asked for is watched by nobody."""
         if self._system not in (None, source[0]):
             return _Vehicle(self.mode, now_s)
-        return self._vehicles.setdefault(source[0], _Vehicle(self.mode, now_s))
+        return self._vehicles.setdefault(source[0], _Vehicle(self.mode, now_s, was=self._was))
 
 
 _READINGS: Final = (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)

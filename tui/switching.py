@@ -9,6 +9,7 @@ from bridge.errors import LinkError
 from bridge.framing import Encoder, Framer
 from bridge.link.base import Link
 from gcs_plugin.ff_switch import Switch
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.station import GROUND_STATION, ground_heartbeat
 from gcs_plugin.twins import Twins
 from tui.exit_codes import UsageError
@@ -27,7 +28,7 @@ class Line:
     def __init__(self, link: Link, clock: Clock, switch: Switch, system: int | None, tell: Tell) -> None:
         self._link, self._clock, self._switch, self._system = link, clock, switch, system
         self._framer, self._encoder, self._twins = Framer(), Encoder(*GROUND_STATION), Twins(link)
-        self._texts = StatusTexts(tell)
+        self._texts, self._marks = StatusTexts(tell), OffMarks()
         self._beat_s = clock.boot_s()
 
     def step(self) -> None:
@@ -40,6 +41,7 @@ class Line:
             # A vehicle that listens on UDP learns from this where the ground is.
             self._beat_s = now_s + BEAT_EVERY_S
             messages.append(ground_heartbeat())
+        self._marks.mark(messages)
         for message in messages:
             self._link.write(self._encoder.encode(message))
         for frame in self._framer.feed(self._link.read(POLL_S)):

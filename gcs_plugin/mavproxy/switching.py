@@ -13,6 +13,7 @@ from gcs_plugin.ff_switch import WORDS, Switch
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.known_vehicles import KnownVehicles
 from gcs_plugin.mavproxy.parameters import ARMED
+from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.transfer import Source
 
 MODES: Final = {word: mode for mode, word in WORDS.items()}
@@ -29,7 +30,7 @@ class Switching:
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
-        self._known = KnownVehicles()
+        self._known, self._marks, self._orders = KnownVehicles(), OffMarks(), OffOrders()
         self._switch: Switch | None = None
         self._began_s = self._told_s = 0.0
         self._lacking_s: float | None = None
@@ -69,7 +70,12 @@ class Switching:
             return []
         systems = self._fleet.systems(now_s) if self._fleet.chosen is None else (self._fleet.chosen,)
         switch.twins = next((fault for system in systems if (fault := self._fleet.fault(system))), "")
+        if switch.mode is not Mode.OFF:
+            switch.overruled = switch.overruled or any(
+                self._orders.given(n) for n in switch.waits_for or systems
+            )
         messages = switch.tick(now_s)
+        self._marks.mark(messages)
         if not switch.lacking:
             self._lacking_s = None
         elif self._lacking_s is None:
@@ -103,7 +109,7 @@ class Switching:
             raise ParamRejected(
                 f"vehicle {system} has no parameters in force to feed forward; upload some first"
             )
-        self._asked = MODES[mode], system, now_s
+        self._asked, self._orders = (MODES[mode], system, now_s), OffOrders()
         armed = self._fleet.armed(system)
         self._say(
             f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"

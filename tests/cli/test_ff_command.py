@@ -17,6 +17,7 @@ from bridge.messages.readings import Reading, encode
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.holder import HeardVehicle, Holding, write_holding
+from gcs_plugin.off_orders import OffMarks
 from tui import cli, exit_codes
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
@@ -265,6 +266,35 @@ def test_a_disarmed_vehicle_is_switched_for_who_says_yes(vehicle, monkeypatch, w
     shown = capsys.readouterr()
     assert f"feed-forward of vehicle 1 from off to {word}? [yes/no]" in shown.err
     assert f"vehicle 1: {word}, as read back" in shown.out
+
+
+def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_sent(
+    vehicle, monkeypatch, capsys
+):
+    vehicle.give_a_model()
+    order = dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", 0.0, 9)
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", lambda: OffMarks().mark([order])))
+    assert run("both") == exit_codes.NO
+    assert vehicle.sets == []
+    assert "OFF was ordered meanwhile and wins: both is sent no more" in capsys.readouterr().out
+
+
+def test_off_of_another_computer_ends_a_raise_by_what_the_vehicle_says(vehicle, monkeypatch, capsys):
+    vehicle.give_a_model()
+    ask = vehicle.server.handle
+
+    def forced_off(message, armed):
+        answers = ask(message, armed)
+        if message.get_type() == "PARAM_SET":
+            vehicle.server.write("FF_MODE", 0.0, armed)
+        return answers
+
+    monkeypatch.setattr(vehicle.server, "handle", forced_off)
+    assert run("both", "--yes") == exit_codes.NO
+    assert vehicle.sets == [("FF_MODE", 3.0)]
+    assert "vehicle 1: it says off after both, as if another has switched it" in " ".join(
+        capsys.readouterr().out.split()
+    )
 
 
 @pytest.mark.parametrize("typed", ["no\n", "\n", "y e s\n", ""])

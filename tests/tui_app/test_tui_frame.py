@@ -60,7 +60,7 @@ def test_its_state_stands_in_the_top_line_until_it_is_acknowledged():
     views = FixedViews(replace(view(), forcing=Forcing("sent 4 times, no answer for 2.0 s", 4, False)))
 
     async def work(app, pilot):
-        assert "FF shadow; OFF sent 4 times" in top(app)
+        assert "FF shadow; OFF not confirmed" in top(app)
         assert "REC 00:12:31" in top(app)
         views.shown = replace(view(), forcing=Forcing("off", 5, True))
         app._show()

@@ -10,6 +10,7 @@ from typing import Any, Final, Protocol
 from bridge.clock import Clock
 from bridge.framing import Encoder, Frame
 from gcs_plugin.known_vehicles import KnownVehicle, KnownVehicles
+from gcs_plugin.off_orders import OffMarks
 from gcs_plugin.station import GROUND_STATION
 from gcs_plugin.watch.picture import Picture
 from tui.app.source import Source
@@ -70,7 +71,7 @@ class Station:
         self._thrown = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="station", daemon=True)
-        self._known = KnownVehicles()
+        self._known, self._marks = KnownVehicles(), OffMarks()
         self._switch: OffSwitch | None = None
         self._done_s: float | None = None
         self._due_s = self._look_s = clock.boot_s()
@@ -134,7 +135,9 @@ class Station:
         if switch is None:
             return
         switch.twins = self._newest.twins
-        for message in switch.tick(now_s):
+        messages = switch.tick(now_s)
+        self._marks.mark(messages)
+        for message in messages:
             self._source.send(self._encoder.encode(message))
         self._forcing = Forcing(switch.words, switch.sent, switch.done, switch.waits_for)
         if not switch.done:

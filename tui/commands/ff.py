@@ -99,20 +99,23 @@ def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
     """A mode that moves the vehicle, or may: asked about, refused where the vehicle can't, given up in the end."""
     from bridge.errors import LinkError
     from gcs_plugin.ff_switch import Switch
+    from gcs_plugin.off_orders import OffOrders
     from tui import show
     from tui.switching import Line, drive
 
-    words = show.words()
-    system = permitted(mode, arguments, link, clock)
-    if system is None:
+    words, orders = show.words(), OffOrders()
+    allowed = permitted(mode, arguments, link, clock)
+    if allowed is None:
         show.say(words, "nothing was sent")
         return exit_codes.INTERRUPTED
-    switch = Switch(mode, system)
+    system, was = allowed
+    switch = Switch(mode, system, was=was)
     line = Line(link, clock, switch, system, lambda sentence: show.say(words, sentence))
 
     def over() -> bool:
         if switch.twins:
             raise LinkError(switch.twins)
+        switch.overruled = switch.overruled or orders.given(system)
         return course.over() or bool(switch.refusal)
 
     with Course(words, switch, clock, arguments.seconds or PATIENCE_S) as course:
@@ -120,8 +123,10 @@ def switch_to(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
     return course.told(arguments.json)
 
 
-def permitted(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock") -> int | None:
-    """The vehicle's system, None where the user says no. Raises ParamError for a mode that it can't take."""
+def permitted(
+    mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: "Clock"
+) -> tuple[int, float] | None:
+    """The vehicle's system and mode, None where the user says no. Raises ParamError for a mode that it can't take."""
     from bridge.errors import ParamRejected
     from bridge.framing import Encoder
     from bridge.parameters import ACTIVE, MODE
@@ -142,15 +147,15 @@ def permitted(mode: "Mode", arguments: argparse.Namespace, link: "Link", clock: 
             f"vehicle {system} has no parameters in force to feed forward; nothing was sent, upload some first"
         )
     if arguments.yes:
-        return system
+        return system, present[MODE]
     change = f"feed-forward of vehicle {system} from {word(present[MODE])} to {word(mode)}"
     if not client.armed:
         agreed = asked(client, f"{change}? [yes/no] ", "switch").lower() in ("y", "yes")
         if agreed and client.armed:
             raise ParamRejected(f"vehicle {system} was armed meanwhile; nothing was sent, look and ask again")
-        return system if agreed else None
+        return (system, present[MODE]) if agreed else None
     typed = asked(client, f"{change}, and it is ARMED; type {word(mode)} to do it: ", "switch")
-    return system if typed == word(mode) else None
+    return (system, present[MODE]) if typed == word(mode) else None
 
 
 class Course:
@@ -211,4 +216,4 @@ class Course:
             return exit_codes.DONE
         if self.stopped:
             return exit_codes.INTERRUPTED
-        return exit_codes.NO if switch.heard else exit_codes.LINK
+        return exit_codes.NO if switch.heard or switch.refusal else exit_codes.LINK
