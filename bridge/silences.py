@@ -21,6 +21,8 @@ BACK_S: Final = 2.0
 """A boot clock that ran back by more belongs to a sender that started anew."""
 AROUND: Final = 5
 """Boot times on either side of a pause of which the middle one counts: one frame that came late changes nothing."""
+MOST: Final = 1000
+"""Pauses that are looked at, the longest: a recording may claim any number of them."""
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -87,7 +89,10 @@ def pauses(arrival_s: Array, boot_s: Array, number: Rows, least_s: float = LEAST
     steps_s = np.diff(arrival_s)
     told = np.flatnonzero(np.isfinite(boot_s))
     ahead_s = boot_s[told] - arrival_s[told]
-    rows = sorted({*np.flatnonzero(steps_s > least_s).tolist(), *_jumps(steps_s, told, ahead_s, least_s)})
+    far = np.flatnonzero(steps_s > least_s)
+    if len(far) > MOST:
+        far = far[np.argsort(-steps_s[far], kind="stable")[:MOST]]
+    rows = sorted({*far.tolist(), *_jumps(steps_s, told, ahead_s, least_s)})
     made = []
     for place, row in enumerate(rows):
         first = rows[place - 1] if place else -1
@@ -131,8 +136,11 @@ def way_to_mend(ring: bool) -> str:
 
 def _jumps(steps_s: Array, told: Rows, ahead_s: Array, least_s: float) -> list[int]:
     """Rows without a pause by arrival after which the boot clock has gone on by LEAST_S more."""
-    rows = []
-    for at in np.flatnonzero(np.diff(ahead_s) > LEAST_S).tolist():
+    rows: list[int] = []
+    further = np.flatnonzero(np.diff(ahead_s) > LEAST_S)
+    if len(further) > MOST:  # two clocks in turns, and neither tells anything
+        return rows
+    for at in further.tolist():
         between = steps_s[told[at] : told[at + 1]]
         if between.max() <= least_s:
             rows.append(int(told[at] + np.argmax(between)))

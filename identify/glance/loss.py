@@ -22,7 +22,8 @@ from identify.ingest.unheard import boot_times_s, keeps_ring, note, sequence, si
 from identify.ingest.walk import Rows
 
 LEAST_PAUSE_S: Final = 0.25
-"""In less no vehicle sends as many frames as there are numbers."""
+MAY_GO_ROUND: Final = ROUND // 4
+"""In less than so long, and so many frames, no numbers go round."""
 AROUND_S: Final = 10
 """Seconds on either side of a pause by which the rate is told."""
 
@@ -123,15 +124,17 @@ def _unwrapped(
 
     By how long each was by the sender's clock, and by how many it sent a second before and after.
     """
-    found = pauses(arrival_s, boot_s, number, LEAST_PAUSE_S)
+    usual_s = float(np.ptp(arrival_s)) / max(len(step), 1)
+    least_s = min(max(LEAST_PAUSE_S, MAY_GO_ROUND * usual_s), LEAST_S)
+    found = pauses(arrival_s, boot_s, number, least_s)
     steps_s = np.maximum(np.diff(arrival_s), 0.0)
     quick = steps_s <= LEAST_S
     short_s = steps_s[quick]
     long = [pause for pause in found if pause.seconds > LEAST_S or steps_s[pause.row] > LEAST_S]
     silent = unheard(long, Spacing(float(short_s.sum()), float(np.square(short_s).sum())))
-    known = [pause for pause in found if pause in silent or (pause.told and pause not in long)]
+    rows, silent_rows = [pause.row for pause in long], {pause.row for pause in silent}
+    known = [p for p in found if p.row in silent_rows or (p.told and p.row not in rows)]
     at_s, sent = np.maximum.accumulate(arrival_s), np.concatenate(([0], np.cumsum(step)))
-    rows = [pause.row for pause in long]
     out = step.copy()
     for pause in known:
         if not pause.anew:

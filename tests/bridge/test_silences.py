@@ -114,3 +114,15 @@ def test_a_silence_after_which_the_numbers_go_on_by_chance_is_one_still():
 @pytest.mark.parametrize("count", [0, 1])
 def test_hardly_anything_heard_has_no_silence(count):
     assert silences(np.zeros(count), np.zeros(count), np.zeros(count, int)) == ()
+
+
+def test_two_clocks_under_one_address_are_looked_through_at_once():
+    arrival_s = ticks(4000, 50)
+    boot_s = arrival_s + np.where(np.arange(len(arrival_s)) % 2, 1000.0, 0.0)
+    assert silences(arrival_s, boot_s, np.arange(len(arrival_s)) % 256) == ()
+
+
+def test_of_very_many_pauses_the_longest_are_told():
+    sent_s = np.cumsum(np.concatenate([np.tile([0.01, 6.0], 3000), [50.0], np.full(100_000, 0.02)]))
+    number = np.arange(len(sent_s)) * 3 % 256
+    assert max(one.seconds for one in silences(sent_s, sent_s, number)) == pytest.approx(50.0)
