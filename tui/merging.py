@@ -13,7 +13,7 @@ from bridge.recorded_keys import LEFT_OUT, holds_key
 from bridge.ring.whole import WHOLE
 from bridge.tlog import load_recording, of_those_that_hold_frames, read_tlog
 from gcs_plugin.fetch.remade import refuse_recorded, remade, renew
-from gcs_plugin.fetch.whole import Strangers, Whole, made_whole
+from gcs_plugin.fetch.whole import Apart, Strangers, Whole, made_whole
 from gcs_plugin.folder import DiveFolder
 from gcs_plugin.in_use import alone_at
 from tui.whole_words import beyond_words, guessed_words, lacking_words, steps_words
@@ -21,6 +21,8 @@ from tui.whole_words import beyond_words, guessed_words, lacking_words, steps_wo
 FEWEST, LEAST_SHARE = 20, 0.3
 """Frames that both must have, and of those that were heard meanwhile: two vehicles say the same now and then."""
 TLOGS, LOGS = (".tlog", ".tlog.gz"), (".bin",)
+SAME_CLOCK_S = 1.0
+BY_BOOT = "It has no frame in common with the dive, and is dated by the vehicle's time since boot"
 MORE = "merge what else was recorded then, or fetch it where the vehicle keeps a recording"
 GROUNDS = 240
 """System ids from here on are ground stations'."""
@@ -93,8 +95,11 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
 
     def make(ground: Sequence[Path]) -> Whole:
-        found = made_whole(ground, [file], source, strangers)
-        if found.common < FEWEST or found.share < LEAST_SHARE:
+        try:
+            found = made_whole(ground, [file], source, strangers)
+        except Apart as error:
+            raise Strangers(_apart(folder, file, error)) from None
+        if not found.by_boot and (found.common < FEWEST or found.share < LEAST_SHARE):
             raise Strangers(strangers)
         return found
 
@@ -110,6 +115,7 @@ def _came(file: Path, into: Path, found: Whole) -> str:
     what = "what there is of the dive is" if lacking else "the dive is whole"
     told = [
         f"{file.name}: its clock {found.clock.words(begins_us * 1e-6, ends_us * 1e-6)}",
+        BY_BOOT if found.by_boot else "",
         steps_words(found.steps, begins_us),
         f"{found.missing} of {len(found.records)} frames had not been heard; {what} in {into}",
         f"{lacking}; {MORE}" if lacking else "",
@@ -117,6 +123,25 @@ def _came(file: Path, into: Path, found: Whole) -> str:
         beyond_words(found.beyond),
     ]
     return " ".join(f"{sentence}." for sentence in told if sentence)
+
+
+def _apart(folder: DiveFolder, file: Path, error: Apart) -> str:
+    """What a crew is told of a recording that follows on the dive, or that it follows on, and what to do with it."""
+    if error.after_s > 0:
+        where = f"begins {error.after_s:.0f} s after the dive's recording ends"
+    else:
+        where = f"ends {-error.after_s:.0f} s before the dive's recording begins"
+    told = f"{file}: is of the same start of the same vehicle, {where}, and has nothing in common with it"
+    if abs(error.ahead_s) > SAME_CLOCK_S:
+        return (
+            f"{told}; its clock is {abs(error.ahead_s):.1f} s {'ahead' if error.ahead_s > 0 else 'behind'}, so that it "
+            "can't be read beside it: give one that overlaps both as well"
+        )
+    if error.after_s < 0:
+        return f"{told}; put the dive's recordings into the folder of this one, under the numbers that follow"
+    numbers = {path.name for path in folder.heard()}
+    name = next(name for name in (f"telemetry.{k}.tlog" for k in range(2, 1 << 20)) if name not in numbers)
+    return f"{told}; put it into the folder as {name}, and all that reads the dive reads it after the others"
 
 
 def _own(folder: DiveFolder, file: Path, source: tuple[int, int]) -> Merged:

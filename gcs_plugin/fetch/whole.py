@@ -9,7 +9,7 @@ import heapq
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import itemgetter
@@ -30,6 +30,7 @@ from gcs_plugin.fetch.as_sent import as_sent
 from gcs_plugin.fetch.doubtful import damaged_before
 from gcs_plugin.fetch.holes import Hole, holes_in, lost_in
 from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, Step, put_on
+from gcs_plugin.fetch.same_boot import by_boot_time
 
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000
@@ -57,6 +58,15 @@ class Strangers(LogError):
     """Two recordings have hardly a frame in common."""
 
 
+class Apart(Strangers):
+    """Two recordings of one boot of a vehicle, of which one ends before the other begins: `after_s` seconds after the
+    dive's, below 0 before it. `ahead_s`: how much its clock is ahead of the dive's."""
+
+    def __init__(self, words: str, after_s: float, ahead_s: float) -> None:
+        super().__init__(words)
+        self.after_s, self.ahead_s = after_s, ahead_s
+
+
 @dataclass(frozen=True)
 class Whole:
     """What came of it: how many frames the ground had heard of the vehicle, and how many were missing.
@@ -69,6 +79,7 @@ class Whole:
     it was set meanwhile; `guessed`: how many of its frames are dated by no frame in common.
     `holes`: the times of which neither has anything; `lost`: how many frames beside those neither has, by the vehicle's
     sequence numbers; 0 where it sent files meanwhile, whose frames are not kept.
+    `by_boot`: whether both have no frame in common, and were put together by the vehicle's time since boot.
     """
 
     records: list[Dated]
@@ -84,6 +95,7 @@ class Whole:
     guessed: int
     holes: tuple[Hole, ...]
     lost: int
+    by_boot: bool
 
 
 class RingFrames:
@@ -142,9 +154,10 @@ def made_whole(
     for place, one in enumerate(kept):
         places[one.raw].append(place)
     anchors = _anchors(kept, heard, places)
-    if not anchors:
+    booted = [] if anchors else by_boot_time(kept, heard, source)
+    if not anchors and not booted:
         raise Strangers(strangers)
-    clock = put_on(kept, anchors)
+    clock = put_on(kept, anchors or booted)
     dated = clock.dated
     _refuse_astray(kept, anchors, dated, ring)
     both: set[int] = set()
@@ -163,9 +176,13 @@ def made_whole(
             others.append((stamp_us, frame))
         if frame.system == source[0] and frame.message_id != _TRANSFER:
             own.append((stamp_us, found))
-    if not both:
+    if not both and not booted:
         raise Strangers(strangers)
     first, last = _span(both, own, dated)
+    if first > last:
+        begins_us, ends_us = min(own, key=itemgetter(0))[0], max(own, key=itemgetter(0))[0]
+        after_us = dated[0] - ends_us if dated[0] > ends_us else dated[-1] - begins_us
+        raise Apart(strangers, after_us * 1e-6, float(clock.clock.offset_s))
     inside = zip(dated[first : last + 1], (one.raw for one in kept[first : last + 1]), strict=True)
     left = sorted(((stamp_us, frame.raw) for stamp_us, frame in others), key=itemgetter(0))
     records = as_sent(heapq.merge(inside, left, key=itemgetter(0)))
@@ -187,6 +204,7 @@ def made_whole(
         clock.guessed,
         holes_in(records, source),
         0 if _has_files(heard, source) else lost_in(records, source),
+        bool(booted),
     )
 
 
@@ -209,7 +227,7 @@ def _forward(path: Path) -> list[tuple[int, Frame]]:
 
 
 def _span(
-    both: Iterable[int], own: Sequence[tuple[int, int | None]], dated: Sequence[int]
+    both: Collection[int], own: Sequence[tuple[int, int | None]], dated: Sequence[int]
 ) -> tuple[int, int]:
     """The first and the last place of the dive. `own`: when the ground heard each frame of the vehicle, and which place
     it has.
@@ -217,7 +235,7 @@ def _span(
     Where the first that was heard is in the vehicle's recording, the dive begins with it; else with what was sent after
     it was heard. So at the end.
     """
-    first, last = min(both), max(both)
+    first, last = min(both, default=len(dated)), max(both, default=-1)
     begins_us, begins = min(own, key=itemgetter(0), default=(0, first))
     ends_us, ends = max(own, key=itemgetter(0), default=(0, last))
     if begins is None:

@@ -9,6 +9,7 @@ from diving_vehicle import Dive
 
 from bridge.clock import SystemClock
 from bridge.ring.files import Bounds
+from bridge.ring.segments import segments_in
 from bridge.ring.whole import WHOLE
 from bridge.signing.gate import Gate
 from bridge.signing.key import SigningKey, write_key
@@ -60,6 +61,34 @@ def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, tmp_path, mo
     assert told["recording"] == str(folder.path / WHOLE)
     assert told["missing"] == told["frames"] - len(dive.heard) > 50
     assert "had not been heard; the dive is whole in" in capsys.readouterr().out
+
+
+def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(
+    dive, tmp_path, monkeypatch, capsys
+) -> None:
+    monkeypatch.setattr("tui.links.link_for", lambda *_: dive)
+    for cut, so_long in ((False, 5.0), (True, 30.0), (False, 5.0)):
+        dive.cut(cut)
+        dive.dive(so_long)
+    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "lake")
+    write_records(made.path / "telemetry.tlog", dive.heard)
+    segments = [segment for segment, _ in segments_in(dive.folder)]
+    for segment in segments[len(segments) // 3 : 2 * len(segments) // 3]:
+        (dive.folder / segment.name).unlink()
+    words = [
+        "fetch",
+        str(made.path),
+        "--link",
+        "udpin:127.0.0.1:14550",
+        "--json",
+        str(tmp_path / "came.json"),
+    ]
+    assert cli.main(words) == exit_codes.NO
+    (hole,) = json.loads((tmp_path / "came.json").read_text())["holes"]
+    assert 8.0 < hole["length_s"] < 20.0
+    assert (
+        "nobody has, the vehicle neither: its ring was full or let its oldest go" in capsys.readouterr().out
+    )
 
 
 def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(
