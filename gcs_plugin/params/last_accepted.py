@@ -24,6 +24,9 @@ from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"
 
+OR_A_FILE: Final = "; give the -before.param to go back to"
+"""Ends the sentence that nothing is left to take back, for whoever can give a file."""
+
 _LARGEST_CRC: Final = 2**32 - 1
 
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
@@ -133,9 +136,7 @@ def before_newest(receipts: Path, system: int) -> Path:
     """As `newest_before`, of one MAVLink system. Raises ParamRejected where no upload to it stands."""
     found = newest_before(receipts, system)
     if found is None:
-        raise ParamRejected(
-            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
-        )
+        raise ParamRejected(f"{receipts}: no upload to vehicle {system} that stands is kept there{OR_A_FILE}")
     return found
 
 

@@ -181,9 +181,10 @@ def _when(time: str) -> str:
 
 
 def top(
-    shown: Comparison, chosen: Collection[str], stale_s: float | None, cells: int, *, back: bool
+    shown: Comparison, chosen: Collection[str], stale_s: float | None, cells: int, *, back: bool, done: bool
 ) -> Lines:
-    """What the file is, what it asks for, and how old the vehicle's values are where they are no longer fresh."""
+    """What the file is, what it asks for, or what of it is `done`, and how old the vehicle's values are where they are
+    no longer fresh."""
     if back:
         title = f"ROLL BACK to the values before {_when(shown.file.name)}"
     else:
@@ -191,6 +192,9 @@ def top(
     count = f"{len(chosen)} of {len(shown.choosable)} chosen"
     if shown.staged:
         count = f"{len(shown.staged)} staged, {count}" if shown.choosable else f"{len(shown.staged)} staged"
+    if done:
+        parts = (len(chosen), "written"), (len(shown.staged), "put in force")
+        count = ", ".join(f"{number_of} {what}" for number_of, what in parts if number_of)
     lines: Lines = (heading(cut(title, cells - len(count) - 3), count, cells),)
     if stale_s is not None:
         lines += wrapped(f"what the vehicle holds was read {ago(stale_s)}", "stale", cells)

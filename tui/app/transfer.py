@@ -7,6 +7,7 @@ from typing import Final
 
 from bridge.errors import ConfigError
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.params.last_accepted import OR_A_FILE, last_accepted
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.aging import STALE_S
 from tui.app.comparison import ACTING, Comparison, comparison
@@ -91,8 +92,7 @@ class Transfer:
 
     def take(self) -> bool:
         """Take how far the writing is, and what was read; whether a reading has just ended."""
-        if self.written is not None:
-            self.written = self._desk.jobs.state(WRITE)
+        self._take_written()
         state = self._desk.jobs.state(READ)
         if state is None or state.done is None or state is self._taken:
             return False
@@ -102,19 +102,48 @@ class Transfer:
             return False
         self.shown = comparison(state.done.result)
         if self.shown is None:
-            self.trouble = " ".join(state.done.said[-1:]).removeprefix("seatrial: ")
+            said = " ".join(state.done.said[-1:]).removeprefix("seatrial: ")
+            if self.back and said.endswith(OR_A_FILE):
+                self._leave_back(said.removesuffix(OR_A_FILE))
+            else:
+                self.trouble = said
             return True
         if self.back:
             # All that the vehicle held is in that file; what is so already is of no interest.
-            self.shown = replace(
-                self.shown, entries=tuple(e for e in self.shown.entries if e.changes or e.staged)
-            )
+            entries = tuple(e for e in self.shown.entries if e.changes or e.staged)
+            if not entries:
+                self._leave_back(f"the vehicle holds all of {self.shown.file} already")
+                return True
+            self.shown = replace(self.shown, entries=entries)
         self.chosen = set(self.shown.changed)
         of, decided = self._decided
         if not self.back and of == self._read_of:
             # Who has left out or taken a line of this file did so by its name.
             self.chosen = {name for name in self.shown.choosable if decided.get(name, name in self.chosen)}
         return True
+
+    def _leave_back(self, why: str) -> None:
+        """Show the file again, and why there is nothing to take back."""
+        self.read(back=False)
+        self.trouble = f"{why}: there is nothing to take back"
+
+    def _take_written(self) -> None:
+        if self.written is None or self.written.done is not None:
+            return
+        self.written = self._desk.jobs.state(WRITE)
+        done, shown = (self.written.done if self.written is not None else None), self.shown
+        if done is None or done.code or shown is None:
+            return
+        # What was accepted last is another by now: this upload, or what stood before the one taken back.
+        now = last_accepted(self._desk.receipts, shown.system)
+        values = {name: (one.value, one.time) for name, one in now.items()}
+        entries = (
+            replace(
+                e, accepted=values.get(e.name, (None, ""))[0], accepted_at=values.get(e.name, (None, ""))[1]
+            )
+            for e in shown.entries
+        )
+        self.shown = replace(shown, entries=tuple(entries))
 
     def choose_all(self) -> None:
         """Choose all lines that change; none where all were."""

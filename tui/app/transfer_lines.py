@@ -1,6 +1,7 @@
 """Reading and writing parameters as lines: how far it is, how it ended, what became of each line."""
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 from gcs_plugin.params.upload import Stage
 from tui import exit_codes
@@ -51,8 +52,13 @@ def writing(written: JobState | None, cells: int, retries: str) -> Lines:
     return (
         *wrapped(sentence, "strong" if good else "bad", cells),
         *(wrapped(unkept, "bad", cells) if unkept else ()),
-        *wrapped(f"values before: {result['preimage']}", "quiet", cells),
+        *(wrapped(f"values before: {result['preimage']}", "quiet", cells) if _changed(result) else ()),
     )
+
+
+def _changed(result: Mapping[str, Any]) -> bool:
+    """Whether a writing left any value other than it was, as far as is known: else there is none before it."""
+    return any(row["after"] is None or row["after"] != row["before"] for row in result["parameters"])
 
 
 def _doing(words: str) -> str:

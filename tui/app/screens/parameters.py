@@ -100,9 +100,11 @@ class ParametersScreen(StationScreen):
 
     def show(self, view: View) -> None:
         self.view = view
-        transfer = self._transfer
+        transfer, back = self._transfer, self._transfer.back
         if transfer.take():
             self._go(0)
+            if back and not transfer.back:
+                self._close()  # there is nothing to take back
             if self._ask.is_open and transfer.shown is not None:
                 transfer.trouble = self._obstacle()
         if transfer.overtaken(self._picture):
@@ -228,7 +230,9 @@ class ParametersScreen(StationScreen):
         trouble = wrapped(transfer.trouble, "bad", cells) if transfer.trouble else ()
         if transfer.shown is not None:
             stale_s = transfer.stale_s(self._picture)
-            head = lines.top(transfer.shown, transfer.chosen, stale_s, cells, back=transfer.back)
+            ended = transfer.written.done if transfer.written is not None else None
+            done = ended is not None and not ended.code
+            head = lines.top(transfer.shown, transfer.chosen, stale_s, cells, back=transfer.back, done=done)
             if transfer.written is None:
                 key = "" if transfer.back else self.key_of("parameters.upload")
                 head += lines.waiting(transfer.shown, key, cells)
