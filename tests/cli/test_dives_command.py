@@ -382,7 +382,9 @@ def test_a_folder_whose_name_holds_line_ends_makes_no_line_of_its_own(tmp_path, 
     assert row_of(folder).name == "lake?all good"
 
 
-def test_a_dive_that_lacks_its_middle_says_for_how_long_nothing_was_heard(vehicle, capsys, tmp_path):
+@pytest.fixture
+def holed(vehicle, tmp_path):
+    """A dive folder that lacks twenty seconds in its middle."""
     folder = DiveFolder(tmp_path / "holed" / "2026-11-20T0912Z-holed")
     folder.path.mkdir(parents=True)
     folder.describe(About(str(vehicle), "", "only"))
@@ -390,20 +392,30 @@ def test_a_dive_that_lacks_its_middle_says_for_how_long_nothing_was_heard(vehicl
         for time_s, raw in frames():
             if not 20.0 < time_s < 40.0:
                 writer.write(BOOT_US + round(time_s * 1e6), raw)
-    note = (
-        "Nothing was heard of the vehicle for 20 s at a stretch, from 0:20 on: "
-        "another recording of the dive may have it, see `seatrial merge`."
-    )
-    assert (
-        cli.main(["dives", str(folder.path.parent), "--json", str(tmp_path / "list.json")]) == exit_codes.DONE
-    )
+    return folder.path
+
+
+NOT_HEARD = (
+    "Nothing was heard of the vehicle for 20 s at a stretch, from 0:20 on: "
+    "another recording of the dive may have it, see `seatrial merge`."
+)
+
+
+def test_a_dive_that_lacks_its_middle_says_for_how_long_nothing_was_heard(holed, capsys, tmp_path):
+    assert cli.main(["dives", str(holed.parent), "--json", str(tmp_path / "list.json")]) == exit_codes.DONE
     shown = capsys.readouterr().out
     (line,) = [line for line in shown.splitlines() if line.endswith("  holed")]
     assert line.split()[2:7] == ["1:00", "0.1", "33.2", "20", "s"]
-    assert note in " ".join(shown.split())
+    assert NOT_HEARD in " ".join(shown.split())
     (told,) = json.loads((tmp_path / "list.json").read_text(encoding="utf-8"))
-    assert (round(told["unheard_s"], 3), told["unheard"]) == (20.0, note)
-    assert note in read_dive(folder.path).notes
+    assert (round(told["unheard_s"], 3), told["unheard"]) == (20.0, NOT_HEARD)
+    assert NOT_HEARD in read_dive(holed).notes
+
+
+@pytest.mark.parametrize("verb", [["validate"], ["identify", "--method", "likelihood"]])
+def test_what_is_made_of_a_dive_that_lacks_its_middle_says_so(holed, vehicle, capsys, verb):
+    cli.main([*verb, str(holed), "--vehicle", str(vehicle)])
+    assert NOT_HEARD in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing is locked there")
