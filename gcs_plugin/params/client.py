@@ -19,6 +19,7 @@ from bridge.errors import LinkError, LinkLost, LinkTimeout, ParamRejected, Param
 from bridge.framing import Encoder, Frame, Framer, decode
 from bridge.link.base import Link
 from bridge.parameters import set_crc
+from gcs_plugin.off_orders import OffOrders
 from gcs_plugin.params.deadline import Timing
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan
@@ -220,6 +221,7 @@ class ParameterClient:
         LinkTimeout where its heart no longer beats: in each case nothing was written.
         """
         plan.check()
+        orders = OffOrders()
         self._await_heartbeat()
         system, component = self._known_vehicle()
         upload = Upload(plan, (system, component), self._clock.boot_s(), self._timing, set_crc)
@@ -235,13 +237,15 @@ class ParameterClient:
         with Turn(preimage.parent, system, read_at):
             begun = begin(plan, vehicle, preimage, crc, unix_s, restores, sidecar)
             start_s = self._clock.boot_s()
-            ending = self._drive(upload, even_armed)
+            ending = self._drive(upload, even_armed, orders)
             return finish(begun, plan, ending, self._clock.boot_s() - start_s)
 
-    def _drive(self, upload: Upload, even_armed: bool) -> Ending:
+    def _drive(self, upload: Upload, even_armed: bool, orders: OffOrders) -> Ending:
         told: dict[str, Result] = {}
         while upload.ending is None:
             try:
+                if orders.given(self._known_vehicle()[0]):
+                    upload.overrule(self._clock.boot_s())
                 for send in upload.tick(self._clock.boot_s()):
                     self._send(send)
                 for frame in self._receive():

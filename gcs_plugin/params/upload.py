@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 
-from bridge.parameters import ACTIVE, COMMIT
+from bridge.parameters import ACTIVE, COMMIT, MODE
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import Timing, deadline_s
 from gcs_plugin.params.plan import Plan, Verdict, is_staged
@@ -28,6 +28,7 @@ Crc = Callable[[Mapping[str, float]], int]
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and a try a second, once in a million
 PROBES: Final = 16
+OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
 OVERTAKEN: Final = "another program changed which set the vehicle flies since it was read"
 
 
@@ -70,7 +71,7 @@ class Upload:
         self._live = {name: value for name, value in changes.items() if self._commits and name not in staged}
         self._direct = {name: value for name, value in changes.items() if name not in self._live}
         self._written: set[str] = set()
-        self._committed = self._needs_commit = self._undoing = False
+        self._committed = self._needs_commit = self._undoing = self._overruled = False
         self._looks = self._asked_to_commit = False
         self._undone: dict[str, Result] = {}
         self._results: dict[str, Result] = {}
@@ -147,6 +148,13 @@ class Upload:
         """Stop and roll back, as when the vehicle was armed; from the commit on, only the vehicle can refuse."""
         if self._stage is Stage.STAGE:
             self._transfer.abort(sentence)
+            self._advance(time_s)
+
+    def overrule(self, time_s: float) -> None:
+        """OFF was ordered by another: FF_MODE is not raised, and no write of it is taken back; the rest is as ever."""
+        if not self._overruled:
+            self._overruled = True
+            self._give_way()
             self._advance(time_s)
 
     @property
@@ -279,10 +287,16 @@ class Upload:
     def _enter_live(self, time_s: float) -> None:
         tasks = [write(name, value) for name, value in self._live.items()]
         self._stage, self._transfer = Stage.LIVE, self._transfer_of(tasks, time_s)
+        self._give_way()
+
+    def _give_way(self) -> None:
+        """Once OFF was ordered, write no other mode."""
+        if self._overruled and self._stage is Stage.LIVE and self._live.get(MODE):
+            self._transfer.abort(OFF_WINS)
 
     def _undo(self, time_s: float) -> None:
         before = self._plan.present
-        names = [name for name in self._written if name != COMMIT]
+        names = [n for n in self._written if n != COMMIT and not (n == MODE and self._overruled)]
         # Quiet first, so that a write still on its way can't arrive after the one that takes it back.
         start_s = time_s + self._trips.quiet_s
         self._stage, self._undoing, self._looks = Stage.UNDO, True, False
@@ -329,6 +343,8 @@ class Upload:
                     f"the staged values are back and active as set {self._crc_old}; no set of them was before"
                 )
             self._end(Outcome.ROLLED_BACK, f"{cause}; {now}")
+        elif self._overruled and MODE in self._written:
+            self._end(Outcome.UNVERIFIED, f"{cause}; read it from the vehicle")
         else:
             refused = self._failure is not None and self._failure.outcome is Outcome.REFUSED
             self._end(Outcome.REFUSED if refused else Outcome.NOT_SENT, f"{cause}; nothing was written")

@@ -61,6 +61,34 @@ def test_a_vehicle_that_takes_nothing_from_here_ends_an_upload_soon_and_nothing_
     assert vehicle.now_s < 20.0
 
 
+@pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
+@pytest.mark.parametrize("faults", [{}, BAD_LINK])
+@pytest.mark.parametrize("seed", range(10))
+def test_an_off_of_another_in_the_middle_is_raised_by_nothing_that_an_upload_writes(seed, faults, stage):
+    vehicle = LossyVehicle(OLD, Faults(**faults), seed)
+    ordered = []
+
+    def forced_off(upload, vehicle):
+        if upload.stage is stage and not ordered:
+            ordered.append(vehicle.now_s)
+            vehicle.values["FF_MODE"] = 0.0
+            upload.overrule(vehicle.now_s)
+
+    ending = upload_to(vehicle, act=forced_off)
+    assert ordered
+    assert vehicle.values["FF_MODE"] == 0.0
+    assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
+    assert ending.sentence.startswith("OFF was ordered meanwhile and wins: FF_MODE is not raised")
+    assert {n: v for n, v in vehicle.values.items() if n in staged(OLD)} == staged(OLD)
+
+
+def test_an_upload_of_the_mode_alone_that_an_off_overrules_says_so_and_sends_nothing():
+    vehicle = LossyVehicle(OLD, Faults(), 0)
+    ending = upload_to(vehicle, {"FF_MODE": 3.0}, act=lambda upload, vehicle: upload.overrule(vehicle.now_s))
+    assert (ending.outcome, vehicle.values["FF_MODE"]) == (Outcome.NOT_SENT, 1.0)
+    assert ending.sentence == "OFF was ordered meanwhile and wins: FF_MODE is not raised; nothing was written"
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_a_set_is_staged_committed_and_switched_on_over_a_bad_link(seed):
     vehicle = LossyVehicle(OLD, Faults(**BAD_LINK), seed)
