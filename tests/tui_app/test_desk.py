@@ -216,6 +216,7 @@ def test_what_was_read_of_a_dive_says_whether_it_can_be_a_check(tmp_path, glance
     key = {
         "version": VERSION,
         "recordings": [["telemetry.tlog", state.st_size, state.st_mtime_ns]],
+        "beside": [],
         "vehicle": "x",
     }
     kept = plain({"key": key, "glance": asdict(glance)})

@@ -66,7 +66,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.ring.made_since import AFTERWARDS
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.sidecar import sidecar_path
     from identify.diagnose.diagnose import diagnose
@@ -107,7 +106,6 @@ def run(arguments: argparse.Namespace) -> int:
     if check is not None:
         refuse_the_same(check, dive)
     told = (*told, *filter(None, map(stray_bytes, map(Path, recordings))))
-    told = (*told, *(note.rstrip(".") for note in dive.notes if AFTERWARDS in note))
     configuration = configuration_of(dive, file)
     before = (
         accepted_before(Path(arguments.accepted), configuration) if arguments.accepted else AcceptedBefore()
