@@ -2,13 +2,14 @@
 """`seatrial params`: compare, upload and roll back, from one idle moment of MAVProxy to the next."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected, SeatrialError
 from gcs_plugin.fleet import Fleet, News
+from gcs_plugin.off_orders import OffOrders
 from gcs_plugin.params import staging
 from gcs_plugin.params.compared import COLUMNS, compared
 from gcs_plugin.params.errand import AGREE_WITHIN_S, Errand, Step, Told
@@ -48,6 +49,7 @@ class _Work:
     accepts: tuple[str, ...] = ()
     read_at: Newest = NONE_YET
     turn: Turn | None = None
+    orders: OffOrders = field(default_factory=OffOrders)
 
 
 class Parameters:
@@ -122,7 +124,7 @@ class Parameters:
             return []
         now_s, errand = self._clock.boot_s(), work.errand
         was = errand.step
-        messages = errand.tick(now_s, self._told(errand, now_s))
+        messages = errand.tick(now_s, self._told(work, now_s))
         if was is Step.READING and errand.step is Step.AGREE:
             self._planned(work, now_s)
         elif errand.step is Step.ENDED:
@@ -316,10 +318,11 @@ class Parameters:
             self._say(line)
         self._say(plan.summary())
 
-    def _told(self, errand: Errand, now_s: float) -> Told:
-        system = errand.source[0]
-        fleet = self._fleet
-        return Told(fleet.armed(system), fleet.silent_s(errand.source, now_s), fleet.fault(system))
+    def _told(self, work: _Work, now_s: float) -> Told:
+        source, fleet = work.errand.source, self._fleet
+        system = source[0]
+        silent_s, off = fleet.silent_s(source, now_s), work.orders.given(system)
+        return Told(fleet.armed(system), silent_s, fleet.fault(system), off)
 
     @staticmethod
     def _progress(work: _Work) -> str:

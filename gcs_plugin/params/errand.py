@@ -36,11 +36,14 @@ class Step(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """The vehicle at an instant: whether it is armed, since when it is silent, what speaks against ordering it."""
+    """The vehicle at an instant: whether it is armed, since when it is silent, what speaks against ordering it, and
+    whether another has ordered OFF meanwhile.
+    """
 
     armed: bool
     silent_s: float
     fault: str
+    off_ordered: bool = False
 
 
 class Errand:
@@ -138,6 +141,8 @@ class Errand:
         elif self._upload is not None and self.step is Step.WRITING:
             if told.armed and self._upload.needs_disarmed and not self._even_armed:
                 self._upload.abort("the vehicle was armed during the upload", now_s)
+            if told.off_ordered:
+                self._upload.overrule(now_s)
             sends += self._upload.tick(now_s)
             gone = f"nothing came from the vehicle for {GONE_S:.0f} s" if told.silent_s >= GONE_S else ""
             trouble = told.fault or gone

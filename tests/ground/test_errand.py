@@ -33,13 +33,13 @@ class Sea:
         self.server = ParameterServer(None, vehicle_table(load_vehicle("ruvifist").vehicle))
         self.station, self.framers = Encoder(255, 230), (Framer(), Framer())
         self.errand = Errand(SOURCE, wanted, 0.0)
-        self.armed, self.fault, self.mute, self.sets = False, "", False, 0
+        self.armed, self.fault, self.mute, self.off, self.sets = False, "", False, False, 0
         self.heard_s = 0.0
 
     def step(self):
         now_s = self.clock.boot_s() + STEP_S
         self.clock.advance_to(now_s)
-        for message in self.errand.tick(now_s, Told(self.armed, now_s - self.heard_s, self.fault)):
+        for message in self.errand.tick(now_s, Told(self.armed, now_s - self.heard_s, self.fault, self.off)):
             self.sets += message.get_type() == "PARAM_SET"
             self.link.write(self.station.encode(message))
         answers = []
@@ -130,6 +130,18 @@ def test_arming_in_the_midst_of_staging_rolls_back():
     assert errand.ending.outcome is Outcome.ROLLED_BACK
     assert "armed" in errand.ending.sentence
     assert sea.server.value("FF0_M_U") == 0.0
+
+
+def test_off_that_was_ordered_in_the_midst_keeps_the_mode_down_and_takes_the_rest_back():
+    sea = Sea(Wanted({"FF0_M_U": 96.5, "FF_MODE": 1.0}))
+    before = sea.server.value("FF0_M_U")
+    errand = sea.until(Step.AGREE)
+    errand.agreed(sea.clock.boot_s())
+    sea.off = True
+    sea.until(Step.ENDED)
+    assert errand.ending.outcome is Outcome.ROLLED_BACK
+    assert errand.ending.sentence.startswith("OFF was ordered meanwhile and wins: FF_MODE is not raised")
+    assert (sea.server.mode, sea.server.value("FF0_M_U")) == (0, before)
 
 
 def test_what_was_agreed_for_an_armed_vehicle_goes_on_when_it_is_armed_and_its_code_is_another():
