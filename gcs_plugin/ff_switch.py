@@ -1,7 +1,5 @@
 """Switching the feed-forward: FF_MODE is sent until the vehicle has said twice over that it is so. Pure.
 
-    SEND (every 0.5 s, each time with a question) -> QUIET (its answer and its telemetry say so) -> READ -> done
-
 An answer may be the echo of a write that the vehicle then did not keep. So the last word has a read-back that is asked
 for after a quiet period, and the telemetry, which the vehicle makes from the mode that it flies; where either says
 something else, all begins anew. Nothing here gives up: who drives it may.
@@ -15,8 +13,6 @@ computer has ordered OFF, it is sent no more and that is its refusal.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from enum import Enum, auto
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -24,247 +20,17 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.framing import Frame, decode
 from bridge.messages.readings import Reading
 from bridge.messages.readings import decode as decode_reading
-from bridge.parameters import MODE, RAISED_ARMED
+from bridge.parameters import MODE
 from bridge.vehicle.feedforward import Mode
+from gcs_plugin.ff_vehicle import SwitchedVehicle
+from gcs_plugin.ff_words import word
 from gcs_plugin.known_vehicles import KnownVehicle
-from gcs_plugin.params.client import COMPANIONS, COMPANIONS_MAY_FOLLOW_S, NO_INDEX, Heard
-from gcs_plugin.params.deadline import Timing
-from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
+from gcs_plugin.params.client import Heard
+from gcs_plugin.params.transfer import Source
 from gcs_plugin.station import GROUND_STATION
-
-SEND_EVERY_S: Final = 0.5
-QUIET_S: Final = Timing().quiet_s
-UNREAD_S: Final = 3.0  # of questions without an answer, after which the vehicle may be another than it was
-CONTESTED_QUIET_S: Final = 3.0  # where two may answer: each of them has told its mode by then
-TELL_SILENCE_S: Final = 1.5  # telemetry says the mode once a second
-NOT_HEARD_S: Final = 3.0  # three beats
-AGAIN_S: Final = QUIET_S  # a mode that is told again after so long is no answer that overtook another
-REASON_S: Final = 1.0  # a refusal's words come with it, or with that of the next write
-
-REFUSED: Final = "FF_MODE refused: "
-NOT_FROM_HERE: Final = f"orders from system {GROUND_STATION[0]} are refused"
-SHADOW: Final = "shadow: "
-ARMED: Final = RAISED_ARMED.removeprefix(REFUSED)
-ADVICE: Final = "disarm it to raise it all the same, or fly on in shadow"
-
-WORDS: Final = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "only", Mode.BOTH: "both"}
-"""What each mode is called by operators."""
 
 NEVER_HEARD: Final = (1, dialect.MAV_COMP_ID_ONBOARD_COMPUTER)
 """The components that are sent OFF in a system that nobody has heard: a bridge's own, or that of a companion."""
-
-
-def sent_text(count: int) -> str:
-    """How often something was sent."""
-    return "sent once" if count == 1 else f"sent {count} times"
-
-
-def word(value: float) -> str:
-    """A value of FF_MODE as an operator reads it."""
-    return next((text for mode, text in WORDS.items() if mode == value), f"{value:g}")
-
-
-class _Stage(Enum):
-    SEND = auto()
-    QUIET = auto()
-    READ = auto()
-    DONE = auto()
-
-
-@dataclass
-class _Vehicle:
-    """One system on its way to `mode`; `holder` is the component that has said FF_MODE, or that would have it.
-
-    `before_s` is when it was last heard before the switch, `heard_s` since; `unheard` are sent OFF blindly.
-    """
-
-    mode: Mode
-    since_s: float
-    beating: set[Source] = field(default_factory=set)
-    holder: Source | None = None
-    unheard: tuple[Source, ...] = ()
-    before_s: float | None = None
-    heard_s: float | None = None
-    stage: _Stage = _Stage.SEND
-    due_s: float = 0.0
-    sent: int = 0
-    first_s: float = 0.0
-    last_s: float = 0.0
-    answer: float | None = None
-    answered_s: float = 0.0
-    told: float | None = None
-    refusal: str = ""
-    refused_s: float = 0.0
-    reason: str = ""
-    shadow: str = ""
-    lacking: set[Source] = field(default_factory=set)
-    contested: bool = False
-    was: float = float(Mode.OFF)
-    taken: bool = False
-    other: float | None = None
-    other_s: float = 0.0
-    lowered: bool = False
-
-    @property
-    def lacks_it(self) -> bool:
-        """Whether all of it that beats says that it has no such parameter."""
-        return self.holder is None and bool(self.lacking) and self.beating <= self.lacking
-
-    def targets(self, now_s: float) -> list[Source]:
-        """Whom to send to: who told FF_MODE, else who beats, a companion before an autopilot.
-
-        Another mode than off waits before it takes an autopilot, until a companion had time to beat.
-        """
-        if self.holder is not None:
-            return [self.holder]
-        if self.mode is not Mode.OFF and now_s < self.since_s + COMPANIONS_MAY_FOLLOW_S:
-            return []
-        beating = self.beating - self.lacking
-        if not beating:
-            return [source for source in self.unheard if source not in self.lacking]
-        return [min(beating, key=lambda source: (source[1] not in COMPANIONS, source[1]))]
-
-    def know(self, vehicle: KnownVehicle) -> None:
-        """It was heard before, as this."""
-        self.before_s = max(self.before_s or vehicle.heard_s, vehicle.heard_s)
-        self.beating.add(vehicle.source)
-        if vehicle.holds:
-            self.holder = vehicle.source
-
-    def on_beat(self, source: Source, now_s: float) -> None:
-        self.heard_s = now_s
-        self.beating.add(source)
-
-    def tick(self, now_s: float, contested: bool) -> list[Any]:
-        self.contested = contested
-        unread = self.stage is _Stage.READ and now_s >= self.last_s + self._quiet_s + UNREAD_S
-        # Off is worth its answer even where two may have given it; any other mode is not.
-        if unread or (contested and self.mode is not Mode.OFF):
-            self._send_again()
-        targets = self.targets(now_s)
-        if not targets or self.stage is _Stage.DONE or now_s < self.due_s:
-            return []
-        name = MODE.encode()
-        questions = [
-            dialect.MAVLink_param_request_read_message(*target, name, NO_INDEX) for target in targets
-        ]
-        self.due_s = now_s + SEND_EVERY_S
-        if self.stage is not _Stage.SEND:
-            self.stage = _Stage.READ
-            return questions
-        if self.taken:
-            return questions
-        self.sent += 1
-        self.first_s = now_s if self.sent == 1 else self.first_s
-        self.last_s = now_s
-        real32, value = dialect.MAV_PARAM_TYPE_REAL32, float(self.mode)
-        sets = [dialect.MAVLink_param_set_message(*target, name, value, real32) for target in targets]
-        return [*sets, *questions]
-
-    def on_value(self, value: float, source: Source, now_s: float) -> None:
-        self.holder, self.heard_s = source, now_s
-        self._watch(value, now_s)
-        if not self.sent:
-            return
-        self.taken = self.taken or (value == self.mode is not Mode.OFF)
-        self.answer, self.answered_s = value, now_s
-        if self.stage is _Stage.READ and value == self.mode:
-            self.stage = _Stage.DONE
-        else:
-            self._judge(value)
-
-    def on_told(self, value: float, source: Source, now_s: float) -> None:
-        self.holder, self.heard_s = source, now_s
-        self._watch(value, now_s)
-        if self.sent:
-            self.told = value
-            self._judge(value)
-
-    def on_error(self, code: int, source: Source, now_s: float) -> None:
-        self.heard_s = now_s
-        if code == DOES_NOT_EXIST and self.holder is None and source in self.targets(now_s):
-            self.beating.add(source)
-            self.lacking.add(source)
-            self.due_s = now_s
-        elif source == self.holder:
-            self.refused_s = self.refused_s if self.refusal else now_s
-            self.refusal = ERROR_SENTENCES.get(code, f"error {code}")
-
-    def on_text(self, text: str) -> None:
-        if self.sent and text.startswith(REFUSED):
-            self.reason = text.removeprefix(REFUSED)
-        elif self.sent and text == NOT_FROM_HERE:
-            self.reason = f"it takes no orders from system {GROUND_STATION[0]}, but from another ground"
-        elif self.sent and text.startswith(SHADOW):
-            self.shadow = text
-
-    def against(self) -> str:
-        """What it has against the mode: its own words where they were heard, and what to do."""
-        said = [self.refusal, self.reason, self.shadow]
-        return ": ".join(filter(None, said)) + (f"; {ADVICE}" if self.shadow else "")
-
-    def explained(self, now_s: float) -> bool:
-        """Whether all has been heard that it has against the mode, or time enough has gone for it."""
-        whole = bool(self.reason) and (self.reason != ARMED or bool(self.shadow))
-        return bool(self.refusal) and (whole or now_s >= self.refused_s + REASON_S)
-
-    def _watch(self, value: float, now_s: float) -> None:
-        """See whether a mode other than off, once it was taken, was taken back by somebody."""
-        if self.mode is Mode.OFF or self.stage is _Stage.DONE:
-            return
-        if not self.sent:
-            self.lowered = self.lowered or (value == Mode.OFF != self.was)
-        elif value == self.mode or not self.taken:
-            self.other = None
-        elif self.other is None:
-            self.other, self.other_s = value, now_s
-        elif now_s >= self.other_s + AGAIN_S:
-            self.lowered, self.other = True, value
-
-    def _judge(self, value: float) -> None:
-        """Be quiet once answer and telemetry say what is wanted; send again where `value`, the newest, does not."""
-        if self.stage is _Stage.DONE:
-            return
-        if value != self.mode:
-            self._send_again()
-        elif self.stage is _Stage.SEND and self.answer == self.told == self.mode:
-            self.stage, self.due_s = _Stage.QUIET, self.last_s + self._quiet_s
-
-    @property
-    def _quiet_s(self) -> float:
-        return CONTESTED_QUIET_S if self.contested else QUIET_S
-
-    def _send_again(self) -> None:
-        if self.stage is not _Stage.SEND:
-            self.stage, self.due_s = _Stage.SEND, self.last_s + SEND_EVERY_S
-
-    def words(self, now_s: float) -> str:
-        wanted = word(self.mode)
-        if self.stage is _Stage.DONE:
-            how = "as answered" if self.contested else "as read back and as its telemetry says"
-            return f"{wanted}, {how}"
-        if self.lacks_it:
-            return "has no feed-forward"
-        if not self.sent:
-            return "heard, nothing is sent yet"
-        said = [sent_text(self.sent)]
-        last_s = self.before_s if self.heard_s is None else self.heard_s
-        if last_s is None:
-            return f"{said[0]}, never heard: not confirmed"
-        if self.heard_s is None or now_s - last_s >= NOT_HEARD_S:
-            return f"{said[0]}, not heard for {now_s - last_s:.0f} s: not confirmed"
-        silent_s = now_s - max(self.answered_s, self.first_s)
-        if self.answer is None or silent_s >= TELL_SILENCE_S:
-            said.append(f"no answer for {silent_s:.1f} s")
-        elif self.answer != self.mode:
-            said.append(f"it answers {word(self.answer)}{f' ({self.against()})' if self.refusal else ''}")
-        if self.told is None and now_s - self.first_s >= TELL_SILENCE_S:
-            said.append("no telemetry of it")
-        elif self.told is not None and self.told != self.mode:
-            said.append(f"its telemetry says {word(self.told)}")
-        if self.stage is not _Stage.SEND:
-            said.append(f"it says {wanted}, being read back")
-        return ", ".join(said)
 
 
 class Switch:
@@ -290,27 +56,32 @@ class Switch:
         self.overruled = False
         self._was = was
         self._system = system
-        self._vehicles: dict[int, _Vehicle] = {}
+        self._vehicles: dict[int, SwitchedVehicle] = {}
         self._now_s = 0.0
+        self._was_done = False
         for vehicle in known if self.mode is Mode.OFF else ():
             self._of(vehicle.source, 0.0).know(vehicle)
         if self.mode is Mode.OFF and system is not None and not self._vehicles:
             unheard = tuple((system, component) for component in NEVER_HEARD)
-            self._vehicles[system] = _Vehicle(self.mode, 0.0, unheard=unheard)
+            self._vehicles[system] = SwitchedVehicle(self.mode, 0.0, unheard=unheard)
 
     @property
     def done(self) -> bool:
-        """Whether every vehicle that has a feed-forward says by both ways that it is so."""
+        """Whether every vehicle that has a feed-forward has said by both ways that it is so, at one time."""
         having = [vehicle for vehicle in self._vehicles.values() if not vehicle.lacks_it]
         certain = self.mode is Mode.OFF or not self.twins
-        return bool(having) and certain and all(v.stage is _Stage.DONE for v in having)
+        return self._was_done or (bool(having) and certain and all(v.in_mode for v in having))
 
     @property
     def waits_for(self) -> tuple[int, ...]:
         """The systems that have a feed-forward and are not known to be in the mode."""
-        return tuple(
-            n for n, v in sorted(self._vehicles.items()) if not v.lacks_it and v.stage is not _Stage.DONE
-        )
+        return tuple(n for n, v in sorted(self._vehicles.items()) if not v.lacks_it and not v.in_mode)
+
+    @property
+    def silent(self) -> tuple[int, ...]:
+        """The systems that it waits for, where none of them has been heard since it began."""
+        waits_for = self.waits_for
+        return () if any(self._vehicles[n].heard_s is not None for n in waits_for) else waits_for
 
     @property
     def sent(self) -> int:
@@ -358,10 +129,16 @@ class Switch:
 
     def tick(self, now_s: float) -> list[Any]:
         """The messages to send now."""
-        self._now_s = now_s
+        self._now_s, self._was_done = now_s, self.done
         if self._gives_way:
             return []
         return [m for vehicle in self._vehicles.values() for m in vehicle.tick(now_s, bool(self.twins))]
+
+    def again(self) -> None:
+        """Order it once more, of those too that have done it: one of them may have been switched since."""
+        self._was_done = False
+        for vehicle in self._vehicles.values():
+            vehicle.again(self._now_s)
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
         """A frame arrived; of any kind."""
@@ -396,6 +173,7 @@ class Switch:
         """A PARAM_VALUE arrived."""
         if name == MODE:
             self._of(source, now_s).on_value(value, source, now_s)
+            self._was_done = self.done
 
     def on_error(self, name: str, code: int, source: Source, now_s: float) -> None:
         """A PARAM_ERROR arrived."""
@@ -421,11 +199,11 @@ class Switch:
             f"{said}, as if another has switched it: {raised} is sent no more; look, and ask again if need be"
         )
 
-    def _of(self, source: Source, now_s: float) -> _Vehicle:
+    def _of(self, source: Source, now_s: float) -> SwitchedVehicle:
         """The vehicle of a source; one that is not asked for is watched by nobody."""
         if self._system not in (None, source[0]):
-            return _Vehicle(self.mode, now_s)
-        return self._vehicles.setdefault(source[0], _Vehicle(self.mode, now_s, was=self._was))
+            return SwitchedVehicle(self.mode, now_s)
+        return self._vehicles.setdefault(source[0], SwitchedVehicle(self.mode, now_s, was=self._was))
 
 
 _READINGS: Final = (dialect.MAVLINK_MSG_ID_HEARTBEAT, dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT)

@@ -17,9 +17,11 @@ def _lines_as_wide_as_they_like(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """No test meets the recording of whoever runs the tests, nor the file by which another tells of its own."""
+    """No test meets the recording of whoever runs the tests, nor what another told of its own, or of OFF."""
     state = tmp_path_factory.getbasetemp() / "state"
-    (state / "seatrial" / "recording.json").unlink(missing_ok=True)
+    for told in ("recording.json", "off-ordered-*"):
+        for file in (state / "seatrial").glob(told):
+            file.unlink(missing_ok=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
 
 

@@ -43,6 +43,8 @@ class Mirror:
                 raise LogError(
                     f"{self._folder}: another fetch is at work there; wait for its end, then fetch again"
                 ) from None
+            except OSError:  # this disk knows no locks
+                pass
             yield
 
     def _opened(self, name: str) -> BinaryIO:

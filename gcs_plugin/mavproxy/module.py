@@ -14,7 +14,7 @@ from bridge.errors import ConfigError, LinkError, SeatrialError
 from bridge.messages.readings import decode as decode_reading
 from bridge.printable import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.ff_switch import word
+from gcs_plugin.ff_words import word
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy import words as typed
 from gcs_plugin.mavproxy.parameters import Parameters

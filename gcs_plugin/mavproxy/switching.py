@@ -9,7 +9,8 @@ from bridge.errors import ParamRejected
 from bridge.framing import Frame
 from bridge.parameters import ACTIVE
 from bridge.vehicle.feedforward import Mode
-from gcs_plugin.ff_switch import WORDS, Switch
+from gcs_plugin.ff_switch import Switch
+from gcs_plugin.ff_words import WORDS
 from gcs_plugin.fleet import Fleet, News
 from gcs_plugin.known_vehicles import KnownVehicles
 from gcs_plugin.mavproxy.parameters import ARMED

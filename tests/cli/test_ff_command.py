@@ -185,6 +185,14 @@ def test_off_by_way_of_a_recording_goes_to_whom_that_has_heard_though_nothing_is
     assert capsys.readouterr().out.startswith("vehicle 1: sent 9 times, not heard for 12 s: not confirmed")
 
 
+def test_where_only_one_that_is_gone_keeps_off_from_its_end_the_way_out_is_told_once(vehicle, capsys):
+    now_s = vehicle.clock.unix_s()
+    recording_that_heard(vehicle, HeardVehicle(1, 1, True, now_s), HeardVehicle(2, 1, True, now_s - 60.0))
+    assert cli.main(["ff", "off", "--seconds", "20"]) == exit_codes.NO
+    told = "vehicle 2 is not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
+    assert " ".join(capsys.readouterr().err.split()).count(told) == 1
+
+
 def test_off_of_a_vehicle_that_is_named_goes_to_no_other_that_a_recording_has_heard(vehicle, capsys):
     recording_that_heard(vehicle, HeardVehicle(1, 1, True, vehicle.clock.unix_s()))
     vehicle.server.write("FF_MODE", 1.0, armed=False)

@@ -142,3 +142,15 @@ def test_a_folder_in_place_of_what_a_dive_is_made_whole_in_is_named(tmp_path: Pa
 )
 def test_why_a_file_can_not_be_written_says_what_to_do(number: int, words: str) -> None:
     assert remedy(OSError(number, os.strerror(number))) == words
+
+
+def test_where_files_can_t_be_locked_a_dive_is_fetched_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unable(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("gcs_plugin.fetch.mirror.fcntl.flock", unable)
+    dive = heard(tmp_path)
+    assert said(dive) == ""
+    is_fetched_whole(tmp_path, dive)

@@ -66,6 +66,7 @@ class FakeSwitch:
         self.sent = 0
         self.waits_for = (1,)
         self.heard = []
+        self.asked_again = 0
 
     @property
     def words(self):
@@ -76,6 +77,9 @@ class FakeSwitch:
             return []
         self.sent += 1
         return [ground_heartbeat()]
+
+    def again(self):
+        self.asked_again += 1
 
     def on_frame(self, frame, now_s):
         self.heard.append((frame.message_id, now_s))
@@ -195,12 +199,14 @@ def test_the_switch_hears_every_frame_and_of_twins(rig):
     assert rig.switches[0].twins == "two vehicles"
 
 
-def test_pressing_again_changes_nothing_until_it_was_done(rig):
+def test_pressing_again_orders_off_once_more_and_begins_anew_only_where_it_was_done(rig):
     rig.station.force_off()
     rig.turn()
+    assert rig.switches[0].asked_again == 0
     rig.station.force_off()
     rig.turn()
     assert len(rig.switches) == 1
+    assert rig.switches[0].asked_again == 1
     rig.switches[0].done = True
     rig.turn()
     rig.station.force_off()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from gcs_plugin.ff_switch import sent_text
+from gcs_plugin.ff_words import sent_text
 from gcs_plugin.holder import how_to_end
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.lines import Line, Lines, Role, Span, apart, cut, width

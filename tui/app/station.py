@@ -48,6 +48,8 @@ class OffSwitch(Protocol):
 
     def tick(self, now_s: float) -> list[Any]: ...
 
+    def again(self) -> None: ...
+
     def on_frame(self, frame: Frame, now_s: float) -> None: ...
 
 
@@ -131,6 +133,8 @@ class Station:
             self._thrown.clear()
             if self._switch is None or self._switch.done:
                 self._switch, self._done_s = self._make_switch(self._known.at(now_s)), None
+            else:
+                self._switch.again()
         switch = self._switch
         if switch is None:
             return

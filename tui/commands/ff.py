@@ -22,6 +22,7 @@ MODES = {
 }
 PATIENCE_S = 15.0
 LACKING_S = 10.0
+SILENT_S = 10.0
 """So long an answer that there is no feed-forward is not believed: a companion that has one may be heard late."""
 FIND_S = 5.0
 TELL_EVERY_S = 2.0
@@ -53,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from bridge.clock import SystemClock
     from bridge.vehicle.feedforward import Mode
-    from gcs_plugin.ff_switch import WORDS
+    from gcs_plugin.ff_words import WORDS
     from tui.links import link_for
     from tui.outputs import check_file
 
@@ -130,7 +131,7 @@ def permitted(
     from bridge.errors import ParamRejected
     from bridge.framing import Encoder
     from bridge.parameters import ACTIVE, MODE
-    from gcs_plugin.ff_switch import word
+    from gcs_plugin.ff_words import word
     from gcs_plugin.params.client import ParameterClient
     from gcs_plugin.params.plan import make_plan
     from gcs_plugin.station import GROUND_STATION, ground_heartbeat
@@ -169,6 +170,7 @@ class Course:
         self._status = self._console.status("")
         self._start_s = self._tell_s = clock.boot_s()
         self._lacking_s: float | None = None
+        self._silent_told = False
 
     def __enter__(self) -> "Course":
         self._tell_s = self._clock.boot_s() + TELL_EVERY_S
@@ -187,6 +189,10 @@ class Course:
         if not self._console.is_terminal and now_s >= self._tell_s:
             self._tell_s = now_s + TELL_EVERY_S
             show.say(self._console, self._switch.words)
+        silent = self._switch.silent
+        if silent and now_s - self._start_s >= SILENT_S and not self._silent_told:
+            self._silent_told = True
+            show.say(self._console, _not_heard(silent))
         if not self._switch.lacking:
             self._lacking_s = None
         elif self._lacking_s is None:
@@ -199,7 +205,7 @@ class Course:
 
     def told(self, json: str | None) -> int:
         """Say what came of it; the exit code."""
-        from gcs_plugin.ff_switch import sent_text, word
+        from gcs_plugin.ff_words import sent_text, word
         from tui import show
 
         switch, took_s = self._switch, self._clock.boot_s() - self._start_s
@@ -217,3 +223,11 @@ class Course:
         if self.stopped:
             return exit_codes.INTERRUPTED
         return exit_codes.NO if switch.heard or switch.refusal else exit_codes.LINK
+
+
+def _not_heard(systems: tuple[int, ...]) -> str:
+    """What to do where nothing but vehicles that are silent keeps OFF from its end."""
+    who = (
+        f"vehicle {systems[0]} is" if len(systems) == 1 else f"vehicles {' and '.join(map(str, systems))} are"
+    )
+    return f"{who} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
