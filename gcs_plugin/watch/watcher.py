@@ -31,7 +31,9 @@ TWICE_WITHIN_S: Final = 1.0
 """The same frame again within so long came over a second link."""
 
 SETTLED_BEATS: Final = 3
-"""Who beat so often is a vehicle that a crew looks at, and is watched however long it is silent."""
+SETTLING_S: Final = 0.5
+"""A component that beat so often, so far apart, is of a vehicle that a crew looks at: it is watched however long it is
+silent."""
 
 PASSED_S: Final = 10.0
 """Who beat less often, and not for so long, has passed by where another beats."""
@@ -71,7 +73,7 @@ class Watcher:
         """Forget whatever was heard; from now on `system` is watched."""
         self.system = system
         self._system_beats: dict[int, Beat] = {}
-        self._beats_heard = 0
+        self._beats_counted: dict[int, tuple[int, float]] = {}
         self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
         self._channels |= {signal: Channel(always) for signal in _OTHERS}
         self._quantities = Quantities(self._vehicle, self._channels)
@@ -153,7 +155,9 @@ class Watcher:
             self._begin(frame.system)
         if frame.system == self.system and beat.is_vehicle:
             self._system_beats[frame.component] = beat
-            self._beats_heard += 1
+            count, counted_s = self._beats_counted.get(frame.component, (0, -math.inf))
+            if arrived_s >= counted_s + SETTLING_S:
+                self._beats_counted[frame.component] = count + 1, arrived_s
 
     def _is_to_be_watched(self, system: int, now_s: float) -> bool:
         if self._asked_for is not None or system == self.system:
@@ -166,7 +170,8 @@ class Watcher:
     def _has_passed_by(self, now_s: float) -> bool:
         """Whether whoever is watched beat a time or two and no more: another boat's, or an echo of the last dive."""
         newest_s = max((beat.time_s for beat in self._system_beats.values()), default=-math.inf)
-        return self._beats_heard < SETTLED_BEATS and now_s - newest_s > PASSED_S
+        most = max((count for count, _ in self._beats_counted.values()), default=0)
+        return most < SETTLED_BEATS and now_s - newest_s > PASSED_S
 
     def _commander(self) -> int | None:
         """The component whose word counts for armed or not: an autopilot before a companion computer."""

@@ -139,6 +139,22 @@ def test_who_beats_once_and_is_silent_is_left_for_the_next_that_beats():
     assert watcher.picture(1.2 + PASSED_S).armed is Armed.DISARMED
 
 
+def test_who_beats_many_times_at_once_and_is_silent_then_has_passed_by_too():
+    watcher = Watcher(None)
+    for k in range(20):
+        OnAir(watcher, 33).beats(1.0 + 0.02 * k)
+    OnAir(watcher, 1).beats(1.5 + PASSED_S)
+    assert watcher.system == 1
+
+
+def test_components_of_one_system_that_beat_once_each_and_are_silent_then_have_passed_by_too():
+    watcher = Watcher(None)
+    for component in (1, 2, 197):
+        OnAir(watcher, 33, component).beats(1.0 + 0.01 * component)
+    OnAir(watcher, 1).beats(3.1 + PASSED_S)
+    assert watcher.system == 1
+
+
 @pytest.mark.parametrize(("file", "beats"), [(None, SETTLED_BEATS), (RUVIFIST, 1)])
 def test_a_vehicle_that_has_settled_or_that_the_file_names_is_watched_however_long_it_is_silent(file, beats):
     watcher = Watcher(file)
