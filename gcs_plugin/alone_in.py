@@ -2,12 +2,13 @@
 file is left behind, and the system lets go of it where a process is killed."""
 
 import contextlib
-import fcntl
 import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
+
+from gcs_plugin.file_lock import locked
 
 PATIENCE_S: Final = 2.0
 """A change takes milliseconds: who holds the folder for longer hangs, and no note waits for that."""
@@ -20,7 +21,7 @@ def alone_in(folder: Path) -> Iterator[None]:
     held = None
     with contextlib.suppress(OSError):
         held = os.open(folder, os.O_RDONLY)
-        _lock(held)
+        _wait_for(held)
     try:
         yield
     finally:
@@ -28,14 +29,7 @@ def alone_in(folder: Path) -> Iterator[None]:
             os.close(held)
 
 
-def _lock(held: int) -> None:
+def _wait_for(held: int) -> None:
     end_s = time.monotonic() + PATIENCE_S
-    while True:
-        try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            if time.monotonic() >= end_s:
-                return
-            time.sleep(RETRY_S)
-        else:
-            return
+    while not locked(held) and time.monotonic() < end_s:
+        time.sleep(RETRY_S)

@@ -5,7 +5,6 @@ They bind nobody who does not ask. A disk that knows no locks tells that nobody 
 
 import contextlib
 import os
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,9 +12,7 @@ from typing import Final
 
 from bridge.errors import LogError
 from bridge.tlog import TlogWriter
-
-if sys.platform != "win32":
-    import fcntl
+from gcs_plugin.file_lock import locked
 
 LOOK_EVERY_S: Final = 0.1
 PATIENCE_S: Final = 10.0
@@ -48,7 +45,7 @@ class HeldTlog(TlogWriter):
         with contextlib.suppress(OSError):
             if self._lock < 0:
                 self._lock = os.open(self.path, os.O_RDWR | _NO_WAIT)
-            self._is_held = _lock(self._lock, alone=True)
+            self._is_held = locked(self._lock)
 
 
 def is_written(recording: Path) -> bool:
@@ -60,7 +57,7 @@ def is_written(recording: Path) -> bool:
     except OSError:
         return False
     try:
-        return not _lock(file, alone=False)
+        return not locked(file, alone=False)
     finally:
         os.close(file)
 
@@ -75,7 +72,7 @@ def alone_at(folder: Path, again: str, wait: Callable[[float], None] = time.slee
         raise LogError(f"{folder}: can't be read ({error.strerror}); check its rights and {again}") from None
     try:
         looks = round(PATIENCE_S / LOOK_EVERY_S)
-        while not (had := _lock(opened, alone=True)) and looks > 0:
+        while not (had := locked(opened)) and looks > 0:
             looks -= 1
             wait(LOOK_EVERY_S)
         if not had:
@@ -104,16 +101,3 @@ def holder_of(place: Path) -> int | None:
         line.split()[4] for line in table if line.split()[1:2] == ["FLOCK"] and named in line.split()
     )
     return next((int(one) for one in processes if one.isdecimal() and int(one) > 0), None)
-
-
-def _lock(file: int, *, alone: bool) -> bool:
-    """Whether it could be had."""
-    if sys.platform == "win32":
-        return True
-    try:
-        fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # this disk knows no locks
-        return True
-    return True

@@ -5,7 +5,6 @@ A segment that is not whole yet is a `.part`: the beginning of it, without a hol
 """
 
 import contextlib
-import fcntl
 import os
 import shutil
 from collections.abc import Iterator
@@ -19,6 +18,7 @@ from bridge.ftp.server import crc32
 from bridge.new_file import PART, open_own, remedy
 from bridge.tlog import MOST_BYTES
 from gcs_plugin.fetch.doubtful import Stretch, doubtful
+from gcs_plugin.file_lock import locked
 
 PIECE_BYTES: Final = 1 << 20
 LOCK: Final = "fetching.lock"
@@ -37,14 +37,10 @@ class Mirror:
         Raises LogError where another does, or it can't be written.
         """
         with self._opened(LOCK) as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+            if not locked(file.fileno()):
                 raise LogError(
                     f"{self._folder}: another fetch is at work there; wait for its end, then fetch again"
-                ) from None
-            except OSError:  # this disk knows no locks
-                pass
+                )
             yield
 
     def _opened(self, name: str) -> BinaryIO:

@@ -5,7 +5,6 @@ vehicle itself says of its set is looked at all the same, before a commit and at
 """
 
 import contextlib
-import fcntl
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -13,6 +12,7 @@ from bridge.errors import ParamRejected
 from bridge.file_size import read_small
 from bridge.new_file import open_own
 from bridge.plain import from_json
+from gcs_plugin.file_lock import locked
 from gcs_plugin.params.receipt import RECEIPT, number_in
 
 Newest = tuple[int, str]
@@ -34,8 +34,11 @@ class Turn:
             receipts.mkdir(parents=True, exist_ok=True)
             self._file = open_own(receipts / f".vehicle-{system}.lock")
         try:
-            if self._file is not None:
-                _lock(self._file, system)
+            if self._file is not None and not locked(self._file.fileno()):
+                raise ParamRejected(
+                    f"another upload or roll back to vehicle {system} is under way: nothing was sent; wait for its "
+                    "end, then look at the vehicle again"
+                )
             if read_at is not None and newest(receipts, system) != read_at:
                 raise ParamRejected(
                     f"another program wrote to vehicle {system} since it was read: nothing was sent; look at it again"
@@ -70,15 +73,3 @@ def _outcome(path: Path, system: int) -> str:
         return str(data["outcome"]) if data["vehicle"]["system"] == system else ""
     except (OSError, ValueError, KeyError, TypeError):
         return ""
-
-
-def _lock(file: BinaryIO, system: int) -> None:
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise ParamRejected(
-            f"another upload or roll back to vehicle {system} is under way: nothing was sent; wait for its end, then "
-            "look at the vehicle again"
-        ) from None
-    except OSError:
-        return  # a folder on a file system without locks
