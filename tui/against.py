@@ -49,18 +49,18 @@ def run(arguments: Namespace) -> int:
 
 def told(found: "Against") -> tuple[str, ...]:
     """The verdict, then what else there is to say, indented."""
-    from identify.diagnose import against_words, verdict_words, where_words, words
+    from identify.diagnose import wording, wording_against, wording_verdict
 
     lines = (
-        *against_words.cause_lines(found),
-        *against_words.lines(found),
-        *(f"Where: {line}." for line in where_words.where_lines(found.vehicle)),
-        *verdict_words.shrink_lines(found.vehicle),
-        *words.next_lines(found.vehicle),
+        *wording_against.cause_lines(found),
+        *wording_against.lines(found),
+        *(f"Where: {line}." for line in wording_verdict.where_lines(found.vehicle)),
+        *wording_verdict.shrink_lines(found.vehicle),
+        *wording.next_lines(found.vehicle),
         *found.vehicle.notes,
         *(f"Of the simulator: {note}" for note in found.simulator.notes),
     )
-    return (against_words.verdict_sentence(found), *(f"  {line}" for line in lines))
+    return (wording_against.verdict_sentence(found), *(f"  {line}" for line in lines))
 
 
 def configuration_of_both(real: "Dive", sim: "Dive", file: "VehicleFile") -> str:

@@ -2,32 +2,32 @@
 
 from typing import Any
 
-from identify.diagnose import verdict_words, words
+from identify.diagnose import wording, wording_verdict
 from identify.diagnose.answer import plain
-from identify.diagnose.diagnosis import Diagnosis, Found
+from identify.diagnose.result import Diagnosis, Found
 
 
 def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
     """`plain`, with `told` behind it: sentences, evidence in nats, drifts of the dive itself. `check`: that dive's
     name."""
-    after = [one.total for one in found.gap.after if one.horizon_s == words.DRIFT_S]
+    after = [one.total for one in found.gap.after if one.horizon_s == wording.DRIFT_S]
     more = {
         "dive": found.dive,
         "check": check,
         "configuration": found.configuration,
-        "verdict": verdict_words.verdict_sentence(found),
+        "verdict": wording_verdict.verdict_sentence(found),
         "after": after[0] if after else None,
         "causes": [_cause(one) for one in found.found],
         "tried": [
-            {"name": words.label_words(one.name, one.label), "gain_nats": one.gain_nats, "why": one.why}
+            {"name": wording.label_words(one.name, one.label), "gain_nats": one.gain_nats, "why": one.why}
             for one in found.tried
             if not one.accepted and one.gain_nats > 0
         ],
         "heldout": None
         if found.heldout is None
         else {"before": found.heldout.before, "after": found.heldout.after},
-        "character": verdict_words.character_lines(found),
-        "next": words.next_lines(found),
+        "character": wording_verdict.character_lines(found),
+        "next": wording.next_lines(found),
         "notes": found.notes,
     }
     return {**plain(found), "told": more}
@@ -35,9 +35,9 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
 
 def _cause(one: Found) -> dict[str, Any]:
     return {
-        "name": words.name_of(one),
+        "name": wording.name_of(one),
         "gain_nats": one.gain_nats,
-        "sentence": words.cause_sentence(one),
-        "alike": words.alike_sentence(one) if one.also else "",
-        "values": [words.value_words(name, value) for name, value in words.told_parameters(one).items()],
+        "sentence": wording.cause_sentence(one),
+        "alike": wording.alike_sentence(one) if one.also else "",
+        "values": [wording.value_words(name, value) for name, value in wording.told_parameters(one).items()],
     }

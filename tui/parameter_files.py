@@ -27,7 +27,7 @@ from tui.doubted import doubted_in, told
 from tui.exit_codes import UsageError
 
 if TYPE_CHECKING:
-    from identify.diagnose.diagnosis import Diagnosis
+    from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
 
 

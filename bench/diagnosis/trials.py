@@ -24,7 +24,7 @@ from identify.challenge.answers import Answer, answer_of
 from identify.challenge.case import Case
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.diagnosis import Diagnosis
+from identify.diagnose.result import Diagnosis
 
 CHECKED = ("one", "two")
 """Where a check dive is flown: there is a gap that can be closed."""

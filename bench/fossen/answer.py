@@ -12,7 +12,7 @@ from bench.fossen.candidates import ALONE
 from bench.fossen.evidence import Judged
 from bench.fossen.fit import FOLDS, PIECE_S, Pair, Weighed, best_values, folds, learnt, scales
 from bench.fossen.runs import STEP_S, Columns, Water, terms, through_water
-from identify.diagnose.where import PHASES, phases_of_motion
+from identify.diagnose.gap import PHASES, phases_of_motion
 
 Array = NDArray[np.float64]
 

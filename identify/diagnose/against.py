@@ -14,11 +14,11 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose import answer
 from identify.diagnose.diagnose import Progress, diagnose
-from identify.diagnose.diagnosis import Diagnosis, Found, Value, Verdict
 from identify.diagnose.probability import LIKELY
+from identify.diagnose.result import Diagnosis, Found, Value, Verdict
 from identify.diagnose.shrink import CHANCE
 from identify.diagnose.simulator import lasting, priors_of, simulator_of
-from identify.diagnose.verdict_words import sorted_by_likelihood
+from identify.diagnose.wording_verdict import sorted_by_likelihood
 from identify.dive import Dive
 from identify.identification import Z95
 

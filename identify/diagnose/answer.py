@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Shrink
+from identify.diagnose.result import Diagnosis, Found, Gap, Shrink
 
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -1,184 +1,253 @@
-"""The causes that were found and all that were tried, with what speaks for each."""
+"""An effect with values: what may cause a gap, and the ways in which it is tried.
 
-from collections.abc import Sequence
-from dataclasses import replace
+What another form of a cause would add: what these take up is nobody's evidence for a second cause.
+
+A sea holds no form of any library: drag goes with a power that is not quite two, a dead zone has soft edges, a lag is
+of second order. The larger an effect, the clearer is what its form leaves, and the first false cause takes it up.
+
+What a cause brings along that no form of it says: that too is nothing unexplained, once the cause is found.
+
+Of a quick cause whose form is not quite true a slow rest stays, for a filter takes it for a disturbance, which lasts; a
+bias comes and goes; water that moves turns the hull as well as pushing it, and a sea has more lines than any form of
+it; a line that pulls along pulls down; thrust that gives way under load does so by another law. A reading that is wrong
+by where its sensor sits is so at once and in proportion, and brings nothing along but that it may come and go. The
+forms that the search allows for (`forms`) are fewer, so that a second cause keeps its evidence.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.diagnose.cause import Cause, way
-from identify.diagnose.diagnosis import Found, Tried, Value
-from identify.diagnose.gain import braking_of, gain_of
-from identify.diagnose.ground import Fitted
-from identify.diagnose.likeness import alike_of
-from identify.diagnose.missing import Missing
-from identify.diagnose.periods import ends_of
-from identify.diagnose.probability import LIKELY, probability
-from identify.diagnose.rest import Rest
-from identify.diagnose.search import (
-    LEAST_GAIN,
-    LEAST_SIGMA,
-    MOST_CAUSES,
-    SEAS,
-    Explanation,
-    candidates,
-    least,
-    left_to,
-)
-from identify.identification import Z95
+from bridge.effects.course import Course, delayed, lagged
+from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.supply import LOAD_SAG
+from bridge.effects.tether import TETHER
 
 Array = NDArray[np.float64]
 
-HEARD_OTHERWISE = 0.9
-"""How probable it is that a recording lacks what the controller used, where its wrench follows from nothing recorded:
-of what else makes a wrench so, such as a gain that was changed, nothing here tells."""
+NEAR = 0.02
 
-HEARD = {0, 1, 5}
-"""Surge, sway and yaw: in heave a controller may well filter a depth of its own, and what it used of roll and pitch is
-seldom said."""
+LEAST_SIZE = 0.12
+"""Of the way on which a parameter comes to show."""
 
-PERIOD = "period"
+OTHER_SIZES = (0.5, 2.0)
+POWERS = (0.6, 1.6)
+"""The shape of what a cause adds is bent to these powers of itself: weaker and stronger where it is large."""
 
-NEAR = 1e-3
-"""Share of a parameter's way by which it is moved to see what an answer's own change by."""
+LATER_S = 0.2
 
+SLOWER_S = (0.5, 1.5)
+"""Lags of what a cause adds."""
 
-def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
-    """The causes with parameters, whose covariance (k, k) gives the intervals, the strongest first."""
-    told = replace(found.fit, covariance=covariance)
-    out, braking = [], braking_of(found.causes, found.now)
-    for k, cause in enumerate(found.causes):
-        others = _without(found, k)
-        alike = alike_of(found, k)
-        # What the others' forms may leave speaks for no further cause.
-        margin_nats = alike.margin_nats - left_to(Rest(found.ground, others), cause)
-        out.append(
-            Found(
-                cause,
-                alike.names,
-                alike.likeness,
-                probability(margin_nats),
-                _as_read(cause, parameters_of(told, k), found),
-                found.fit.gain - others.gain,
-                gain_of(cause, _others(found, k), missing, found.now, braking),
-            )
-        )
-    if HEARD & set(found.now.doubted):
-        out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, HEARD_OTHERWISE, {}, 0.0))
-    return strongest_first(out)
+TURNS = (2, 3)
+"""Powers of time, from the middle of a dive, by which a cause comes and goes; its linear growth is among its forms."""
+
+DRIFTS = (1, 2, 3)
+"""The same of each parameter of what the water does, by itself: a current turns as it comes and goes, and one of a
+narrow band of periods drifts in phase against that of one."""
+
+BESIDE, MOST_BESIDE = 0.2, 8
+"""A sea is a band of periods, of which a dive tells as many apart as it is long: all so near to the strongest line's
+rate are of that sea, and so many on either side of it are looked at."""
+
+LOADS = (0.7, 1.0, 1.4, 2.0)
+"""Powers of thrust by which the load of all thrusters may go."""
+
+GIVES_WAY_S = 0.3
+"""How long a supply may take to give way."""
 
 
-def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
-    """Those that are accepted before those that are only possible; then by the probability that is told, in whole per
-    cent, then by the nats that they save: some causes rest on another test and save none."""
+@dataclass(frozen=True)
+class Cause:
+    """An effect with the values (p,) of its parameters."""
 
-    def place(one: Found) -> tuple[bool, int, float]:
-        return one.probability < LIKELY, -round(100 * one.probability), -one.gain_nats
+    effect: Effect
+    values: Array
 
-    return tuple(sorted(causes, key=place))
+    @property
+    def key(self) -> tuple[str, int]:
+        """Effects with the same are one cause in several forms."""
+        return self.effect.name, self.effect.number
 
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Which of its parameters are not where it is absent, (p,)."""
+        return np.asarray(self.values != self.effect.none())
 
-def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
-    """Every candidate, the one that would save, or saves, most first; one that shows at no size saves nothing."""
-    ground, fit = found.ground, found.fit
-    beside = ground.beyond(fit)
-    rest = [_beside(found, *one) for one in candidates(beside, fit, len(beside.settings))]
-    mine = [Tried(one.name, one.cause.effect.label, one.gain_nats, True) for one in causes]
-    taken, told = {cause.key for cause in fit.causes}, {one.label for one in rest}
-    mute = [
-        Tried(effect.name, effect.label, 0.0, False)
-        for effect in ground.library
-        if effect.label not in told and (effect.name, effect.number) not in taken
-    ]
-    return tuple(sorted((*mine, *rest, *mute), key=lambda one: -one.gain_nats))
+    @property
+    def shows(self) -> bool:
+        """Whether any parameter is far enough from where it is absent to matter to anyone."""
+        none, size = self.effect.none(), np.array([way(p) for p in self.effect.parameters])
+        return bool(np.any(np.isinf(none) | (np.abs(self.values - none) > LEAST_SIZE * size)))
 
+    def act(self, course: Course) -> Act:
+        return self.effect.act(course, self.values)
 
-def _beside(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
-    """A candidate that was not accepted: one that seems to save enough is fitted in full, together with the others."""
-    fit, why = found.fit, ""
-    if gain > LEAST_GAIN:
-        whole = found.ground.fitted((*fit.causes, cause))
-        shows = len(whole.causes) > len(fit.causes) and whole.causes[-1].shows
-        gain = min(gain, whole.gain - fit.gain) if shows else 0.0
-    if gain > LEAST_GAIN:
-        why = _why(found, gain, sigma, cause)
-    return Tried(cause.effect.name, cause.effect.label, gain, False, why)
+    def moved(self, p: int, by: float) -> "Cause":
+        """With one parameter changed within its bounds; by no more than the way on which it comes to show, where what
+        it adds is not proportional to it."""
+        one, values = self.effect.parameters[p], self.values.copy()
+        far = np.inf if self.effect.linear else way(one)
+        values[p] = float(np.clip(values[p] + np.clip(by, -far, far), one.low, one.high))
+        return Cause(self.effect, values)
 
-
-def _why(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
-    if len(found.causes) >= MOST_CAUSES:
-        return f"no dive tells more than {MOST_CAUSES} causes"
-    asked = least(Rest(found.ground, found.fit), cause)
-    if gain <= asked:
-        return f"too little here: {asked:.0f} are asked for"
-    if sigma <= LEAST_SIGMA:
-        return "not in all parts of the dive"
-    return "in doubt: it comes and goes with what else is accepted"
+    def slope(self, course: Course, p: int) -> Act:
+        """What the act changes by with one unit of its parameter p."""
+        h = NEAR * way(self.effect.parameters[p])
+        up, down = self.values.copy(), self.values.copy()
+        up[p] += h
+        down[p] -= h
+        high, low = (self.effect.act(course, values) for values in (up, down))
+        return high.less(low).times(1.0 / (2 * h))
 
 
-def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
-    """A cause's parameters as an answer has them, with 95 % intervals to the first order and within what is possible;
-    without those of which the dive says nothing."""
-    cause = fit.causes[k]
-    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
-    moved = [fit.at[i][1] for i in places]
-    covariance = fit.covariance[np.ix_(places, places)]
-    mute = {
-        one.name
-        for p, one in enumerate(cause.effect.parameters)
-        if p not in moved and cause.effect.telling is None
-    } | _vague(cause, moved, np.sqrt(np.diag(covariance)))
-    slopes = [_slope(cause, p) for p in moved]
-    able = {} if cause.effect.telling else {one.name: (one.low, one.high) for one in cause.effect.parameters}
-    out = {}
-    for name, (value, unit) in cause.effect.told(cause.values).items():
-        if name in mute:
-            continue
-        slope = np.array([one[name] for one in slopes])
-        std = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
-        ends = value + Z95 * std * np.array([-1.0, 1.0]) if np.isfinite(std) else np.full(2, np.nan)
-        low, high = np.clip(ends, *able.get(name, (-np.inf, np.inf))).tolist()
-        out[name] = Value(value, unit, low, high)
-    return out
+def way(one: Parameter) -> float:
+    """From where a parameter means nothing to where it shows; a limit's is the limit itself."""
+    return abs(one.start - one.none) if np.isfinite(one.none) else abs(one.start)
 
 
-def _as_read(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
-    """The same with the interval of a sea's period, which is no parameter of the fit: it is read off a spectrum."""
-    if cause.effect.name not in SEAS or PERIOD not in told:
-        return told
-    period, course = told[PERIOD], found.ground.now.course
-    low, high = ends_of(period.value, float(course.since_s[-1]))
-    return told | {PERIOD: replace(period, low95=low, high95=high)}
+@dataclass(frozen=True)
+class Setting:
+    """One way to try an effect: for each of `steps` (k, p) from its none, one column."""
+
+    effect: Effect
+    columns: tuple[int, ...]
+    steps: Array
+
+    def cause(self, size: Array) -> Cause:
+        """The cause that sizes (k,) of the columns come to, within its bounds."""
+        low = np.array([p.low for p in self.effect.parameters])
+        high = np.array([p.high for p in self.effect.parameters])
+        none = self.effect.none()
+        if not np.isfinite(none).all():
+            return Cause(self.effect, np.clip(self.steps[0], low, high))
+        return Cause(self.effect, np.clip(none + size @ self.steps, low, high))
 
 
-def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
-    """Names of parameters, std (k,) of those moved, whose 95 % interval holds both where they are absent and far more
-    than what shows: a damping in a degree of freedom that hardly moves, say, a small force over next to no speed."""
-    if cause.effect.telling is not None:
-        return set()
-    vague = set()
-    for p, wide in zip(moved, std.tolist(), strict=True):
-        one = cause.effect.parameters[p]
-        if wide > max(way(one), abs(cause.values[p] - one.none) / Z95):
-            vague.add(one.name)
-    return vague if len(vague) < len(moved) else set()
+def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Setting, ...], list[Act]]:
+    """All ways to try some effects, with the act of every column."""
+    acts: list[Act] = []
+    settings = []
+    for effect in effects:
+        for size in effect.sizes:
+            steps = _steps(effect, size)
+            settings.append(Setting(effect, tuple(range(len(acts), len(acts) + len(steps))), steps))
+            acts += [effect.act(course, _at(effect, step)) for step in steps]
+    return tuple(settings), acts
 
 
-def _slope(cause: Cause, p: int) -> dict[str, float]:
-    """What each of the answer's parameters changes by with one unit of parameter p."""
-    h = NEAR * way(cause.effect.parameters[p])
-    up, down = cause.values.copy(), cause.values.copy()
-    up[p] += h
-    down[p] -= h
-    high, low = cause.effect.told(up), cause.effect.told(down)
-    return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
+def _steps(effect: Effect, size: float) -> Array:
+    """(k, p): each parameter from its none to so many times its start, one at a time; from infinity, to its start."""
+    none, start = effect.none(), effect.start()
+    if not np.isfinite(none).all():
+        return np.array([start / size])
+    return np.diag(size * (start - none))
 
 
-def _without(found: Explanation, k: int) -> Fitted:
-    """All causes but one."""
-    return found.ground.fitted(_others(found, k))
+def _at(effect: Effect, step: Array) -> Array:
+    none = effect.none()
+    return np.where(np.isfinite(none), none + step, step)
 
 
-def _others(found: Explanation, k: int) -> tuple[Cause, ...]:
-    return (*found.causes[:k], *found.causes[k + 1 :])
+def forms(course: Course, cause: Cause) -> Iterator[Act]:
+    """Acts of the cause at other sizes, bent in size, late, and growing over the dive."""
+    own = cause.act(course)
+    yield from _able(course, cause)
+    for power in POWERS:
+        yield own.each(partial(_bent, power=power))
+    yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
+
+
+def able_forms(course: Course, cause: Cause) -> Iterator[Act]:
+    """Those of `forms` that a cause may truly have: a reading that is wrong by where its sensor sits is so at once and
+    in proportion, by geometry, and what is bent or late in it is something else."""
+    return _able(course, cause) if cause.effect.place == "reading" else forms(course, cause)
+
+
+def _able(course: Course, cause: Cause) -> Iterator[Act]:
+    effect, own = cause.effect, cause.act(course)
+    if not effect.linear:
+        none = effect.none()
+        # A limit is absent at infinity; its other sizes are shares of itself.
+        origin = np.where(np.isfinite(none), none, 0.0)
+        for size in OTHER_SIZES:
+            yield effect.act(course, origin + size * (cause.values - origin))
+    growing = course.since_s[:, None] / course.since_s[-1] - 0.5
+    yield own.each(lambda part: growing * part)
+
+
+def _bent(part: Array, power: float) -> Array:
+    size = np.maximum(np.sqrt(np.mean(part**2, axis=0)), 1e-12)
+    return np.asarray(np.sign(part) * np.abs(part / size) ** power * size)
+
+
+def kin(course: Course, cause: Cause) -> Iterator[Act]:
+    """Acts of what comes along with a cause, of any size."""
+    own = cause.act(course)
+    if cause.effect.place != "reading":
+        for lag_s in SLOWER_S:
+            yield own.each(partial(lagged, step_s=course.step_s, lag_s=lag_s))
+    middle = (2.0 * course.since_s / course.since_s[-1] - 1.0)[:, None]
+    for power in TURNS:
+        yield own.each(partial(np.multiply, middle**power))
+    if cause.effect.place == "water":
+        for p in np.flatnonzero(cause.present).tolist():
+            part = cause.slope(course, p)
+            for power in DRIFTS:
+                yield part.each(partial(np.multiply, middle**power))
+        yield from _of_its_band(course, cause)
+    if cause.effect.place == "water" and own.wrench is not None:
+        yield from _turned(course, own.wrench[:, :3])
+    if cause.effect.name == LOAD_SAG.name:
+        yield from _loaded(course)
+    if cause.effect.name == TETHER.name and own.wrench is not None:
+        yield from _hanging(course, own.wrench[:, :3])
+
+
+def _of_its_band(course: Course, cause: Cause) -> Iterator[Act]:
+    """The strongest line of a sea at the rates beside its own that the dive tells from it."""
+    told = cause.effect.told(cause.values)
+    if "period" not in told:
+        return
+    whole_s = float(course.since_s[-1])
+    beside = min(int(np.ceil(BESIDE * whole_s / told["period"][0])), MOST_BESIDE)
+    each = len({one.name for one in cause.effect.parameters})
+    strongest = int(np.argmax(np.linalg.norm(cause.values.reshape(-1, each), axis=1)))
+    for p in range(strongest * each, (strongest + 1) * each):
+        part = cause.slope(course, p)
+        for k in range(1, beside + 1):
+            angle = (2 * np.pi * k / whole_s * course.since_s)[:, None]
+            yield part.each(partial(np.multiply, np.sin(angle)))
+            yield part.each(partial(np.multiply, np.cos(angle)))
+
+
+def _turned(course: Course, force: Array) -> Iterator[Act]:
+    """Moments of water that pushes by `force` (n, 3): by a lever, and by its drift along the hull (Munk 1924), each in
+    step with the force and a quarter of a period off."""
+    u, v, w = course.nu[:, :3].T
+    for push in (force, np.gradient(force, course.step_s, axis=0)):
+        x, y, z = push.T
+        for moment in ((y, x, y), (z, z, x), (v * z, u * z, u * y), (w * y, w * x, v * x)):
+            yield Act(wrench=np.column_stack([np.zeros((len(u), 3)), *moment]))
+
+
+def _hanging(course: Course, force: Array) -> Iterator[Act]:
+    """Upright pulls of a line that pulls level by `force` (n, 3): with that, and with its square, for it is drawn out
+    the further the more it pulls."""
+    size = np.linalg.norm(force, axis=1)
+    for pull in (size, size**2):
+        wrench = np.zeros_like(course.nu)
+        wrench[:, :3] = pull[:, None] * course.world[2]
+        yield Act(wrench=wrench)
+
+
+def _loaded(course: Course) -> Iterator[Act]:
+    """Thrust times the load of all thrusters, by other laws, at once and late."""
+    thrust = course.thrust_n
+    for power in LOADS:
+        load = (np.abs(thrust) ** power).sum(axis=1, keepdims=True)
+        for late_s in (0.0, GIVES_WAY_S):
+            yield Act(wrench=course.wrench_of(lagged(load, course.step_s, late_s) * thrust))

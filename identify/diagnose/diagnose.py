@@ -1,6 +1,5 @@
 """The diagnosis of a dive: where its gap lies, what causes it, how far it shrinks. No I/O."""
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -11,59 +10,57 @@ from numpy.typing import NDArray
 from bridge.effects.accepted import AcceptedEffect
 from bridge.effects.effect import Effect
 from bridge.effects.library import library
-from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
-from identify.diagnose import borne_out, likely
-from identify.diagnose.accept import beside_all, log_stds
-from identify.diagnose.candidates import HEARD, found_of, strongest_first, tried_of
-from identify.diagnose.changed import changed, shift_of
-from identify.diagnose.character import character_of
-from identify.diagnose.depends import depends_on
-from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Share, Value
+from identify.diagnose.accepted import accepted as accepted_likely
+from identify.diagnose.accepted import beside_all, log_stds
+from identify.diagnose.changed import changed, held, holding, known_of, shift_of, since
+from identify.diagnose.confidence import sure
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
-from identify.diagnose.evidence import FOLDS
-from identify.diagnose.flown import EACH, Flown, felt_by, flown, slope_of, spoilt_by, wrench_of
-from identify.diagnose.further import further
-from identify.diagnose.generic import Left, left_over
-from identify.diagnose.known import held, holding, known_of, since
-from identify.diagnose.mirrored import mounted_otherwise
-from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
-from identify.diagnose.nominal import Nominal, nominal_of
-from identify.diagnose.predict import predict, windows_of
-from identify.diagnose.probability import BESIDE_UNKNOWN, LIKELY
-from identify.diagnose.pushed import refuse_unpushed
-from identify.diagnose.search import Explanation, explain
-from identify.diagnose.shrink import held_out, overstated
-from identify.diagnose.simulator import Simulator
-from identify.diagnose.spikes import MANY, Spikes, spikes_said, without_spikes
-from identify.diagnose.strangers import mass_hints
-from identify.diagnose.sure import sure
-from identify.diagnose.verdict import is_unknown, next_of, unexplained, verdict_of
-from identify.diagnose.where import (
+from identify.diagnose.findings import HEARD, found_of, strongest_first, tried_of
+from identify.diagnose.gap import (
     PUSHED,
+    Missing,
+    beyond_refit,
+    character_of,
+    depends_on,
+    missing_of,
     phases_of,
     power_of_drift,
     power_of_left,
     power_of_rest,
     shares_of,
     slices_of,
+    with_left,
 )
-from identify.diagnose.whitened import PIECE_S
+from identify.diagnose.nominal import Nominal, mounted_otherwise
+from identify.diagnose.probability import BESIDE_UNKNOWN, LIKELY
+from identify.diagnose.recording import (
+    LEAST_CHECK_S,
+    LEAST_S,
+    MANY,
+    Spikes,
+    _able,
+    _nominal,
+    _notes,
+    _short,
+    _short_dive,
+    _unjudged,
+    mass_hints,
+    spikes_said,
+    without_spikes,
+)
+from identify.diagnose.result import Diagnosis, Found, Gap, Share, Value
+from identify.diagnose.search import Explanation, explain
+from identify.diagnose.shrink import contradiction_note, held_out, overstated, predict, windows_of
+from identify.diagnose.simulation import EACH, Flown, felt_by, flown, slope_of, spoilt_by, wrench_of
+from identify.diagnose.simulator import Simulator
+from identify.diagnose.unexplained import Left, left_over
+from identify.diagnose.verdict import further, is_unknown, next_of, unexplained_forces, verdict_of
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
-
-LEAST_S, LEAST_CHECK_S = 60.0, 20.0
-TELLING_S = 2 * FOLDS * PIECE_S
-"""A shorter dive is diagnosed, but each fold then holds out a piece or none."""
-
-TELLING_CHECK_S = 60.0
-"""A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
-
-MOST_STILL = 0.5
-"""Share of a dive over which the velocity may stand still at one value: what is left is not most of the dive."""
 
 SEED = 0
 """Of the noise that floors are drawn with: one dive has one answer."""
@@ -137,7 +134,7 @@ def diagnose(
         prediction = predict(found, plain, other, check.name, rng)
     dive_next = next_of(causes, tried)
     if is_unknown(left):
-        dive_next = further(unexplained(left), found.now.course, dive_next)
+        dive_next = further(unexplained_forces(left), found.now.course, dive_next)
     many = any(one.share >= MANY for one in spiky)
     measured = None if prediction is None else windows_of(prediction).shrink(rng)
     progress(1.0, "done")
@@ -161,14 +158,14 @@ def diagnose(
             *overstated(heldout),
             *_short_dive(dive),
             *_short(check),
-            *(borne_out.note(heldout, measured) if causes else ()),
+            *(contradiction_note(heldout, measured) if causes else ()),
             *((spikes_said(spiky),) if spiky and not many else ()),
             *((spikes_said(other_spiky, check.name),) if check is not None and other_spiky else ()),
             *_notes(dive, nominal),
         ),
         time.perf_counter() - began_s,
         prediction,
-        likely.accepted(causes, found, nominal, tried, holds, shape),
+        accepted_likely(causes, found, nominal, tried, holds, shape),
         beside_all(found, shape),
         (
             *_unjudged(nominal),
@@ -233,93 +230,3 @@ def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
     return {
         name: Value(one.value, BY_NAME[name].unit, one.value, one.value) for name, one in accepted.items()
     }
-
-
-def _able(dive: Dive, least_s: float) -> None:
-    """Raises FitError where a recording holds too little to be diagnosed."""
-    if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
-        raise FitError(
-            f"{dive.source}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
-        )
-    still_s = sum(end_s - start_s for start_s, end_s in dive.frozen.get("velocity", ()))
-    if still_s > MOST_STILL * dive.duration_s:
-        raise FitError(
-            f"{dive.source}: the velocity repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s while the "
-            "vehicle goes on: a diagnosis would tell of the sensor, not of the vehicle; check the DVL, and what passes "
-            "its readings on, and dive again"
-        )
-    if dive.duration_s < least_s:
-        cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
-        mend = "copy the whole file, or " if cut else ""
-        raise FitError(
-            f"{dive.source}: {cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
-            f"{mend}record {least_s:.0f} s or more, with starts, stops and turns"
-        )
-
-
-def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
-    """The nominal fit of a dive of that vehicle. Raises FitError where it is another's, or none pushed."""
-    try:
-        refuse_unpushed(dive, file, configuration)
-        nominal = nominal_of(dive, file, configuration)
-    except FitError as error:
-        # Two recordings of one name are told apart by where they lie.
-        said = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
-        raise FitError(f"{dive.source}: {said}") from None
-    if nominal.built.strange:
-        raise FitError(
-            f"{dive.source}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived "
-            "with"
-        )
-    return nominal
-
-
-def _short_dive(dive: Dive) -> tuple[str, ...]:
-    """That small causes can't be told from chance in a dive that holds too few pieces to hold out."""
-    if dive.duration_s >= TELLING_S:
-        return ()
-    return (
-        f"The dive lasts {math.floor(dive.duration_s)} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small "
-        f"cause can hardly be told from chance; dive {TELLING_S:.0f} s or more.",
-    )
-
-
-def _short(check: Dive | None) -> tuple[str, ...]:
-    """That a check dive can't tell, where it can't."""
-    if check is None or check.duration_s >= TELLING_CHECK_S:
-        return ()
-    return (
-        f"The check dive lasts {math.floor(check.duration_s)} s, too short to tell how far the gap shrinks; dive "
-        f"{TELLING_CHECK_S:.0f} s or more to check on.",
-    )
-
-
-def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
-    doubted = [
-        f"In {DOFS[dof]} the controller used a reading that was not recorded: what its thrust did there is left out "
-        "of the evidence."
-        for dof in nominal.doubted
-    ]
-    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
-
-
-def _unjudged(nominal: Nominal) -> tuple[str, ...]:
-    """Which degrees of freedom that thrust pushes were not looked at, and why: a verdict does not hold there."""
-    why = nominal.built.missing
-    return tuple(f"{DOFS[dof].capitalize()} was not judged: {why[dof]}." for dof in PUSHED if dof in why)
-
-
-def _wild(nominal: Nominal) -> tuple[str, ...]:
-    """How many readings of each degree of freedom were so far off that they were left out."""
-    told = []
-    for problem in nominal.joint.problems:
-        read = np.isfinite(problem.axis.reading)
-        wild = int(np.count_nonzero(read & ~np.isfinite(problem.reading)))
-        if wild:
-            share = 100.0 * wild / np.count_nonzero(read)
-            told.append(f"{wild} in {DOFS[problem.axis.dof]} ({share:.2g} %)")
-    if not told:
-        return ()
-    return (
-        f"Readings that are far off from those before and after, spikes, were left out: {', '.join(told)}.",
-    )

@@ -13,9 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from identify.diagnose.flight import RUN_AWAY
-from identify.diagnose.flown import EACH, Flown, quiet
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.simulation import EACH, RUN_AWAY, Flown, quiet
 from identify.estimators.innovations import INCREMENT, POSITION, smoothed_velocity
 from identify.estimators.likelihood_axis import DISTURBANCE
 

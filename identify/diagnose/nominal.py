@@ -1,25 +1,32 @@
-"""The nominal model fitted to a dive, with what is accepted so far taken out of its forces and readings."""
+"""A dive with fewer of its fast readings: a gap shows within tenths of a second, and every candidate is paid by the
+reading.
+
+Does a vehicle move the way in which its thrust pushes? A sensor that is mounted another way round, or whose axes are
+swapped, says that it does not, and a fit then gives that axis up.
+
+The nominal model fitted to a dive, with what is accepted so far taken out of its forces and readings.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from bridge.errors import FitError
+from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
-from identify.diagnose.causal import expected, mean_before
-from identify.diagnose.cause import Cause
-from identify.diagnose.course import course_of
-from identify.diagnose.mirrored import mirrored, swapped
-from identify.diagnose.own import spoilt
-from identify.diagnose.thinned import thinned
-from identify.diagnose.whitened import steady_pushes
-from identify.diagnose.witness import Witness, witnesses
-from identify.dive import Dive
-from identify.estimators.axes import Axes, build_axes
+from identify.diagnose.candidates import Cause
+from identify.diagnose.innovations import spoilt
+from identify.diagnose.predicted import course_of, expected, mean_before
+from identify.diagnose.regression import steady_pushes
+from identify.diagnose.witnesses import Witness, witnesses
+from identify.dive import Dive, Signal
+from identify.estimators.axes import Axes, Axis, build_axes
+from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
@@ -27,7 +34,22 @@ from identify.estimators.pinn.start import Filters, filters_of
 from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
 
+USUAL_HZ = 25.0
+"""About so many readings a second are left."""
+
 Array = NDArray[np.float64]
+
+AGAINST = -0.5
+"""Correlation of a speed with its own thrust behind a lag: near 1 where thrusters push the way that the file says."""
+
+LAGS_S = (0.5, 1.0, 3.0, 10.0)
+"""A vehicle's mass over its damping is somewhere among these."""
+
+SWAPPED = 0.3
+"""By so much better correlation each of two velocities goes with the other's thrust where they are swapped."""
+
+PUSHED = (0, 1, 2, 5)
+"""Where thrust makes the motion: roll and pitch are righted."""
 
 NEARLY = 0.05
 """Nats: as far as all axes together are climbed."""
@@ -39,6 +61,121 @@ QUICKEST_S = 0.06
 
 STILL_RAD = np.deg2rad(0.1)
 """Roll or pitch that no thruster pushed and that keeps within so much, rms, is held level: it tells of nothing."""
+
+
+def thinned(dive: Dive) -> Dive:
+    """The dive with gyros and depth thinned to about USUAL_HZ.
+
+    Of readings of an instant every k-th is kept: the mean of some is no reading of any instant, and roll and pitch are
+    quick enough to show the difference, and more so the slower they are read. A fibre-optic gyro's are means over
+    intervals, and so are means of these.
+    """
+    return replace(
+        dive,
+        gyro=_kept(dive.gyro),
+        fog=_averaged(dive.fog),
+        pressure=_kept(dive.pressure),
+        depth=_kept(dive.depth),
+    )
+
+
+def _each(signal: Signal) -> int:
+    return max(round(signal.rate_hz / USUAL_HZ), 1)
+
+
+def _kept(signal: Signal | None) -> Signal | None:
+    """Every k-th reading."""
+    if signal is None or not len(signal):
+        return signal
+    k = _each(signal)
+    return Signal(signal.time_s[::k], signal.value[::k])
+
+
+def _averaged(signal: Signal | None) -> Signal | None:
+    """Means over k neighbours, dated at the mean of their times; those with a gap in between are left out."""
+    if signal is None or not len(signal) or (k := _each(signal)) < 2:
+        return signal
+    n = len(signal) // k
+    time_s = signal.time_s[: n * k].reshape(n, k)
+    value = signal.value[: n * k].reshape(n, k, -1).mean(axis=1)
+    whole = np.ptp(time_s, axis=1) < 1.5 * (k - 1) / signal.rate_hz
+    return Signal(time_s.mean(axis=1)[whole], value[whole])
+
+
+def mirrored(axes: Sequence[Axis]) -> tuple[int, ...]:
+    """The degrees of freedom whose velocity or rate of turn runs against the thrust."""
+    return tuple(axis.dof for axis in axes if axis.dof in PUSHED and _runs_against(axis))
+
+
+def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
+    """Pairs of degrees of freedom of which each one's velocity goes with the thrust of the other."""
+    read = [axis for axis in axes if axis.dof < 3]
+    return tuple(
+        (one.dof, other.dof)
+        for i, one in enumerate(read)
+        for other in read[i + 1 :]
+        if min(_rather(one, other), _rather(other, one)) > SWAPPED
+    )
+
+
+def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """What comes before any verdict on such a dive; nothing where all goes as thrust pushes."""
+    hints = mounting_hints(dofs, pairs)
+    if not hints:
+        return ()
+    return (
+        "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
+        "mended.",
+        *hints,
+    )
+
+
+def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """A sentence for each of those."""
+    crossed = tuple(
+        f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
+        f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
+        "check both (seatrial doctor --wet tells of them)."
+        for one, other in pairs
+    )
+    return crossed + tuple(
+        f"In {DOFS[dof]} the recorded {'velocity' if dof < 3 else 'rate of turn'} runs against the thrust: the "
+        f"mounting of the {'DVL' if dof < 3 else 'gyro'}, or the sign of the thrusters, is not as the vehicle file has "
+        "it; check both (seatrial doctor --wet tells of them)."
+        for dof in dofs
+    )
+
+
+def _runs_against(axis: Axis) -> bool:
+    return _goes_with(axis, axis) < AGAINST
+
+
+def _rather(axis: Axis, other: Axis) -> float:
+    """By how much better a velocity goes with another axis's thrust than with its own, in correlations."""
+    return abs(_goes_with(axis, other)) - abs(_goes_with(axis, axis))
+
+
+def _goes_with(axis: Axis, pushed: Axis) -> float:
+    """The correlation of an axis's velocity with the thrust of one, behind the lag that fits best; 0 without any."""
+    moving = np.isfinite(axis.reading) & (axis.state_read != POSITION)
+    force, speed = pushed.force.mean(axis=1), axis.reading[moving]
+    if len(speed) < 2 or np.std(speed) == 0.0:
+        return 0.0
+    at_s = axis.time_s[moving]
+    behind = [np.interp(at_s, pushed.time_s, _behind(force, pushed.step_s, lag_s)) for lag_s in LAGS_S]
+    found = [float(np.corrcoef(speed, one)[0, 1]) for one in behind if np.std(one) > 0.0]
+    return max(found, key=abs, default=0.0)
+
+
+@njit(cache=True, nogil=True)
+def _behind(force: Array, step_s: Array, lag_s: float) -> Array:
+    """Forces (n,) over steps behind a first-order lag."""
+    out = np.empty(len(force))
+    state = 0.0
+    for i in range(len(force)):
+        state = force[i] + (state - force[i]) * np.exp(-step_s[i] / lag_s)
+        out[i] = state
+    return out
 
 
 @dataclass(frozen=True)

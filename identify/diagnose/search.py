@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.effect import Effect
-from identify.diagnose.cause import Cause, Setting
+from identify.diagnose.candidates import Cause, Setting
 from identify.diagnose.evidence import Evidence
-from identify.diagnose.ground import Beside, Fitted, Ground, ground_of
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.periods import seas_of
-from identify.diagnose.rest import Rest
+from identify.diagnose.seas import SEAS, seas_of
+from identify.diagnose.weighing import Beside, Fitted, Ground, Rest, ground_of
 
 Array = NDArray[np.float64]
 
@@ -43,8 +42,6 @@ WEIGHED = 30
 
 WITNESSED = {"imu_gravity_leak", "gyro_bias"}
 """What readings of their own tell, to which no form of another cause adds anything, with no need of the motion."""
-
-SEAS = {"waves", "varying_current"}
 
 MOST_CAUSES, MOST_TURNS, MOST_REFITS = 3, 7, 5
 SETTLED = 1.0

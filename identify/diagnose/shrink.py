@@ -1,20 +1,43 @@
-"""How far the gap shrinks: on pieces of the dive that the fit was not taught, and on another dive."""
+"""How far the gap shrinks: on pieces of the dive that the fit was not taught, and on another dive.
 
+The model of a dive flown on another one: what was measured there, and what it foretells without and with the causes.
+
+Every 5 s the simulation is given the measured velocity and then only the recorded thrust and attitude: whoever has
+the three velocities can work out the shrink again.
+
+Whether a further dive bears the causes out: the gap there closes by about what was foretold.
+"""
+
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Shrink
+from bridge.errors import LogError
+from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.candidates import Cause
+from identify.diagnose.drift import floors_of
 from identify.diagnose.evidence import SCARCE, inverse
-from identify.diagnose.flown import Flown, flown, logarithms, slope_of, spoilt_by, wrench_of
-from identify.diagnose.nominal import Nominal
-from identify.diagnose.search import SEAS, Explanation
-from identify.diagnose.whitened import PIECE_S, Whitened, of_the_mean, whitened
+from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.regression import PIECE_S, Whitened, of_the_mean, whitened
+from identify.diagnose.result import Prediction, Shrink
+from identify.diagnose.search import Explanation
+from identify.diagnose.seas import SEAS
+from identify.diagnose.simulation import (
+    Flown,
+    coefficients,
+    flown,
+    logarithms,
+    slope_of,
+    spoilt_by,
+    wrench_of,
+)
+from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
+from identify.report.text import fixed, significant
 
 Array = NDArray[np.float64]
 
@@ -34,6 +57,16 @@ changes that of a degree of freedom by no more closes nothing there."""
 CHANCE = 0.2
 """So far from 1 the drift of a dive of five minutes may be in a degree of freedom by its noise: two standard errors of
 an rms over some sixty windows, and what its floor is uncertain by."""
+
+SYMBOLS = "uvwpqr"
+UNITS = ("m/s",) * 3 + ("rad/s",) * 3
+
+LEAST_PART = 0.5
+"""Of the foretold shrink, what a check dive must show. A form that is not quite true closes less where a vehicle is
+flown otherwise; what closes less than half of it leaves more than it closes."""
+
+LEAST_SAID = 0.005
+"""A share that is told as more than none."""
 
 
 @dataclass(frozen=True)
@@ -219,3 +252,135 @@ def squared(model: Flown, starts: NDArray[np.int64], floor: Array) -> Array:
     """(w, 6) squares of the 5 s drift, in floors; NaN in axes that are not fitted."""
     off = model.off(starts, [round(HORIZON_S / model.step_s)], np.zeros_like(model.nu))[:, 0]
     return np.asarray((off / floor) ** 2)
+
+
+def windows_of(one: Prediction) -> Windows:
+    """The squared drifts at the ends of the windows; each window is a block of its own."""
+    ends = np.flatnonzero(np.diff(one.window, append=one.window[-1] + 1))
+    before, after = (((way[ends] - one.measured[ends]) / one.floor) ** 2 for way in (one.before, one.after))
+    return Windows(before, after, one.window[ends])
+
+
+def csv_of(one: Prediction) -> str:
+    """Header lines that begin with #, then a line an instant."""
+    fitted = [dof for dof in range(6) if np.isfinite(one.floor[dof])]
+    floors = ", ".join(f"{DOFS[dof]} {one.floor[dof]:.6g} {UNITS[dof]}" for dof in fitted)
+    lines = [
+        f"# {one.dive}: velocities in body axes (x forward, y right, z down), m/s and rad/s, open loop from the "
+        f"measured velocity, started anew every {HORIZON_S:g} s (window).",
+        "# measured: smoothed; before: the nominal model; after: with the causes in.",
+        f"# floor, rms after {HORIZON_S:g} s by noise alone: {floors}.",
+        "# drift: before, or after, less measured in the last line of each window, rms over windows, over the floor, "
+        f"and the rms of that over {len(fitted)} degrees of freedom; shrink = (before - after) / (before - floor), "
+        f"after no less than floor, and no number where before is no more than {LEAST_GAP:g} over floor: there is too "
+        "little to shrink.",
+        f"# floor of this dive: the rms over degrees of freedom of 1 where before and after differ by more than "
+        f"{LEAST_GAP:g}, and else, for there no cause closes anything and noise is all that there is, of after within "
+        f"{1 - CHANCE:g} and {1 + CHANCE:g}.",
+    ]
+    names = [f"{what}_{SYMBOLS[dof]}" for what in ("measured", "before", "after") for dof in fitted]
+    lines.append(",".join(["time_s", "window", *names]))
+    values = np.column_stack([way[:, fitted] for way in (one.measured, one.before, one.after)])
+    for at_s, window, row in zip(one.time_s, one.window, values, strict=True):
+        lines.append(f"{at_s:.3f},{window}," + ",".join(f"{value:.6f}" for value in row))
+    return "\n".join(lines) + "\n"
+
+
+def with_coefficients(model: Nominal, of: Nominal) -> Array:
+    """A fit's theta with the masses and dampings of another, and the trims that are best with these."""
+    joint, theta = model.joint, model.theta.copy()
+    mass, damping = coefficients(of.joint, of.theta)
+    for problem, place, at in zip(joint.problems, joint.places, joint.mass_places, strict=True):
+        dof = problem.axis.dof
+        if damping[dof] > 0:
+            theta[[place.start + MASS, at]] = np.log(mass[dof])
+            theta[place.start + DAMPING] = np.log(damping[dof])
+    rows = whitened(joint, theta, model.doubted)
+    kept = sorted({*joint.mass_places, *of_the_mean(joint)})
+    trims = [at for at in kept if at not in logarithms(joint)]
+    columns = -rows.nominal[:, [kept.index(at) for at in trims]]
+    known = joint.prior_precision[trims]
+    right = columns.T @ rows.value + known * (joint.prior_mean - theta)[trims]
+    theta[trims] += np.linalg.solve(columns.T @ columns + np.diag(known), right)
+    return theta
+
+
+def predict(
+    found: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
+) -> Prediction:
+    """The model of a dive, `nominal` before and `found` after, on a further dive whose own filters are `check`.
+
+    Masses, dampings and causes are those of the dive; trims and noise levels, that change from dive to dive, the
+    further dive's own, and its seas among the noise. Raises LogError where that is too short.
+    """
+    mass, damping = found.now.course.mass, found.now.course.damping
+    course = replace(check.course, mass=mass, damping=damping)
+    causes = without_seas(found.causes)
+    own = refitted(check, [cause.act(course) for cause in causes])
+    nu, wrong = own.motion.nu, spoilt_by(causes, course)
+    after = flown(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
+    before = flown(check, with_coefficients(check, nominal), nu + wrong)
+    floor = floors_of(own, after, rng)[1]
+    length = round(HORIZON_S / after.step_s)
+    starts = np.arange(0, len(after.time_s) - length - 1, length)
+    if len(starts) < 2:
+        raise LogError(f"{name}: is too short to check a diagnosis on; give a dive of a minute or more")
+    every, still = list(range(1, length + 1)), np.zeros_like(after.nu)
+    at = (starts[:, None] + np.arange(1, length + 1)).ravel()
+    measured = before.nu[at]
+    gone = [np.nan_to_num(model.off(starts, every, still)).reshape(-1, 6) for model in (before, after)]
+    return Prediction(
+        name,
+        after.time_s[at],
+        measured,
+        measured + gone[0],
+        measured + gone[1],
+        np.repeat(np.arange(len(starts)), length),
+        floor,
+    )
+
+
+def contradicted(foretold: Shrink | None, measured: Shrink | None) -> bool:
+    """Whether a check dive speaks against the causes.
+
+    It does where the 95 % intervals of the two shrinks do not meet, so that it is not by chance, and less than
+    `LEAST_PART` of what was foretold closes; and where nothing is there to close, but with the causes in the model
+    drifts further than without, and than noise.
+    """
+    if foretold is None or measured is None:
+        return False
+    if not math.isfinite(measured.value):
+        return measured.after > max(measured.floor + CHANCE, measured.before + LEAST_GAP)
+    apart = measured.high95 < foretold.low95
+    return bool(apart and measured.value < LEAST_PART * foretold.value)
+
+
+def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> str:
+    """What follows a verdict that a check dive contradicts; "" where it does not."""
+    if foretold is None or measured is None or not contradicted(foretold, measured):
+        return ""
+    return f", but the check dive does not bear that out ({_shrinks_beside(foretold, measured)})"
+
+
+def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tuple[str, ...]:
+    """The same in a sentence, with what to do."""
+    if foretold is None or measured is None or not contradicted(foretold, measured):
+        return ()
+    return (
+        f"The check dive does not bear the causes out: {_shrinks_beside(foretold, measured)}. "
+        "Look whether it was dived with the same vehicle and configuration and nothing was changed in between; if so, "
+        "take the causes for no more than a guess, send nothing of them to the vehicle, and dive again.",
+    )
+
+
+def _shrinks_beside(foretold: Shrink, measured: Shrink) -> str:
+    if not math.isfinite(measured.value):
+        return (
+            f"with the causes its 5 s drift is {significant(measured.after, 2)} floors, without them "
+            f"{significant(measured.before, 2)}"
+        )
+    share = fixed(100 * measured.value, 0)
+    closes = f"{share} % does" if measured.value >= LEAST_SAID else "none does"
+    return (
+        f"{fixed(100 * foretold.value, 0)} % of what can be closed was foretold to close there, and {closes}"
+    )

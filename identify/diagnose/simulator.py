@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Diagnosis, Value
+from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal, refitted
+from identify.diagnose.result import Diagnosis, Value
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.identification import Z95
 

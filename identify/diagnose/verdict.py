@@ -1,10 +1,17 @@
-"""The verdict on a dive, and what to dive next."""
+"""The verdict on a dive, and what to dive next.
+
+What to dive next where something is left that no candidate explains: what moves it alone, by what it goes with.
+"""
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
 from bridge.effects.effect import Effect
-from identify.diagnose.diagnosis import Found, Next, Verdict
-from identify.diagnose.generic import Left, Shape, beyond_chance
+from identify.diagnose.result import Found, Next, Verdict
+from identify.diagnose.unexplained import Left, Shape, Variable, beyond_chance
 
 SENSORS = (
     "voltage",
@@ -22,8 +29,48 @@ SENSORS = (
 FORM_SHARE = 0.02
 """Of what causes save, what the form of one may leave: one that is right to a seventh of its force leaves so much."""
 
+Array = NDArray[np.float64]
 
-def unexplained(left: Left) -> tuple[Shape, ...]:
+MOST = 2
+"""So many things to dive: a crew dives one and looks again."""
+
+RUNS = (
+    "steady runs ahead and astern at three speeds",
+    "steady runs to port and to starboard at three speeds",
+    "steady runs up and down at three speeds",
+    "rolling to both sides, quickly and slowly",
+    "pitching up and down, quickly and slowly",
+    "steady turns both ways at three rates",
+)
+"""By the degree of freedom whose speed a force goes with."""
+
+STARTS = (
+    "starts and stops ahead and astern, quick and slow",
+    "starts and stops to port and to starboard, quick and slow",
+    "starts and stops up and down, quick and slow",
+    "rolling to both sides, quickly and slowly",
+    "pitching up and down, quickly and slowly",
+    "turns begun and ended both ways, quickly and slowly",
+)
+
+BATTERY = "the same leg with a fresh and with an empty battery"
+THRUSTERS = "one pair of thrusters at a time, from rest"
+
+SPOT = "five minutes on one spot, and five more with the thrusters off"
+
+OTHERS: dict[Variable, str] = {
+    "heading": "the same leg on opposite headings",
+    "position": "the same leg out and back, near where it began and far from there",
+    "depth": "the same run at two depths",
+    "altitude": "the same run at two heights above the bottom",
+    "time": BATTERY,
+    "voltage": BATTERY,
+    "thrust": THRUSTERS,
+    "thrust_sign": THRUSTERS,
+}
+
+
+def unexplained_forces(left: Left) -> tuple[Shape, ...]:
     """The generic forces that foretell more of what is left than chance would let them, strongest first."""
     least = FORM_SHARE * left.explained
     return tuple(
@@ -35,7 +82,7 @@ def unexplained(left: Left) -> tuple[Shape, ...]:
 
 def is_unknown(left: Left) -> bool:
     """Whether anything is left that chance would not leave."""
-    return bool(unexplained(left))
+    return bool(unexplained_forces(left))
 
 
 def verdict_of(found: Sequence[Found], left: Left) -> Verdict:
@@ -58,3 +105,32 @@ def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
     sensors = [part for part in parts if any(word in part for word in SENSORS)]
     manoeuvres = [part for part in parts if part not in sensors]
     return Next("; ".join(manoeuvres), "; ".join(sensors), tuple(dict.fromkeys(names)))
+
+
+def further(left: Sequence[Shape], course: Course, beside: Next | None) -> Next:
+    """What would show more of the forces that are left, the strongest first, and then what tells the causes apart that
+    were found `beside`."""
+    asked = [_manoeuvre(shape, course) for shape in left]
+    told = list(dict.fromkeys(asked))[:MOST]
+    if beside is None:
+        return Next("; ".join(told), "", ())
+    parts = dict.fromkeys([*told, *filter(None, beside.manoeuvre.split("; "))])
+    return Next("; ".join(parts), beside.sensor, beside.splits)
+
+
+def _manoeuvre(shape: Shape, course: Course) -> str:
+    if shape.variable == "acceleration":
+        return STARTS[_moved(shape.force, course.nu_dot)]
+    if shape.variable in ("speed", "yaw_rate"):
+        return RUNS[_moved(shape.force, course.nu)]
+    if shape.variable == "time" and shape.timing is not None:
+        return SPOT
+    return OTHERS[shape.variable]
+
+
+def _moved(force: Array, motion: Array) -> int:
+    """The degree of freedom whose motion (n, 6) is largest when a force (n,) is, both regardless of their sign."""
+    size = np.abs(np.column_stack([force, motion]))
+    size -= size.mean(axis=0)
+    along = size[:, 1:].T @ size[:, 0] / np.maximum(np.linalg.norm(size[:, 1:], axis=0), 1e-300)
+    return int(np.argmax(along))

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from identify.diagnose import against_words, verdict_words, words
+from identify.diagnose import wording, wording_against, wording_verdict
 from identify.diagnose.against import Against, Difference
 from identify.report.diagnosis import sections, subtitle, unbroken
 from identify.report.page import Report, Section, Table
@@ -21,7 +21,7 @@ def against_report(one: Against) -> Report:
     return Report(
         f"{one.vehicle.vehicle}: {one.vehicle.dive} against the simulator's {one.simulator.dive}",
         subtitle(one.vehicle),
-        unbroken(against_words.verdict_sentence(one)),
+        unbroken(wording_against.verdict_sentence(one)),
         (_change(one), *sections(replace(one.vehicle, verdict=one.verdict)), _own(one)),
     )
 
@@ -34,35 +34,42 @@ def _change(one: Against) -> Section:
         (Table(columns, tuple(rows), "What to set in the simulator, all of it together."),) if rows else ()
     )
     possible = tuple(each for each in one.differences if each not in one.off)
-    text = [HOW, *against_words.lines(replace(one, differences=possible))]
+    text = [HOW, *wording_against.lines(replace(one, differences=possible))]
     return Section("What to change in the simulator", "\n\n".join(text), table)
 
 
 def _gained(one: Against) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
-    for found in verdict_words.sorted_by_likelihood(one.lacks)[0]:
-        cause = words.effect_words(found.cause.effect)
-        told = words.told_parameters(found)
+    for found in wording_verdict.sorted_by_likelihood(one.lacks)[0]:
+        cause = wording.effect_words(found.cause.effect)
+        told = wording.told_parameters(found)
         for name, value in told.items():
             number, interval = with_interval(value.value, value.low95, value.high95)
             of = unit(value.unit) if value.unit != "1" else MISSING
-            rows.append((f"{cause}, {words.parameter(name)}", "none", number, interval, of, MISSING))
+            rows.append((f"{cause}, {wording.parameter(name)}", "none", number, interval, of, MISSING))
         if not told:
             rows.append((cause, "none", MISSING, MISSING, MISSING, MISSING))
     return rows
 
 
 def _row(one: Difference) -> tuple[str, ...]:
-    name = f"{words.words(one.of)}, {words.parameter(one.name)}" if one.of else one.name
+    name = f"{wording.words(one.of)}, {wording.parameter(one.name)}" if one.of else one.name
     its, _ = with_interval(one.simulator.value, one.simulator.low95, one.simulator.high95)
     number, interval = with_interval(one.vehicle.value, one.vehicle.low95, one.vehicle.high95)
     of = unit(one.vehicle.unit) if one.vehicle.unit != "1" else MISSING
-    return name, its, number, interval, of, f"{'+' if one.share > 0 else '−'}{words.percent(abs(one.share))}"
+    return (
+        name,
+        its,
+        number,
+        interval,
+        of,
+        f"{'+' if one.share > 0 else '−'}{wording.percent(abs(one.share))}",
+    )
 
 
 def _own(one: Against) -> Section:
     """What the simulator's own recording says of it."""
     return Section(
         "What the simulator has",
-        "\n\n".join((verdict_words.verdict_sentence(one.simulator), *words.cause_lines(one.simulator))),
+        "\n\n".join((wording_verdict.verdict_sentence(one.simulator), *wording.cause_lines(one.simulator))),
     )

@@ -8,8 +8,8 @@ import numpy as np
 from bridge.effects.effect import FeedForward
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import verdict_words, where_words, words
-from identify.diagnose.diagnosis import Diagnosis, Found, Shrink
+from identify.diagnose import wording, wording_verdict
+from identify.diagnose.result import Diagnosis, Found, Shrink
 from identify.diagnose.search import LEAST_GAIN
 from identify.diagnose.shrink import CHANCE
 from identify.report import diagnosis_figures as figures
@@ -69,7 +69,7 @@ def diagnosis_report(diagnosis: Diagnosis) -> Report:
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
         subtitle(d),
-        unbroken(verdict_words.verdict_sentence(d)),
+        unbroken(wording_verdict.verdict_sentence(d)),
         sections(d),
     )
 
@@ -97,13 +97,13 @@ def _where(d: Diagnosis) -> Section:
         return Section("1. Where it lies", "No degree of freedom could be compared with the model.")
     if d.verdict == "no_gap":
         return Section("1. Where it lies", NOTHING_RETURNS if d.gap.before > 1.0 + CHANCE else NOWHERE)
-    largest = "; ".join(where_words.where_lines(d))
+    largest = "; ".join(wording_verdict.where_lines(d))
     text = " ".join(
         filter(
             None,
             (
                 f"The largest parts of the squared gap: {largest}." if largest else "",
-                where_words.where_note(d.gap),
+                wording_verdict.where_note(d.gap),
                 SHARED_OUT,
             ),
         )
@@ -115,7 +115,12 @@ def _depends(d: Diagnosis) -> Section | None:
     if not d.gap.depends_on or d.verdict == "no_gap":
         return None
     rows = tuple(
-        (verdict_words.variable(one.variable), one.dof, one.parity or MISSING, words.percent(one.strength))
+        (
+            wording_verdict.variable(one.variable),
+            one.dof,
+            one.parity or MISSING,
+            wording.percent(one.strength),
+        )
         for one in d.gap.depends_on
     )
     caption = (
@@ -128,7 +133,7 @@ def _depends(d: Diagnosis) -> Section | None:
 
 
 def _by_dof(d: Diagnosis) -> Section:
-    shares = where_words.shares_by_dof(d.gap.where)
+    shares = wording_verdict.shares_by_dof(d.gap.where)
     fitted = [i for i in range(len(DOFS)) if any(np.isfinite(one.floor[i]) for one in d.gap.drifts)]
     present = [i for i, dof in enumerate(DOFS) if dof in shares or i in fitted]
     horizons = tuple(f"After {one.horizon_s:g} s, floors" for one in d.gap.drifts)
@@ -140,7 +145,7 @@ def _by_dof(d: Diagnosis) -> Section:
         rows = tuple(
             (
                 DOFS[i],
-                words.percent(shares.get(DOFS[i], 0.0)),
+                wording.percent(shares.get(DOFS[i], 0.0)),
                 _force(d.gap.force.get(DOFS[i], math.nan), "N" if i < 3 else "N m"),
                 *drifts[i],
             )
@@ -171,7 +176,9 @@ def _what(d: Diagnosis) -> Section:
     lines = [part for one in d.found for part in _cause(one)]
     lines += [LIKENESS] if any(one.also for one in d.found) else []
     lines += (
-        [" ".join(("What no candidate explains:", *verdict_words.character_lines(d)))] if d.character else []
+        [" ".join(("What no candidate explains:", *wording_verdict.character_lines(d)))]
+        if d.character
+        else []
     )
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
@@ -181,20 +188,20 @@ def _what(d: Diagnosis) -> Section:
 
 
 def _cause(one: Found) -> tuple[str, ...]:
-    return (words.cause_sentence(one), *((words.alike_sentence(one),) if one.also else ()))
+    return (wording.cause_sentence(one), *((wording.alike_sentence(one),) if one.also else ()))
 
 
 def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rows = []
     for one in d.found:
-        cause = words.effect_words(one.cause.effect)
-        told = words.told_parameters(one)
+        cause = wording.effect_words(one.cause.effect)
+        told = wording.told_parameters(one)
         if not told:
             rows.append((cause, MISSING, MISSING, MISSING, MISSING))
         for name, value in told.items():
             number, interval = with_interval(value.value, value.low95, value.high95)
             of = unit(value.unit) if value.unit != "1" else MISSING
-            rows.append((cause, words.parameter(name), number, interval, of))
+            rows.append((cause, wording.parameter(name), number, interval, of))
     return tuple(rows)
 
 
@@ -218,14 +225,14 @@ def _by_other_tests(d: Diagnosis) -> str:
 def _how_far(d: Diagnosis) -> Section:
     told = (("predicted: pieces held out", d.heldout), ("measured: the check dive", d.check))
     rows = tuple((where, *_shrunk(one)) for where, one in told if one is not None)
-    after = [one.total for one in d.gap.after if one.horizon_s == words.DRIFT_S]
+    after = [one.total for one in d.gap.after if one.horizon_s == wording.DRIFT_S]
     if after and d.found:
         rows = (
             ("fitted: the whole dive", significant(d.gap.before), significant(after[0]), MISSING, MISSING),
             *rows,
         )
     caption = (
-        f"{words.DRIFT_S:g} s drift, root mean square over degrees of freedom, in floors. Shrink: (before − after) / "
+        f"{wording.DRIFT_S:g} s drift, root mean square over degrees of freedom, in floors. Shrink: (before − after) / "
         "(before − floor), the part of what can be closed that the causes close. The floor of such a dive is near 1."
     )
     columns = ("Where", "Before, floors", "After, floors", "Shrink", "95 % interval")
@@ -242,17 +249,17 @@ def _how_far(d: Diagnosis) -> Section:
 
 
 def _shrunk(one: Shrink) -> tuple[str, ...]:
-    interval = words.percents(one.low95, one.high95) or MISSING
-    value = words.percent(one.value) if math.isfinite(one.value) else MISSING
+    interval = wording.percents(one.low95, one.high95) or MISSING
+    value = wording.percent(one.value) if math.isfinite(one.value) else MISSING
     return significant(one.before), significant(one.after), value, interval
 
 
 def _gained(one: Found) -> tuple[str, ...]:
-    cause, by = words.effect_words(one.cause.effect), one.cause.effect.feedforward
+    cause, by = wording.effect_words(one.cause.effect), one.cause.effect.feedforward
     made_up = MADE_UP[by] if by else "nothing: the feed-forward can't"
     if one.feedforward is None:
         return cause, MISSING, MISSING, made_up
-    return cause, words.mm_s(one.feedforward.before_m_s), words.mm_s(one.feedforward.after_m_s), made_up
+    return cause, wording.mm_s(one.feedforward.before_m_s), wording.mm_s(one.feedforward.after_m_s), made_up
 
 
 def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
@@ -263,5 +270,5 @@ def _apart(predicted: Shrink | None, measured: Shrink | None) -> str:
 
 
 def _next(d: Diagnosis) -> Section | None:
-    lines = words.next_lines(d)
+    lines = wording.next_lines(d)
     return Section("What to dive next", "\n\n".join(lines)) if lines else None

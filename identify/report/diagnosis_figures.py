@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose import verdict_words, where_words, words
-from identify.diagnose.diagnosis import Diagnosis, Found, Gap, Slice, Tried
+from identify.diagnose import wording, wording_verdict
 from identify.diagnose.drift import Drift
+from identify.diagnose.result import Diagnosis, Found, Gap, Slice, Tried
 from identify.dive import Array
 from identify.report.bars import Bar, bars
 from identify.report.heatmap import heatmap
@@ -46,21 +46,21 @@ LINES = ("before", "after", "floor: noise alone")
 def where_map(gap: Gap) -> Figure:
     """Shares of the squared gap by phase and degree of freedom."""
     dofs = [dof for dof in DOFS if any(one.dof == dof for one in gap.where)]
-    shares = np.zeros((len(where_words.PHASES), len(dofs)))
-    phases = list(where_words.PHASES)
+    shares = np.zeros((len(wording_verdict.PHASES), len(dofs)))
+    phases = list(wording_verdict.PHASES)
     for one in gap.where:
         shares[phases.index(one.phase), dofs.index(one.dof)] += one.share
     return Figure(
         "where the gap lies",
         "Shares of the squared gap in per cent, by what the vehicle was doing and by degree of freedom; the "
         "stronger the colour, the larger. The last row and column are sums.",
-        stack([heatmap([where_words.PHASES[phase] for phase in phases], dofs, shares)]),
+        stack([heatmap([wording_verdict.PHASES[phase] for phase in phases], dofs, shares)]),
     )
 
 
 def slices(gap: Gap) -> tuple[Figure, ...]:
     """A figure for each degree of freedom that holds enough of the gap: bars by speed, heading and so on."""
-    by_dof = where_words.shares_by_dof(gap.where)
+    by_dof = wording_verdict.shares_by_dof(gap.where)
     held = [dof for dof in sorted(by_dof, key=lambda name: -by_dof[name]) if by_dof[dof] >= SLICED]
     return tuple(drawn for dof in held if (drawn := _slices_of(gap, dof)) is not None)
 
@@ -76,7 +76,7 @@ def _slices_of(gap: Gap, dof: str) -> Figure | None:
         # What changes by less than its digits tell is one and the same all dive.
         if whole > 0 and len(mine) > 1 and len(named) == len(mine) and not _still(mine, decimals):
             rows = [
-                Bar(_range(one, decimals), one.share / whole, words.percent(one.share / whole))
+                Bar(_range(one, decimals), one.share / whole, wording.percent(one.share / whole))
                 for one in mine
             ]
             parts.append(bars(rows, f"{dof}, {title}"))
@@ -129,11 +129,11 @@ def candidates(
     few = len(order) - len(told)
     if not told:
         return f" Here none of {few} candidates saves more than {LEAST_TOLD:g} nats.", (), ()
-    _, unlikely = verdict_words.sorted_by_likelihood(found)
-    possible = {one.cause.effect.label: words.percent_sure(one.probability) for one in unlikely}
+    _, unlikely = wording_verdict.sorted_by_likelihood(found)
+    possible = {one.cause.effect.label: wording.percent_sure(one.probability) for one in unlikely}
     rows = [
         Bar(
-            words.label_words(one.name, one.label) + _aside(one, possible),
+            wording.label_words(one.name, one.label) + _aside(one, possible),
             math.log1p(max(one.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
             f"{_nats(one.gain_nats)} nats",
             "accepted" if one.accepted and one.label not in possible else "",
@@ -230,7 +230,7 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _at_horizon(drifts: Sequence[Drift]) -> Drift | None:
-    return next((one for one in drifts if one.horizon_s == words.DRIFT_S), None)
+    return next((one for one in drifts if one.horizon_s == wording.DRIFT_S), None)
 
 
 def _binned(drift: Drift, label: str, style: int, start_s: float) -> Line:

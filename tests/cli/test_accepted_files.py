@@ -12,8 +12,8 @@ from bridge.effects.environment import waves
 from bridge.parameters import ParameterServer, vehicle_table
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import NOTHING, Accepted, Found, Value
+from identify.diagnose.candidates import Cause
+from identify.diagnose.result import NOTHING, Accepted, Found, Value
 from identify.dive import Dive
 from identify.identification import Doubt, Outcome
 from tui import cli, exit_codes
@@ -188,7 +188,7 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
     tmp_path, monkeypatch
 ):
     doubt = Doubt(("D_u", "I_r"), "The DVL is late: mend it.", Outcome.DISAGREES)
-    monkeypatch.setattr("identify.diagnose.doubts.turning_doubts", lambda _dive: (doubt,))
+    monkeypatch.setattr("identify.diagnose.recording.turning_doubts", lambda _dive: (doubt,))
     path, told = written(tmp_path)
     assert "D_u is doubted: the DVL is late" in told
     assert told[-1].endswith("with --despite-doubts, because the recording contradicts itself")

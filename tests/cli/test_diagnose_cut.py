@@ -8,7 +8,7 @@ import pytest
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose
-from identify.diagnose.diagnosis import Diagnosis, Gap
+from identify.diagnose.result import Diagnosis, Gap
 from tui import cli, exit_codes
 
 

@@ -16,10 +16,10 @@ from bridge.effects import (
 )
 from bridge.vehicle.coefficients import BY_NAME
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.accept import accepted_of
-from identify.diagnose.cause import Cause
+from identify.diagnose.accepted import accepted_of
+from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.diagnosis import Found, Value
+from identify.diagnose.result import Found, Value
 from identify.feedback import unrecorded
 
 
@@ -132,7 +132,7 @@ def test_a_parameter_that_may_as_well_be_none_is_neither_sent_nor_in_the_model(n
 
 
 def test_an_axis_that_the_dive_hardly_moves_keeps_what_the_vehicle_has(nominal, shape, monkeypatch):
-    monkeypatch.setattr("identify.diagnose.accept.LEAST_KNOWN", 0.0)
+    monkeypatch.setattr("identify.diagnose.accepted.LEAST_KNOWN", 0.0)
     accepted = accepted_of((), nominal, shape)
     assert accepted.values == {}
     assert "M_u and D_u stay as the vehicle has them: this dive hardly tells them." in accepted.sentences

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.diagnose.blocks import Block, Blocks
-from identify.diagnose.evidence import pieces_of, products_of
+from identify.diagnose.evidence import Block, Blocks, pieces_of, products_of
 
 PIECE = np.concatenate([np.repeat(np.arange(4), 25), np.repeat(np.arange(4), 15)])
 

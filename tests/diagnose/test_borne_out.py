@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from identify.diagnose.borne_out import clause, contradicted, note
-from identify.diagnose.diagnosis import Shrink
+from identify.diagnose.result import Shrink
+from identify.diagnose.shrink import contradicted, contradiction_clause, contradiction_note
 
 NAN = math.nan
 FORETOLD = Shrink(3.0, 1.04, 0.98, 0.95, 1.0)
@@ -33,7 +33,11 @@ def test_it_is_contradicted_by_less_than_half_of_it_beyond_chance(
     check: Shrink | None, speaks_against: bool
 ) -> None:
     assert contradicted(FORETOLD, check) == speaks_against
-    assert bool(clause(FORETOLD, check)) == bool(note(FORETOLD, check)) == speaks_against
+    assert (
+        bool(contradiction_clause(FORETOLD, check))
+        == bool(contradiction_note(FORETOLD, check))
+        == speaks_against
+    )
 
 
 def test_what_foretells_nothing_is_not_contradicted_by_a_gap_that_stays() -> None:
@@ -42,12 +46,14 @@ def test_what_foretells_nothing_is_not_contradicted_by_a_gap_that_stays() -> Non
 
 
 def test_the_clause_tells_both_shares_and_the_note_what_to_do() -> None:
-    assert clause(FORETOLD, measured(0.11, 0.02, 0.2)) == (
+    assert contradiction_clause(FORETOLD, measured(0.11, 0.02, 0.2)) == (
         ", but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and 11 % "
         "does)"
     )
-    assert "and none does)" in clause(FORETOLD, measured(-0.8, -1.2, -0.5))
+    assert "and none does)" in contradiction_clause(FORETOLD, measured(-0.8, -1.2, -0.5))
     worse = Shrink(1.02, 1.6, NAN, NAN, NAN)
-    assert "with the causes its 5 s drift is 1.6 floors, without them 1.0" in clause(FORETOLD, worse)
-    (sentence,) = note(FORETOLD, worse)
+    assert "with the causes its 5 s drift is 1.6 floors, without them 1.0" in contradiction_clause(
+        FORETOLD, worse
+    )
+    (sentence,) = contradiction_note(FORETOLD, worse)
     assert "same vehicle and configuration" in sentence

@@ -5,8 +5,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.actuators import DEAD_ZONE, SATURATION
-from identify.diagnose.cause import Cause
-from identify.diagnose.forms import OTHER_SIZES, forms
+from identify.diagnose.candidates import OTHER_SIZES, Cause, forms
 from identify.diagnose.nominal import nominal_of
 
 

@@ -11,10 +11,10 @@ from bridge.effects.sensors import DVL_SCALE
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from identify.diagnose.changed import changed, shift_of
-from identify.diagnose.flown import EACH
-from identify.diagnose.missing import Missing
+from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
+from identify.diagnose.simulation import EACH
 
 LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADRATIC_DRAG)
 RELATIVE_STD = 0.01

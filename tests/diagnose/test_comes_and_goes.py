@@ -5,14 +5,12 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.backwards import scores
-from identify.diagnose.bursts import bursts, mixture_gain
-from identify.diagnose.character import character_of
-from identify.diagnose.further import further
-from identify.diagnose.generic import Left, Shape, left_over
-from identify.diagnose.ground import ground_of
+from identify.diagnose.gap import character_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.verdict import is_unknown, unexplained
+from identify.diagnose.rhythms import bursts, mixture_gain, scores
+from identify.diagnose.unexplained import Left, Shape, left_over
+from identify.diagnose.verdict import further, is_unknown, unexplained_forces
+from identify.diagnose.weighing import ground_of
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +50,9 @@ def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(ground):
 )  # fmt: skip
 def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing):
     left = left_of(name, 330_901)
-    assert (dof, variable, timing) in {(one.dof, one.variable, one.timing) for one in unexplained(left)}
+    assert (dof, variable, timing) in {
+        (one.dof, one.variable, one.timing) for one in unexplained_forces(left)
+    }
 
 
 def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(nominal):

@@ -20,8 +20,8 @@ from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.pushed import refuse_unpushed
-from identify.diagnose.words import percent_sure
+from identify.diagnose.recording import refuse_unpushed
+from identify.diagnose.wording import percent_sure
 from identify.dive import Signal
 from tui.cli import main
 
@@ -99,7 +99,7 @@ def test_what_is_told_as_less_probable_than_not_is_not_accepted(case, found, mon
     assert [one.name for one in found.accepted.effects] == ["quadratic_drag"]
     monkeypatch.setattr(module, "is_unknown", lambda _left: True)
     monkeypatch.setattr(module, "character_of", lambda _left: None)
-    monkeypatch.setattr(module, "unexplained", lambda _left: ())
+    monkeypatch.setattr(module, "unexplained_forces", lambda _left: ())
     unsure = diagnose(dive_of(case), case.file, case.configuration, effects=SMALL, progress=quiet)
     assert unsure.found[0].probability < 0.5
     assert unsure.accepted.effects == ()

@@ -12,8 +12,9 @@ from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.answers import answer_of
 from identify.diagnose.answer import plain
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import (
+from identify.diagnose.candidates import Cause
+from identify.diagnose.drift import Drift
+from identify.diagnose.result import (
     Character,
     Dependence,
     Diagnosis,
@@ -25,8 +26,7 @@ from identify.diagnose.diagnosis import (
     Shrink,
     Value,
 )
-from identify.diagnose.drift import Drift
-from identify.diagnose.generic import Left, Shape
+from identify.diagnose.unexplained import Left, Shape
 from identify.diagnose.verdict import next_of, verdict_of
 
 SCHEMA = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"

@@ -7,8 +7,8 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
-from identify.diagnose.flown import Flown, between, flown
 from identify.diagnose.nominal import nominal_of
+from identify.diagnose.simulation import Flown, between, flown
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
 STEP_S = 0.04

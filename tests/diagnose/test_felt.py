@@ -9,11 +9,11 @@ from bridge.effects.actuators import SATURATION, thruster_lag
 from bridge.effects.shaft import thrust_by_shaft
 from bridge.vehicle.thrusters import shaft_speed
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.candidates import parameters_of
-from identify.diagnose.cause import Cause
-from identify.diagnose.ground import ground_of
+from identify.diagnose.candidates import Cause
+from identify.diagnose.findings import parameters_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import LEAST_FELT, LEAST_GAIN, explain
+from identify.diagnose.weighing import ground_of
 from identify.dive import Signal
 from identify.identification import Z95
 

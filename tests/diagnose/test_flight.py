@@ -3,7 +3,7 @@
 import numpy as np
 
 from bridge.vehicle.dynamics import coriolis
-from identify.diagnose.flight import RUN_AWAY, off_by
+from identify.diagnose.simulation import RUN_AWAY, off_by
 
 MASS = np.array([20.0, 30.0, 40.0, 0.5, 0.6, 0.7])
 DAMPING = np.array([10.0, 15.0, 20.0, 0.3, 0.4, 0.5])

@@ -5,11 +5,11 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.diagnose.cause import Cause
-from identify.diagnose.flown import EACH
-from identify.diagnose.gain import braking_of, gain_by
-from identify.diagnose.missing import Missing
+from identify.diagnose.candidates import Cause
+from identify.diagnose.findings import braking_of, gain_by
+from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
+from identify.diagnose.simulation import EACH
 
 X_UU = 40.0
 

@@ -11,14 +11,14 @@ from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.one_thruster import weak
 from bridge.effects.sensors import DVL_MISALIGNMENT
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.accept import accepted_of
-from identify.diagnose.cause import Cause
+from identify.diagnose.accepted import accepted_of
+from identify.diagnose.candidates import Cause
+from identify.diagnose.changed import altogether, held, holding, known_of, since
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.diagnosis import Found, Value
-from identify.diagnose.flown import flown, slope_of
-from identify.diagnose.known import altogether, held, holding, known_of, since
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.words import effect_words
+from identify.diagnose.result import Found, Value
+from identify.diagnose.simulation import flown, slope_of
+from identify.diagnose.wording import effect_words
 
 WEAK = weak(2)
 LIBRARY = (QUADRATIC_DRAG, DEAD_ZONE, SATURATION, THRUST_GAIN, STEADY_CURRENT, DVL_MISALIGNMENT, WEAK)

@@ -9,12 +9,13 @@ import pytest
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import diagnose as module
-from identify.diagnose.candidates import strongest_first
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnose import TELLING_S, diagnose
-from identify.diagnose.diagnosis import Found
-from identify.diagnose.likely import accepted
+from identify.diagnose.accepted import accepted
+from identify.diagnose.candidates import Cause
+from identify.diagnose.diagnose import diagnose
+from identify.diagnose.findings import strongest_first
 from identify.diagnose.nominal import nominal_of
+from identify.diagnose.recording import TELLING_S
+from identify.diagnose.result import Found
 from identify.diagnose.search import explained_by
 from identify.dive import Dive, Signal
 

@@ -8,13 +8,12 @@ import pytest
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.candidates import tried_of
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Found
-from identify.diagnose.forms import forms
-from identify.diagnose.likeness import alike_of
+from identify.diagnose.candidates import Cause, forms
+from identify.diagnose.confidence import alike_of
+from identify.diagnose.findings import tried_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.probability import SURE, probability
+from identify.diagnose.result import Found
 from identify.diagnose.search import LEAST_GAIN, explain
 
 LIBRARY = (NET_BUOYANCY, THRUST_BIAS, QUADRATIC_DRAG)
@@ -58,7 +57,7 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
 
 
 def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, monkeypatch):
-    monkeypatch.setattr("identify.diagnose.likeness.LEAST_LIKENESS", 1.1)
+    monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
     alike = alike_of(heavy, 0)
     assert (alike.names, alike.likeness) == ((), {})
     assert alike.margin_nats > 20

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identify.diagnose.memory import LEAST_ROWS, NARROW, memory_of
+from identify.diagnose.innovations import LEAST_ROWS, NARROW, memory_of
 
 
 def remembering(share, count, rng):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bridge.effects import actuators, hydrodynamics
-from identify.diagnose import misfit
-from identify.diagnose.accept import accepted_of
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Found, Value
+from identify.diagnose import accepted
+from identify.diagnose.accepted import accepted_of
+from identify.diagnose.candidates import Cause
+from identify.diagnose.result import Found, Value
 from identify.estimators import multiplier
 from identify.estimators.doubts import Doubts
 from identify.identification import Outcome
@@ -24,7 +24,7 @@ def fit(monkeypatch):
 
     def says(**doubts):
         found = {SURGE: Doubts(doubts.get("drag", FITS), doubts.get("late", FITS)), YAW: Doubts(FITS, FITS)}
-        monkeypatch.setattr(misfit, "doubts_of", lambda _joint, _theta: found)
+        monkeypatch.setattr(accepted, "doubts_of", lambda _joint, _theta: found)
 
     return says
 

@@ -5,7 +5,7 @@ import pytest
 
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.periods import CURRENTS_S, WAVES_S, ends_of, seas_of
+from identify.diagnose.seas import CURRENTS_S, WAVES_S, ends_of, seas_of
 
 
 def seas_with(names, seed):

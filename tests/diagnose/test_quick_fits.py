@@ -11,10 +11,10 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import search
-from identify.diagnose.cause import Cause
+from identify.diagnose.candidates import Cause
 from identify.diagnose.evidence import inverse, sums_of
-from identify.diagnose.ground import ground_of
 from identify.diagnose.nominal import nominal_of, refitted
+from identify.diagnose.weighing import ground_of
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 DRAG = Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 3.0]))

@@ -7,10 +7,10 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.effect import Act
-from identify.diagnose.causal import expected, mean_before, value_before
 from identify.diagnose.evidence import sums_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.whitened import whitened
+from identify.diagnose.predicted import expected, mean_before, value_before
+from identify.diagnose.regression import whitened
 from identify.estimators.motion import Motion
 
 

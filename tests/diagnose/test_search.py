@@ -10,13 +10,12 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.diagnose import candidates, search
-from identify.diagnose.cause import Cause
-from identify.diagnose.generic import left_over
-from identify.diagnose.ground import ground_of
+from identify.diagnose import findings, search
+from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.rest import Rest
 from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, explain, least
+from identify.diagnose.unexplained import left_over
+from identify.diagnose.weighing import Rest, ground_of
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
@@ -122,11 +121,11 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
 
 
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
-    monkeypatch.setattr(candidates, "gain_of", lambda *_: None)
+    monkeypatch.setattr(findings, "gain_of", lambda *_: None)
     found = explain(with_drag(nominal)[0], LIBRARY, quiet)
-    (sure,) = candidates.found_of(found, found.fit.covariance, None)
-    monkeypatch.setattr(candidates, "left_to", lambda *_: sure.gain_nats - 6.0)
-    (doubtful,) = candidates.found_of(found, found.fit.covariance, None)
+    (sure,) = findings.found_of(found, found.fit.covariance, None)
+    monkeypatch.setattr(findings, "left_to", lambda *_: sure.gain_nats - 6.0)
+    (doubtful,) = findings.found_of(found, found.fit.covariance, None)
     assert doubtful.probability < 0.6 < sure.probability
 
 

@@ -8,10 +8,18 @@ import pytest
 
 from bridge.effects.environment import varying_current, waves
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Prediction
-from identify.diagnose.predict import csv_of, windows_of
-from identify.diagnose.shrink import FOLDS, Taught, Windows, overstated, unforeseen, without_seas
+from identify.diagnose.candidates import Cause
+from identify.diagnose.result import Prediction
+from identify.diagnose.shrink import (
+    FOLDS,
+    Taught,
+    Windows,
+    csv_of,
+    overstated,
+    unforeseen,
+    windows_of,
+    without_seas,
+)
 
 
 def windows(before, after, count=40):

@@ -10,10 +10,10 @@ from bridge.effects.course import delayed
 from bridge.effects.effect import Act
 from bridge.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.cause import Cause
-from identify.diagnose.ground import Ground, ground_of
+from identify.diagnose.candidates import Cause
+from identify.diagnose.confidence import between_parts, covariance_of, in_other_forms, leaning
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.spread import between_parts, covariance_of, in_other_forms, leaning
+from identify.diagnose.weighing import Ground, ground_of
 
 ROWS, PARTS = 6000, 6
 DRAG = Cause(QUADRATIC_DRAG, np.array([2000.0, 0.0, 0.0, 0.0, 0.0, 0.0]))

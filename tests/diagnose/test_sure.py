@@ -6,11 +6,10 @@ from bridge.effects.environment import waves
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose import sure as module
+from identify.diagnose import confidence as module
+from identify.diagnose.confidence import covariance_of, sure
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
-from identify.diagnose.spread import covariance_of
-from identify.diagnose.sure import sure
 
 LIBRARY = (NET_BUOYANCY, QUADRATIC_DRAG)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.diagnose.thinned import thinned
+from identify.diagnose.nominal import thinned
 from identify.dive import Dive, Signal
 
 

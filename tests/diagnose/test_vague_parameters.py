@@ -4,9 +4,9 @@ import numpy as np
 
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.sensors import DVL_BIAS
-from identify.diagnose.candidates import parameters_of
-from identify.diagnose.cause import Cause
-from identify.diagnose.ground import Fitted
+from identify.diagnose.candidates import Cause
+from identify.diagnose.findings import parameters_of
+from identify.diagnose.weighing import Fitted
 
 
 def fitted(effect, values, std):

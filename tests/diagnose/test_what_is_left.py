@@ -14,16 +14,13 @@ from bridge.effects.sensors import DVL_LEVER_ARM
 from bridge.effects.supply import LOAD_SAG
 from bridge.effects.tether import TETHER
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose import generic
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Next
-from identify.diagnose.forms import able_forms, forms
-from identify.diagnose.further import further
-from identify.diagnose.generic import Left, Shape, left_over
-from identify.diagnose.ground import ground_of
-from identify.diagnose.kin import kin
+from identify.diagnose import unexplained
+from identify.diagnose.candidates import Cause, able_forms, forms, kin
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.verdict import unexplained
+from identify.diagnose.result import Next
+from identify.diagnose.unexplained import Left, Shape, left_over
+from identify.diagnose.verdict import further, unexplained_forces
+from identify.diagnose.weighing import ground_of
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +47,7 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
     ground = ground_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
     fit = ground.fitted(())
     assert 2 in {shape.dof for shape in left_over(ground, fit).shapes}
-    monkeypatch.setattr(generic, "LEAST_FORCE", 0.5)
+    monkeypatch.setattr(unexplained, "LEAST_FORCE", 0.5)
     assert 2 not in {shape.dof for shape in left_over(ground, fit).shapes if shape.timing is None}
 
 
@@ -94,7 +91,7 @@ def test_a_supply_that_gives_way_by_another_law_is_kin_of_load_sag(nominal):
 def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
     shapes = tuple(Shape(dof, "heading", None, np.zeros(3)) for dof in (0, 5, 4))
     left = Left(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=750.0)
-    assert unexplained(left) == shapes[:1]
+    assert unexplained_forces(left) == shapes[:1]
 
 
 @pytest.mark.parametrize(
@@ -141,7 +138,7 @@ def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):
     ground = ground_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
     left = left_over(ground, ground.fitted(()))
     assert (left.shapes[0].dof, left.shapes[0].timing) == (1, "steady")
-    assert unexplained(left)[:1] == left.shapes[:1]
+    assert unexplained_forces(left)[:1] == left.shapes[:1]
 
 
 def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
@@ -192,5 +189,5 @@ def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, told):
     read = dive.specific_force
     off = replace(read, value=read.value + np.array([off_m_s2, 0.0, 0.0]))
     nominal = nominal_of(replace(dive, specific_force=off), case.file, case.configuration)
-    left = unexplained(left_over(ground := ground_of(nominal, ()), ground.fitted(())))
+    left = unexplained_forces(left_over(ground := ground_of(nominal, ()), ground.fitted(())))
     assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * told

@@ -8,23 +8,26 @@ import pytest
 from bench.missions.mission import draw_one
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.diagnose.cause import Cause
-from identify.diagnose.character import character_of
-from identify.diagnose.depends import depends_on
+from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
-from identify.diagnose.flown import EACH, flown, slope_of, wrench_of
-from identify.diagnose.generic import Left, Shape
-from identify.diagnose.missing import Missing, beyond_refit, missing_of, with_left
-from identify.diagnose.nominal import nominal_of
-from identify.diagnose.where import (
+from identify.diagnose.gap import (
     PHASES,
+    Missing,
+    beyond_refit,
+    character_of,
+    depends_on,
+    missing_of,
     phases_of,
     power_of_drift,
     power_of_left,
     power_of_rest,
     shares_of,
     slices_of,
+    with_left,
 )
+from identify.diagnose.nominal import nominal_of
+from identify.diagnose.simulation import EACH, flown, slope_of, wrench_of
+from identify.diagnose.unexplained import Left, Shape
 from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
 
 

@@ -11,7 +11,7 @@ from bridge.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.witness import JITTER_S, LATE_S, WINDOW_S, weighed, witnesses
+from identify.diagnose.witnesses import JITTER_S, LATE_S, WINDOW_S, weighed, witnesses
 from identify.dive import Signal
 
 

@@ -8,8 +8,8 @@ from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import diagnose as module
-from identify.diagnose.candidates import HEARD
 from identify.diagnose.diagnose import diagnose
+from identify.diagnose.findings import HEARD
 from identify.feedback import unrecorded
 
 

@@ -7,16 +7,15 @@ from pathlib import Path
 import pytest
 
 from identify.diagnose import (
+    confidence,
     drift,
     evidence,
-    generic,
-    likeness,
     probability,
+    regression,
     search,
     shrink,
-    sure,
+    unexplained,
     verdict,
-    whitened,
 )
 from identify.estimators import admitted
 from identify.estimators.pinn import network, training
@@ -38,15 +37,16 @@ PAGE = re.sub(
         "off by $\\delta$ (`drift.py`)" if drift.HORIZONS_S[1] == shrink.HORIZON_S == 5.0 else "not 5 s",
         f"{1 - shrink.CHANCE:g} to {1 + shrink.CHANCE:g} by chance",
         f"The best {search.WEIGHED} are weighed",
-        f"pieces of {whitened.PIECE_S:.0f} s in {evidence.FOLDS} folds",
+        f"pieces of {regression.PIECE_S:.0f} s in {evidence.FOLDS} folds",
         f"by more than {search.LEAST_GAIN:.0f} nats ({search.LEAST_SEA_GAIN:.0f} for a sea",
-        f"by Wald's test at {100 * sure.LEAST:.0f} %",
+        f"by Wald's test at {100 * confidence.LEAST:.0f} %",
         rf"P = {probability.SURE}\,\frac{{m}}{{m + {probability.HALF_NATS:.0f}}}",
         f"Under {100 * probability.LIKELY:.0f} % a cause",
-        f"within {likeness.AS_GOOD:.0f} nats of each other whose columns have a cosine of {likeness.LEAST_LIKENESS:g}",
-        f"= {generic.UNKNOWN_NATS}$ nats deceive",
+        f"within {confidence.AS_GOOD:.0f} nats of each other "
+        f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
+        f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",
-        f"more than {100 * generic.LEAST_FORCE:.0f} % of what the thrusters do",
+        f"more than {100 * unexplained.LEAST_FORCE:.0f} % of what the thrusters do",
         f"fitted without it ({shrink.FOLDS} folds)",
     ],
 )
@@ -55,7 +55,7 @@ def test_what_the_page_says_is_what_the_code_does(words):
 
 
 def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_millisecond():
-    assert math.log(1200 * 100) == pytest.approx(generic.UNKNOWN_NATS, abs=0.01)
+    assert math.log(1200 * 100) == pytest.approx(unexplained.UNKNOWN_NATS, abs=0.01)
     assert admitted.STAMPED_S == 0.5e-3
     assert probability.BESIDE_UNKNOWN == 0.5
     assert search.MOST_CAUSES == 3

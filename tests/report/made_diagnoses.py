@@ -9,8 +9,9 @@ import numpy as np
 from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import (
+from identify.diagnose.candidates import Cause
+from identify.diagnose.drift import Drift
+from identify.diagnose.result import (
     Character,
     Dependence,
     Diagnosis,
@@ -23,7 +24,6 @@ from identify.diagnose.diagnosis import (
     Tried,
     Value,
 )
-from identify.diagnose.drift import Drift
 from identify.report.diagnosis import diagnosis_page
 
 FILE = load_vehicle("ruvifist:hovering")

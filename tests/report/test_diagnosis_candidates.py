@@ -8,15 +8,9 @@ import pytest
 from made_diagnoses import LIBRARY, NAN, Text, diagnosis, effect, found, places, read
 
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.diagnose import words
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import (
-    Found,
-    Gain,
-    Next,
-    Tried,
-    Value,
-)
+from identify.diagnose import wording
+from identify.diagnose.candidates import Cause
+from identify.diagnose.result import Found, Gain, Next, Tried, Value
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
 from identify.report.picture import WIDE_IN
 
@@ -29,21 +23,21 @@ def test_a_cause_that_no_nats_speak_for_is_said_to_rest_on_another_test():
 
 def test_parameters_have_units_and_intervals_that_a_crew_reads():
     assert (
-        words.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
+        wording.value_words("X_uu", Value(12.34, "N s2/m2", 10.1, 14.5))
         == "X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)"
     )
-    assert words.value_words("yaw", Value(0.0349, "rad", NAN, NAN)) == "yaw 0.03490 rad, 2.0°"
-    assert words.value_words("rate", Value(2e-4, "1/s", NAN, NAN)).endswith("1/s, 1.2 % a minute")
+    assert wording.value_words("yaw", Value(0.0349, "rad", NAN, NAN)) == "yaw 0.03490 rad, 2.0°"
+    assert wording.value_words("rate", Value(2e-4, "1/s", NAN, NAN)).endswith("1/s, 1.2 % a minute")
     assert (
-        words.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
+        wording.value_words("low_end_loss", Value(0.2, "1", 0.1, 0.3))
         == "low end loss 0.20 (95 %: 0.10 to 0.30)"
     )
 
 
 def test_no_cause_is_ever_told_as_certain():
-    assert words.percent_sure(1.0) == "over 99 %"
-    assert words.percent_sure(0.0) == "under 1 %"
-    assert words.percent_sure(0.87) == "87 %"
+    assert wording.percent_sure(1.0) == "over 99 %"
+    assert wording.percent_sure(0.0) == "under 1 %"
+    assert wording.percent_sure(0.87) == "87 %"
 
 
 def test_every_candidate_stands_once_in_its_best_form_and_the_accepted_one_is_marked():
@@ -82,10 +76,10 @@ def test_a_candidate_that_would_save_enough_and_was_not_accepted_says_why():
 
 
 def test_one_thruster_is_named_once_with_its_number():
-    assert words.label_words("weak_thruster", "weak_thruster of thruster 8") == "weak thruster 8"
+    assert wording.label_words("weak_thruster", "weak_thruster of thruster 8") == "weak thruster 8"
     turned = effect("thruster_misalignment", 2)
-    assert words.label_words(turned.name, turned.label).startswith("thruster misalignment (thruster 2)")
-    assert words.effect_words(effect("weak_thruster", 8)) == "weak thruster 8"
+    assert wording.label_words(turned.name, turned.label).startswith("thruster misalignment (thruster 2)")
+    assert wording.effect_words(effect("weak_thruster", 8)) == "weak thruster 8"
 
 
 def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there_is_none_why():
@@ -93,14 +87,14 @@ def test_the_feed_forward_s_gain_is_told_in_millimetres_a_second_and_where_there
     page = read(gained)
     assert "quadratic drag\n23 mm/s\n5.1 mm/s\nquadratic drag" in page
     assert "DVL bias\n—\n—\nnothing: the feed-forward can't" in page
-    assert words.gain_lines(gained) == (
+    assert wording.gain_lines(gained) == (
         "Quadratic drag: the feed-forward alone would track to 5.1 mm/s instead of 23 mm/s (typical velocity error).",
     )
 
 
 def test_what_to_dive_next_says_what_it_splits():
     said = diagnosis(next=Next("a coast-down", "shaft speeds", ("thruster_lag", "command_delay")))
-    assert words.next_lines(said) == (
+    assert wording.next_lines(said) == (
         "Dive next: a coast-down. It splits thruster lag and command delay.",
         "Record as well: shaft speeds.",
     )

@@ -4,13 +4,8 @@ import re
 
 from made_diagnoses import NAN, Text, diagnosis, gap, read
 
-from identify.diagnose import verdict_words, words
-from identify.diagnose.diagnosis import (
-    Gap,
-    Next,
-    Shrink,
-    Tried,
-)
+from identify.diagnose import wording, wording_verdict
+from identify.diagnose.result import Gap, Next, Shrink, Tried
 from identify.report.diagnosis import diagnosis_page, diagnosis_report
 
 
@@ -33,7 +28,7 @@ def test_a_table_of_many_columns_breaks_its_headings_before_it_leaves_the_page()
 
 
 def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
-    assert verdict_words.shrink_lines(diagnosis(check=None))[0] == (
+    assert wording_verdict.shrink_lines(diagnosis(check=None))[0] == (
         "Over the whole dive, which was fitted: the 5 s drift goes from 3.4 floors to 0.85 floors."
     )
     page = read(diagnosis())
@@ -69,10 +64,10 @@ def test_the_parts_come_in_the_order_in_which_a_crew_asks():
 
 
 def test_an_interval_of_nothing_but_one_number_is_left_out():
-    assert words.percents(0.84, 0.94) == "84 % to 94 %"
-    assert words.percents(-0.001, 0.004) == words.percents(NAN, 0.4) == ""
+    assert wording.percents(0.84, 0.94) == "84 % to 94 %"
+    assert wording.percents(-0.001, 0.004) == wording.percents(NAN, 0.4) == ""
     none = Shrink(1.5, 1.5, 0.0, 0.0, 0.0)
-    assert verdict_words.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
+    assert wording_verdict.shrink_lines(diagnosis(check=None, heldout=none))[1:] == (
         "On pieces held out: the 5 s drift goes from 1.5 floors to 1.5 floors, 0 % of what can be closed.",
     )
     assert "1.50\n1.50\n0 %\n—" in read(diagnosis(heldout=none))

@@ -7,19 +7,16 @@ import pytest
 from made_diagnoses import NAN, UNKNOWN, diagnosis, found, gap, read
 
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.diagnose import verdict_words, words
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import (
-    Found,
-    Shrink,
-)
-from identify.diagnose.mirrored import mounted_otherwise
+from identify.diagnose import wording, wording_verdict
+from identify.diagnose.candidates import Cause
+from identify.diagnose.nominal import mounted_otherwise
+from identify.diagnose.result import Found, Shrink
 
 NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
 
 
 def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
-    said = verdict_words.verdict_sentence(diagnosis(check=None, heldout=None))
+    said = wording_verdict.verdict_sentence(diagnosis(check=None, heldout=None))
     assert said == (
         "Quadratic drag explains the gap: 71 % of it is in surge, steady, mostly above 0.30 m/s; "
         "with it the model's 5 s drift falls from 3.4 to 0.85 floors."
@@ -35,18 +32,18 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     ],
 )
 def test_the_verdict_speaks_of_the_best_evidence_there_is(other: dict[str, object], ending: str):
-    assert verdict_words.verdict_sentence(diagnosis(**other)).endswith(ending)
+    assert wording_verdict.verdict_sentence(diagnosis(**other)).endswith(ending)
 
 
 def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
     told = diagnosis(heldout=Shrink(3.0, 1.0, 0.98, 0.95, 1.0), check=Shrink(3.0, 2.8, 0.11, 0.0, 0.2))
     but = "but the check dive does not bear that out (98 % of what can be closed was foretold to close there, and "
-    assert but in verdict_words.verdict_sentence(told)
-    assert but in verdict_words.verdict_sentence(replace(told, verdict="unknown"))
+    assert but in wording_verdict.verdict_sentence(told)
+    assert but in wording_verdict.verdict_sentence(replace(told, verdict="unknown"))
 
 
 def test_two_causes_are_named_as_two():
-    said = verdict_words.verdict_sentence(
+    said = wording_verdict.verdict_sentence(
         diagnosis(found=(found("quadratic_drag"), found("weak_thruster", 3)))
     )
     assert said.startswith("Quadratic drag and weak thruster 3 explain the gap: ")
@@ -55,10 +52,10 @@ def test_two_causes_are_named_as_two():
 def test_causes_that_can_not_be_told_apart_are_named_together():
     lag = found("thruster_lag", also=("command_delay",), likeness={"command_delay": 0.97})
     said = diagnosis(verdict="ambiguous", found=(lag,))
-    assert verdict_words.verdict_sentence(said).startswith(
+    assert wording_verdict.verdict_sentence(said).startswith(
         "Thruster lag or command delay explains the gap, but this dive can't tell thruster lag from command delay: "
     )
-    (line,) = words.cause_lines(said)
+    (line,) = wording.cause_lines(said)
     told = (
         "This dive can't tell it from command delay (likeness 0.97); what would: shaft speeds, and fast steps in a "
         "log of 50 Hz."
@@ -69,12 +66,12 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
 
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
     quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), found=(), heldout=NOTHING, check=None)
-    assert verdict_words.verdict_sentence(quiet) == (
+    assert wording_verdict.verdict_sentence(quiet) == (
         "No gap: the model's 5 s drift is 1.0 floors, where noise alone would give 1 (0.8 to 1.2 by chance), and no "
         "candidate explains any of it."
     )
-    assert words.cause_lines(quiet) == ()
-    assert verdict_words.shrink_lines(quiet) == (
+    assert wording.cause_lines(quiet) == ()
+    assert wording_verdict.shrink_lines(quiet) == (
         "On pieces held out: the 5 s drift goes from 1.0 floors to 1.0 floors; there is too little gap to shrink.",
     )
     assert "No candidate of the library explains anything that noise would not." in read(quiet)
@@ -82,7 +79,7 @@ def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
 
 def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
     drifting = diagnosis(verdict="no_gap", gap=gap(3.0, 3.0), found=(), heldout=NOTHING, check=None)
-    assert verdict_words.verdict_sentence(drifting) == (
+    assert wording_verdict.verdict_sentence(drifting) == (
         "Nothing that lasts: the model's 5 s drift is 3.0 floors, where noise alone would give 1 (0.8 to 1.2 by "
         "chance), but neither a candidate nor any force that returns explains it."
     )
@@ -93,7 +90,7 @@ def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
 
 def test_what_no_candidate_explains_is_described():
     said = diagnosis(verdict="unknown", character=UNKNOWN)
-    assert verdict_words.verdict_sentence(said) == (
+    assert wording_verdict.verdict_sentence(said) == (
         "Something is there that no candidate explains: 71 % of it is in surge, steady, mostly above 0.30 m/s; it is "
         "fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains "
         "part of the gap."
@@ -105,19 +102,19 @@ def test_what_no_candidate_explains_is_described():
 
 def test_a_cause_less_probable_than_not_is_told_as_possible():
     bias = found("thrust_bias", probability=0.42)
-    beside = verdict_words.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
+    beside = wording_verdict.verdict_sentence(diagnosis(found=(found("quadratic_drag"), bias)))
     assert beside.startswith(
         "Quadratic drag explains the gap; thrust bias (42 % probable) may explain some of it, too: 71 % of it "
     )
-    alone = verdict_words.verdict_sentence(diagnosis(found=(bias,)))
+    alone = wording_verdict.verdict_sentence(diagnosis(found=(bias,)))
     assert alone.startswith("Thrust bias (42 % probable) may explain the gap: ")
-    unknown = verdict_words.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
+    unknown = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", found=(bias,)))
     assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
 
 
 def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
     heard = Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
-    said = verdict_words.verdict_sentence(
+    said = wording_verdict.verdict_sentence(
         diagnosis(found=(heard,), heldout=Shrink(0.99, 0.99, NAN, NAN, NAN), check=None)
     )
     assert said.endswith(
@@ -129,12 +126,12 @@ def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fal
 def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
     lag = replace(found("thruster_lag"), probability=0.89)
     small = replace(gap(), before=1.02)
-    said = verdict_words.verdict_sentence(
+    said = wording_verdict.verdict_sentence(
         diagnosis(found=(lag,), gap=small, heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert said.startswith("Thruster lag shows, but opens no gap: ")
     assert "% of what shows is in " in said
-    chance = verdict_words.verdict_sentence(
+    chance = wording_verdict.verdict_sentence(
         diagnosis(found=(lag,), gap=small, heldout=Shrink(0.98, 0.91, NAN, NAN, NAN), check=None)
     )
     assert chance.startswith("Thruster lag shows, but opens no gap: ")
@@ -143,8 +140,8 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
         "would give 1 (0.8 to 1.2 by chance)."
     )
     closes = diagnosis(found=(lag,), gap=small, heldout=Shrink(1.15, 1.0, 0.9, NAN, NAN), check=None)
-    assert verdict_words.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
-    wide = verdict_words.verdict_sentence(
+    assert wording_verdict.verdict_sentence(closes).startswith("Thruster lag explains the gap: ")
+    wide = wording_verdict.verdict_sentence(
         diagnosis(found=(lag,), heldout=Shrink(0.96, 0.96, NAN, NAN, NAN), check=None)
     )
     assert wide.startswith("Thruster lag explains the gap: ")
@@ -152,7 +149,7 @@ def test_a_cause_that_makes_no_drift_is_said_to_open_no_gap():
 
 def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
     first = mounted_otherwise((0,), ())
-    said = verdict_words.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
+    said = wording_verdict.verdict_sentence(diagnosis(first=first, provisos=("Heave was not judged.",)))
     assert said.startswith(
         "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
         "mended. In surge the recorded velocity runs against the thrust: "

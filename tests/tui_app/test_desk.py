@@ -12,7 +12,7 @@ from bridge.errors import ConfigError
 from bridge.framing import Encoder
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.folder import About, DiveFolder
-from identify.diagnose.diagnose import LEAST_CHECK_S
+from identify.diagnose.recording import LEAST_CHECK_S
 from tui import exit_codes
 from tui.app.check_dives import LEAST_S, can_check, check_dives
 from tui.app.desk import Desk

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from bridge.effects.effect import Effect
     from bridge.vehicle.config import VehicleFile
-    from identify.diagnose.diagnosis import Diagnosis
+    from identify.diagnose.result import Diagnosis
     from identify.dive import Dive
 
 EXAMPLE = "seatrial diagnose dives/2026-11-20T0912Z-hovering --vehicle ruvifist --report gap.html"
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     from bridge.vehicle.config import load_vehicle
     from gcs_plugin.params.sidecar import sidecar_path
     from identify.diagnose.diagnose import diagnose
-    from identify.diagnose.predict import csv_of
+    from identify.diagnose.shrink import csv_of
     from identify.ingest.open import read_dive
     from tui import pages, show
     from tui.accepted_before import AcceptedBefore, accepted_before
@@ -160,7 +160,7 @@ def of_the_check_dive(given: str | None) -> "Iterator[None]":
 
 def refuse_the_same(check: "Dive", dive: "Dive") -> None:
     """Raises UsageError for a check dive that is the dive itself: nothing can be measured on what was fitted."""
-    from identify.diagnose.one_dive import of_one_dive
+    from identify.ingest.identity import of_one_dive
     from identify.ingest.open import recording_files
 
     how = of_one_dive(*(recording_files(one.source) for one in (check, dive)))
@@ -175,8 +175,8 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     it. Nothing is written where there is nothing to accept."""
     from bridge.vehicle.coefficients import BY_NAME
     from identify.batch.doubts import clauses
-    from identify.diagnose.doubts import doubts_of_recording
-    from identify.diagnose.likely import none_accepted
+    from identify.diagnose.accepted import none_accepted
+    from identify.diagnose.recording import doubts_of_recording
     from identify.identification import Outcome, worst
     from tui.doubted import told
     from tui.parameter_files import write_accepted
@@ -215,7 +215,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
 def _sends(path: Path, found: "Diagnosis") -> str:
     """What an upload of the file comes to on board."""
     from bridge.vehicle.coefficients import BY_NAME
-    from identify.diagnose.verdict_words import sorted_by_likelihood
+    from identify.diagnose.wording_verdict import sorted_by_likelihood
 
     likely, _ = sorted_by_likelihood(found.found)
     upload = f"seatrial params upload {path} sends"
@@ -251,17 +251,17 @@ def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
 
 def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
     """The verdict, the causes with their parameters, where the gap lies, how far it shrinks, what to dive next."""
-    from identify.diagnose import verdict_words, words
+    from identify.diagnose import wording, wording_verdict
     from tui import show
 
-    show.say(console, verdict_words.verdict_sentence(found))
+    show.say(console, wording_verdict.verdict_sentence(found))
     lines = (
-        *words.cause_lines(found),
-        *verdict_words.character_lines(found),
+        *wording.cause_lines(found),
+        *wording_verdict.character_lines(found),
         *_where(found),
-        *verdict_words.shrink_lines(found),
-        *words.gain_lines(found),
-        *words.next_lines(found),
+        *wording_verdict.shrink_lines(found),
+        *wording.gain_lines(found),
+        *wording.next_lines(found),
         *found.notes,
     )
     for line in lines:
@@ -270,9 +270,9 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
 
 def _where(found: "Diagnosis") -> tuple[str, ...]:
     """The largest parts of the gap, where there is one."""
-    from identify.diagnose import where_words
+    from identify.diagnose import wording_verdict
 
     if found.verdict == "no_gap":
         return ()
-    lines = (f"Where: {line}." for line in where_words.where_lines(found))
-    return (*lines, *filter(None, (where_words.where_note(found.gap),)))
+    lines = (f"Where: {line}." for line in wording_verdict.where_lines(found))
+    return (*lines, *filter(None, (wording_verdict.where_note(found.gap),)))

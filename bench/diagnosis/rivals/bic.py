@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from bench.diagnosis.rivals.said import Said
 from bridge.effects.effect import Effect
-from identify.diagnose.cause import settings_of
+from identify.diagnose.candidates import settings_of
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.whitened import Whitened, whitened
+from identify.diagnose.regression import Whitened, whitened
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.diagnosis.rivals.said import Said
-from identify.diagnose.flown import Flown, flown, slope_of, spoilt_by
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.predict import with_coefficients
+from identify.diagnose.shrink import with_coefficients
+from identify.diagnose.simulation import Flown, flown, slope_of, spoilt_by
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act, Effect
-from identify.diagnose.cause import Cause
-from identify.diagnose.flown import flown
+from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
+from identify.diagnose.simulation import flown
 from identify.estimators.likelihood_axis import DISTURBANCE
 from identify.filters import low_pass
 

@@ -1,29 +1,130 @@
-"""A dive's regression by filters of given noise levels: causes fitted and weighed on it, many of them, quickly.
+"""What causes add to the rows of a ground, made once for each and kept: a search asks for most of them many times.
+
+A dive's regression by filters of given noise levels: causes fitted and weighed on it, many of them, quickly.
 
 The filters stay as they are: a force that is taken out of the dive is taken out of the innovations through them
 (`Whitened.columns`), some milliseconds a column, where a new climb of all noise levels takes half a second.
+
+What the forms of causes leave of a dive, as far as a further cause could take it up: no evidence for that one.
+
+No form of a library is quite true. What it leaves is no larger, cell by cell of axis and piece, than some share of what
+its cause adds there, nor than what other forms of it save there: so many nats are the most of it that a further cause
+can have to do with (Cauchy and Schwarz).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.effects.effect import Effect
-from identify.diagnose.blocks import Blocks
-from identify.diagnose.cause import Cause, Setting
-from identify.diagnose.columns import Columns, Key, key_of
-from identify.diagnose.evidence import FOLDS, SCARCE, Pieces, Sums, inverse, pieces_of, products_of, sums
+from bridge.effects.course import Course
+from bridge.effects.effect import Act, Effect
+from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.candidates import Cause, Setting, forms, settings_of
+from identify.diagnose.evidence import (
+    FOLDS,
+    SCARCE,
+    Blocks,
+    Pieces,
+    Sums,
+    inverse,
+    pieces_of,
+    products_of,
+    sums,
+)
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.whitened import Whitened, whitened
+from identify.diagnose.regression import Whitened, whitened
 
 Array = NDArray[np.float64]
+Key = tuple[Effect, bytes]
+
+KEPT = 32
+"""So many of the last causes: a long dive's columns take a megabyte each."""
 
 MOST_STEPS = 8
 SETTLED = 0.1
 SHORTER = 0.3
+
+
+def key_of(cause: Cause) -> Key:
+    """Causes with the same add the same."""
+    return cause.effect, cause.values.tobytes()
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Of the causes of a library along a course."""
+
+    rows: Whitened
+    course: Course
+    library: tuple[Effect, ...]
+
+    @cached_property
+    def settings(self) -> tuple[Setting, ...]:
+        """All ways to try the library."""
+        return self._tried[0]
+
+    @cached_property
+    def candidates(self) -> Blocks:
+        """The columns of the settings."""
+        return self.rows.blocks(self._tried[1], self.course)
+
+    @cached_property
+    def _tried(self) -> tuple[tuple[Setting, ...], list[Act]]:
+        return settings_of(self.library, self.course)
+
+    def of(self, cause: Cause) -> Array:
+        """(1 + k, rows): what a cause adds, and what that changes by with each parameter that it has."""
+        if cause.effect.linear:
+            return self._of_linear(cause)
+        return self._last(*key_of(cause))
+
+    def forms_of(self, cause: Cause) -> Array:
+        """(k, rows): what other forms of a cause add."""
+        key = key_of(cause)
+        if key not in self._other:
+            self._other[key] = self.rows.columns(list(forms(self.course, cause)), self.course).T
+        return self._other[key]
+
+    @cached_property
+    def _last(self) -> Callable[[Effect, bytes], Array]:
+        """Those of the last causes that were asked for."""
+        return lru_cache(KEPT)(partial(_whitened, self.rows, self.course))
+
+    def _of_linear(self, cause: Cause) -> Array:
+        """What is proportional to its parameters is made of what a unit of each adds."""
+        if cause.effect not in self._by_unit:
+            self._by_unit[cause.effect] = self._units(cause.effect)
+        slopes, present = self._by_unit[cause.effect], cause.present
+        own = (cause.values - cause.effect.none())[present] @ slopes[present]
+        return np.vstack([own, slopes[present]])
+
+    def _units(self, effect: Effect) -> Array:
+        """(p, rows): from the columns by which it is tried, once these are made."""
+        if "candidates" in vars(self) and effect in self.library:
+            setting = next(one for one in self.settings if one.effect == effect)
+            tried = self.candidates.some(setting.columns)
+        else:
+            (setting,), acts = settings_of((effect,), self.course)
+            tried = self.rows.columns(acts, self.course)
+        return tried.T / np.diag(setting.steps)[:, None]
+
+    @cached_property
+    def _other(self) -> dict[Key, Array]:
+        return {}
+
+    @cached_property
+    def _by_unit(self) -> dict[Effect, Array]:
+        return {}
+
+
+def _whitened(rows: Whitened, course: Course, effect: Effect, values: bytes) -> Array:
+    cause = Cause(effect, np.frombuffer(values))
+    acts = [cause.act(course)]
+    acts += [cause.slope(course, p) for p in np.flatnonzero(cause.present).tolist()]
+    return rows.columns(acts, course).T
 
 
 @dataclass(frozen=True)
@@ -226,3 +327,67 @@ def ground_of(now: Nominal, library: tuple[Effect, ...]) -> Ground:
     rows = whitened(now.joint, now.theta, now.doubted).with_witnesses(now.witnesses, now.acts, now.course)
     back = rows.columns(now.acts, now.course).sum(axis=1)
     return Ground(now, replace(rows, value=rows.value + back), library)
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Of the causes of a fit."""
+
+    ground: Ground
+    fit: Fitted
+
+    def met(self, cause: Cause) -> float:
+        """Nats of what the causes add, as far as a further cause shows in the same axes at the same times."""
+        course = self.ground.now.course
+        acts = [cause.act(course), *(one.act(course) for one in self.fit.causes)]
+        own, *before = self._taken_out(self._nominal, self.ground.rows.columns(acts, course)[self._moving]).T
+        return self._shared(own, *before)
+
+    def seen(self, cause: Cause) -> float:
+        """Nats that other forms of the causes save, as far as a further cause shows in the same axes at the same times
+        by what no form of theirs makes up for."""
+        course = self.ground.now.course
+        column = self.ground.rows.columns([cause.act(course)], course)[self._moving]
+        return self._shared(self._taken_out(self._all, column)[:, 0], self._saved)
+
+    @cached_property
+    def _moving(self) -> NDArray[np.bool_]:
+        return np.asarray(self.ground.rows.dof >= 0)
+
+    @cached_property
+    def _known(self) -> Array:
+        return self.ground.known(self.fit)
+
+    @cached_property
+    def _nominal(self) -> tuple[Array, Array]:
+        return self._regressors(0)
+
+    @cached_property
+    def _all(self) -> tuple[Array, Array]:
+        return self._regressors(self._known.shape[1])
+
+    @cached_property
+    def _saved(self) -> Array:
+        """(rows,): of what the causes leave, what their other forms take up."""
+        value = self.fit.value[self._moving, None]
+        own = self._regressors(self.fit.slopes.shape[1])
+        return (self._taken_out(own, value) - self._taken_out(self._all, value))[:, 0]
+
+    def _regressors(self, known: int) -> tuple[Array, Array]:
+        """The nominal columns with so many of the known ones, where the vehicle moves; the inverse of their square."""
+        rows = self.ground.rows
+        columns = np.hstack([rows.nominal, self._known[:, :known]])[self._moving]
+        precision = np.concatenate([rows.nominal_precision, np.zeros(known)])
+        return columns, inverse(columns.T @ columns + np.diag(precision))
+
+    def _taken_out(self, regressors: tuple[Array, Array], columns: Array) -> Array:
+        by, square = regressors
+        return np.asarray(columns - by @ (square @ (by.T @ columns)))
+
+    def _shared(self, own: Array, *before: Array) -> float:
+        """Nats of what was there before, as far as its cells may lie along a column's own."""
+        rows = self.ground.rows
+        cell = (rows.piece * len(DOFS) + rows.dof)[self._moving]
+        mine, *others = (np.bincount(cell, one**2) for one in (own, *before))
+        both = np.sqrt(mine * np.sum(others, axis=0)).sum()
+        return 0.5 * float(both**2 / max(mine.sum(), 1e-300))

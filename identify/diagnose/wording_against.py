@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from identify.diagnose import verdict_words, where_words, words
+from identify.diagnose import wording, wording_verdict
 from identify.diagnose.against import Against, Difference
-from identify.diagnose.diagnosis import Found
 from identify.diagnose.probability import LIKELY
+from identify.diagnose.result import Found
 from identify.report.text import significant
 
 NAMED = 3
@@ -23,11 +23,11 @@ def verdict_sentence(one: Against) -> str:
 def _verdict(one: Against) -> str:
     gap = one.vehicle.gap
     numbers = _numbers(one.off)
-    lacks, possible = verdict_words.sorted_by_likelihood(one.lacks)
-    may_lack = words.listed([_with_probability(found) for found in possible])
-    where = where_words.gap_sentence(gap, "the gap")
+    lacks, possible = wording_verdict.sorted_by_likelihood(one.lacks)
+    may_lack = wording.listed([_with_probability(found) for found in possible])
+    where = wording_verdict.gap_sentence(gap, "the gap")
     if lacks:
-        causes = words.listed([words.name_of(found) for found in lacks])
+        causes = wording.listed([wording.name_of(found) for found in lacks])
         told = f"Your simulator must gain {causes}: {where}{_falls(one)}."
         told += f" {_capital(numbers)}." if numbers else ""
         told += f" It may lack {may_lack}, too." if possible else ""
@@ -38,17 +38,17 @@ def _verdict(one: Against) -> str:
     elif possible:
         told = f"Your simulator may lack {may_lack}: {where}{_falls(one)}."
     elif one.vehicle.verdict == "unknown":
-        there = where_words.where_sentence(gap, "the gap")
+        there = wording_verdict.where_sentence(gap, "the gap")
         return f"Your simulator lacks something that no candidate explains: {there}."
     elif one.verdict == "no_gap":
         told = (
-            f"Your simulator lacks nothing that this dive shows: its {words.DRIFT_S:g} s drift is "
+            f"Your simulator lacks nothing that this dive shows: its {wording.DRIFT_S:g} s drift is "
             f"{significant(gap.before, 2)} floors, where noise alone would give 1."
         )
     else:
         told = (
             "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
-            f"{words.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
+            f"{wording.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
             f"{_falls(one)}: give longer recordings of both, with the same manoeuvres."
         )
     if one.vehicle.verdict == "unknown":
@@ -59,7 +59,7 @@ def _verdict(one: Against) -> str:
 def cause_lines(one: Against) -> tuple[str, ...]:
     """What the real dive shows, cause by cause, and which of it the simulator has already."""
     has = {found.cause.key: found.probability for found in one.has}
-    told = zip(one.vehicle.found, words.cause_lines(one.vehicle), strict=True)
+    told = zip(one.vehicle.found, wording.cause_lines(one.vehicle), strict=True)
     return tuple(_already(has.get(found.cause.key)) + line for found, line in told)
 
 
@@ -68,7 +68,7 @@ def _already(probability: float | None) -> str:
     if probability is None:
         return ""
     if probability < LIKELY:
-        return f"Your simulator may have it already ({words.percent_sure(probability)} probable): "
+        return f"Your simulator may have it already ({wording.percent_sure(probability)} probable): "
     return "Your simulator has it already: "
 
 
@@ -76,8 +76,8 @@ def lines(one: Against) -> tuple[str, ...]:
     """What else there is to say: each number that must change, effects that the dive does not show, axes untold."""
     untold = (
         [
-            f"In {words.listed(one.untold)} nothing is said of masses and dampings: one of the recordings hardly tells "
-            "them."
+            f"In {wording.listed(one.untold)} nothing is said of masses and dampings: one of the recordings "
+            "hardly tells them."
         ]
         if one.untold
         else []
@@ -88,17 +88,19 @@ def lines(one: Against) -> tuple[str, ...]:
 
 def _story(found: Found) -> str:
     would = (
-        f"{words.name_of(found)} would make"
+        f"{wording.name_of(found)} would make"
         if found.probability >= LIKELY
         else f"{_with_probability(found)} may make"
     )
-    values = ", ".join(words.value_words(name, value) for name, value in words.told_parameters(found).items())
+    values = ", ".join(
+        wording.value_words(name, value) for name, value in wording.told_parameters(found).items()
+    )
     return f"{_capital(would)} masses and dampings differ so: {found.cause.effect.sentence} ({values})."
 
 
 def _spare(found: Found) -> str:
     shows = (
-        f"shows {words.name_of(found)}"
+        f"shows {wording.name_of(found)}"
         if found.probability >= LIKELY
         else f"may show {_with_probability(found)}"
     )
@@ -106,12 +108,12 @@ def _spare(found: Found) -> str:
 
 
 def _with_probability(found: Found) -> str:
-    return f"{words.name_of(found)} ({words.percent_sure(found.probability)} probable)"
+    return f"{wording.name_of(found)} ({wording.percent_sure(found.probability)} probable)"
 
 
 def difference_sentence(one: Difference) -> str:
     """`its M_u is 12 % too small: 105 kg, the vehicle's is 119 kg`."""
-    unit = words.unit_after(one.vehicle.unit)
+    unit = wording.unit_after(one.vehicle.unit)
     return (
         f"{_off(one)}: {significant(one.simulator.value)}{unit}, the vehicle's is "
         f"{significant(one.vehicle.value)}{unit}"
@@ -119,26 +121,28 @@ def difference_sentence(one: Difference) -> str:
 
 
 def _off(one: Difference) -> str:
-    whose = f"its {words.words(one.of)}'s {words.parameter(one.name)}" if one.of else f"its {one.name}"
-    off = f"{words.percent(abs(one.share))} too {'large' if one.share > 0 else 'small'}"
+    whose = f"its {wording.words(one.of)}'s {wording.parameter(one.name)}" if one.of else f"its {one.name}"
+    off = f"{wording.percent(abs(one.share))} too {'large' if one.share > 0 else 'small'}"
     if one.probability >= LIKELY:
         return f"{whose} is {off}"
-    return f"{whose} may be {off} ({words.words(one.of)} is {words.percent_sure(one.probability)} probable)"
+    return (
+        f"{whose} may be {off} ({wording.words(one.of)} is {wording.percent_sure(one.probability)} probable)"
+    )
 
 
 def _numbers(differences: Sequence[Difference]) -> str:
     order = sorted(differences, key=lambda each: -abs(each.share))
     named = [_off(each) for each in order[:NAMED]]
     more = len(order) - NAMED
-    return words.listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
+    return wording.listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
 
 
 def _falls(one: Against) -> str:
-    after = [drift.total for drift in one.vehicle.gap.after if drift.horizon_s == words.DRIFT_S]
+    after = [drift.total for drift in one.vehicle.gap.after if drift.horizon_s == wording.DRIFT_S]
     if not after:
         return ""
     return (
-        f"; with the vehicle's numbers its {words.DRIFT_S:g} s drift goes from "
+        f"; with the vehicle's numbers its {wording.DRIFT_S:g} s drift goes from "
         f"{significant(one.vehicle.gap.before, 2)} to {significant(after[0], 2)} floors"
     )
 

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
-from identify.diagnose.blocks import Block, Blocks
-from identify.diagnose.memory import memory_of
-from identify.diagnose.own import Own
-from identify.diagnose.witness import Weighed, Witness, weighed
+from identify.diagnose.evidence import Block, Blocks
+from identify.diagnose.innovations import Own, memory_of
+from identify.diagnose.witnesses import Weighed, Witness, weighed
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.accepted import AcceptedEffect
-from identify.diagnose.cause import Cause
+from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
-from identify.diagnose.generic import Parity, Timing, Variable
+from identify.diagnose.unexplained import Parity, Timing, Variable
 from identify.identification import Doubt
 
 Array = NDArray[np.float64]

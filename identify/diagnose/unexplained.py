@@ -14,16 +14,14 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course, lagged
 from bridge.effects.effect import Act
-from identify.diagnose.bursts import bursts
+from identify.diagnose.candidates import able_forms, kin
 from identify.diagnose.evidence import Sums, inverse, sums_of
-from identify.diagnose.forms import able_forms
-from identify.diagnose.ground import Fitted, Ground, ground_of
-from identify.diagnose.kin import kin
-from identify.diagnose.lines import clusters
+from identify.diagnose.innovations import Own
 from identify.diagnose.nominal import refitted
-from identify.diagnose.own import Own
-from identify.diagnose.search import SEAS
-from identify.diagnose.whitened import LEVELLED, followed
+from identify.diagnose.regression import LEVELLED, followed
+from identify.diagnose.rhythms import bursts, clusters
+from identify.diagnose.seas import SEAS
+from identify.diagnose.weighing import Fitted, Ground, ground_of
 
 Array = NDArray[np.float64]
 Variable = Literal[

@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 
 from bridge.effects.effect import Effect
-from identify.diagnose.diagnosis import Diagnosis, Found, Next, Value
+from identify.diagnose.result import Diagnosis, Found, Next, Value
 from identify.report.text import fixed, significant, unit, with_interval
 
 DRIFT_S = 5.0

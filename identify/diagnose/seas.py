@@ -15,6 +15,7 @@ from identify.diagnose.nominal import Nominal
 
 Array = NDArray[np.float64]
 
+SEAS = {"waves", "varying_current"}
 WAVES_S, CURRENTS_S = (1.5, 12.0), (15.0, 200.0)
 MOST_LINES = 4
 NEAR, WIDE = 0.2, 3.0

@@ -1,7 +1,14 @@
-"""What a crew accepts of a diagnosis: the model with its effects, and the parameters by which the feed-forward on board
-makes up for them; what it can't make up for, in sentences."""
+"""What the fit beside the accepted causes still gets wrong: the doubts that `identify` has of any fit, and by how much
+coefficients would change, were what they speak of let in.
+
+What a crew accepts of a diagnosis: the model with its effects, and the parameters by which the feed-forward on board
+makes up for them; what it can't make up for, in sentences.
+
+Which causes are accepted: those that are likelier there than not, with masses and dampings fitted beside them.
+"""
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.effects.accepted import AcceptedEffect
 from bridge.effects.actuators import DEAD_ZONE_SHIFTED
 from bridge.effects.course import Course
+from bridge.effects.effect import Effect
 from bridge.effects.supply import voltage_law
 from bridge.parameters import bounds
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
@@ -24,25 +32,80 @@ from bridge.vehicle.effect_coefficients import (
     effect_coefficients,
     gain_name,
 )
-from identify.diagnose.cause import Cause
-from identify.diagnose.diagnosis import Accepted, Found, Value
+from identify.diagnose.candidates import Cause
+from identify.diagnose.changed import altogether
 from identify.diagnose.evidence import inverse
-from identify.diagnose.misfit import NONE, Misfit, misfit_of
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.search import Explanation
-from identify.diagnose.whitened import of_the_mean, whitened
-from identify.diagnose.words import effect_words, listed, name_of, words
+from identify.diagnose.probability import LIKELY
+from identify.diagnose.regression import of_the_mean, whitened
+from identify.diagnose.result import Accepted, Found, Value
+from identify.diagnose.search import Explanation, explained_by
+from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
+from identify.estimators.admitted import timing_of
+from identify.estimators.doubts import doubts_of
 from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.estimators.multiplier import Tested
+from identify.estimators.said import drag_doubts, late_doubts
 from identify.feedback import READINGS
-from identify.identification import Z95
+from identify.identification import Z95, Culprit, Doubt
 
 Array = NDArray[np.float64]
+
+MOST_CHANGE = 3.0
+"""A change of a logarithm beyond which nothing is known of the coefficient anyway."""
 
 LEAST_KNOWN = 0.2
 """Relative standard error of a mass from which its axis is not sent: the vehicle keeps what it has."""
 
 HELD_BY_PID = QUADRATIC[2:5]
 """Quadratic drag in heave, roll and pitch: no feed-forward works there."""
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """doubts: of mass and damping, in sentences. off (12,): what the logarithms of the coefficients, masses first, are
+    off by beside their standard errors."""
+
+    doubts: tuple[Doubt, ...]
+    off: Array
+
+
+NO_MISFIT = Misfit((), np.zeros(12))
+
+
+def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
+    """Of a fit beside causes, of which a quadratic drag acts in the degrees of freedom `quadratic`.
+
+    Where the dive wants more or less of that drag than was accepted, it can't tell it from the linear damping. Degrees
+    of freedom that are doubted as a whole are left out: their thrust seems late without being so.
+    """
+    found = {dof: one for dof, one in doubts_of(now.joint, now.theta).items() if dof not in now.doubted}
+    late = {dof: one.late for dof, one in found.items() if one.is_late}
+    drag = {dof: one.drag for dof, one in found.items() if one.lacks_drag}
+    beside = {dof: one for dof, one in drag.items() if dof in quadratic}
+    lacking = {dof: one for dof, one in drag.items() if dof not in beside}
+    # One step from none is as far as the form of these forces, which is a guess, is worth following.
+    steps = [one.size * one.leaning for one in (*drag.values(), *late.values())]
+    off = np.sqrt(np.sum(np.square([np.zeros(12), *steps, *timing_of(found)]), axis=0))
+    return Misfit(
+        (
+            *late_doubts(late, [dof for dof in now.built.pushed if dof in found]),
+            *drag_doubts(lacking),
+            *(_not_apart(dof, one) for dof, one in beside.items()),
+        ),
+        np.minimum(off, MOST_CHANGE),
+    )
+
+
+def _not_apart(dof: int, one: Tested) -> Doubt:
+    more, less = ("more", "less") if one.size > 0 else ("less", "more")
+    return Doubt(
+        (DAMPINGS[dof].name,),
+        f"In {DOFS[dof]} {more} quadratic drag than was accepted and {less} linear damping would fit this dive better "
+        f"({one.score:+.0f} standard errors): the two hold together, at the speeds of this dive, and the interval of "
+        "the linear one is widened by what is between them; coast down from full speed to tell them apart.",
+        culprit=Culprit.MODEL,
+    )
 
 
 def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
@@ -106,7 +169,7 @@ def _linear(
     causes: Sequence[Cause],
     now: Nominal,
     shape: Configuration,
-    misfit: Misfit = NONE,
+    misfit: Misfit = NO_MISFIT,
     quadratic: Collection[int] = (),
 ) -> tuple[dict[str, Value], list[str]]:
     """The linear model's coefficients, axis by axis, where the dive tells them, with intervals that hold the misfit.
@@ -254,3 +317,35 @@ def _partly(one: Found) -> list[str]:
 
 def _capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
+
+
+def accepted(
+    causes: Sequence[Found],
+    found: Explanation,
+    nominal: Nominal,
+    library: Sequence[Effect],
+    holds: Sequence[Cause],
+    shape: Configuration,
+) -> Accepted:
+    """What accepting the likely ones of the causes comes to, beside those that the model `holds` already."""
+    likely = [one for one in causes if one.probability >= LIKELY]
+    now = found.now
+    if len(likely) < len(causes):
+        kept = {one.cause.key for one in likely}
+        now = explained_by([one for one in found.causes if one.key in kept], nominal, library).now
+    made = accepted_of(altogether(likely, holds), now, shape)
+    left = tuple(
+        f"{_capital(name_of(one))} was not accepted: it is {percent_sure(one.probability)} probable, likelier absent "
+        "than present."
+        for one in causes
+        if one.probability < LIKELY
+    )
+    return replace(made, sentences=(*left, *made.sentences))
+
+
+def none_accepted(causes: Sequence[Found]) -> str:
+    """Why nothing is accepted, in a clause."""
+    if not causes:
+        return "no cause was found that could be accepted"
+    told = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in causes])
+    return f"what was found is likelier absent than present, and so not accepted: {told}"

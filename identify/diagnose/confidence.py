@@ -5,22 +5,33 @@ White innovations alone make too narrow intervals: that no form of a library is 
 differ in what they make of a parameter by themselves. What lies between these, beyond their own noise, is a random
 effect (DerSimonian and Laird 1986), and the mean over parts is known no better than it lets it be. It shows, too, where
 another form of a cause fits beside its own: what that would make of the parameter is as good an answer.
+
+Causes that a dive is sure of: those whose parameters it tells from none, as well as it tells them at all.
+
+The search weighs causes by white innovations, each in a form of its own. What parts of the dive disagree on, and what
+other forms, masses and dampings leave open, widens a cause's interval afterwards (`spread`): one that may as well be
+absent then is no cause, for a rest of another's form looks so. Not so a sea: its lines beat, so that parts of a dive
+disagree on them however high it is; what pieces held out gain by it (`search.LEAST_SEA_GAIN`) tells of it.
+
+Which other causes would do as well in this dive, and by how much the best of those that would not does worse.
 """
 
-from collections.abc import Iterator
-from dataclasses import fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from bridge.effects.course import Course
-from bridge.effects.effect import ALONG, Act
-from identify.diagnose.cause import Cause
+from bridge.effects.effect import ALONG, Act, Effect
+from identify.diagnose.candidates import Cause, forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, inverse
-from identify.diagnose.forms import forms
-from identify.diagnose.ground import Fitted, Ground
-from identify.diagnose.search import LEAST_SHARE
-from identify.diagnose.whitened import of_the_mean
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.regression import of_the_mean
+from identify.diagnose.search import LEAST_SHARE, LOOKED_AT, Explanation, candidates, explained_by
+from identify.diagnose.seas import SEAS
+from identify.diagnose.weighing import Fitted, Ground
 from identify.estimators.likelihood_axis import DAMPING
 
 Array = NDArray[np.float64]
@@ -37,6 +48,20 @@ EACH_S = 0.2
 
 NEAR = 1e-3
 """Share of itself by which a mass or a damping is moved to see what a cause changes by."""
+
+LEAST = 0.95
+"""The confidence with which absence lies outside what the dive says of a cause's parameters, all of them together."""
+
+AS_GOOD = 3.0
+"""Nats on held-out pieces within which two causes are not told apart: odds of twenty to one."""
+
+SAME_FORM = 1e-3
+"""Of what a cause saves, what tells one form from another only: at tens of thousands of nats no form of a library is so
+true that less would speak against a cause that adds all but the same."""
+
+LEAST_LIKENESS = 0.5
+"""Causes that add less alike than this are no names for one thing: where each does as well in the other's place, both
+may be there, and neither is evidence against the other."""
 
 
 def covariance_of(ground: Ground, fit: Fitted) -> Array:
@@ -171,3 +196,76 @@ def leaning(ground: Ground, causes: tuple[Cause, ...]) -> Array:
         for place_, column in zip(at, ground.rows.columns(acts, course).T, strict=True):
             out[:, place_] -= column
     return out
+
+
+def sure(
+    found: Explanation, nominal: Nominal, library: Sequence[Effect]
+) -> tuple[Explanation, NDArray[np.float64]]:
+    """An explanation without the causes that may as well be absent, the least sure one left out first; and the
+    covariance (k, k) of the parameters of those that stay."""
+    while found.causes:
+        covariance = covariance_of(found.ground, found.fit)
+        shares = [
+            1.0 if cause.effect.name in SEAS else _confidence(found.fit, covariance, k)
+            for k, cause in enumerate(found.causes)
+        ]
+        k = int(np.argmin(shares))
+        if shares[k] > LEAST:
+            return found, covariance
+        found = explained_by((*found.causes[:k], *found.causes[k + 1 :]), nominal, library)
+    return found, np.zeros((0, 0))
+
+
+def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
+    """With which one cause of a fit is there: Wald's test of all its fitted parameters."""
+    cause = fit.causes[k]
+    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    far = np.array(
+        [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
+    )
+    return float(chi2.cdf(far @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ far, len(places)))
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Of one cause. names: of those that do as well, likeness: |cosine| of what each adds with what the cause does,
+    the nominal model and the other causes projected out; margin_nats: over the best explanation without any of them.
+    """
+
+    names: tuple[str, ...]
+    likeness: dict[str, float]
+    margin_nats: float
+
+
+def alike_of(found: Explanation, k: int) -> Alike:
+    """The causes that this dive can't tell from the k-th, each fitted in its place beside the others."""
+    fit, ground = found.fit, found.ground
+    own = fit.causes[k]
+    others = ground.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
+    names: list[str] = []
+    likeness: dict[str, float] = {}
+    best_apart = others.gain
+    nearly = max(AS_GOOD, SAME_FORM * (fit.gain - others.gain))
+    for _, _, cause in candidates(ground.beside(others), others)[:LOOKED_AT]:
+        if cause.effect.name == own.effect.name:
+            continue
+        tried = ground.fitted((*others.causes, cause))
+        if len(tried.causes) <= len(others.causes):
+            continue
+        if tried.gain > fit.gain - nearly:
+            alike = cosine(ground, others, own, tried.causes[-1])
+            if cause.effect.name not in names and alike >= LEAST_LIKENESS:
+                names.append(cause.effect.name)
+                likeness[cause.effect.name] = alike
+        else:
+            best_apart = max(best_apart, tried.gain)
+    return Alike(tuple(names), likeness, fit.gain - best_apart)
+
+
+def cosine(ground: Ground, others: Fitted, one: Cause, other: Cause) -> float:
+    """|cosine| of what two causes add to the rows, the nominal model and the slopes of the others projected out."""
+    course = ground.now.course
+    columns = ground.rows.columns([one.act(course), other.act(course)], course)
+    known = np.column_stack([ground.rows.nominal, others.slopes])
+    a, b = (columns - known @ (inverse(known.T @ known) @ (known.T @ columns))).T
+    return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))

@@ -1,0 +1,253 @@
+"""What the feed-forward on board would gain by knowing of a cause.
+
+The causes that were found and all that were tried, with what speaks for each.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.effects.sensors import WRONG_FEEDBACK_LOG
+from identify.diagnose.candidates import Cause, way
+from identify.diagnose.confidence import alike_of
+from identify.diagnose.gap import Missing
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.probability import LIKELY, probability
+from identify.diagnose.result import Found, Gain, Tried, Value
+from identify.diagnose.search import (
+    LEAST_GAIN,
+    LEAST_SIGMA,
+    MOST_CAUSES,
+    Explanation,
+    candidates,
+    least,
+    left_to,
+)
+from identify.diagnose.seas import SEAS, ends_of
+from identify.diagnose.simulation import EACH, slope_of, wrench_of
+from identify.diagnose.weighing import Fitted, Rest
+from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.identification import Z95
+
+Array = NDArray[np.float64]
+
+LEVEL = (0, 1)
+"""Surge and sway: of the axes of the feed-forward those whose error is a speed."""
+
+HEARD_OTHERWISE = 0.9
+"""How probable it is that a recording lacks what the controller used, where its wrench follows from nothing recorded:
+of what else makes a wrench so, such as a gain that was changed, nothing here tells."""
+
+HEARD = {0, 1, 5}
+"""Surge, sway and yaw: in heave a controller may well filter a depth of its own, and what it used of roll and pitch is
+seldom said."""
+
+PERIOD = "period"
+
+NEAR = 1e-3
+"""Share of a parameter's way by which it is moved to see what an answer's own change by."""
+
+
+def gain_of(
+    cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
+) -> Gain | None:
+    """Of a cause beside others, with the masses and dampings that were fitted together with them, as `--accept` sends
+    them; None where the feed-forward can't. What is left then is of the others, less what masses and dampings of their
+    own take up of it."""
+    if not cause.effect.feedforward or cause.act(now.course).wrench is None:
+        return None
+    wrench = wrench_of(others, now.course)
+    left = np.column_stack([_beyond(wrench[:, dof], now.course, dof) for dof in range(6)])
+    return gain_by(left[::EACH], missing, now, braking)
+
+
+def gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
+    """Velocity errors of the feed-forward alone, through m e' + B e = f: f is what the model before lacks and the
+    disturbance, before; after, what is left (n, 6) of it, at the times of `missing`. braking B as `braking_of` has
+    it."""
+    before = after = 0.0
+    for dof in LEVEL:
+        mass, own = float(now.course.mass[dof]), braking[:, dof]
+        noise = _driven(now, dof, float(np.mean(own)))
+        step_s = now.course.step_s * EACH
+        before += float(np.mean(_error(missing.wrench[:, dof], mass, own, step_s) ** 2)) + noise
+        after += float(np.mean(_error(left[:, dof], mass, own, step_s) ** 2)) + noise
+    return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
+
+
+def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
+    """(n, 6): by how much a velocity that is off is braked along the dive, N s/m and N m s/rad. What errors die out by
+    is the vehicle's own: the linear damping, and what causes such as a quadratic drag add to it at that speed."""
+    slope = slope_of([*now.holds, *causes], now.course)[::EACH]
+    return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
+
+
+def _beyond(force: Array, course: Course, dof: int) -> Array:
+    columns = np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]])
+    fitted, *_ = np.linalg.lstsq(columns, force, rcond=None)
+    return np.asarray(force - columns @ fitted)
+
+
+def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
+    """m e' + B e = f from rest, f and B (n,) held over each step."""
+    keep = np.exp(-braking / mass * step_s)
+    push = np.where(braking > 0, (1.0 - keep) / np.where(braking > 0, braking, 1.0), step_s / mass)
+    out, e = np.empty(len(force)), 0.0
+    for i, (one, more) in enumerate(zip(keep.tolist(), (push * force).tolist(), strict=True)):
+        e = one * e + more
+        out[i] = e
+    return out
+
+
+def _driven(now: Nominal, dof: int, braking: float) -> float:
+    """Variance of the velocity that the disturbance alone drives: s^2 / m^2 / (a (a + b))."""
+    for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
+        if problem.axis.dof == dof and braking > 0:
+            own = now.theta[place]
+            a = braking / float(now.course.mass[dof])
+            b = float(np.exp(-own[TIME_CONSTANT]))
+            return float(np.exp(own[DISTURBANCE]) / now.course.mass[dof]) ** 2 / (a * (a + b))
+    return 0.0
+
+
+def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
+    """The causes with parameters, whose covariance (k, k) gives the intervals, the strongest first."""
+    told = replace(found.fit, covariance=covariance)
+    out, braking = [], braking_of(found.causes, found.now)
+    for k, cause in enumerate(found.causes):
+        others = _without(found, k)
+        alike = alike_of(found, k)
+        # What the others' forms may leave speaks for no further cause.
+        margin_nats = alike.margin_nats - left_to(Rest(found.ground, others), cause)
+        out.append(
+            Found(
+                cause,
+                alike.names,
+                alike.likeness,
+                probability(margin_nats),
+                _as_read(cause, parameters_of(told, k), found),
+                found.fit.gain - others.gain,
+                gain_of(cause, _others(found, k), missing, found.now, braking),
+            )
+        )
+    if HEARD & set(found.now.doubted):
+        out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, HEARD_OTHERWISE, {}, 0.0))
+    return strongest_first(out)
+
+
+def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
+    """Those that are accepted before those that are only possible; then by the probability that is told, in whole per
+    cent, then by the nats that they save: some causes rest on another test and save none."""
+
+    def place(one: Found) -> tuple[bool, int, float]:
+        return one.probability < LIKELY, -round(100 * one.probability), -one.gain_nats
+
+    return tuple(sorted(causes, key=place))
+
+
+def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
+    """Every candidate, the one that would save, or saves, most first; one that shows at no size saves nothing."""
+    ground, fit = found.ground, found.fit
+    beside = ground.beyond(fit)
+    rest = [_beside(found, *one) for one in candidates(beside, fit, len(beside.settings))]
+    mine = [Tried(one.name, one.cause.effect.label, one.gain_nats, True) for one in causes]
+    taken, told = {cause.key for cause in fit.causes}, {one.label for one in rest}
+    mute = [
+        Tried(effect.name, effect.label, 0.0, False)
+        for effect in ground.library
+        if effect.label not in told and (effect.name, effect.number) not in taken
+    ]
+    return tuple(sorted((*mine, *rest, *mute), key=lambda one: -one.gain_nats))
+
+
+def _beside(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
+    """A candidate that was not accepted: one that seems to save enough is fitted in full, together with the others."""
+    fit, why = found.fit, ""
+    if gain > LEAST_GAIN:
+        whole = found.ground.fitted((*fit.causes, cause))
+        shows = len(whole.causes) > len(fit.causes) and whole.causes[-1].shows
+        gain = min(gain, whole.gain - fit.gain) if shows else 0.0
+    if gain > LEAST_GAIN:
+        why = _why(found, gain, sigma, cause)
+    return Tried(cause.effect.name, cause.effect.label, gain, False, why)
+
+
+def _why(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
+    if len(found.causes) >= MOST_CAUSES:
+        return f"no dive tells more than {MOST_CAUSES} causes"
+    asked = least(Rest(found.ground, found.fit), cause)
+    if gain <= asked:
+        return f"too little here: {asked:.0f} are asked for"
+    if sigma <= LEAST_SIGMA:
+        return "not in all parts of the dive"
+    return "in doubt: it comes and goes with what else is accepted"
+
+
+def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
+    """A cause's parameters as an answer has them, with 95 % intervals to the first order and within what is possible;
+    without those of which the dive says nothing."""
+    cause = fit.causes[k]
+    places = [i for i, (of, _) in enumerate(fit.at) if of == k]
+    moved = [fit.at[i][1] for i in places]
+    covariance = fit.covariance[np.ix_(places, places)]
+    mute = {
+        one.name
+        for p, one in enumerate(cause.effect.parameters)
+        if p not in moved and cause.effect.telling is None
+    } | _vague(cause, moved, np.sqrt(np.diag(covariance)))
+    slopes = [_slope(cause, p) for p in moved]
+    able = {} if cause.effect.telling else {one.name: (one.low, one.high) for one in cause.effect.parameters}
+    out = {}
+    for name, (value, unit) in cause.effect.told(cause.values).items():
+        if name in mute:
+            continue
+        slope = np.array([one[name] for one in slopes])
+        std = float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        ends = value + Z95 * std * np.array([-1.0, 1.0]) if np.isfinite(std) else np.full(2, np.nan)
+        low, high = np.clip(ends, *able.get(name, (-np.inf, np.inf))).tolist()
+        out[name] = Value(value, unit, low, high)
+    return out
+
+
+def _as_read(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
+    """The same with the interval of a sea's period, which is no parameter of the fit: it is read off a spectrum."""
+    if cause.effect.name not in SEAS or PERIOD not in told:
+        return told
+    period, course = told[PERIOD], found.ground.now.course
+    low, high = ends_of(period.value, float(course.since_s[-1]))
+    return told | {PERIOD: replace(period, low95=low, high95=high)}
+
+
+def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
+    """Names of parameters, std (k,) of those moved, whose 95 % interval holds both where they are absent and far more
+    than what shows: a damping in a degree of freedom that hardly moves, say, a small force over next to no speed."""
+    if cause.effect.telling is not None:
+        return set()
+    vague = set()
+    for p, wide in zip(moved, std.tolist(), strict=True):
+        one = cause.effect.parameters[p]
+        if wide > max(way(one), abs(cause.values[p] - one.none) / Z95):
+            vague.add(one.name)
+    return vague if len(vague) < len(moved) else set()
+
+
+def _slope(cause: Cause, p: int) -> dict[str, float]:
+    """What each of the answer's parameters changes by with one unit of parameter p."""
+    h = NEAR * way(cause.effect.parameters[p])
+    up, down = cause.values.copy(), cause.values.copy()
+    up[p] += h
+    down[p] -= h
+    high, low = cause.effect.told(up), cause.effect.told(down)
+    return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
+
+
+def _without(found: Explanation, k: int) -> Fitted:
+    """All causes but one."""
+    return found.ground.fitted(_others(found, k))
+
+
+def _others(found: Explanation, k: int) -> tuple[Cause, ...]:
+    return (*found.causes[:k], *found.causes[k + 1 :])

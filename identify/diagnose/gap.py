@@ -1,0 +1,352 @@
+"""What a plain model lacks, instant by instant: the forces that it knows nothing of, and the readings that are off.
+
+Where a gap lies: its squared size, split over degree of freedom and what the vehicle does there and then.
+
+What a missing force goes with: of all generic forces, those that it is most alike, one after another.
+
+What is known of that which no candidate explains: where it acts, what it goes with, how it comes and goes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.drift import Drift
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.regression import LEVELLED
+from identify.diagnose.result import Character, Dependence, Fixed, Phase, Share, Slice
+from identify.diagnose.simulation import Flown
+from identify.diagnose.unexplained import Left, Parity, Timing, Variable, of_other_speeds, unit_forces
+from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+
+Array = NDArray[np.float64]
+
+PHASES: tuple[Phase, ...] = ("rest", "accelerating", "decelerating", "steady", "turning", "reversing")
+REST, ACCELERATING, DECELERATING, STEADY, TURNING, REVERSING = range(6)
+
+SLOW, QUICK = 0.15, 0.25
+"""Shares of the speed, and of the acceleration, that 95 % of a dive stays below: slower is rest, quicker no steady
+motion."""
+
+LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
+MEANT_S = 0.5
+PUSHED = tuple(dof for dof in range(6) if dof not in LEVELLED)
+NORMAL = 0.6745
+"""Median of the sizes of normal values, in their standard deviation."""
+
+LEAST_QUIET = 0.01
+"""No disturbance is told from rounding where most of a dive drifts by less of its floor."""
+
+OCTANTS = np.deg2rad(np.arange(-180.0, 181.0, 45.0))
+LEAST_SHARE = 0.001
+
+MOST, LEAST_STRENGTH = 3, 0.05
+
+AS_GOOD = 0.97
+"""Of forces that take up almost as much as the best, the plainest is told: the order is that of `generic`."""
+
+WORLD: tuple[Variable, ...] = ("heading", "position")
+BODY: tuple[Variable, ...] = ("speed", "yaw_rate", "acceleration", "thrust", "thrust_sign")
+TIMINGS: dict[Variable, Timing] = {"time": "drifting", "voltage": "drifting", "acceleration": "transient"}
+
+
+@dataclass(frozen=True)
+class Missing:
+    """At uniform times (n,): wrench (n, 6) N and N m that moves the vehicle and that the model does not know, wrong
+    (n, 6) what is read beyond the motion, and both together as power (n, 6), in squares of the noise that hides them:
+    a force's in disturbances, a reading's in its sensor's."""
+
+    time_s: Array
+    wrench: Array
+    wrong: Array
+    power: Array
+
+    def force(self) -> Array:
+        """(6,) rms."""
+        return np.asarray(np.sqrt(np.mean(self.wrench**2, axis=0)))
+
+
+def missing_of(before: Flown, after: Flown, wrong: Array, felt: Array, noise: Nominal) -> Missing:
+    """What two models beside one motion differ by, beside readings of velocities that are `wrong` by (n, 6) and an
+    acceleration that is `felt` by (n, 3) too much, which counts as the force that it would take.
+
+    Both lack the same disturbance, so that their difference is all but free of noise.
+    """
+    wrench = before.lacking - after.lacking
+    force, sensor = _levels(noise)
+    amiss = _without_scale(wrong, after.nu)
+    power = np.nan_to_num((wrench / force) ** 2) + np.nan_to_num((amiss / sensor) ** 2)
+    power[:, :3] += np.nan_to_num((after.mass[:3] * felt / force[:3]) ** 2)
+    return Missing(after.time_s, wrench, wrong, power)
+
+
+def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) -> Missing:
+    """The same with, as the power of forces, what the best masses and dampings leave of the causes' own (n, 6), at the
+    course's times; every: of its instants, those of `missing`.
+
+    The nominal model fits readings, not forces: where these are fine, as a gyro's, it bends its masses and dampings
+    far, and what it lacks then is that, too.
+    """
+    force, _ = _levels(noise)
+    course, fitted = noise.course, np.isfinite(force)
+    nu, nu_dot, own = course.nu[::every], course.nu_dot[::every], wrench[::every].copy()
+    columns = []
+    for unit in np.eye(6):
+        columns += [unit * nu_dot + course.coriolis_of(unit, nu), unit * nu]
+    table = np.stack([(one / force)[:, fitted].ravel() for one in columns], axis=1)
+    value = (own / force)[:, fitted].ravel()
+    sizes, *_ = np.linalg.lstsq(table.T @ table, table.T @ value, rcond=None)
+    power = missing.power - np.nan_to_num((missing.wrench / force) ** 2)
+    power[:, fitted] += (value - table @ sizes).reshape(len(nu), -1) ** 2
+    return replace(missing, power=np.maximum(power, 0.0))
+
+
+def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missing:
+    """The same with the generic forces of what no cause explains, less what masses, a damping and a trim of their own
+    make of them; every: of their instants, those of `missing`.
+
+    The squares of all count, but of each degree of freedom the strongest alone is told as a force: how they add up is
+    not known. None counts for more than the nats that it saves: forces that are all but made of each other have sizes
+    that may be anything. A force of k standard deviations saves k^2 / 2 nats of each disturbance that a dive holds,
+    and one is another after twice its time constant (Bartlett 1946).
+    """
+    wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
+    force, _ = _levels(noise)
+    told: set[int] = set()
+    seconds, memory_s = float(missing.time_s[-1] - missing.time_s[0]), _memory_s(noise)
+    for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
+        dof = shape.dof
+        nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
+        own = size * _beyond(shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))]))
+        square = (own / force[dof]) ** 2
+        most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
+        power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
+        if dof not in told:
+            wrench[:, dof] += own
+            told.add(dof)
+    return Missing(missing.time_s, wrench, missing.wrong, power)
+
+
+def _levels(noise: Nominal) -> tuple[Array, Array]:
+    """Standard deviations (6,) of the disturbance, N and N m, and of the readings of rates, m/s and rad/s; infinite
+    where an axis is not fitted."""
+    force, sensor = np.full(6, np.inf), np.full(6, np.inf)
+    for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
+        own = noise.theta[place]
+        force[problem.axis.dof] = np.exp(own[DISTURBANCE])
+        sensor[problem.axis.dof] = np.exp(own[problem.noise_place])
+    return force, sensor
+
+
+def _memory_s(noise: Nominal) -> dict[int, float]:
+    """Time constants of the disturbance by degree of freedom."""
+    return {
+        problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
+        for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True)
+    }
+
+
+def _beyond(value: Array, columns: Array) -> Array:
+    fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
+    return np.asarray(value - columns @ fitted)
+
+
+def _without_scale(wrong: Array, nu: Array) -> Array:
+    """What a factor on the velocity does not make of it, (n, 6)."""
+    along = np.sum(wrong * nu, axis=0) / np.maximum(np.sum(nu * nu, axis=0), 1e-12)
+    return np.asarray(wrong - along * nu)
+
+
+def phases_of(course: Course, every: int) -> NDArray[np.intp]:
+    """(n,) which of PHASES each of every so many instants lies in."""
+    return phases_of_motion(course.nu[::every], course.step_s * every)
+
+
+def phases_of_motion(nu: Array, step_s: float) -> NDArray[np.intp]:
+    """(n,) which of PHASES velocities (n, 6) belong to; turning comes before reversing, that before the change of
+    speed."""
+    kernel = np.ones(max(round(MEANT_S / step_s), 1))
+    kernel /= len(kernel)
+    speed = np.convolve(np.linalg.norm(nu[:, :3], axis=1), kernel, mode="same")
+    gaining = np.gradient(speed, step_s)
+    turn = np.abs(np.convolve(nu[:, 5], kernel, mode="same"))
+    slow = max(SLOW * float(np.percentile(speed, 95)), LEAST_SPEED_M_S)
+    turns = max(SLOW * float(np.percentile(turn, 95)), LEAST_TURN_RAD_S)
+    quick = max(QUICK * float(np.percentile(np.abs(gaining), 95)), 1e-6)
+    out = np.full(len(nu), STEADY)
+    out[gaining > quick] = ACCELERATING
+    out[gaining < -quick] = DECELERATING
+    out[nu[:, 0] < -slow] = REVERSING
+    out[turn > turns] = TURNING
+    out[(speed < slow) & (turn <= turns) & (np.abs(gaining) <= quick)] = REST
+    return out
+
+
+def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
+    """The shares of a power (n, 6) by degree of freedom and phase, largest first; they sum to 1."""
+    table = np.stack([power[phases == k].sum(axis=0) for k in range(len(PHASES))])
+    total = float(table.sum())
+    if total <= 0:
+        return ()
+    # What is less than a tenth of a per cent is left out, and what is left told so that it sums to 1.
+    kept = table > LEAST_SHARE * total
+    shares = table * kept / float(table[kept].sum())
+    found = [
+        Share(DOFS[dof], PHASES[k], float(shares[k, dof])) for k, dof in zip(*np.nonzero(kept), strict=True)
+    ]
+    return tuple(sorted(found, key=lambda one: -one.share))
+
+
+def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
+    """The shares of each degree of freedom's own power by speed, heading, depth, time, voltage and distance."""
+    total = power.sum(axis=0)
+    speed = np.linalg.norm(course.nu[::every, :3], axis=1)
+    by = {
+        "speed": speed,
+        "depth": course.depth_m[::every],
+        "time": course.since_s[::every],
+        "voltage": course.voltage_v[::every],
+        "distance": np.hypot(*course.position_m[::every].T),
+    }
+    out = []
+    for name, values in by.items():
+        if np.isfinite(values).all() and np.ptp(values) > 0:
+            out += _cut(name, values, np.quantile(values, [0.0, 1 / 3, 2 / 3, 1.0]), power, total)
+    heading = np.remainder(course.euler[::every, 2] + np.pi, 2 * np.pi) - np.pi
+    return tuple(out + _cut("heading", heading, OCTANTS, power, total))
+
+
+def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> list[Slice]:
+    """The slices between the edges (k + 1,)."""
+    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    out = []
+    for dof in np.flatnonzero(total > LEAST_SHARE * total.sum()).tolist():
+        inside = np.bincount(place, power[:, dof], len(edges) - 1) / total[dof]
+        out += [
+            Slice(DOFS[dof], name, float(low), float(high), float(share))
+            for low, high, share in zip(edges[:-1], edges[1:], inside, strict=True)
+        ]
+    return out
+
+
+def power_of_left(left: Left, every: int) -> Array:
+    """(n, 6) at every so many instants: the squares of the generic forces that foretell most of what is left, each as
+    large as the nats that it saves; (0, 6) without any.
+
+    Not in roll and pitch: what is too little there to be sure of tells of what levels the vehicle.
+    """
+    shapes = [(one, gain) for one, gain in zip(left.shapes, left.gains, strict=True) if one.dof in PUSHED]
+    out = np.zeros((len(shapes[0][0].force[::every]) if shapes else 0, 6))
+    for shape, gain in shapes:
+        square = shape.force[::every] ** 2
+        out[:, shape.dof] += gain * square / max(float(np.mean(square)), 1e-300)
+    return out
+
+
+def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
+    """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's in some axes; at
+    least 0 over the whole dive in each, and all that there is where none exceeds it."""
+    square = np.nan_to_num((drift.off / drift.floor) ** 2)
+    square *= np.isin(np.arange(6), list(dofs))
+    over = _over(square)
+    return (over if over.any() else square)[_nearest(drift, time_s)]
+
+
+def power_of_rest(after: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
+    """(n, 6): by how much, in some axes, the squared drift with the causes in exceeds what most of the dive drifts by.
+
+    What nobody explains is noise to a fit, and a floor that is drawn from that noise holds it, too. Where it comes and
+    goes, most windows are without it: the median of their sizes gives the spread of what is always there (Rousseeuw
+    and Croux 1993, section 1).
+    """
+    usual = np.median(np.abs(after.off), axis=0) / NORMAL
+    quiet = np.clip(usual, LEAST_QUIET * after.floor, after.floor)
+    square = np.nan_to_num((after.off / quiet) ** 2) * np.isin(np.arange(6), list(dofs))
+    return _over(square)[_nearest(after, time_s)]
+
+
+def _over(square: Array) -> Array:
+    """Squares (w, 6), made less by as much as leaves of their means what exceeds 1."""
+    mean = np.mean(square, axis=0)
+    return np.asarray(square * np.maximum(mean - 1.0, 0.0) / np.maximum(mean, 1e-300))
+
+
+def _nearest(drift: Drift, time_s: Array) -> NDArray[np.intp]:
+    """Which window's middle lies next to each time."""
+    middle = drift.starts_s + 0.5 * drift.horizon_s
+    return np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
+
+
+def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:
+    """What each degree of freedom's missing force goes with, strongest first; strength is the share of its power
+    beyond what masses, a linear damping and a constant take up, times its share of all the missing power."""
+    power = missing.power.sum(axis=0)
+    if not power.any():
+        return ()
+    fitted = np.flatnonzero(power > 0.05 * power.sum()).tolist()
+    forces = [(v, p, f[::every]) for v, p, f in unit_forces(course, list(range(6)))]
+    out = []
+    for dof in fitted:
+        force = missing.wrench[:, dof]
+        if not force.any():
+            force = missing.wrong[:, dof]
+        plain = np.column_stack([np.ones(len(force)), course.nu[::every, dof], course.nu_dot[::every, dof]])
+        others = of_other_speeds(course, [k for k in range(6) if k != dof])
+        out += _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
+    return tuple(sorted(out, key=lambda one: -one.strength))
+
+
+def _of_axis(
+    dof: int, force: Array, plain: Array, forces: Sequence[tuple[Variable, Parity | None, Array]]
+) -> list[Dependence]:
+    base, _ = np.linalg.qr(plain)
+
+    def beyond(value: Array) -> Array:
+        return np.asarray(value - base @ (base.T @ value))
+
+    left = beyond(force)
+    whole = float(left @ left)
+    columns = np.column_stack([beyond(one) for _, _, one in forces])
+    length = np.sqrt(np.sum(columns**2, axis=0))
+    told = length > 1e-3 * np.sqrt(len(force))
+    columns = columns / np.where(told, length, 1.0)
+    out: dict[Variable, Dependence] = {}
+    for _ in range(MOST):
+        along = np.where(told, columns.T @ left, 0.0)
+        best = int(np.argmax(along**2 >= AS_GOOD * np.max(along**2)))
+        share = float(along[best] ** 2) / max(whole, 1e-300)
+        if share < LEAST_STRENGTH:
+            break
+        variable, parity, _ = forces[best]
+        if variable not in out:
+            out[variable] = Dependence(DOFS[dof], variable, parity, min(share, 1.0))
+        left = left - along[best] * columns[:, best]
+    return list(out.values())
+
+
+def character_of(left: Left) -> Character:
+    """By the shapes that foretell it, each weighed by the nats that it saves."""
+    weight = dict.fromkeys(DOFS, 0.0)
+    frames: dict[Fixed, float] = {"body": 0.0, "world": 0.0, "neither": 0.0}
+    parities: dict[Parity, float] = {"odd": 0.0, "even": 0.0, "neither": 0.0}
+    timings: dict[Timing, float] = {"steady": 0.0}
+    for shape, gain in zip(left.shapes, left.gains, strict=True):
+        weight[DOFS[shape.dof]] += gain
+        frames["world" if shape.variable in WORLD else "body" if shape.variable in BODY else "neither"] += (
+            gain
+        )
+        parities[shape.parity or "neither"] += gain
+        timing = shape.timing or TIMINGS.get(shape.variable, "steady")
+        timings[timing] = timings.get(timing, 0.0) + gain
+    strongest = max(weight.values(), default=0.0)
+    return Character(
+        tuple(dof for dof in DOFS if weight[dof] > 0.3 * strongest),
+        max(frames, key=lambda name: frames[name]),
+        max(parities, key=lambda name: parities[name]),
+        max(timings, key=lambda name: timings[name]),
+        tuple(dict.fromkeys(shape.variable for shape in left.shapes)),
+    )

@@ -1,0 +1,311 @@
+"""What a recording must hold to be diagnosed, and what is said of what it lacks.
+
+Did any thruster push the vehicle? Where none did, nothing in a dive tells of a model that thrust drives.
+
+Velocities that stand off from those before and after as no motion does: a DVL that loses its echo for one reading.
+
+A fit leaves out a reading that is wild beside what it expects, but only some: many make it take them for the sensor's
+noise, and what they do to the vehicle's seeming motion for causes.
+
+What speaks for a vehicle file that is of another vehicle, in sentences.
+
+What a recording itself says against values that were fitted to it: the doubts that `identify` has of any fit.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import DOFS, MASSES
+from bridge.vehicle.config import Configuration, VehicleFile, Water
+from identify.bounds import MOST_ADDED
+from identify.descent import descent_doubts
+from identify.diagnose.evidence import FOLDS
+from identify.diagnose.gap import (
+    PUSHED,
+)
+from identify.diagnose.nominal import Nominal, nominal_of
+from identify.diagnose.regression import PIECE_S
+from identify.dive import Dive, Signal
+from identify.fed_velocity import stamp_doubts
+from identify.feedback import frozen_doubts
+from identify.forces import WrenchHistory, wrench
+from identify.identification import Z95, Doubt
+from identify.levelling import levelling_doubts
+from identify.report.text import significant
+from identify.turning import turning_doubts
+
+Array = NDArray[np.float64]
+
+LEAST_S, LEAST_CHECK_S = 60.0, 20.0
+TELLING_S = 2 * FOLDS * PIECE_S
+"""A shorter dive is diagnosed, but each fold then holds out a piece or none."""
+
+TELLING_CHECK_S = 60.0
+"""A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
+
+MOST_STILL = 0.5
+"""Share of a dive over which the velocity may stand still at one value: what is left is not most of the dive."""
+
+BRAKED_S = 10.0
+"""A vehicle's mass over its damping, where it is braked least: without added mass, too, this makes of thrust more
+speed than there was."""
+
+LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
+"""A thrust that never makes more speed than that moves the vehicle by less than a DVL or a gyro tells."""
+
+DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 5: LEAST_RAD_S}
+"""Degrees of freedom that thrust moves: roll and pitch are righted."""
+
+BESIDE = 2
+"""So many readings before and after tell what one should be."""
+
+FAR = 8.0
+"""Standard deviations of a sound reading from the middle of those beside it, by which a spike is at least off."""
+
+LEAST_SPIKE_M_S = 0.05
+"""No less is a spike: coarse steps, and readings of a simulator without noise, have next to no deviation."""
+
+AGREE = 0.5
+"""Of what it is off by, the most that those beside it may differ by among themselves: a start or a stop is no spike."""
+
+MANY = 0.005
+"""The share of readings from which on spikes belong to the verdict."""
+
+NORMAL = 0.6745
+"""Median of the sizes of normal values, in their standard deviation."""
+
+
+def _able(dive: Dive, least_s: float) -> None:
+    """Raises FitError where a recording holds too little to be diagnosed."""
+    if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
+        raise FitError(
+            f"{dive.source}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
+        )
+    still_s = sum(end_s - start_s for start_s, end_s in dive.frozen.get("velocity", ()))
+    if still_s > MOST_STILL * dive.duration_s:
+        raise FitError(
+            f"{dive.source}: the velocity repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s while the "
+            "vehicle goes on: a diagnosis would tell of the sensor, not of the vehicle; check the DVL, and what passes "
+            "its readings on, and dive again"
+        )
+    if dive.duration_s < least_s:
+        cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
+        mend = "copy the whole file, or " if cut else ""
+        raise FitError(
+            f"{dive.source}: {cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
+            f"{mend}record {least_s:.0f} s or more, with starts, stops and turns"
+        )
+
+
+def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
+    """The nominal fit of a dive of that vehicle. Raises FitError where it is another's, or none pushed."""
+    try:
+        refuse_unpushed(dive, file, configuration)
+        nominal = nominal_of(dive, file, configuration)
+    except FitError as error:
+        # Two recordings of one name are told apart by where they lie.
+        said = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
+        raise FitError(f"{dive.source}: {said}") from None
+    if nominal.built.strange:
+        raise FitError(
+            f"{dive.source}: {nominal.built.strange}; give the vehicle file and the configuration that it was dived "
+            "with"
+        )
+    return nominal
+
+
+def _short_dive(dive: Dive) -> tuple[str, ...]:
+    """That small causes can't be told from chance in a dive that holds too few pieces to hold out."""
+    if dive.duration_s >= TELLING_S:
+        return ()
+    return (
+        f"The dive lasts {math.floor(dive.duration_s)} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small "
+        f"cause can hardly be told from chance; dive {TELLING_S:.0f} s or more.",
+    )
+
+
+def _short(check: Dive | None) -> tuple[str, ...]:
+    """That a check dive can't tell, where it can't."""
+    if check is None or check.duration_s >= TELLING_CHECK_S:
+        return ()
+    return (
+        f"The check dive lasts {math.floor(check.duration_s)} s, too short to tell how far the gap shrinks; dive "
+        f"{TELLING_CHECK_S:.0f} s or more to check on.",
+    )
+
+
+def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
+    doubted = [
+        f"In {DOFS[dof]} the controller used a reading that was not recorded: what its thrust did there is left out "
+        "of the evidence."
+        for dof in nominal.doubted
+    ]
+    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
+
+
+def _unjudged(nominal: Nominal) -> tuple[str, ...]:
+    """Which degrees of freedom that thrust pushes were not looked at, and why: a verdict does not hold there."""
+    why = nominal.built.missing
+    return tuple(f"{DOFS[dof].capitalize()} was not judged: {why[dof]}." for dof in PUSHED if dof in why)
+
+
+def _wild(nominal: Nominal) -> tuple[str, ...]:
+    """How many readings of each degree of freedom were so far off that they were left out."""
+    told = []
+    for problem in nominal.joint.problems:
+        read = np.isfinite(problem.axis.reading)
+        wild = int(np.count_nonzero(read & ~np.isfinite(problem.reading)))
+        if wild:
+            share = 100.0 * wild / np.count_nonzero(read)
+            told.append(f"{wild} in {DOFS[problem.axis.dof]} ({share:.2g} %)")
+    if not told:
+        return ()
+    return (
+        f"Readings that are far off from those before and after, spikes, were left out: {', '.join(told)}.",
+    )
+
+
+def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
+    """Raises FitError where no thruster ever pushed, or so little that the vehicle can't have moved by it."""
+    shape = file.vehicle.configurations[configuration]
+    forces = wrench(dive, file, configuration)
+    if not np.nanmax(np.abs(forces.asked), initial=0.0) > 0.0:
+        raise FitError(
+            f"{dive.name}: no thruster pushed in all the dive: every command is neutral, or too small to turn a "
+            "propeller, so nothing can be told of what thrust does; dive again with starts, stops and turns under "
+            "thrust, or check which outputs were recorded"
+        )
+    mass = np.array([shape.rigid_body(dof)[0] for dof in range(6)])
+    fastest = np.max(np.abs(_driven(forces, mass)), axis=0)
+    if all(fastest[dof] < least for dof, least in DRIVEN.items()):
+        raise FitError(
+            f"{dive.name}: the thrusters hardly pushed: by them alone the vehicle never goes faster than "
+            f"{1000 * max(fastest[:3]):.1f} mm/s, less than its sensors tell, so nothing can be told of what thrust "
+            "does; dive again with starts, stops and turns under thrust"
+        )
+
+
+def _driven(forces: WrenchHistory, mass: Array) -> Array:
+    """(m, 6): speeds that the commands alone would make of a body of that mass (6,), braked as little as any."""
+    held_s = np.diff(forces.time_s)
+    keep = np.exp(-held_s / BRAKED_S)
+    push = BRAKED_S * (1.0 - keep)[:, None] * np.nan_to_num(forces.asked[:-1]) / mass
+    out, speed = np.zeros((len(forces.time_s), 6)), np.zeros(6)
+    for k, one in enumerate(keep.tolist()):
+        speed = one * speed + push[k]
+        out[k + 1] = speed
+    return out
+
+
+@dataclass(frozen=True)
+class Spikes:
+    """How many spikes there are among the readings of a degree of freedom."""
+
+    dof: int
+    count: int
+    of: int
+
+    @property
+    def share(self) -> float:
+        return self.count / self.of
+
+
+def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
+    """The dive without its velocity's spikes, and how many there were where there were any.
+
+    What an autopilot's own filter gives has none: it would have smeared them.
+    """
+    if dive.velocity is None or dive.velocity_is_filtered:
+        return dive, ()
+    value, found = dive.velocity.value.copy(), []
+    for dof in range(3):
+        read = np.flatnonzero(np.isfinite(value[:, dof]))
+        spiky = _spikes(value[read, dof])
+        if spiky.any():
+            found.append(Spikes(dof, int(spiky.sum()), len(read)))
+            value[read[spiky], dof] = np.nan
+    return (replace(dive, velocity=Signal(dive.velocity.time_s, value)) if found else dive), tuple(found)
+
+
+def spikes_said(found: Sequence[Spikes], name: str = "") -> str:
+    """In a sentence, how many were left out. name: of the dive, where there is another."""
+    told = ", ".join(f"{one.count} in {DOFS[one.dof]} ({100 * one.share:.2g} %)" for one in found)
+    return (
+        f"Velocities{f' of {name}' if name else ''} stand off from those before and after as no motion does: these "
+        f"spikes were left out: {told}; look at the DVL, and at what passes its readings on."
+    )
+
+
+def _spikes(value: Array) -> NDArray[np.bool_]:
+    """Which of the readings (n,) of one velocity are; none of the first and last ones."""
+    out = np.zeros(len(value), dtype=np.bool_)
+    width = 2 * BESIDE + 1
+    if len(value) < 2 * width:
+        return out
+    windows = sliding_window_view(value, width)
+    beside = np.delete(windows, BESIDE, axis=1)
+    off = np.abs(windows[:, BESIDE] - np.median(beside, axis=1))
+    least = max(FAR * float(np.median(off)) / NORMAL, LEAST_SPIKE_M_S)
+    # One of those beside may be a spike, too: what the others span is what the vehicle did.
+    inner = np.sort(beside, axis=1)
+    span = np.minimum(inner[:, -2] - inner[:, 0], inner[:, -1] - inner[:, 1])
+    out[BESIDE:-BESIDE] = (off > least) & (span < AGREE * off)
+    return out
+
+
+def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) -> tuple[str, ...]:
+    """That masses in surge, sway or heave are none that a rigid body of the file's mass has in water; log_stds (axes,):
+    their relative standard errors."""
+    light, heavy = [], []
+    for problem, std in zip(now.joint.problems, log_stds, strict=True):
+        dof = problem.axis.dof
+        if dof > 2 or dof in now.doubted:
+            continue
+        rigid, rigid_std = shape.rigid_body(dof)
+        mass, wide = float(now.course.mass[dof]), float(np.exp(Z95 * std))
+        told = f"{MASSES[dof].name} {significant(mass, 3)} kg"
+        if mass * wide < rigid - Z95 * rigid_std:
+            light.append(told)
+        if mass / wide > (1.0 + MOST_ADDED) * (rigid + Z95 * rigid_std):
+            heavy.append(told)
+    dry = f"the vehicle file's dry mass of {shape.dry_mass_kg:g} kg"
+    whats = (
+        (light, f"below {dry}, which no water can take away"),
+        (heavy, f"at more than {dry} can come to with the water round it"),
+    )
+    return tuple(
+        f"{', '.join(told)} came out {what}: the file may be of another vehicle, or its mass or thrust is wrong; look "
+        "at that before you rely on any cause."
+        for told, what in whats
+        if told
+    )
+
+
+def doubts_of_recording(dive: Dive, water: Water) -> tuple[Doubt, ...]:
+    """Sensors that contradict each other, stamps that are late, readings that stood still, velocities that an autopilot
+    filtered."""
+    return (
+        *_filtered(dive),
+        *frozen_doubts(dive),
+        *stamp_doubts(dive),
+        *descent_doubts(dive, water),
+        *turning_doubts(dive),
+        *levelling_doubts(dive),
+    )
+
+
+def _filtered(dive: Dive) -> tuple[Doubt, ...]:
+    """A warning about the masses where the velocity is not the sensor's own."""
+    if not dive.velocity_is_filtered:
+        return ()
+    sentence = (
+        "Velocity comes from the autopilot's own filter, which smooths and delays it: the masses in surge, sway and "
+        "heave may be off by more than their intervals; record the DVL's own readings."
+    )
+    return (Doubt(tuple(mass.name for mass in MASSES[:3]), sentence),)

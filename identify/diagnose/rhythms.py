@@ -1,0 +1,341 @@
+"""Forces that come and go evenly, by time or by the way made: an oscillation whose rate nobody knows beforehand.
+
+What beats in a hull beats by the clock; what the flow sheds from it goes by the way (Strouhal's number: a force of so
+many beats a metre). All rates are looked through at once, in the spectrum of what the innovations say of the force.
+
+What comes now and then, at times of its own: blows, or beats that last for seconds.
+
+A disturbance that is one noise throughout gives every stretch of a dive the same spread. What comes and goes gives it
+two: a mixture of a quiet and of a loud spread then foretells stretches held out better than one spread does.
+
+What a filter's innovations say of the force at every instant: the filter of `own` run backwards.
+
+An innovation is a sum of what pushed before it, so that a force along all of the dive is weighed by one product with
+the innovations' own sum of what came after each push (the adjoint; Bryson and Ho 1975, section 13.3). Any number of
+forces is then looked through at the price of one.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bridge.effects.course import Course
+from identify.diagnose.evidence import FOLDS
+from identify.diagnose.innovations import Own
+from identify.diagnose.regression import PIECE_S
+from identify.estimators.innovations import INCREMENT, VELOCITY
+
+Array = NDArray[np.float64]
+
+PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)
+"""Quicker than the first of each, readings of a velocity tell little; slower than the last, a disturbance is alike."""
+
+BINS = 4
+"""Of the shortest wavelength."""
+
+FINER = 4
+"""Rates looked at, over those that a dive tells apart."""
+
+AROUND = 40
+"""Of these rates, so many stand around one, from which the power is taken that chance gives it."""
+
+LIKELY_NATS = 10.0
+"""In sample; the best of all rates saves less by chance in most dives."""
+
+MOST = 3
+
+BESIDE, MOST_BESIDE = 12, 6
+"""A beat that sets in and ends has lines beside its own: within so many that a dive tells apart, so many are taken."""
+
+PRICE_NATS, BESIDE_NATS = 3.9, 3.2
+"""What a line must save more than another force: some 6000 rates of all axes are looked through, in the pieces held out
+as well, and one dive in a thousand may deceive: ln(6e6), less ln(1.2e5) of a force. One beside it is among 24."""
+
+BLOWS_S = (0.7, 1.5, 3.0)
+"""How long a blow lasts."""
+
+BEATS_S = (5.0, 10.0)
+"""How long a beat lasts that sets in and ends."""
+
+SHORTEST_S, MOST_TURNS = 0.6, 0.5
+"""Periods of beats: from what readings of a velocity just show, to so much of the stretch that they last."""
+
+WEIGHED = 3
+"""Of the beats of one length in one axis, so many with the most uneven stretches are weighed."""
+
+MOST_SIGMA = 4.0
+"""A reading further off is met as if it were so far: one wild reading is no blow, which moves many in a row."""
+
+LEAST_STRETCHES = 20
+ROUNDS = 30
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What an oscillation goes by: `phase` (n,) that never falls, seconds or metres, in a band of wavelengths; how
+    strongly it pushes, `size` (n,)."""
+
+    by: Literal["time", "way"]
+    phase: Array
+    band: tuple[float, float]
+    size: Array
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Oscillations together, so many radians each a unit of their clock, the strongest first; nats: what that one
+    seems to save in sample."""
+
+    clock: Clock
+    rates: tuple[float, ...]
+    nats: float
+
+    @property
+    def price_nats(self) -> float:
+        return PRICE_NATS + BESIDE_NATS * (len(self.rates) - 1)
+
+    def forces(self) -> Array:
+        """(2 k, n): in step with the clock, and a quarter of a period off."""
+        angles = [rate * self.clock.phase for rate in self.rates]
+        return np.stack(
+            [self.clock.size * wave for angle in angles for wave in (np.sin(angle), np.cos(angle))]
+        )
+
+
+def clocks(course: Course) -> Iterator[Clock]:
+    u, v, w = course.nu[:, :3].T
+    yield Clock("time", course.since_s, PERIODS_S, np.ones(len(u)))
+    for speed in (u, v, w):
+        way = np.concatenate([[0.0], np.cumsum(np.abs(speed[:-1]))]) * course.step_s
+        for size in (speed**2, speed * np.abs(speed)):
+            yield Clock("way", way, WAVES_M, size)
+
+
+def clusters(own: Own, left: Array, course: Course) -> list[Cluster]:
+    """What stands out most of the rows `left` (rows,) of one axis: each line alone, and with those beside it."""
+    score, time_s = scores(own, left), own.problem.axis.time_s
+    # A step's force is the mean over it.
+    middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
+    found = [one for clock in clocks(course) for one in _peaks(clock, score, middle, course.time_s)]
+    found.sort(key=lambda one: -one[0].nats)
+    return [cluster for one in found[:MOST] for cluster in one]
+
+
+def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[tuple[Cluster, ...]]:
+    rate, nats = _spectrum(clock, score, at_s, time_s)
+    if len(rate) < 2 * AROUND:
+        return
+    inner = nats[1:-1]
+    peaks = 1 + np.flatnonzero((inner >= nats[:-2]) & (inner >= nats[2:]))
+    peaks = peaks[np.argsort(-nats[peaks])]
+    for i in peaks[:MOST].tolist():
+        if nats[i] < LIKELY_NATS:
+            return
+        near = [j for j in peaks.tolist() if 0 < abs(i - j) <= FINER * BESIDE and nats[j] > BESIDE_NATS + 2.0]
+        some = [(i,)] if not near else [(i,), (i, *near[:MOST_BESIDE])]
+        yield tuple(Cluster(clock, tuple(rate[list(k)].tolist()), float(nats[i])) for k in some)
+
+
+def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[Array, Array]:
+    """Rates, and the nats that each would save, for chance gives the score of a force the variance of what that force
+    shows; empty where the clock hardly moves."""
+    phase, size = np.interp(at_s, time_s, clock.phase), np.interp(at_s, time_s, clock.size)
+    low, high = clock.band
+    whole = float(phase[-1] - phase[0])
+    if whole < 2 * high:
+        return np.zeros(0), np.zeros(0)
+    step = low / BINS
+    count = int(whole / step) + 1
+    binned = np.bincount(((phase - phase[0]) / step).astype(np.intp), size * score, minlength=count)
+    power = np.abs(np.fft.rfft(binned, FINER * count)) ** 2
+    rate = 2 * np.pi * np.arange(len(power)) / (FINER * count * step)
+    inside = (rate > 2 * np.pi / high) & (rate < 2 * np.pi / low)
+    rate, power = rate[inside], power[inside]
+    reach = FINER * AROUND
+    # Half of what chance gives lies below ln 2 of its mean.
+    middles = np.arange(0, len(power), max(reach // 4, 1))
+    usual = [np.median(power[max(0, i - reach) : i + reach + 1]) for i in middles.tolist()]
+    around = np.interp(np.arange(len(power)), middles, usual) if len(middles) else np.ones(0)
+    nats: Array = np.log(2) * power / np.maximum(around, 1e-300)
+    return np.asarray(rate, np.float64), nats
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What one axis tells of every stretch: `total` (m, dims) over its spread, newtons of one such unit in `unit`."""
+
+    total: Array
+    unit: float
+
+    @property
+    def square(self) -> Array:
+        return np.asarray(np.sum(self.total**2, axis=1))
+
+    @property
+    def uneven(self) -> float:
+        """By how much the fourth moment is larger than a Gaussian's, over that."""
+        square, dims = self.square, self.total.shape[1]
+        usual = (1.0 + 2.0 / dims) * float(np.mean(square)) ** 2
+        return float(np.mean(square**2) / max(usual, 1e-300)) - 1.0
+
+
+@dataclass(frozen=True)
+class Burst:
+    """What seems to come now and then in stretches of `long_s`. dof: where it is strongest, of which `told` is.
+    gain: nats on stretches held out. square (m,): sums of squares of `dims` values of each stretch."""
+
+    dof: int
+    gain: float
+    told: _Told
+    square: Array
+    dims: int
+    long_s: float
+
+    def force(self, time_s: Array) -> Array:
+        """The likely push (n,), N or N m, of the loud stretches; of a beat its size."""
+        sizes = self.told.total[:, 0] if self.told.total.shape[1] == 1 else np.sqrt(self.told.square)
+        pushes = _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.told.unit
+        place = ((time_s - time_s[0]) / self.long_s).astype(np.intp)
+        return np.asarray(pushes[np.minimum(place, len(pushes) - 1)])
+
+
+def bursts(left: Mapping[int, tuple[Own, Array]], time_s: Array) -> Iterator[Burst]:
+    """The likeliest of every length, in what each axis (by degree of freedom) leaves of its rows."""
+    clipped = {
+        dof: (own.problem.axis.time_s, scores(own, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
+        for dof, (own, rows) in left.items()
+    }
+    whole_s = float(time_s[-1] - time_s[0])
+    for long_s in BLOWS_S:
+        if whole_s / long_s < LEAST_STRETCHES:
+            return
+        told = {dof: _stretches(*one, time_s, long_s, 0.0) for dof, one in clipped.items()}
+        for dof, one in told.items():
+            yield from _weighed(dof, one, one.square, one.total.shape[1], long_s)
+        if len(told) > 1:
+            # What hits a vehicle pushes it in several axes at once.
+            dof = max(told, key=lambda one: told[one].uneven)
+            yield from _weighed(
+                dof, told[dof], np.sum([one.square for one in told.values()], axis=0), len(told), long_s
+            )
+    for long_s in BEATS_S:
+        if whole_s / long_s < LEAST_STRETCHES:
+            return
+        for dof, axis in clipped.items():
+            tried = [
+                _stretches(*axis, time_s, long_s, 2 * np.pi / period_s) for period_s in _periods_s(long_s)
+            ]
+            tried.sort(key=lambda one: -one.uneven)
+            for one in tried[:WEIGHED]:
+                yield from _weighed(dof, one, one.square, one.total.shape[1], long_s)
+
+
+def _periods_s(long_s: float) -> list[float]:
+    """Half as far apart as stretches so long tell them."""
+    rates = np.arange(1.0 / (MOST_TURNS * long_s), 1.0 / SHORTEST_S, 0.5 / long_s)
+    return [float(1.0 / rate) for rate in rates]
+
+
+def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: float) -> _Told:
+    count = int((time_s[-1] - time_s[0]) / long_s)
+    place = np.clip(((at_s - time_s[0]) / long_s).astype(np.intp), 0, count)
+    waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
+    total = np.column_stack([np.bincount(place, wave, minlength=count + 1)[:count] for wave in waves])
+    spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
+    # The score of a push has as its variance the precision with which that push is known.
+    return _Told(total / spread, 1.0 / spread)
+
+
+def _weighed(dof: int, told: _Told, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
+    """Not where the strongest axis itself is no more uneven than one noise is."""
+    if told.uneven > 0:
+        piece = (np.arange(len(square)) * long_s / PIECE_S).astype(np.intp)
+        yield Burst(dof, mixture_gain(square, dims, piece), told, square, dims, long_s)
+
+
+def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:
+    """Nats that a quiet and a loud spread save over one spread, on pieces held out; square (m,): sums of squares of
+    `dims` values of each stretch."""
+    gain = 0.0
+    for fold in range(FOLDS):
+        out = piece % FOLDS == fold
+        if out.any() and not out.all():
+            share, quiet, loud = _fitted(square[~out], dims)
+            one = _density(square[out], dims, float(np.mean(square[~out])) / dims)
+            two = np.logaddexp(
+                np.log1p(-share) + _density(square[out], dims, quiet),
+                np.log(share) + _density(square[out], dims, loud),
+            )
+            gain += float(np.sum(two - one))
+    return gain
+
+
+def _density(square: Array, dims: int, spread: float) -> Array:
+    """Its logarithm, but for what both models share."""
+    return np.asarray(-0.5 * dims * np.log(spread) - 0.5 * square / spread)
+
+
+def _is_loud(square: Array, dims: int, share: float, quiet: float, loud: float) -> Array:
+    one = np.log1p(-share) + _density(square, dims, quiet)
+    two = np.log(share) + _density(square, dims, loud)
+    return np.asarray(np.exp(two - np.logaddexp(one, two)))
+
+
+def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
+    """Share of loud stretches and both spreads, by expectation and maximisation (Dempster, Laird and Rubin 1977)."""
+    mean = max(float(np.mean(square)) / dims, 1e-300)
+    share, quiet, loud = 0.1, 0.7 * mean, 3.0 * mean
+    for _ in range(ROUNDS):
+        loudly = _is_loud(square, dims, share, quiet, loud)
+        share = float(np.clip(np.mean(loudly), 1.0 / len(square), 0.5))
+        loud = max(float(loudly @ square) / max(float(np.sum(loudly)) * dims, 1e-9), mean)
+        quiet = max(float((1 - loudly) @ square) / max(float(np.sum(1 - loudly)) * dims, 1e-9), 1e-3 * mean)
+    return share, quiet, loud
+
+
+def scores(own: Own, left: Array) -> Array:
+    """(n,): of the mean force in every step of an axis, how much one newton of it goes with rows `left` (rows,)."""
+    freed = left.copy()
+    for memory in own.memories:
+        for lag, share in enumerate(memory.by_lag.tolist(), 1):
+            freed[memory.rows[:-lag]] -= share * left[memory.rows[lag:]]
+    axis = own.problem.axis
+    return np.asarray(_backwards(own.table, axis.step, freed / own.std, own.read, axis.state_read, own.gain))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _backwards(
+    table: Array,
+    step: NDArray[np.int64],
+    left: Array,
+    read: NDArray[np.bool_],
+    state_read: NDArray[np.int64],
+    gain: Array,
+) -> Array:
+    """The transpose of `own._answers`, for one column of rows."""
+    out = np.zeros(step.shape[0])
+    y0, y1, y2 = 0.0, 0.0, 0.0
+    row = left.shape[0] - 1
+    for i in range(step.shape[0] - 1, -1, -1):
+        if state_read[i] == INCREMENT:
+            y1 = 0.0
+        if read[i]:
+            e = left[row] - gain[i, 0] * y0 - gain[i, 1] * y1 - gain[i, 2] * y2
+            if state_read[i] == VELOCITY:
+                y0 += e
+            else:
+                y1 += e
+            row -= 1
+        if step[i] >= 0:
+            t = table[step[i]]
+            out[i] = (t[7] + t[9]) * y0 + (t[8] + t[10]) * y1
+            y0, y1, y2 = (
+                t[0] * y0 + t[3] * y1,
+                t[1] * y0 + t[4] * y1,
+                t[2] * y0 + t[5] * y1 + t[6] * y2,
+            )
+    return out
