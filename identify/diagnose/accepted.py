@@ -33,11 +33,11 @@ from bridge.vehicle.effect_coefficients import (
     gain_name,
 )
 from identify.diagnose.candidates import Cause
-from identify.diagnose.changed import altogether
+from identify.diagnose.changed import all_accepted
 from identify.diagnose.evidence import inverse
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.probability import LIKELY
-from identify.diagnose.regression import of_the_mean, whitened
+from identify.diagnose.regression import mean_places, regression_of
 from identify.diagnose.result import Accepted, Found, Value
 from identify.diagnose.search import Explanation, explained_by
 from identify.diagnose.wording import effect_words, listed, name_of, percent_sure, words
@@ -220,7 +220,7 @@ def _unheard(dofs: Sequence[int]) -> str:
 
 def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]:
     """Standard errors of log mass and log damping of each axis, beside the causes."""
-    rows = whitened(now.joint, now.theta, now.doubted)
+    rows = regression_of(now.joint, now.theta, now.doubted)
     slopes = [
         one.slope(now.course, p)
         for one in causes
@@ -230,7 +230,7 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]
     whole = np.hstack([rows.nominal, rows.columns(slopes, now.course)]) if slopes else rows.nominal
     known = np.concatenate([rows.nominal_precision, np.zeros(len(slopes))])
     std = np.sqrt(np.maximum(np.diag(inverse(whole.T @ whole + np.diag(known))), 0.0))
-    kept = sorted({*now.joint.mass_places, *of_the_mean(now.joint)})
+    kept = sorted({*now.joint.mass_places, *mean_places(now.joint)})
     at = {place: float(std[i]) for i, place in enumerate(kept)}
     return [(at[place.start + MASS], at[place.start + DAMPING]) for place in now.joint.places]
 
@@ -319,7 +319,7 @@ def _capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
 
 
-def accepted(
+def likely_accepted(
     causes: Sequence[Found],
     found: Explanation,
     nominal: Nominal,
@@ -333,7 +333,7 @@ def accepted(
     if len(likely) < len(causes):
         kept = {one.cause.key for one in likely}
         now = explained_by([one for one in found.causes if one.key in kept], nominal, library).now
-    made = accepted_of(altogether(likely, holds), now, shape)
+    made = accepted_of(all_accepted(likely, holds), now, shape)
     left = tuple(
         f"{_capital(name_of(one))} was not accepted: it is {percent_sure(one.probability)} probable, likelier absent "
         "than present."

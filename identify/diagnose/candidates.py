@@ -80,7 +80,7 @@ class Cause:
     @property
     def shows(self) -> bool:
         """Whether any parameter is far enough from where it is absent to matter to anyone."""
-        none, size = self.effect.none(), np.array([way(p) for p in self.effect.parameters])
+        none, size = self.effect.none(), np.array([natural_scale(p) for p in self.effect.parameters])
         return bool(np.any(np.isinf(none) | (np.abs(self.values - none) > LEAST_SIZE * size)))
 
     def act(self, course: Course) -> Act:
@@ -90,13 +90,13 @@ class Cause:
         """With one parameter changed within its bounds; by no more than the way on which it comes to show, where what
         it adds is not proportional to it."""
         one, values = self.effect.parameters[p], self.values.copy()
-        far = np.inf if self.effect.linear else way(one)
+        far = np.inf if self.effect.linear else natural_scale(one)
         values[p] = float(np.clip(values[p] + np.clip(by, -far, far), one.low, one.high))
         return Cause(self.effect, values)
 
     def slope(self, course: Course, p: int) -> Act:
         """What the act changes by with one unit of its parameter p."""
-        h = NEAR * way(self.effect.parameters[p])
+        h = NEAR * natural_scale(self.effect.parameters[p])
         up, down = self.values.copy(), self.values.copy()
         up[p] += h
         down[p] -= h
@@ -104,7 +104,7 @@ class Cause:
         return high.less(low).times(1.0 / (2 * h))
 
 
-def way(one: Parameter) -> float:
+def natural_scale(one: Parameter) -> float:
     """From where a parameter means nothing to where it shows; a limit's is the limit itself."""
     return abs(one.start - one.none) if np.isfinite(one.none) else abs(one.start)
 
@@ -152,22 +152,22 @@ def _at(effect: Effect, step: Array) -> Array:
     return np.where(np.isfinite(none), none + step, step)
 
 
-def forms(course: Course, cause: Cause) -> Iterator[Act]:
+def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
     """Acts of the cause at other sizes, bent in size, late, and growing over the dive."""
     own = cause.act(course)
-    yield from _able(course, cause)
+    yield from _possible(course, cause)
     for power in POWERS:
         yield own.each(partial(_bent, power=power))
     yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
 
 
-def able_forms(course: Course, cause: Cause) -> Iterator[Act]:
+def possible_forms(course: Course, cause: Cause) -> Iterator[Act]:
     """Those of `forms` that a cause may truly have: a reading that is wrong by where its sensor sits is so at once and
     in proportion, by geometry, and what is bent or late in it is something else."""
-    return _able(course, cause) if cause.effect.place == "reading" else forms(course, cause)
+    return _possible(course, cause) if cause.effect.place == "reading" else other_forms(course, cause)
 
 
-def _able(course: Course, cause: Cause) -> Iterator[Act]:
+def _possible(course: Course, cause: Cause) -> Iterator[Act]:
     effect, own = cause.effect, cause.act(course)
     if not effect.linear:
         none = effect.none()
@@ -184,7 +184,7 @@ def _bent(part: Array, power: float) -> Array:
     return np.asarray(np.sign(part) * np.abs(part / size) ** power * size)
 
 
-def kin(course: Course, cause: Cause) -> Iterator[Act]:
+def companions(course: Course, cause: Cause) -> Iterator[Act]:
     """Acts of what comes along with a cause, of any size."""
     own = cause.act(course)
     if cause.effect.place != "reading":
@@ -198,16 +198,16 @@ def kin(course: Course, cause: Cause) -> Iterator[Act]:
             part = cause.slope(course, p)
             for power in DRIFTS:
                 yield part.each(partial(np.multiply, middle**power))
-        yield from _of_its_band(course, cause)
+        yield from _band(course, cause)
     if cause.effect.place == "water" and own.wrench is not None:
-        yield from _turned(course, own.wrench[:, :3])
+        yield from _moments(course, own.wrench[:, :3])
     if cause.effect.name == LOAD_SAG.name:
-        yield from _loaded(course)
+        yield from _load_losses(course)
     if cause.effect.name == TETHER.name and own.wrench is not None:
-        yield from _hanging(course, own.wrench[:, :3])
+        yield from _upright_pulls(course, own.wrench[:, :3])
 
 
-def _of_its_band(course: Course, cause: Cause) -> Iterator[Act]:
+def _band(course: Course, cause: Cause) -> Iterator[Act]:
     """The strongest line of a sea at the rates beside its own that the dive tells from it."""
     told = cause.effect.told(cause.values)
     if "period" not in told:
@@ -224,7 +224,7 @@ def _of_its_band(course: Course, cause: Cause) -> Iterator[Act]:
             yield part.each(partial(np.multiply, np.cos(angle)))
 
 
-def _turned(course: Course, force: Array) -> Iterator[Act]:
+def _moments(course: Course, force: Array) -> Iterator[Act]:
     """Moments of water that pushes by `force` (n, 3): by a lever, and by its drift along the hull (Munk 1924), each in
     step with the force and a quarter of a period off."""
     u, v, w = course.nu[:, :3].T
@@ -234,7 +234,7 @@ def _turned(course: Course, force: Array) -> Iterator[Act]:
             yield Act(wrench=np.column_stack([np.zeros((len(u), 3)), *moment]))
 
 
-def _hanging(course: Course, force: Array) -> Iterator[Act]:
+def _upright_pulls(course: Course, force: Array) -> Iterator[Act]:
     """Upright pulls of a line that pulls level by `force` (n, 3): with that, and with its square, for it is drawn out
     the further the more it pulls."""
     size = np.linalg.norm(force, axis=1)
@@ -244,7 +244,7 @@ def _hanging(course: Course, force: Array) -> Iterator[Act]:
         yield Act(wrench=wrench)
 
 
-def _loaded(course: Course) -> Iterator[Act]:
+def _load_losses(course: Course) -> Iterator[Act]:
     """Thrust times the load of all thrusters, by other laws, at once and late."""
     thrust = course.thrust_n
     for power in LOADS:

@@ -22,16 +22,16 @@ from bridge.vehicle.config import Prior
 from identify.diagnose.candidates import Cause
 from identify.diagnose.confidence import LEAST_LIKENESS
 from identify.diagnose.evidence import inverse
-from identify.diagnose.findings import braking_of, gain_by
+from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.probability import probability
-from identify.diagnose.regression import of_the_mean
+from identify.diagnose.regression import mean_places
 from identify.diagnose.result import Found, Tried, Value
 from identify.diagnose.search import LEAST_GAIN, Explanation
 from identify.diagnose.simulation import EACH
 from identify.diagnose.simulator import lasting
-from identify.diagnose.weighing import Fitted, Ground
+from identify.diagnose.weighing import Fitted, Weighing
 from identify.diagnose.witnesses import Witness
 from identify.diagnose.wording import SINCE, effect_words, listed, value_words
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -48,7 +48,7 @@ ALIKE_NATS = 2.0
 MOST = 2
 
 
-def known_of(
+def accepted_causes(
     accepted: Sequence[AcceptedEffect], library: Sequence[Effect]
 ) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
     """Accepted effects as causes, and in sentences which are not taken along: those of the water or the tether of one
@@ -71,7 +71,7 @@ def known_of(
     return tuple(causes), (f"Accepted, but not in the model before: {', '.join(left)}.",) if left else ()
 
 
-def held(causes: Sequence[Cause]) -> tuple[str, ...]:
+def held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
     """Which accepted effects the model before holds, in a sentence; nothing without any."""
     told = []
     for cause in causes:
@@ -85,7 +85,7 @@ def held(causes: Sequence[Cause]) -> tuple[str, ...]:
     return (f"The model before holds what was accepted: {listed(told)}.",) if told else ()
 
 
-def holding(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
+def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
     """A dive less what accepted causes add to its forces, its readings and what else tells of them; its parameters and
     noise levels found anew."""
     if not causes:
@@ -105,7 +105,7 @@ def _without(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
     return replace(witness, off=off)
 
 
-def since(library: Sequence[Effect], causes: Sequence[Cause]) -> tuple[Effect, ...]:
+def library_with_changes(library: Sequence[Effect], causes: Sequence[Cause]) -> tuple[Effect, ...]:
     """The library with a change of it in place of each accepted effect.
 
     One that is absent at infinity stays as it is: what it adds on top is a limit of its own.
@@ -143,7 +143,7 @@ def _change(cause: Cause) -> Effect:
     )
 
 
-def altogether(found: Sequence[Found], causes: Sequence[Cause]) -> tuple[Found, ...]:
+def all_accepted(found: Sequence[Found], causes: Sequence[Cause]) -> tuple[Found, ...]:
     """What a model holds once causes are accepted beside those that it held: each of these with its change in it."""
     changes = {one.cause.key: one for one in found if one.cause.effect.variant == SINCE}
     mine = tuple(_summed(cause, changes.get(cause.key)) for cause in causes)
@@ -207,8 +207,8 @@ class Shift:
 
 def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of the masses and dampings that both the dive and the accepted values tell."""
-    ground, now = found.ground, found.now
-    covariance, places = _known(ground, found.fit)
+    weighing, now = found.weighing, found.now
+    covariance, places = _known(weighing, found.fit)
     names, at, prior = [], [], []
     for name, place in _named(now):
         if name in accepted:
@@ -220,13 +220,13 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
     both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
     effects = tuple(one for one in library if one.refit_absorbs and len(one.parameters) == 1)
-    patterns = [_pattern(one, ground, covariance)[at] if _is_push(one, now.course) else _own(one, now, names)
+    patterns = [_pattern(one, weighing, covariance)[at] if _is_push(one, now.course) else _own(one, now, names)
                 for one in effects]  # fmt: skip
     precision = np.asarray(np.linalg.inv(both), dtype=np.float64)
     return Shift(value / fitted - 1.0, precision, effects, np.array(patterns))
 
 
-def changed(
+def changes_of(
     shift: Shift, found: Explanation, missing: Missing
 ) -> tuple[tuple[Found, ...], tuple[Tried, ...]]:
     """The causes of a shift that is more than chance, and all that were tried."""
@@ -271,7 +271,9 @@ def _found(
     wrench = _as_wrench(cause.act(found.now.course), found.now.course)
     braking = braking_of(found.causes, found.now)
     gain = (
-        gain_by(missing.wrench - wrench[::EACH], missing, found.now, braking) if effect.feedforward else None
+        feedforward_gain_by(missing.wrench - wrench[::EACH], missing, found.now, braking)
+        if effect.feedforward
+        else None
     )
     return Found(cause, tuple(also), also, probability(nats), told, nats, gain)
 
@@ -281,12 +283,12 @@ def _likeness(shift: Shift, one: int, other: int) -> float:
     return float(abs(a @ p @ b) / max(np.sqrt((a @ p @ a) * (b @ p @ b)), 1e-300))
 
 
-def _known(ground: Ground, fit: Fitted) -> tuple[Array, list[int]]:
+def _known(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
     """The covariance of what moves the innovations' mean, the causes' parameters beside it, and the places in theta."""
-    joint = ground.now.joint
-    places = sorted({*joint.mass_places, *of_the_mean(joint)})
-    columns = np.column_stack([-ground.rows.nominal, fit.slopes])
-    known = np.concatenate([ground.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
+    joint = weighing.now.joint
+    places = sorted({*joint.mass_places, *mean_places(joint)})
+    columns = np.column_stack([-weighing.rows.nominal, fit.slopes])
+    known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
     return inverse(columns.T @ columns + np.diag(known))[: len(places), : len(places)], places
 
 
@@ -304,12 +306,12 @@ def _is_push(effect: Effect, course: Course) -> bool:
     return act.mass is None and act.damping is None
 
 
-def _pattern(effect: Effect, ground: Ground, inverse: Array) -> Array:
+def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
     """What a refit makes of one unit of a force or of a reading, taken out; in logarithms."""
-    course = ground.now.course
+    course = weighing.now.course
     unit = effect.act(course, effect.none() + 1.0)
-    column = ground.rows.columns([unit], course)[:, 0]
-    return np.asarray(inverse @ (ground.rows.nominal[:, : len(inverse)].T @ column))
+    column = weighing.rows.columns([unit], course)[:, 0]
+    return np.asarray(inverse @ (weighing.rows.nominal[:, : len(inverse)].T @ column))
 
 
 def _own(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:

@@ -25,19 +25,19 @@ from scipy.stats import chi2
 
 from bridge.effects.course import Course
 from bridge.effects.effect import ALONG, Act, Effect
-from identify.diagnose.candidates import Cause, forms
+from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, inverse
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.regression import of_the_mean
-from identify.diagnose.search import LEAST_SHARE, LOOKED_AT, Explanation, candidates, explained_by
+from identify.diagnose.regression import mean_places
+from identify.diagnose.search import LEAST_SHARE, LOOKED_AT, Explanation, explained_by, ranked_candidates
 from identify.diagnose.seas import SEAS
-from identify.diagnose.weighing import Fitted, Ground
+from identify.diagnose.weighing import Fitted, Weighing
 from identify.estimators.likelihood_axis import DAMPING
 
 Array = NDArray[np.float64]
 Parts = NDArray[np.intp]
 
-LONG = 3
+PART_PIECES = 3
 """Pieces to a part of a dive by time: a minute, several legs, so that no leg is a part of its own."""
 
 CLASSES = 4
@@ -49,10 +49,10 @@ EACH_S = 0.2
 NEAR = 1e-3
 """Share of itself by which a mass or a damping is moved to see what a cause changes by."""
 
-LEAST = 0.95
+LEAST_CONFIDENCE = 0.95
 """The confidence with which absence lies outside what the dive says of a cause's parameters, all of them together."""
 
-AS_GOOD = 3.0
+AMBIGUOUS_NATS = 3.0
 """Nats on held-out pieces within which two causes are not told apart: odds of twenty to one."""
 
 SAME_FORM = 1e-3
@@ -64,10 +64,10 @@ LEAST_LIKENESS = 0.5
 may be there, and neither is evidence against the other."""
 
 
-def covariance_of(ground: Ground, fit: Fitted) -> Array:
+def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
     """(k, k): of the parameters of a fit's causes."""
-    rows, m = ground.rows, ground.rows.nominal.shape[1]
-    nominal = leaning(ground, fit.causes)
+    rows, m = weighing.rows, weighing.rows.nominal.shape[1]
+    nominal = coupled_nominal(weighing, fit.causes)
     whole = np.hstack([nominal, fit.slopes])
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
     within = inverse(whole.T @ whole + np.diag(known))[m:, m:]
@@ -79,22 +79,22 @@ def covariance_of(ground: Ground, fit: Fitted) -> Array:
     between = np.zeros(len(fit.at))
     for k in range(len(fit.causes)):
         own = [i for i, (of, _) in enumerate(fit.at) if of == k]
-        for parts in _cuts(ground, slopes[:, own]):
+        for parts in _partitions(weighing, slopes[:, own]):
             between[own] += between_parts(slopes[:, own], left, parts)
-    shift = in_other_forms(ground, fit, nominal)
+    shift = in_other_forms(weighing, fit, nominal)
     return np.asarray(within + np.diag(between) + np.outer(shift, shift))
 
 
-def in_other_forms(ground: Ground, fit: Fitted, nominal: Array) -> Array:
+def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
     """(k,): by how much the parameters move once other forms of the causes may take part.
 
     Of each form only what it does beyond its cause's own values, masses and dampings, by least squares over the
     dive: whatever size it takes, the cause's own form stays the one that comes nearest to both together.
     """
-    rows, course = ground.rows, ground.now.course
+    rows, course = weighing.rows, weighing.now.course
     columns, shares = [nominal, fit.slopes], [np.zeros(0)]
     for k, cause in enumerate(fit.causes):
-        own, others = cause.act(course), list(forms(course, cause))
+        own, others = cause.act(course), list(other_forms(course, cause))
         places = [i for i, (of, _) in enumerate(fit.at) if of == k]
         slopes = [cause.slope(course, fit.at[i][1]) for i in places]
         by_own, by_others = (
@@ -139,17 +139,17 @@ def _nominal_acts(course: Course) -> Iterator[Act]:
         yield Act(wrench=unit * course.nu)
 
 
-def _cuts(ground: Ground, slopes: Array) -> Iterator[Parts]:
+def _partitions(weighing: Weighing, slopes: Array) -> Iterator[Parts]:
     """Ways to part the rows of a dive by what a wrong form depends on: when, how much of the cause there was, and in
     which degree of freedom or by which witness."""
-    yield ground.rows.piece // LONG
+    yield weighing.rows.piece // PART_PIECES
     size = ((slopes / np.maximum(np.sqrt(np.mean(slopes**2, axis=0)), 1e-300)) ** 2).sum(axis=1)
     order = np.argsort(size)
     told = np.cumsum(size[order]) / max(float(size.sum()), 1e-300)
     parts = np.empty(len(size), dtype=np.intp)
     parts[order] = np.minimum((CLASSES * told).astype(np.intp), CLASSES - 1)
     yield parts
-    yield np.unique(ground.rows.dof, return_inverse=True)[1]
+    yield np.unique(weighing.rows.dof, return_inverse=True)[1]
 
 
 def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
@@ -172,11 +172,11 @@ def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
     return np.asarray(np.where((weight > 0).sum(axis=0) > 1, variance * squares / sum_**2, 0.0))
 
 
-def leaning(ground: Ground, causes: tuple[Cause, ...]) -> Array:
+def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
     """The nominal columns (rows, m) together with what the causes change by with a mass or a damping, that of which
     they are so many times as much."""
-    course, joint = ground.now.course, ground.now.joint
-    kept = sorted({*joint.mass_places, *of_the_mean(joint)})
+    course, joint = weighing.now.course, weighing.now.joint
+    kept = sorted({*joint.mass_places, *mean_places(joint)})
     acts: list[Act] = []
     at: list[int] = []
     for problem, place, of_mass in zip(joint.problems, joint.places, joint.mass_places, strict=True):
@@ -191,26 +191,26 @@ def leaning(ground: Ground, causes: tuple[Cause, ...]) -> Array:
                 if any(np.any(part) for f in fields(change) if (part := getattr(change, f.name)) is not None):
                     acts.append(change)
                     at.append(kept.index(of))
-    out = ground.rows.nominal.copy()
+    out = weighing.rows.nominal.copy()
     if acts:
-        for place_, column in zip(at, ground.rows.columns(acts, course).T, strict=True):
+        for place_, column in zip(at, weighing.rows.columns(acts, course).T, strict=True):
             out[:, place_] -= column
     return out
 
 
-def sure(
+def without_doubtful(
     found: Explanation, nominal: Nominal, library: Sequence[Effect]
 ) -> tuple[Explanation, NDArray[np.float64]]:
     """An explanation without the causes that may as well be absent, the least sure one left out first; and the
     covariance (k, k) of the parameters of those that stay."""
     while found.causes:
-        covariance = covariance_of(found.ground, found.fit)
+        covariance = covariance_of(found.weighing, found.fit)
         shares = [
             1.0 if cause.effect.name in SEAS else _confidence(found.fit, covariance, k)
             for k, cause in enumerate(found.causes)
         ]
         k = int(np.argmin(shares))
-        if shares[k] > LEAST:
+        if shares[k] > LEAST_CONFIDENCE:
             return found, covariance
         found = explained_by((*found.causes[:k], *found.causes[k + 1 :]), nominal, library)
     return found, np.zeros((0, 0))
@@ -227,7 +227,7 @@ def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
 
 
 @dataclass(frozen=True)
-class Alike:
+class AmbiguityGroup:
     """Of one cause. names: of those that do as well, likeness: |cosine| of what each adds with what the cause does,
     the nominal model and the other causes projected out; margin_nats: over the best explanation without any of them.
     """
@@ -237,35 +237,35 @@ class Alike:
     margin_nats: float
 
 
-def alike_of(found: Explanation, k: int) -> Alike:
+def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
     """The causes that this dive can't tell from the k-th, each fitted in its place beside the others."""
-    fit, ground = found.fit, found.ground
+    fit, weighing = found.fit, found.weighing
     own = fit.causes[k]
-    others = ground.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
+    others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
     names: list[str] = []
     likeness: dict[str, float] = {}
     best_apart = others.gain
-    nearly = max(AS_GOOD, SAME_FORM * (fit.gain - others.gain))
-    for _, _, cause in candidates(ground.beside(others), others)[:LOOKED_AT]:
+    nearly = max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))
+    for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)[:LOOKED_AT]:
         if cause.effect.name == own.effect.name:
             continue
-        tried = ground.fitted((*others.causes, cause))
+        tried = weighing.fitted((*others.causes, cause))
         if len(tried.causes) <= len(others.causes):
             continue
         if tried.gain > fit.gain - nearly:
-            alike = cosine(ground, others, own, tried.causes[-1])
+            alike = cosine(weighing, others, own, tried.causes[-1])
             if cause.effect.name not in names and alike >= LEAST_LIKENESS:
                 names.append(cause.effect.name)
                 likeness[cause.effect.name] = alike
         else:
             best_apart = max(best_apart, tried.gain)
-    return Alike(tuple(names), likeness, fit.gain - best_apart)
+    return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart)
 
 
-def cosine(ground: Ground, others: Fitted, one: Cause, other: Cause) -> float:
+def cosine(weighing: Weighing, others: Fitted, one: Cause, other: Cause) -> float:
     """|cosine| of what two causes add to the rows, the nominal model and the slopes of the others projected out."""
-    course = ground.now.course
-    columns = ground.rows.columns([one.act(course), other.act(course)], course)
-    known = np.column_stack([ground.rows.nominal, others.slopes])
+    course = weighing.now.course
+    columns = weighing.rows.columns([one.act(course), other.act(course)], course)
+    known = np.column_stack([weighing.rows.nominal, others.slopes])
     a, b = (columns - known @ (inverse(known.T @ known) @ (known.T @ columns))).T
     return float(abs(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300))

@@ -12,12 +12,18 @@ from bridge.effects.effect import Effect
 from bridge.effects.library import library
 from bridge.vehicle.coefficients import BY_NAME, DOFS
 from bridge.vehicle.config import Prior, VehicleFile
-from identify.diagnose.accepted import accepted as accepted_likely
-from identify.diagnose.accepted import beside_all, log_stds
-from identify.diagnose.changed import changed, held, holding, known_of, shift_of, since
-from identify.diagnose.confidence import sure
+from identify.diagnose.accepted import beside_all, likely_accepted, log_stds
+from identify.diagnose.changed import (
+    accepted_causes,
+    changes_of,
+    held_sentence,
+    library_with_changes,
+    shift_of,
+    with_accepted,
+)
+from identify.diagnose.confidence import without_doubtful
 from identify.diagnose.drift import Drift, drifts, floors_of, ran_away
-from identify.diagnose.findings import HEARD, found_of, strongest_first, tried_of
+from identify.diagnose.findings import FEEDBACK_DOFS, findings_of, strongest_first, trials_of
 from identify.diagnose.gap import (
     PUSHED,
     Missing,
@@ -27,11 +33,11 @@ from identify.diagnose.gap import (
     missing_of,
     phases_of,
     power_of_drift,
-    power_of_left,
-    power_of_rest,
+    power_of_generic,
+    power_of_remainder,
     shares_of,
     slices_of,
-    with_left,
+    with_unexplained,
 )
 from identify.diagnose.nominal import Nominal, mounted_otherwise
 from identify.diagnose.probability import BESIDE_UNKNOWN, LIKELY
@@ -40,23 +46,37 @@ from identify.diagnose.recording import (
     LEAST_S,
     MANY,
     Spikes,
-    _able,
-    _nominal,
-    _notes,
-    _short,
-    _short_dive,
-    _unjudged,
+    fitted_nominal,
     mass_hints,
-    spikes_said,
+    recording_notes,
+    refuse_poor,
+    short_check_note,
+    short_dive_note,
+    spikes_sentence,
+    unjudged_notes,
     without_spikes,
 )
 from identify.diagnose.result import Diagnosis, Found, Gap, Share, Value
 from identify.diagnose.search import Explanation, explain
-from identify.diagnose.shrink import contradiction_note, held_out, overstated, predict, windows_of
-from identify.diagnose.simulation import EACH, Flown, felt_by, flown, slope_of, spoilt_by, wrench_of
+from identify.diagnose.shrink import contradiction_note, held_out_shrink, overstated_note, predict, windows_of
+from identify.diagnose.simulation import (
+    EACH,
+    Simulation,
+    simulation_of,
+    slope_of,
+    specific_force_of,
+    velocity_error_of,
+    wrench_of,
+)
 from identify.diagnose.simulator import Simulator
-from identify.diagnose.unexplained import Left, left_over
-from identify.diagnose.verdict import further, is_unknown, next_of, unexplained_forces, verdict_of
+from identify.diagnose.unexplained import Unexplained, unexplained_of
+from identify.diagnose.verdict import (
+    is_unknown,
+    next_for_unexplained,
+    next_of,
+    unexplained_forces,
+    verdict_of,
+)
 from identify.dive import Dive
 
 Array = NDArray[np.float64]
@@ -90,51 +110,53 @@ def diagnose(
     """
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
-    _able(dive, LEAST_S)
+    refuse_poor(dive, LEAST_S)
     dive, spiky = without_spikes(dive)
     other_spiky: tuple[Spikes, ...] = ()
     if check is not None:
-        _able(check, LEAST_CHECK_S)
+        refuse_poor(check, LEAST_CHECK_S)
         check, other_spiky = without_spikes(check)
     progress(0.0, "fitting the nominal model")
     shape = file.vehicle.configurations[configuration]
     whole = library(shape, file.vehicle.thrust_curve.lag_s)
-    holds, not_held = known_of(effects_accepted, whole)
-    nominal = holding(_nominal(dive, file, configuration), holds)
-    other = None if check is None else holding(_nominal(check, file, configuration), holds)
-    tried = since(effects or whole, holds)
+    holds, not_held = accepted_causes(effects_accepted, whole)
+    nominal = with_accepted(fitted_nominal(dive, file, configuration), holds)
+    other = None if check is None else with_accepted(fitted_nominal(check, file, configuration), holds)
+    tried = library_with_changes(effects or whole, holds)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
-    found, covariance = sure(found, nominal, tried)
+    found, covariance = without_doubtful(found, nominal, tried)
     progress(0.7, "looking at what is left")
-    left = left_over(found.ground, found.fit)
+    left = unexplained_of(found.weighing, found.fit)
     progress(0.8, "measuring the gap")
     before_it = simulator or Simulator(_values(accepted or {}), ())
     plain = before_it.beside(nominal) if simulator or accepted else nominal
     models = beside(found, plain)
-    wrong, felt = (of(found.causes, found.now.course)[::EACH] for of in (spoilt_by, felt_by))
+    wrong, felt = (
+        of(found.causes, found.now.course)[::EACH] for of in (velocity_error_of, specific_force_of)
+    )
     missing = missing_of(*models, wrong, felt, found.now)
     if plain is nominal:
         missing = beyond_refit(missing, wrench_of(found.causes, found.now.course), found.now, EACH)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
-    causes = found_of(found, covariance, missing)
+    causes = findings_of(found, covariance, missing)
     gap = _gap(found, missing, left, before, after, causes)
     if is_unknown(left):
         causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
-    trials = tried_of(found, causes)
+    trials = trials_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)
-        new, more = changed(shift, found, missing)
+        new, more = changes_of(shift, found, missing)
         causes = strongest_first((*causes, *new))
         trials = (*trials, *more)
-    heldout = held_out(found, plain, floors[FIVE_S], rng)
+    heldout = held_out_shrink(found, plain, floors[FIVE_S], rng)
     prediction = None
     if check is not None and other is not None:
         progress(0.9, "flying the check dive")
         prediction = predict(found, plain, other, check.name, rng)
     dive_next = next_of(causes, tried)
     if is_unknown(left):
-        dive_next = further(unexplained_forces(left), found.now.course, dive_next)
+        dive_next = next_for_unexplained(unexplained_forces(left), found.now.course, dive_next)
     many = any(one.share >= MANY for one in spiky)
     measured = None if prediction is None else windows_of(prediction).shrink(rng)
     progress(1.0, "done")
@@ -152,47 +174,47 @@ def diagnose(
         dive_next,
         (
             *mass_hints(found.now, [mass for mass, _ in log_stds(found.causes, found.now)], shape),
-            *held(holds),
+            *held_sentence(holds),
             *not_held,
             *ran_away(before, after),
-            *overstated(heldout),
-            *_short_dive(dive),
-            *_short(check),
+            *overstated_note(heldout),
+            *short_dive_note(dive),
+            *short_check_note(check),
             *(contradiction_note(heldout, measured) if causes else ()),
-            *((spikes_said(spiky),) if spiky and not many else ()),
-            *((spikes_said(other_spiky, check.name),) if check is not None and other_spiky else ()),
-            *_notes(dive, nominal),
+            *((spikes_sentence(spiky),) if spiky and not many else ()),
+            *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
+            *recording_notes(dive, nominal),
         ),
         time.perf_counter() - began_s,
         prediction,
-        accepted_likely(causes, found, nominal, tried, holds, shape),
+        likely_accepted(causes, found, nominal, tried, holds, shape),
         beside_all(found, shape),
         (
-            *_unjudged(nominal),
-            *((spikes_said(spiky),) if many else ()),
+            *unjudged_notes(nominal),
+            *((spikes_sentence(spiky),) if many else ()),
         ),
         mounted_otherwise(nominal.mirrored, nominal.swapped),
     )
 
 
-def beside(found: Explanation, nominal: Nominal) -> tuple[Flown, Flown]:
+def beside(found: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
     """The nominal model and the one with the causes in, along one recorded motion: the first against the readings as
     they are, the second against what they would be without the causes."""
     now, causes = found.now, found.causes
-    nu, wrong = now.motion.nu, spoilt_by(causes, now.course)
-    after = flown(now, now.theta, nu, slope=slope_of(causes, now.course))
-    return flown(nominal, nominal.theta, nu + wrong), after
+    nu, wrong = now.motion.nu, velocity_error_of(causes, now.course)
+    after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
+    return simulation_of(nominal, nominal.theta, nu + wrong), after
 
 
 def _gap(
     found: Explanation,
     missing: Missing,
-    left: Left,
+    left: Unexplained,
     before: tuple[Drift, ...],
     after: tuple[Drift, ...],
     causes: Sequence[Found],
 ) -> Gap:
-    now, misheard = found.now, HEARD & set(found.now.doubted)
+    now, misheard = found.now, FEEDBACK_DOFS & set(found.now.doubted)
     # Where a wrong log is all that is accepted, the gap lies where it is, not where what is only possible would act.
     likely = any(one.probability >= LIKELY and one.cause.effect.place != "log" for one in causes)
     told_by_causes = missing.power.any() and (likely or is_unknown(left))
@@ -200,15 +222,15 @@ def _gap(
     unexplained: tuple[Share, ...] = ()
     if is_unknown(left):
         explained = missing.power
-        missing = with_left(missing, left, now, EACH)
+        missing = with_unexplained(missing, left, now, EACH)
         sound = [dof for dof in PUSHED if dof not in now.doubted]
-        power = missing.power + power_of_rest(after[ONE_S], missing.time_s, sound)
+        power = missing.power + power_of_remainder(after[ONE_S], missing.time_s, sound)
         unexplained = shares_of(power - explained, phases)
     if misheard and not told_by_causes:
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():
         # Nothing is sure; it lies where most speaks for it. What is left says nothing of doubted degrees of freedom.
-        power = power_of_left(left, EACH)
+        power = power_of_generic(left, EACH)
         if now.doubted or not len(power):
             power = power_of_drift(before[FIVE_S], missing.time_s, PUSHED)
     fitted = [problem.axis.dof for problem in now.joint.problems]

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.simulation import EACH, RUN_AWAY, Flown, quiet
+from identify.diagnose.simulation import EACH, RUN_AWAY, Simulation, smoothed_angle
 from identify.estimators.innovations import INCREMENT, POSITION, smoothed_velocity
 from identify.estimators.likelihood_axis import DISTURBANCE
 
@@ -53,7 +53,7 @@ class Drift:
         return float(np.mean(np.any(np.abs(self.off) >= RUN_AWAY, axis=1)))
 
 
-def drifts(model: Flown, floors: Array) -> tuple[Drift, ...]:
+def drifts(model: Simulation, floors: Array) -> tuple[Drift, ...]:
     """The drifts of a model, beside the floors (h, 6) of each horizon."""
     starts = _starts(model)
     off = model.off(starts, _steps(model), np.zeros_like(model.nu))
@@ -77,7 +77,7 @@ def ran_away(before: Sequence[Drift], after: Sequence[Drift]) -> tuple[str, ...]
     return tuple(out)
 
 
-def floors_of(noise: Nominal, model: Flown, rng: np.random.Generator) -> Array:
+def floors_of(noise: Nominal, model: Simulation, rng: np.random.Generator) -> Array:
     """(h, 6): the rms drift over each horizon where nothing but the noise of a fit drives the model off."""
     square = np.zeros((len(HORIZONS_S), 6))
     starts, steps = _starts(model), _steps(model)
@@ -113,17 +113,17 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         placed = (axis.state_read == POSITION) & np.isfinite(reading)
         if axis.stiffness > 0 and placed.any():
             rate = np.interp(time_s, axis.time_s, found)
-            thought = quiet(time_s, axis.time_s[placed], reading[placed], rate)
+            thought = smoothed_angle(time_s, axis.time_s[placed], reading[placed], rate)
             force[:, axis.dof] += axis.stiffness * (thought - np.interp(time_s, axis.time_s, angle))
     return force, errors
 
 
-def _starts(model: Flown) -> NDArray[np.int64]:
+def _starts(model: Simulation) -> NDArray[np.int64]:
     every = max(round(EVERY_S / model.step_s), 1)
     return np.arange(0, max(len(model.time_s) - round(HORIZONS_S[0] / model.step_s), 0), every)
 
 
-def _steps(model: Flown) -> list[int]:
+def _steps(model: Simulation) -> list[int]:
     return [round(horizon_s / model.step_s) for horizon_s in HORIZONS_S]
 
 

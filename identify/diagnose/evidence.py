@@ -38,7 +38,7 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Sums:
+class NormalEquations:
     """The candidates' c columns with the nominal ones projected out (Frisch and Waugh 1933).
 
     square (c, c), right (c,): normal equations over all pieces. taught_square (F, c, c), taught_right (F, c): over
@@ -100,15 +100,15 @@ def _solved(square: Array, right: Array) -> Array:
     return np.asarray((inverse(square) @ right[..., None])[..., 0])
 
 
-def sums_of(
+def equations_of(
     value: Array, nominal: Array, precision: Array, candidates: Array, piece: NDArray[np.intp]
-) -> Sums:
+) -> NormalEquations:
     """The sums of rows `value` (n,), with nominal (n, m) and candidates' (n, c) columns, in pieces (n,).
 
     precision (m,): what is known of the nominal sizes beforehand.
     """
     products = products_of(np.column_stack([nominal, candidates, value]), pieces_of(piece))
-    return sums(products[:, :-1, :-1], products[:, :-1, -1], precision)
+    return equations_from_products(products[:, :-1, :-1], products[:, :-1, -1], precision)
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ def products_of(columns: Array, pieces: Pieces, others: Array | None = None) -> 
     return out
 
 
-def sums(square: Array, right: Array, precision: Array) -> Sums:
+def equations_from_products(square: Array, right: Array, precision: Array) -> NormalEquations:
     """The sums from the products (P, m + c, m + c) of all columns, the nominal ones first, and theirs with the value
     (P, m + c); precision (m,): what is known of the nominal sizes beforehand."""
     m, count = len(precision), len(square)
@@ -152,7 +152,7 @@ def sums(square: Array, right: Array, precision: Array) -> Sums:
     own = np.einsum("pii->i", square)[m:]
     telling = np.einsum("pii->i", held_square) > NOTHING_NEW * np.maximum(own, 1e-300)
     taught = [every % FOLDS != fold for fold in range(min(FOLDS, count))]
-    return Sums(
+    return NormalEquations(
         held_square.sum(axis=0),
         held_right.sum(axis=0),
         np.array([held_square[some].sum(axis=0) for some in taught]),

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.diagnose.candidates import Cause, way
-from identify.diagnose.confidence import alike_of
+from identify.diagnose.candidates import Cause, natural_scale
+from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.probability import LIKELY, probability
@@ -22,13 +22,13 @@ from identify.diagnose.search import (
     LEAST_SIGMA,
     MOST_CAUSES,
     Explanation,
-    candidates,
-    least,
-    left_to,
+    ranked_candidates,
+    remainder_nats,
+    required_gain,
 )
-from identify.diagnose.seas import SEAS, ends_of
+from identify.diagnose.seas import SEAS, period_interval
 from identify.diagnose.simulation import EACH, slope_of, wrench_of
-from identify.diagnose.weighing import Fitted, Rest
+from identify.diagnose.weighing import Fitted, FormRemainder
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 from identify.identification import Z95
 
@@ -37,11 +37,11 @@ Array = NDArray[np.float64]
 LEVEL = (0, 1)
 """Surge and sway: of the axes of the feed-forward those whose error is a speed."""
 
-HEARD_OTHERWISE = 0.9
+WRONG_LOG_PROBABILITY = 0.9
 """How probable it is that a recording lacks what the controller used, where its wrench follows from nothing recorded:
 of what else makes a wrench so, such as a gain that was changed, nothing here tells."""
 
-HEARD = {0, 1, 5}
+FEEDBACK_DOFS = {0, 1, 5}
 """Surge, sway and yaw: in heave a controller may well filter a depth of its own, and what it used of roll and pitch is
 seldom said."""
 
@@ -51,7 +51,7 @@ NEAR = 1e-3
 """Share of a parameter's way by which it is moved to see what an answer's own change by."""
 
 
-def gain_of(
+def feedforward_gain(
     cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
 ) -> Gain | None:
     """Of a cause beside others, with the masses and dampings that were fitted together with them, as `--accept` sends
@@ -60,11 +60,11 @@ def gain_of(
     if not cause.effect.feedforward or cause.act(now.course).wrench is None:
         return None
     wrench = wrench_of(others, now.course)
-    left = np.column_stack([_beyond(wrench[:, dof], now.course, dof) for dof in range(6)])
-    return gain_by(left[::EACH], missing, now, braking)
+    left = np.column_stack([_beyond_refit(wrench[:, dof], now.course, dof) for dof in range(6)])
+    return feedforward_gain_by(left[::EACH], missing, now, braking)
 
 
-def gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
+def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
     """Velocity errors of the feed-forward alone, through m e' + B e = f: f is what the model before lacks and the
     disturbance, before; after, what is left (n, 6) of it, at the times of `missing`. braking B as `braking_of` has
     it."""
@@ -85,7 +85,7 @@ def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
     return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
 
 
-def _beyond(force: Array, course: Course, dof: int) -> Array:
+def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
     columns = np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]])
     fitted, *_ = np.linalg.lstsq(columns, force, rcond=None)
     return np.asarray(force - columns @ fitted)
@@ -113,28 +113,28 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
     return 0.0
 
 
-def found_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
+def findings_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
     """The causes with parameters, whose covariance (k, k) gives the intervals, the strongest first."""
     told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         others = _without(found, k)
-        alike = alike_of(found, k)
+        alike = ambiguity_of(found, k)
         # What the others' forms may leave speaks for no further cause.
-        margin_nats = alike.margin_nats - left_to(Rest(found.ground, others), cause)
+        margin_nats = alike.margin_nats - remainder_nats(FormRemainder(found.weighing, others), cause)
         out.append(
             Found(
                 cause,
                 alike.names,
                 alike.likeness,
                 probability(margin_nats),
-                _as_read(cause, parameters_of(told, k), found),
+                _with_period_interval(cause, parameters_of(told, k), found),
                 found.fit.gain - others.gain,
-                gain_of(cause, _others(found, k), missing, found.now, braking),
+                feedforward_gain(cause, _others(found, k), missing, found.now, braking),
             )
         )
-    if HEARD & set(found.now.doubted):
-        out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, HEARD_OTHERWISE, {}, 0.0))
+    if FEEDBACK_DOFS & set(found.now.doubted):
+        out.append(Found(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, WRONG_LOG_PROBABILITY, {}, 0.0))
     return strongest_first(out)
 
 
@@ -148,37 +148,37 @@ def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
     return tuple(sorted(causes, key=place))
 
 
-def tried_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
+def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
     """Every candidate, the one that would save, or saves, most first; one that shows at no size saves nothing."""
-    ground, fit = found.ground, found.fit
-    beside = ground.beyond(fit)
-    rest = [_beside(found, *one) for one in candidates(beside, fit, len(beside.settings))]
+    weighing, fit = found.weighing, found.fit
+    beside = weighing.candidates_beyond_forms(fit)
+    rest = [_rejected(found, *one) for one in ranked_candidates(beside, fit, len(beside.settings))]
     mine = [Tried(one.name, one.cause.effect.label, one.gain_nats, True) for one in causes]
     taken, told = {cause.key for cause in fit.causes}, {one.label for one in rest}
     mute = [
         Tried(effect.name, effect.label, 0.0, False)
-        for effect in ground.library
+        for effect in weighing.library
         if effect.label not in told and (effect.name, effect.number) not in taken
     ]
     return tuple(sorted((*mine, *rest, *mute), key=lambda one: -one.gain_nats))
 
 
-def _beside(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
+def _rejected(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
     """A candidate that was not accepted: one that seems to save enough is fitted in full, together with the others."""
     fit, why = found.fit, ""
     if gain > LEAST_GAIN:
-        whole = found.ground.fitted((*fit.causes, cause))
+        whole = found.weighing.fitted((*fit.causes, cause))
         shows = len(whole.causes) > len(fit.causes) and whole.causes[-1].shows
         gain = min(gain, whole.gain - fit.gain) if shows else 0.0
     if gain > LEAST_GAIN:
-        why = _why(found, gain, sigma, cause)
+        why = _reason(found, gain, sigma, cause)
     return Tried(cause.effect.name, cause.effect.label, gain, False, why)
 
 
-def _why(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
+def _reason(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
     if len(found.causes) >= MOST_CAUSES:
         return f"no dive tells more than {MOST_CAUSES} causes"
-    asked = least(Rest(found.ground, found.fit), cause)
+    asked = required_gain(FormRemainder(found.weighing, found.fit), cause)
     if gain <= asked:
         return f"too little here: {asked:.0f} are asked for"
     if sigma <= LEAST_SIGMA:
@@ -197,7 +197,7 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
         one.name
         for p, one in enumerate(cause.effect.parameters)
         if p not in moved and cause.effect.telling is None
-    } | _vague(cause, moved, np.sqrt(np.diag(covariance)))
+    } | _undetermined(cause, moved, np.sqrt(np.diag(covariance)))
     slopes = [_slope(cause, p) for p in moved]
     able = {} if cause.effect.telling else {one.name: (one.low, one.high) for one in cause.effect.parameters}
     out = {}
@@ -212,16 +212,16 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
     return out
 
 
-def _as_read(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
+def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
     """The same with the interval of a sea's period, which is no parameter of the fit: it is read off a spectrum."""
     if cause.effect.name not in SEAS or PERIOD not in told:
         return told
-    period, course = told[PERIOD], found.ground.now.course
-    low, high = ends_of(period.value, float(course.since_s[-1]))
+    period, course = told[PERIOD], found.weighing.now.course
+    low, high = period_interval(period.value, float(course.since_s[-1]))
     return told | {PERIOD: replace(period, low95=low, high95=high)}
 
 
-def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
+def _undetermined(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
     """Names of parameters, std (k,) of those moved, whose 95 % interval holds both where they are absent and far more
     than what shows: a damping in a degree of freedom that hardly moves, say, a small force over next to no speed."""
     if cause.effect.telling is not None:
@@ -229,14 +229,14 @@ def _vague(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
     vague = set()
     for p, wide in zip(moved, std.tolist(), strict=True):
         one = cause.effect.parameters[p]
-        if wide > max(way(one), abs(cause.values[p] - one.none) / Z95):
+        if wide > max(natural_scale(one), abs(cause.values[p] - one.none) / Z95):
             vague.add(one.name)
     return vague if len(vague) < len(moved) else set()
 
 
 def _slope(cause: Cause, p: int) -> dict[str, float]:
     """What each of the answer's parameters changes by with one unit of parameter p."""
-    h = NEAR * way(cause.effect.parameters[p])
+    h = NEAR * natural_scale(cause.effect.parameters[p])
     up, down = cause.values.copy(), cause.values.copy()
     up[p] += h
     down[p] -= h
@@ -246,7 +246,7 @@ def _slope(cause: Cause, p: int) -> dict[str, float]:
 
 def _without(found: Explanation, k: int) -> Fitted:
     """All causes but one."""
-    return found.ground.fitted(_others(found, k))
+    return found.weighing.fitted(_others(found, k))
 
 
 def _others(found: Explanation, k: int) -> tuple[Cause, ...]:

@@ -19,8 +19,8 @@ from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import LEVELLED
 from identify.diagnose.result import Character, Dependence, Fixed, Phase, Share, Slice
-from identify.diagnose.simulation import Flown
-from identify.diagnose.unexplained import Left, Parity, Timing, Variable, of_other_speeds, unit_forces
+from identify.diagnose.simulation import Simulation
+from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ class Missing:
         return np.asarray(np.sqrt(np.mean(self.wrench**2, axis=0)))
 
 
-def missing_of(before: Flown, after: Flown, wrong: Array, felt: Array, noise: Nominal) -> Missing:
+def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array, noise: Nominal) -> Missing:
     """What two models beside one motion differ by, beside readings of velocities that are `wrong` by (n, 6) and an
     acceleration that is `felt` by (n, 3) too much, which counts as the force that it would take.
 
@@ -105,7 +105,7 @@ def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) ->
     return replace(missing, power=np.maximum(power, 0.0))
 
 
-def with_left(missing: Missing, left: Left, noise: Nominal, every: int) -> Missing:
+def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every: int) -> Missing:
     """The same with the generic forces of what no cause explains, less what masses, a damping and a trim of their own
     make of them; every: of their instants, those of `missing`.
 
@@ -233,7 +233,7 @@ def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> 
     return out
 
 
-def power_of_left(left: Left, every: int) -> Array:
+def power_of_generic(left: Unexplained, every: int) -> Array:
     """(n, 6) at every so many instants: the squares of the generic forces that foretell most of what is left, each as
     large as the nats that it saves; (0, 6) without any.
 
@@ -256,7 +256,7 @@ def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
     return (over if over.any() else square)[_nearest(drift, time_s)]
 
 
-def power_of_rest(after: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
+def power_of_remainder(after: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
     """(n, 6): by how much, in some axes, the squared drift with the causes in exceeds what most of the dive drifts by.
 
     What nobody explains is noise to a fit, and a floor that is drawn from that noise holds it, too. Where it comes and
@@ -328,7 +328,7 @@ def _of_axis(
     return list(out.values())
 
 
-def character_of(left: Left) -> Character:
+def character_of(left: Unexplained) -> Character:
     """By the shapes that foretell it, each weighed by the nats that it saves."""
     weight = dict.fromkeys(DOFS, 0.0)
     frames: dict[Fixed, float] = {"body": 0.0, "world": 0.0, "neither": 0.0}

@@ -33,22 +33,22 @@ NARROW = 4
 
 
 @dataclass(frozen=True)
-class Memory:
+class Autoregression:
     """Of one channel: its `rows` (m,) in the order of time, and what a row takes from those before, nearest first."""
 
     rows: NDArray[np.intp]
     by_lag: Array
 
-    def freed(self, values: Array) -> None:
+    def prewhitened(self, values: Array) -> None:
         """Take out of values (n, k), in place, what the channel's rows remember; the first few stay as they are."""
         if values.shape[1] > NARROW:
-            _freed(values, self.rows, self.by_lag)
+            _prewhitened(values, self.rows, self.by_lag)
         else:
-            _each_freed(values, self.rows, self.by_lag)
+            _each_prewhitened(values, self.rows, self.by_lag)
 
 
 @njit(cache=True, nogil=True)
-def _freed(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
+def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
     """From the last row back, so that what is taken is of rows that still hold it."""
     width = values.shape[1]
     left = np.empty(width)
@@ -63,7 +63,7 @@ def _freed(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _each_freed(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
+def _each_prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
     """The same, lag by lag, for the processor to take several rows of a column at once."""
     count = len(rows)
     own, left = np.empty(count), np.empty(count)
@@ -79,19 +79,19 @@ def _each_freed(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
             values[rows[k], c] = left[k]
 
 
-def memory_of(rows: NDArray[np.intp], innovations: Array) -> Memory:
+def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregression:
     """The memory that `innovations` (n,) have in some rows, by Yule and Walker's equations; none where they are few."""
     own = innovations[rows]
     if len(own) < LEAST_ROWS:
-        return Memory(rows, np.zeros(0))
+        return Autoregression(rows, np.zeros(0))
     own = own - own.mean()
     products = np.array([float(own[lag:] @ own[: len(own) - lag]) for lag in range(ORDER + 1)])
     table = products[np.abs(np.subtract.outer(np.arange(ORDER), np.arange(ORDER)))]
-    return Memory(rows, np.asarray(np.linalg.solve(table, products[1:])))
+    return Autoregression(rows, np.asarray(np.linalg.solve(table, products[1:])))
 
 
 @dataclass(frozen=True)
-class Own:
+class AxisInnovations:
     """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has, with what
     these remember of those before."""
 
@@ -101,12 +101,12 @@ class Own:
     gain: Array
     error: Array
     std: Array
-    memories: tuple[Memory, ...]
+    memories: tuple[Autoregression, ...]
 
-    def freed(self, columns: Array) -> Array:
+    def prewhitened(self, columns: Array) -> Array:
         """Columns (rows, k) without what the rows remember, in place."""
         for memory in self.memories:
-            memory.freed(columns)
+            memory.prewhitened(columns)
         return columns
 
     @cached_property
@@ -124,7 +124,7 @@ class Own:
     def _answer(self, force: Array, off: Array) -> Array:
         axis = self.problem.axis
         return np.asarray(
-            _answers(self.table, axis.step, force, off, self.read, axis.state_read, self.gain, self.std)
+            _responses(self.table, axis.step, force, off, self.read, axis.state_read, self.gain, self.std)
         )
 
     def by_motion(self) -> Array:
@@ -143,14 +143,16 @@ class Own:
         """The same, freed, of forces (k, t) along a course."""
         time_s = self.problem.axis.time_s
         before = np.concatenate([time_s[:1], time_s[:-1]])
-        return self.freed(self.by_force(means_before(course.time_s, forces, before, time_s)))
+        return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
 
     def block(self, acts: Sequence[Act], course: Course) -> Block:
         """What each act would add to the axis's rows, but for those that add nothing."""
         dof = self.problem.axis.dof
         pushed = [k for k, act in enumerate(acts) if act.wrench is not None and np.any(act.wrench[:, dof])]
         offs = {
-            k: off for k, act in enumerate(acts) if (off := spoilt(self.problem, act, course)) is not None
+            k: off
+            for k, act in enumerate(acts)
+            if (off := reading_error(self.problem, act, course)) is not None
         }
         of = sorted({*pushed, *offs})
         place = {k: i for i, k in enumerate(of)}
@@ -159,13 +161,13 @@ class Own:
             forces = np.stack([wrench[:, dof] for k in pushed if (wrench := acts[k].wrench) is not None])
             values[:, [place[k] for k in pushed]] = self.by_course(course, forces)
         if offs:
-            values[:, [place[k] for k in offs]] += self.freed(
+            values[:, [place[k] for k in offs]] += self.prewhitened(
                 self.by_reading(np.column_stack([*offs.values()]))
             )
         return Block(np.array(of, dtype=np.intp), values)
 
 
-def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
+def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
     """By how much an act spoils the axis's readings (n,); None where by nothing."""
     axis = problem.axis
     wrong = act.velocity if axis.dof < 3 else act.gyro
@@ -182,7 +184,7 @@ def spoilt(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _answers(
+def _responses(
     table: Array,
     step: NDArray[np.int64],
     force: Array,

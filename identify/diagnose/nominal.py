@@ -20,9 +20,9 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.candidates import Cause
-from identify.diagnose.innovations import spoilt
-from identify.diagnose.predicted import course_of, expected, mean_before
-from identify.diagnose.regression import steady_pushes
+from identify.diagnose.innovations import reading_error
+from identify.diagnose.predicted import course_of, mean_before, predicted
+from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axes, Axis, build_axes
@@ -226,16 +226,16 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         replace(one, reading=one.axis.reading) if one.axis.dof in filtered else one
         for one in start.joint.problems
     )
-    joint, theta = _climbed(replace(start.joint, problems=problems), start.theta, built.motion, filtered)
+    joint, theta = _maximised(replace(start.joint, problems=problems), start.theta, built.motion, filtered)
     doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
-    course = course_of(dive, file, configuration, expected(joint, theta, motion), mass, damping)
+    course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
     seen = witnesses(dive, file, course)
     return Nominal(
         built,
         joint,
-        _unpushed(joint, theta),
+        _without_trims(joint, theta),
         motion,
         course,
         doubted,
@@ -277,26 +277,26 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
 def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:
     """The same dive less what the acts add to forces and readings, its parameters and noise levels found anew; from
     those of `near`, where these are nearer."""
-    problems = tuple(_without(problem, acts, nominal.course) for problem in nominal.joint.problems)
+    problems = tuple(_without_acts(problem, acts, nominal.course) for problem in nominal.joint.problems)
     joint = replace(nominal.joint, problems=problems)
-    joint, theta = _climbed(joint, (near or nominal).theta, nominal.motion, nominal.filtered)
+    joint, theta = _maximised(joint, (near or nominal).theta, nominal.motion, nominal.filtered)
     mass, damping = _coefficients(joint, theta)
     motion = _smoothed(joint, theta, nominal.motion)
-    at = expected(joint, theta, motion)
+    at = predicted(joint, theta, motion)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
-    theta = _unpushed(joint, theta)
+    theta = _without_trims(joint, theta)
     return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
 
 
-def _unpushed(joint: JointLikelihood, theta: Array) -> Array:
+def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
     """Without steady pushes: these are fitted, or else the disturbance would swell to make up for them, but they are no
     part of the nominal model."""
     out = theta.copy()
-    out[steady_pushes(joint)] = 0.0
+    out[steady_trims(joint)] = 0.0
     return out
 
 
-def _climbed(
+def _maximised(
     joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...]
 ) -> tuple[JointLikelihood, Array]:
     """Climbed with the Coriolis forces of ever better velocities.
@@ -314,14 +314,14 @@ def _climbed(
     return joint, climb(joint, theta, NEARLY, JointLikelihood.score).theta
 
 
-def _without(problem: AxisLikelihood, acts: Sequence[Act], course: Course) -> AxisLikelihood:
+def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course) -> AxisLikelihood:
     axis = problem.axis
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
     force, reading = axis.force.copy(), problem.reading.copy()
     for act in acts:
         if act.wrench is not None:
             force += mean_before(course.time_s, act.wrench[:, axis.dof], before, axis.time_s)[:, None]
-        off = spoilt(problem, act, course)
+        off = reading_error(problem, act, course)
         if off is not None:
             reading -= off
     return replace(problem, axis=replace(axis, force=force), reading=reading)

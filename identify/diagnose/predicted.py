@@ -33,7 +33,7 @@ APART_S = 1e-4
 
 
 @dataclass(frozen=True)
-class Expected:
+class Predicted:
     """nu, nu_dot (n, 6) at uniform times (n,), from readings before these."""
 
     time_s: Array
@@ -41,7 +41,7 @@ class Expected:
     nu_dot: Array
 
 
-def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
+def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted:
     """At the times of a motion, which stands for axes that are not fitted."""
     nu, nu_dot = motion.nu.copy(), np.gradient(motion.nu, motion.time_s, axis=0)
     step_s = float(motion.time_s[1] - motion.time_s[0])
@@ -60,7 +60,7 @@ def expected(joint: JointLikelihood, theta: Array, motion: Motion) -> Expected:
         rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
         nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
-    return Expected(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
+    return Predicted(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
 
 
 def _means(problem: AxisLikelihood, theta: Array) -> Array:
@@ -68,7 +68,9 @@ def _means(problem: AxisLikelihood, theta: Array) -> Array:
     table, force = problem.transition_table(theta), problem.mean_force(theta)
     error, _, gain = problem.run_filter(theta, table, force, np.inf)
     axis = problem.axis
-    means = _followed(table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial)
+    means = _filtered_means(
+        table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial
+    )
     return np.asarray(means, dtype=np.float64)
 
 
@@ -126,7 +128,7 @@ def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, 
 
 
 @njit(cache=True, nogil=True)
-def _followed(
+def _filtered_means(
     table: Array,
     step: NDArray[np.int64],
     force: Array,
@@ -154,7 +156,7 @@ def _followed(
 
 
 def course_of(
-    dive: Dive, file: VehicleFile, configuration: str, at: Expected, mass: Array, damping: Array
+    dive: Dive, file: VehicleFile, configuration: str, at: Predicted, mass: Array, damping: Array
 ) -> Course:
     """The course of what the filters expect; `mass`, `damping` (6,) are those of the nominal model.
 

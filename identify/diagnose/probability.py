@@ -5,7 +5,7 @@ a margin of some nats is worth less than that: the curve was set on drawn dives 
 calibrated on others `make bench` tells.
 """
 
-SURE, HALF_NATS = 0.98, 6.0
+MOST_PROBABLE, HALF_NATS = 0.98, 6.0
 """The most that any evidence comes to, and the margin at which it comes to half of it."""
 
 BESIDE_UNKNOWN = 0.5
@@ -18,4 +18,4 @@ LIKELY = 0.5
 def probability(margin_nats: float) -> float:
     """That a cause, or one that can't be told from it, is present."""
     margin = min(max(margin_nats, 0.0), 1e6)
-    return SURE * margin / (margin + HALF_NATS)
+    return MOST_PROBABLE * margin / (margin + HALF_NATS)

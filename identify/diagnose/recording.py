@@ -43,10 +43,10 @@ from identify.turning import turning_doubts
 Array = NDArray[np.float64]
 
 LEAST_S, LEAST_CHECK_S = 60.0, 20.0
-TELLING_S = 2 * FOLDS * PIECE_S
+ENOUGH_S = 2 * FOLDS * PIECE_S
 """A shorter dive is diagnosed, but each fold then holds out a piece or none."""
 
-TELLING_CHECK_S = 60.0
+ENOUGH_CHECK_S = 60.0
 """A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
 
 MOST_STILL = 0.5
@@ -81,7 +81,7 @@ NORMAL = 0.6745
 """Median of the sizes of normal values, in their standard deviation."""
 
 
-def _able(dive: Dive, least_s: float) -> None:
+def refuse_poor(dive: Dive, least_s: float) -> None:
     """Raises FitError where a recording holds too little to be diagnosed."""
     if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
         raise FitError(
@@ -103,7 +103,7 @@ def _able(dive: Dive, least_s: float) -> None:
         )
 
 
-def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
+def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     """The nominal fit of a dive of that vehicle. Raises FitError where it is another's, or none pushed."""
     try:
         refuse_unpushed(dive, file, configuration)
@@ -120,27 +120,27 @@ def _nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     return nominal
 
 
-def _short_dive(dive: Dive) -> tuple[str, ...]:
+def short_dive_note(dive: Dive) -> tuple[str, ...]:
     """That small causes can't be told from chance in a dive that holds too few pieces to hold out."""
-    if dive.duration_s >= TELLING_S:
+    if dive.duration_s >= ENOUGH_S:
         return ()
     return (
         f"The dive lasts {math.floor(dive.duration_s)} s: with so few pieces of {PIECE_S:.0f} s to hold out, a small "
-        f"cause can hardly be told from chance; dive {TELLING_S:.0f} s or more.",
+        f"cause can hardly be told from chance; dive {ENOUGH_S:.0f} s or more.",
     )
 
 
-def _short(check: Dive | None) -> tuple[str, ...]:
+def short_check_note(check: Dive | None) -> tuple[str, ...]:
     """That a check dive can't tell, where it can't."""
-    if check is None or check.duration_s >= TELLING_CHECK_S:
+    if check is None or check.duration_s >= ENOUGH_CHECK_S:
         return ()
     return (
         f"The check dive lasts {math.floor(check.duration_s)} s, too short to tell how far the gap shrinks; dive "
-        f"{TELLING_CHECK_S:.0f} s or more to check on.",
+        f"{ENOUGH_CHECK_S:.0f} s or more to check on.",
     )
 
 
-def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
+def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
     doubted = [
         f"In {DOFS[dof]} the controller used a reading that was not recorded: what its thrust did there is left out "
         "of the evidence."
@@ -149,7 +149,7 @@ def _notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
 
 
-def _unjudged(nominal: Nominal) -> tuple[str, ...]:
+def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
     """Which degrees of freedom that thrust pushes were not looked at, and why: a verdict does not hold there."""
     why = nominal.built.missing
     return tuple(f"{DOFS[dof].capitalize()} was not judged: {why[dof]}." for dof in PUSHED if dof in why)
@@ -233,7 +233,7 @@ def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
     return (replace(dive, velocity=Signal(dive.velocity.time_s, value)) if found else dive), tuple(found)
 
 
-def spikes_said(found: Sequence[Spikes], name: str = "") -> str:
+def spikes_sentence(found: Sequence[Spikes], name: str = "") -> str:
     """In a sentence, how many were left out. name: of the dive, where there is another."""
     told = ", ".join(f"{one.count} in {DOFS[one.dof]} ({100 * one.share:.2g} %)" for one in found)
     return (

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.evidence import Block, Blocks
-from identify.diagnose.innovations import Own, memory_of
-from identify.diagnose.witnesses import Weighed, Witness, weighed
+from identify.diagnose.innovations import AxisInnovations, autoregression_of
+from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 
@@ -29,12 +29,12 @@ PIECE_S = 20.0
 LEVELLED = (3, 4)
 """Roll and pitch."""
 
-FOLLOWED_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
+THRUST_DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 """How much later a thrust that follows a disturbance unseen is allowed to show."""
 
 
 @dataclass(frozen=True)
-class Whitened:
+class Regression:
     """The regression of a fit: rows of all its axes, one after another.
 
     value (rows,): innovations over their standard deviations. nominal (rows, m): what a rise of each of the nominal
@@ -42,29 +42,31 @@ class Whitened:
     which piece of the dive a row lies; dof (rows,), -1 for those of the witnesses `beside` the axes, which come last.
     """
 
-    own: tuple[Own, ...]
+    axes: tuple[AxisInnovations, ...]
     value: Array
     nominal: Array
     nominal_precision: Array
     piece: NDArray[np.intp]
     dof: NDArray[np.intp]
-    beside: tuple[Weighed, ...] = ()
+    witnesses: tuple[WeighedWitness, ...] = ()
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
         """What each act would add to `value`: a block for each axis and each witness."""
-        axes = [own.block(acts, course) for own in self.own]
-        return Blocks((*axes, *(_of_witness(one, acts, course) for one in self.beside)), len(acts))
+        axes = [own.block(acts, course) for own in self.axes]
+        return Blocks((*axes, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
         """The same, (rows, acts)."""
         return self.blocks(acts, course).dense()
 
-    def with_witnesses(self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course) -> "Whitened":
+    def with_witnesses(
+        self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course
+    ) -> "Regression":
         """With the rows of witnesses, weighed by what the acts leave of them."""
-        beside = tuple(weighed(one, acts, course) for one in witnesses)
+        beside = tuple(weighed_witness(one, acts, course) for one in witnesses)
         if not beside:
             return self
-        began_s = min(float(own.problem.axis.time_s[0]) for own in self.own)
+        began_s = min(float(own.problem.axis.time_s[0]) for own in self.axes)
         known = block_diag(
             [np.zeros((len(self.value), 0)), *(one.whitened(one.witness.known) for one in beside)]
         )
@@ -72,7 +74,7 @@ class Whitened:
         late = [np.minimum((one.witness.time_s - began_s) / PIECE_S, self.piece.max()) for one in beside]
         piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
         # What the acts explain is told as all else is: put back by who asks for it.
-        left = [one.whitened(_left(one.witness, acts, course)[:, None])[:, 0] for one in beside]
+        left = [one.whitened(_witness_residual(one.witness, acts, course)[:, None])[:, 0] for one in beside]
         return replace(
             self,
             value=np.concatenate([self.value, *left]),
@@ -82,16 +84,16 @@ class Whitened:
             ),
             piece=piece,
             dof=np.concatenate([self.dof, np.full(len(piece) - len(self.piece), -1, dtype=np.intp)]),
-            beside=beside,
+            witnesses=beside,
         )
 
 
-def _left(witness: Witness, acts: Sequence[Act], course: Course) -> Array:
+def _witness_residual(witness: Witness, acts: Sequence[Act], course: Course) -> Array:
     seen = [part for act in acts if (part := witness.of(act, course)) is not None]
     return np.asarray(witness.off - sum(seen, np.zeros(len(witness.off))))
 
 
-def _of_witness(one: Weighed, acts: Sequence[Act], course: Course) -> Block:
+def _witness_block(one: WeighedWitness, acts: Sequence[Act], course: Course) -> Block:
     seen = {k: part for k, act in enumerate(acts) if (part := one.witness.of(act, course)) is not None}
     values = np.array([*seen.values()]).reshape(len(seen), len(one.std)).T
     return Block(np.array([*seen], dtype=np.intp), one.whitened(values))
@@ -107,7 +109,7 @@ def block_diag(blocks: Sequence[Array]) -> Array:
     return out
 
 
-def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Whitened:
+def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Regression:
     """The regression at the maximum `theta` of a joint fit.
 
     In a `doubted` degree of freedom the controller used a reading that was not recorded: its thrust then follows the
@@ -116,7 +118,7 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
     problems = joint.at(theta)
     masses = joint.mass_places
     owns, values, pieces, dofs = [], [], [], []
-    kept = np.array(sorted({*masses, *of_the_mean(joint)}))
+    kept = np.array(sorted({*masses, *mean_places(joint)}))
     columns = []
     began_s = min(float(problem.axis.time_s[0]) for problem in problems)
     all_dofs = [problem.axis.dof for problem in problems]
@@ -128,25 +130,26 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
         std = np.sqrt(variance[read])
         channel = axis.channel[read]
         memories = tuple(
-            memory_of(np.flatnonzero(channel == k), error[read] / std) for k in range(len(axis.channels))
+            autoregression_of(np.flatnonzero(channel == k), error[read] / std)
+            for k in range(len(axis.channels))
         )
-        own = Own(problem, own_theta, table, gain, error[read], std, memories)
+        own = AxisInnovations(problem, own_theta, table, gain, error[read], std, memories)
         forces = np.column_stack([problem.shapes, axis.coriolis[:, all_dofs] * problem.masses[all_dofs]])
         # A force that the model has takes out what the same force adds where it is unknown.
-        by_theta = own.freed(np.hstack([own.by_motion(), -own.by_force(forces)]))
+        by_theta = own.prewhitened(np.hstack([own.by_motion(), -own.by_force(forces)]))
         of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))
         for at, column in zip((*of, *masses), by_theta.T, strict=True):
             rows[:, kept == at] += column[:, None]
         owns.append(own)
-        values.append(own.freed((own.error / own.std)[:, None])[:, 0])
+        values.append(own.prewhitened((own.error / own.std)[:, None])[:, 0])
         columns.append(rows)
         pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
         dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
     dof = np.concatenate(dofs)
-    unseen = [_unseen(own, dof) for own in owns if own.problem.axis.dof in doubted]
+    unseen = [_feedback_columns(own, dof) for own in owns if own.problem.axis.dof in doubted]
     nominal = np.hstack([np.vstack(columns), *unseen])
-    return Whitened(
+    return Regression(
         tuple(owns),
         np.concatenate(values),
         nominal,
@@ -156,10 +159,10 @@ def whitened(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Wh
     )
 
 
-def of_the_mean(joint: JointLikelihood) -> list[int]:
+def mean_places(joint: JointLikelihood) -> list[int]:
     """The places in theta of what moves the innovations' mean: masses, dampings, masses of one axis alone, and the
     trims that are nobody's evidence."""
-    pushes = steady_pushes(joint)
+    pushes = steady_trims(joint)
     return [
         at
         for one, place in zip(joint.problems, joint.places, strict=True)
@@ -168,7 +171,7 @@ def of_the_mean(joint: JointLikelihood) -> list[int]:
     ]
 
 
-def steady_pushes(joint: JointLikelihood) -> list[int]:
+def steady_trims(joint: JointLikelihood) -> list[int]:
     """The places in theta of the trims that a nominal model has none of: it has the vehicle file's net buoyancy, and
     what else pushes steadily is a cause to be found. In roll and pitch a sensor that is not level makes one."""
     return [
@@ -178,16 +181,16 @@ def steady_pushes(joint: JointLikelihood) -> list[int]:
     ]
 
 
-def _unseen(own: Own, dof: NDArray[np.intp]) -> Array:
+def _feedback_columns(own: AxisInnovations, dof: NDArray[np.intp]) -> Array:
     """The columns (rows, k) of an axis's thrust, each k so much later."""
-    out = np.zeros((len(dof), len(FOLLOWED_S)))
-    out[dof == own.problem.axis.dof] = followed(own)
+    out = np.zeros((len(dof), len(THRUST_DELAYS_S)))
+    out[dof == own.problem.axis.dof] = delayed_thrust(own)
     return out
 
 
-def followed(own: Own) -> Array:
+def delayed_thrust(own: AxisInnovations) -> Array:
     """What an axis's own thrust adds to its rows, (own rows, k), each k so much later."""
     axis = own.problem.axis
     force = axis.force.mean(axis=1)
-    late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in FOLLOWED_S]
+    late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in THRUST_DELAYS_S]
     return own.by_force(np.column_stack(late))

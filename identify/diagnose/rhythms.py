@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from identify.diagnose.evidence import FOLDS
-from identify.diagnose.innovations import Own
+from identify.diagnose.innovations import AxisInnovations
 from identify.diagnose.regression import PIECE_S
 from identify.estimators.innovations import INCREMENT, VELOCITY
 
@@ -115,9 +115,9 @@ def clocks(course: Course) -> Iterator[Clock]:
             yield Clock("way", way, WAVES_M, size)
 
 
-def clusters(own: Own, left: Array, course: Course) -> list[Cluster]:
+def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[Cluster]:
     """What stands out most of the rows `left` (rows,) of one axis: each line alone, and with those beside it."""
-    score, time_s = scores(own, left), own.problem.axis.time_s
+    score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
     middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
     found = [one for clock in clocks(course) for one in _peaks(clock, score, middle, course.time_s)]
@@ -203,11 +203,11 @@ class Burst:
         return np.asarray(pushes[np.minimum(place, len(pushes) - 1)])
 
 
-def bursts(left: Mapping[int, tuple[Own, Array]], time_s: Array) -> Iterator[Burst]:
+def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> Iterator[Burst]:
     """The likeliest of every length, in what each axis (by degree of freedom) leaves of its rows."""
     clipped = {
-        dof: (own.problem.axis.time_s, scores(own, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
-        for dof, (own, rows) in left.items()
+        dof: (innovations.problem.axis.time_s, scores(innovations, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
+        for dof, (innovations, rows) in left.items()
     }
     whole_s = float(time_s[-1] - time_s[0])
     for long_s in BLOWS_S:
@@ -297,14 +297,23 @@ def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
     return share, quiet, loud
 
 
-def scores(own: Own, left: Array) -> Array:
+def scores(innovations: AxisInnovations, left: Array) -> Array:
     """(n,): of the mean force in every step of an axis, how much one newton of it goes with rows `left` (rows,)."""
     freed = left.copy()
-    for memory in own.memories:
+    for memory in innovations.memories:
         for lag, share in enumerate(memory.by_lag.tolist(), 1):
             freed[memory.rows[:-lag]] -= share * left[memory.rows[lag:]]
-    axis = own.problem.axis
-    return np.asarray(_backwards(own.table, axis.step, freed / own.std, own.read, axis.state_read, own.gain))
+    axis = innovations.problem.axis
+    return np.asarray(
+        _backwards(
+            innovations.table,
+            axis.step,
+            freed / innovations.std,
+            innovations.read,
+            axis.state_read,
+            innovations.gain,
+        )
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -316,7 +325,7 @@ def _backwards(
     state_read: NDArray[np.int64],
     gain: Array,
 ) -> Array:
-    """The transpose of `own._answers`, for one column of rows."""
+    """The transpose of `innovations._responses`, for one column of rows."""
     out = np.zeros(step.shape[0])
     y0, y1, y2 = 0.0, 0.0, 0.0
     row = left.shape[0] - 1

@@ -11,7 +11,7 @@ from identify.diagnose.candidates import Cause, Setting
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.seas import SEAS, seas_of
-from identify.diagnose.weighing import Beside, Fitted, Ground, Rest, ground_of
+from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder, Weighing, weighing_of
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ the axes and at the times at which it acts. Where other forms of it save little,
 NEXT_TO_NONE = 0.5
 """Nats of a form's rest that are not worth another look: half of what one parameter more saves by chance."""
 
-LEAST_FELT = 3.0
+LEAST_MOTION_NATS = 3.0
 """Nats that a cause must save, in sample, where the vehicle moves: odds of twenty to one. Shaft speeds tell which cause
 it is and how large, but one that the motion says nothing of is the telemetry's."""
 
@@ -53,7 +53,7 @@ class Explanation:
     """What the search came to: causes fitted on the last ground, the filters without them."""
 
     fit: Fitted
-    ground: Ground
+    weighing: Weighing
     now: Nominal
 
     @property
@@ -65,13 +65,13 @@ def explain(
     nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
 ) -> Explanation:
     """The causes of a dive's gap among the effects of a library that a refit of the nominal model leaves to be seen."""
-    at = _grounds(library)
-    ground = at(nominal, ())
-    fit = ground.fitted(())
+    at = _weighing_maker(library)
+    weighing = at(nominal, ())
+    fit = weighing.fitted(())
     been: list[tuple[str, ...]] = []
     for turn in range(MOST_TURNS):
         progress((turn + 0.5) / (MOST_TURNS + 1), "weighing the candidates")
-        better = improved(ground, fit)
+        better = improved(weighing, fit)
         if better.at == fit.at and _labels(better) == _labels(fit):
             break
         again = _labels(better) in been
@@ -80,42 +80,42 @@ def explain(
             break
         been.append(_labels(fit))
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
-        ground, fit = _settled(nominal, ground, better, at)
+        weighing, fit = _settled(nominal, weighing, better, at)
         if again:
             break
-    return Explanation(fit, ground, ground.now)
+    return Explanation(fit, weighing, weighing.now)
 
 
 def _settled(
-    nominal: Nominal, ground: Ground, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Ground]
-) -> tuple[Ground, Fitted]:
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
     """Causes that were found on one ground, on one of their own: their values and its noise levels in turns until these
     agree, which is far quicker than to weigh all others each time."""
     for _ in range(MOST_REFITS):
-        now = refitted(nominal, [cause.act(ground.now.course) for cause in fit.causes], ground.now)
-        ground, before = at(now, fit.causes), fit
-        fit = ground.fitted(before.causes)
+        now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
+        weighing, before = at(now, fit.causes), fit
+        fit = weighing.fitted(before.causes)
         if _same(fit, before):
             break
-    return ground, fit
+    return weighing, fit
 
 
 def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect]) -> Explanation:
     """These causes, each as large as the dive says, on a ground of their own; nominal: the filters without any."""
     now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
-    ground = _grounds(library)(now, causes)
-    return Explanation(ground.fitted(tuple(causes)), ground, now)
+    weighing = _weighing_maker(library)(now, causes)
+    return Explanation(weighing.fitted(tuple(causes)), weighing, now)
 
 
-def _grounds(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Ground]:
+def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Weighing]:
     """Where the candidates of a library are weighed, given filters and causes; the seas among them are the dive's."""
     able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
     seas = {effect.name for effect in able} & SEAS
     able = tuple(effect for effect in able if effect.name not in SEAS)
 
-    def at(now: Nominal, causes: Sequence[Cause]) -> Ground:
+    def at(now: Nominal, causes: Sequence[Cause]) -> Weighing:
         found = [cause.effect for cause in causes if cause.effect.name in SEAS]
-        return ground_of(now, (*able, *found, *(effect for effect in seas_of(now) if effect.name in seas)))
+        return weighing_of(now, (*able, *found, *(effect for effect in seas_of(now) if effect.name in seas)))
 
     return at
 
@@ -133,85 +133,93 @@ def _same(one: Fitted, other: Fitted) -> bool:
     return bool(np.all(np.abs(moved) < SETTLED * std))
 
 
-def improved(ground: Ground, fit: Fitted) -> Fitted:
+def improved(weighing: Weighing, fit: Fitted) -> Fitted:
     """Without what is not needed, with better ones in place of others, and with at most one more."""
-    fit = swapped(ground, pruned(ground, fit))
-    return with_one_more(ground, fit) if len(fit.causes) < MOST_CAUSES else fit
+    fit = swapped(weighing, pruned(weighing, fit))
+    return with_one_more(weighing, fit) if len(fit.causes) < MOST_CAUSES else fit
 
 
-def pruned(ground: Ground, fit: Fitted) -> Fitted:
+def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
     """Without causes that other forms of the rest would do as well as."""
     for k in range(len(fit.causes) - 1, -1, -1):
         if len(fit.causes) > 1:
-            others = ground.fitted(_without(fit.causes, k))
-            rest = Rest(ground, others)
-            tried = candidates(ground.beyond(others), others)
+            others = weighing.fitted(_without(fit.causes, k))
+            remainder = FormRemainder(weighing, others)
+            tried = ranked_candidates(weighing.candidates_beyond_forms(others), others)
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
-            if max(own, default=0.0) < least(rest, fit.causes[k]) or not _felt(fit, others, fit.causes[k]):
+            if max(own, default=0.0) < required_gain(remainder, fit.causes[k]) or not _shows_in_motion(
+                fit, others, fit.causes[k]
+            ):
                 fit = others
-        elif fit.gain < _alone(fit.causes[0]) or not _felt(fit, ground.fitted(()), fit.causes[0]):
-            fit = ground.fitted(())
+        elif fit.gain < _least_gain(fit.causes[0]) or not _shows_in_motion(
+            fit, weighing.fitted(()), fit.causes[0]
+        ):
+            fit = weighing.fitted(())
     return fit
 
 
-def swapped(ground: Ground, fit: Fitted) -> Fitted:
-    """Each cause for another that does better beside the rest."""
+def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
+    """Each cause for another that does better beside the others."""
     for k in range(len(fit.causes)):
         if k >= len(fit.causes):
             break
-        others = ground.fitted(_without(fit.causes, k))
+        others = weighing.fitted(_without(fit.causes, k))
         mine = fit.causes[k].effect.label
         tried = [
-            cause for _, _, cause in candidates(ground.beside(others), others) if cause.effect.label != mine
+            cause
+            for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
+            if cause.effect.label != mine
         ]
-        best = _best(ground, others, tried)
+        best = _best(weighing, others, tried)
         if best is not None:
-            handicap = max(_alone(best.causes[-1]) - _alone(fit.causes[k]), 0.0)
+            handicap = max(_least_gain(best.causes[-1]) - _least_gain(fit.causes[k]), 0.0)
             if best.gain > fit.gain + handicap + LEAST_SWAP:
                 fit = best
     return fit
 
 
-def with_one_more(ground: Ground, fit: Fitted) -> Fitted:
+def with_one_more(weighing: Weighing, fit: Fitted) -> Fitted:
     """With the best of the causes that no form of those there are makes up for."""
-    rest = Rest(ground, fit)
+    remainder = FormRemainder(weighing, fit)
     tried = [
         cause
-        for gain, sigma, cause in candidates(ground.beyond(fit), fit)
-        if gain > _alone(cause) and sigma > LEAST_SIGMA and gain > least(rest, cause)
+        for gain, sigma, cause in ranked_candidates(weighing.candidates_beyond_forms(fit), fit)
+        if gain > _least_gain(cause) and sigma > LEAST_SIGMA and gain > required_gain(remainder, cause)
     ]
-    best = _best(ground, fit, tried)
-    return best if best is not None and best.gain > fit.gain + least(rest, best.causes[-1]) else fit
+    best = _best(weighing, fit, tried)
+    return (
+        best if best is not None and best.gain > fit.gain + required_gain(remainder, best.causes[-1]) else fit
+    )
 
 
-def least(rest: Rest, cause: Cause) -> float:
+def required_gain(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that one more cause must save: by chance, and by what the forms of those before it leave."""
-    return _alone(cause) + left_to(rest, cause)
+    return _least_gain(cause) + remainder_nats(remainder, cause)
 
 
-def left_to(rest: Rest, cause: Cause) -> float:
+def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that a further cause may save by what the forms of those before it leave."""
-    if cause.effect.name in WITNESSED or not rest.fit.causes:
+    if cause.effect.name in WITNESSED or not remainder.fit.causes:
         return 0.0
-    share = LEAST_SHARE * min(rest.met(cause), rest.fit.felt)
-    return min(share, rest.seen(cause)) if share > NEXT_TO_NONE else share
+    share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
+    return min(share, remainder.saved_overlap(cause)) if share > NEXT_TO_NONE else share
 
 
-def _alone(cause: Cause) -> float:
+def _least_gain(cause: Cause) -> float:
     return LEAST_SEA_GAIN if cause.effect.name in SEAS else LEAST_GAIN
 
 
-def _felt(fit: Fitted, others: Fitted, cause: Cause) -> bool:
+def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
     """Whether the motion speaks for a cause that a fit has beside those of others."""
-    return cause.effect.name in WITNESSED or fit.felt - others.felt > LEAST_FELT
+    return cause.effect.name in WITNESSED or fit.motion_nats - others.motion_nats > LEAST_MOTION_NATS
 
 
-def _best(ground: Ground, others: Fitted, tried: Sequence[Cause]) -> Fitted | None:
-    fits = [ground.fitted((*others.causes, cause)) for cause in tried[:LOOKED_AT]]
+def _best(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> Fitted | None:
+    fits = [weighing.fitted((*others.causes, cause)) for cause in tried[:LOOKED_AT]]
     fits = [one for one in fits if len(one.causes) == len(others.causes) + 1 and one.causes[-1].shows]
-    fits = [one for one in fits if _felt(one, others, one.causes[-1])]
+    fits = [one for one in fits if _shows_in_motion(one, others, one.causes[-1])]
     return max(fits, key=lambda one: one.gain, default=None)
 
 
@@ -219,7 +227,9 @@ def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:
     return (*causes[:k], *causes[k + 1 :])
 
 
-def candidates(beside: Beside, fit: Fitted, most: int = WEIGHED) -> list[tuple[float, float, Cause]]:
+def ranked_candidates(
+    beside: CandidateEquations, fit: Fitted, most: int = WEIGHED
+) -> list[tuple[float, float, Cause]]:
     """Gain, gain over its standard error, and cause, of the best setting of each candidate, best first.
 
     So many settings at most, those that fit best in sample, are weighed.
@@ -227,9 +237,9 @@ def candidates(beside: Beside, fit: Fitted, most: int = WEIGHED) -> list[tuple[f
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
     able = [one for one in beside.settings if (one.effect.name, one.effect.number) not in taken]
-    able.sort(key=lambda setting: -beside.sums.fitted(setting.columns))
+    able.sort(key=lambda setting: -beside.equations.fitted(setting.columns))
     for setting in able[:most]:
-        evidence, columns = weighed(beside, setting)
+        evidence, columns = weighed_setting(beside, setting)
         cause = _cause(setting, columns, evidence.size)
         if not cause.shows:
             continue
@@ -238,17 +248,17 @@ def candidates(beside: Beside, fit: Fitted, most: int = WEIGHED) -> list[tuple[f
     return sorted(best.values(), key=lambda one: -one[0])
 
 
-def weighed(beside: Beside, setting: Setting) -> tuple[Evidence, tuple[int, ...]]:
+def weighed_setting(beside: CandidateEquations, setting: Setting) -> tuple[Evidence, tuple[int, ...]]:
     """A setting less those of its columns that say nothing."""
     columns = list(setting.columns)
-    evidence = beside.sums.evidence(columns)
+    evidence = beside.equations.evidence(columns)
     while len(columns) > 1:
         z = np.abs(evidence.size) / np.sqrt(np.maximum(np.diag(evidence.covariance), 1e-30))
         kept = [column for column, far in zip(columns, z.tolist(), strict=True) if far > LEAST_Z]
         if len(kept) == len(columns):
             break
         columns = kept or [columns[int(np.argmax(z))]]
-        evidence = beside.sums.evidence(columns)
+        evidence = beside.equations.evidence(columns)
     return evidence, tuple(columns)
 
 

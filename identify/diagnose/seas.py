@@ -28,7 +28,7 @@ LEAST_OVER = 4.0
 """So many times what stands around a further line must hold."""
 
 
-def periodic(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
+def sea_effects(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
     """The effect of `sea` with the strongest line of a band of periods, and with all that stand out beside it."""
     lines = _lines(_spectrum(now), band_s)
     return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if lines)
@@ -36,10 +36,10 @@ def periodic(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, floa
 
 def seas_of(now: Nominal) -> tuple[Effect, ...]:
     """The waves and the varying currents that a dive may hold, by the periods of what its causes leave."""
-    return (*periodic(now, varying_current, CURRENTS_S), *periodic(now, waves, WAVES_S))
+    return (*sea_effects(now, varying_current, CURRENTS_S), *sea_effects(now, waves, WAVES_S))
 
 
-def ends_of(period_s: float, duration_s: float) -> tuple[float, float]:
+def period_interval(period_s: float, duration_s: float) -> tuple[float, float]:
     """Between which periods one lies that was read off a dive of that length: a spectrum has a rate for each whole
     number of turns in it, and the nearest of these to a line is half a turn off at the most."""
     half = 0.5 / duration_s

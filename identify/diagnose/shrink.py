@@ -22,17 +22,17 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.regression import PIECE_S, Whitened, of_the_mean, whitened
+from identify.diagnose.regression import PIECE_S, Regression, mean_places, regression_of
 from identify.diagnose.result import Prediction, Shrink
 from identify.diagnose.search import Explanation
 from identify.diagnose.seas import SEAS
 from identify.diagnose.simulation import (
-    Flown,
+    Simulation,
     coefficients,
-    flown,
     logarithms,
+    simulation_of,
     slope_of,
-    spoilt_by,
+    velocity_error_of,
     wrench_of,
 )
 from identify.estimators.likelihood_axis import DAMPING, MASS
@@ -103,7 +103,7 @@ class Windows:
         return Shrink(before, after, value, low, high, floor)
 
 
-def overstated(told: Shrink) -> tuple[str, ...]:
+def overstated_note(told: Shrink) -> tuple[str, ...]:
     """In a sentence, that a drift lies further below its floor than chance lets it; nothing where it does not."""
     if not _overstated(told.after, told.floor):
         return ()
@@ -149,18 +149,22 @@ def _value(before: float, after: float, floor: float) -> float:
     return (before - max(after, floor)) / (before - floor)
 
 
-def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
+def held_out_shrink(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
     """The prediction for a further dive: every piece by models whose parameters were fitted on the others.
 
     They are one step of Gauss and Newton away from those of the whole dive. floor (6,): of the 5 s drift. To both
     models the seas of this dive are known: to a further one they are noise.
     """
-    ground, fit = found.ground, found.fit
+    weighing, fit = found.weighing, found.fit
     course, nu, causes = found.now.course, found.now.motion.nu, found.causes
-    own = Taught(ground.rows, found.now, fit.slopes, fit.value)
-    plain_rows = whitened(nominal.joint, nominal.theta, nominal.doubted)
-    plain = Taught(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
-    slope, whole, wrong = slope_of(causes, course), wrench_of(causes, course), spoilt_by(causes, course)
+    own = HeldOutFit(weighing.rows, found.now, fit.slopes, fit.value)
+    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.doubted)
+    plain = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
+    slope, whole, wrong = (
+        slope_of(causes, course),
+        wrench_of(causes, course),
+        velocity_error_of(causes, course),
+    )
     seas = whole - wrench_of(without_seas(causes), course)
     squares: list[tuple[Array, Array, NDArray[np.intp]]] = []
     for fold in range(FOLDS):
@@ -169,8 +173,8 @@ def held_out(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.
         for (k, p), by in zip(fit.at, step.tolist(), strict=True):
             moved[k] = moved[k].moved(p, by)
         more = wrench_of(moved, course) - whole
-        after = flown(found.now, theta, nu, more, slope)
-        before = flown(nominal, plain.without(fold)[0], nu + wrong, seas)
+        after = simulation_of(found.now, theta, nu, more, slope)
+        before = simulation_of(nominal, plain.without(fold)[0], nu + wrong, seas)
         starts, piece = held_windows(after, fold)
         squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
     return Windows(*(np.concatenate(one) for one in zip(*squares, strict=True))).shrink(rng)
@@ -181,7 +185,7 @@ def without_seas(causes: Sequence[Cause]) -> list[Cause]:
     return [cause for cause in causes if cause.effect.name not in SEAS]
 
 
-def unforeseen(causes: Sequence[Cause]) -> tuple[str, ...]:
+def seas_note(causes: Sequence[Cause]) -> tuple[str, ...]:
     """In a sentence, that a shrink is told without seas; nothing where there are none."""
     if len(without_seas(causes)) == len(causes):
         return ()
@@ -192,10 +196,10 @@ def unforeseen(causes: Sequence[Cause]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Taught:
+class HeldOutFit:
     """A regression's equations by piece, at a fit: what it would be without some of them."""
 
-    rows: Whitened
+    rows: Regression
     model: Nominal
     slopes: Array
     value: Array
@@ -219,7 +223,7 @@ class Taught:
         it by their noise: as much as is SCARCE speaks for what it is.
         """
         joint, theta = self.model.joint, self.model.theta
-        kept = sorted({*joint.mass_places, *of_the_mean(joint)})
+        kept = sorted({*joint.mass_places, *mean_places(joint)})
         taught = self._products.sum(axis=0) - self._products[fold]
         scarce = SCARCE * np.diag(self._products.sum(axis=0))[:-1]
         precision = scarce + np.concatenate([self.rows.nominal_precision, np.zeros(self.slopes.shape[1])])
@@ -239,7 +243,7 @@ def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Ar
     return out
 
 
-def held_windows(model: Flown, fold: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
+def held_windows(model: Simulation, fold: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
     """Starts (w,) of the windows that lie whole in the pieces of a fold, a second apart, and their pieces."""
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length - 1, max(round(1.0 / model.step_s), 1))
@@ -248,7 +252,7 @@ def held_windows(model: Flown, fold: int) -> tuple[NDArray[np.int64], NDArray[np
     return starts[inside], piece[starts[inside]]
 
 
-def squared(model: Flown, starts: NDArray[np.int64], floor: Array) -> Array:
+def squared(model: Simulation, starts: NDArray[np.int64], floor: Array) -> Array:
     """(w, 6) squares of the 5 s drift, in floors; NaN in axes that are not fitted."""
     off = model.off(starts, [round(HORIZON_S / model.step_s)], np.zeros_like(model.nu))[:, 0]
     return np.asarray((off / floor) ** 2)
@@ -295,8 +299,8 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
         if damping[dof] > 0:
             theta[[place.start + MASS, at]] = np.log(mass[dof])
             theta[place.start + DAMPING] = np.log(damping[dof])
-    rows = whitened(joint, theta, model.doubted)
-    kept = sorted({*joint.mass_places, *of_the_mean(joint)})
+    rows = regression_of(joint, theta, model.doubted)
+    kept = sorted({*joint.mass_places, *mean_places(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]
     columns = -rows.nominal[:, [kept.index(at) for at in trims]]
     known = joint.prior_precision[trims]
@@ -317,9 +321,9 @@ def predict(
     course = replace(check.course, mass=mass, damping=damping)
     causes = without_seas(found.causes)
     own = refitted(check, [cause.act(course) for cause in causes])
-    nu, wrong = own.motion.nu, spoilt_by(causes, course)
-    after = flown(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
-    before = flown(check, with_coefficients(check, nominal), nu + wrong)
+    nu, wrong = own.motion.nu, velocity_error_of(causes, course)
+    after = simulation_of(own, with_coefficients(own, found.now), nu, slope=slope_of(causes, course))
+    before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
     floor = floors_of(own, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
     starts = np.arange(0, len(after.time_s) - length - 1, length)

@@ -145,7 +145,7 @@ def _rate(
 
 
 @dataclass(frozen=True)
-class Flown:
+class Simulation:
     """A model along a recorded motion at uniform times (n,), body axes, SI units.
 
     dofs: those that are fitted; the others follow what was recorded. mass, damping, stiffness (6,). nu, nu_dot (n, 6):
@@ -167,7 +167,7 @@ class Flown:
     def step_s(self) -> float:
         return float(self.time_s[1] - self.time_s[0])
 
-    def less(self, wrench: Array) -> "Flown":
+    def less(self, wrench: Array) -> "Simulation":
         """The same where so much (n, 6) pushes beside what the model knows of."""
         return replace(self, lacking=self.lacking - wrench)
 
@@ -183,13 +183,13 @@ class Flown:
         return np.asarray(out)
 
 
-def flown(
+def simulation_of(
     model: Nominal,
     theta: Array,
     nu: Array,
     wrench: Array | None = None,
     slope: Array | None = None,
-) -> Flown:
+) -> Simulation:
     """A fit's equations at `theta` beside a velocity nu (n, 6) at the times of its course.
 
     wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes' but those that the model
@@ -208,7 +208,7 @@ def flown(
     still = slope_of(model.holds, course)[grid]
     if slope is not None:
         still = still + slope[grid]
-    return Flown(
+    return Simulation(
         course.time_s[grid], dofs, mass, damping, stiffness, nu[grid], nu_dot[grid], lacking[grid], still
     )
 
@@ -241,7 +241,7 @@ def summed(acts: Sequence[Act], course: Course) -> Array:
     return total
 
 
-def spoilt_by(causes: Sequence[Cause], course: Course) -> Array:
+def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
     """(n, 6): by how much causes spoil the readings of velocities and rates."""
     total = np.zeros_like(course.nu)
     for cause in causes:
@@ -253,7 +253,7 @@ def spoilt_by(causes: Sequence[Cause], course: Course) -> Array:
     return total
 
 
-def felt_by(causes: Sequence[Cause], course: Course) -> Array:
+def specific_force_of(causes: Sequence[Cause], course: Course) -> Array:
     """(n, 3): what causes add to the accelerometer's reading beyond what it feels, m/s2."""
     total = np.zeros((len(course.time_s), 3))
     for cause in causes:
@@ -284,7 +284,9 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         force[:, axis.dof] = between(time_s, axis.time_s, axis.step_s, axis.force.mean(axis=1) + shapes)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
-            angle = quiet(time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof])
+            angle = smoothed_angle(
+                time_s, axis.time_s[placed], problem.reading[placed], model.motion.nu[:, axis.dof]
+            )
             force[:, axis.dof] -= axis.stiffness * angle
             stiffness[axis.dof] = axis.stiffness
     return force, stiffness
@@ -299,7 +301,7 @@ def between(time_s: Array, end_s: Array, step_s: Array, force: Array) -> Array:
     return np.asarray(np.interp(time_s, (end_s - 0.5 * step_s)[lasts], force[lasts]))
 
 
-def quiet(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
+def smoothed_angle(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
     """An angle (n,) with the noise of its readings meant out: what it is beside the integral of its rate changes
     slowly."""
     step_s = float(time_s[1] - time_s[0])

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course, lagged
 from bridge.effects.effect import Act
-from identify.diagnose.candidates import able_forms, kin
-from identify.diagnose.evidence import Sums, inverse, sums_of
-from identify.diagnose.innovations import Own
+from identify.diagnose.candidates import companions, possible_forms
+from identify.diagnose.evidence import NormalEquations, equations_of, inverse
+from identify.diagnose.innovations import AxisInnovations
 from identify.diagnose.nominal import refitted
-from identify.diagnose.regression import LEVELLED, followed
+from identify.diagnose.regression import LEVELLED, delayed_thrust
 from identify.diagnose.rhythms import bursts, clusters
 from identify.diagnose.seas import SEAS
-from identify.diagnose.weighing import Fitted, Ground, ground_of
+from identify.diagnose.weighing import Fitted, Weighing, weighing_of
 
 Array = NDArray[np.float64]
 Variable = Literal[
@@ -65,7 +65,7 @@ thrust: what has a timing of its own may be smaller."""
 
 
 @dataclass(frozen=True)
-class Shape:
+class GenericForce:
     """A force (n,) in one degree of freedom: what it goes with, whether it turns its sign with that, and how it comes
     and goes, where that is not what it goes with."""
 
@@ -77,95 +77,97 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Left:
+class Unexplained:
     """What is left unexplained: the shapes that foretell it on held-out pieces, strongest first, with the nats (k,)
     that each saves in its axis beside those before it, and the standard deviation (k,) of its force, N or N m, 0 where
     a reading alone tells of it.
     explained: nats that the causes save where the vehicle moves."""
 
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[GenericForce, ...] = ()
     gains: tuple[float, ...] = ()
     forces: tuple[float, ...] = ()
     explained: float = 0.0
 
 
-def beyond_chance(shape: Shape, gain: float) -> bool:
+def beyond_chance(shape: GenericForce, gain: float) -> bool:
     """Whether a force saves more than chance would let it."""
     return gain > (LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS)
 
 
-def left_over(ground: Ground, fit: Fitted) -> Left:
+def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     """What generic forces foretell of a dive's innovations beyond some causes and all that comes along with these.
 
     Not where the controller used a reading that was not recorded: there thrust answers the sea unseen, and all that
     goes with thrust foretells something.
     """
-    left = _left_over(ground, fit)
+    left = _unexplained_of(weighing, fit)
     if not _at_sea(fit) or not any(map(beyond_chance, left.shapes, left.gains)):
         return left
-    freed = _without_rest(ground, fit)
-    return _left_over(freed, freed.fitted(fit.causes))
+    freed = _without_remainder(weighing, fit)
+    return _unexplained_of(freed, freed.fitted(fit.causes))
 
 
 def _at_sea(fit: Fitted) -> bool:
     return any(cause.effect.name in SEAS for cause in fit.causes)
 
 
-def _without_rest(ground: Ground, fit: Fitted) -> Ground:
+def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
     """The ground by filters of a dive without what the causes and all that comes along with them make of it.
 
     What the form of a sea leaves swells the noise levels of a fit that knows of no more than the form; such filters
     follow the disturbance too closely, and thrust, which answers it later, then seems to foretell their innovations.
     """
-    course, rows = ground.now.course, ground.rows
+    course, rows = weighing.now.course, weighing.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
-    acts += _along(ground, fit)
+    acts += _accompanying(weighing, fit)
     columns = np.column_stack([rows.nominal, rows.columns(acts, course)])
     precision = np.concatenate([rows.nominal_precision, np.zeros(len(acts))])
     size = inverse(columns.T @ columns + np.diag(precision)) @ (columns.T @ fit.value)
     rest = [act.times(one) for act, one in zip(acts, size[rows.nominal.shape[1] :].tolist(), strict=True)]
-    now = refitted(ground.now, rest)
-    return ground_of(replace(now, acts=(*ground.now.acts, *rest)), ground.library)
+    now = refitted(weighing.now, rest)
+    return weighing_of(replace(now, acts=(*weighing.now.acts, *rest)), weighing.library)
 
 
-def _along(ground: Ground, fit: Fitted) -> list[Act]:
+def _accompanying(weighing: Weighing, fit: Fitted) -> list[Act]:
     """What may come along with some causes."""
-    course = ground.now.course
-    return [act for cause in fit.causes for some in (able_forms, kin) for act in some(course, cause)]
+    course = weighing.now.course
+    return [
+        act for cause in fit.causes for some in (possible_forms, companions) for act in some(course, cause)
+    ]
 
 
-def _left_over(ground: Ground, fit: Fitted) -> Left:
-    course, dofs = ground.now.course, [own.problem.axis.dof for own in ground.rows.own]
-    known = np.column_stack([fit.slopes, ground.rows.columns(_along(ground, fit), course)])
+def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
+    course, dofs = weighing.now.course, [innovations.problem.axis.dof for innovations in weighing.rows.axes]
+    known = np.column_stack([fit.slopes, weighing.rows.columns(_accompanying(weighing, fit), course)])
     shapes: list[_Unit] = [(*one, None) for one in unit_forces(course, dofs)]
     shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
     thrust = course.wrench_of(course.thrust_n).std(axis=0)
     at_sea = _at_sea(fit)
     axes = [
-        _beside(ground, fit.value, known, own, at_sea)
-        for own in ground.rows.own
-        if own.problem.axis.dof not in ground.now.doubted
+        _axis_beside(weighing, fit.value, known, innovations, at_sea)
+        for innovations in weighing.rows.axes
+        if innovations.problem.axis.dof not in weighing.now.doubted
     ]
     found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
     found += [one for axis in axes for one in _lines(axis, course, at_sea)]
-    found += _of_witnesses(ground, fit.value, known)
+    found += _of_witnesses(weighing, fit.value, known)
     # An autopilot's own filter corrects itself now and then, by the readings that it takes in.
-    found += _bursts([axis for axis in axes if axis.dof not in ground.now.filtered], course)
+    found += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
     found.sort(key=lambda one: -one.gain)
     kept = found[:MOST]
-    return Left(
+    return Unexplained(
         tuple(one.shape for one in kept),
         tuple(one.gain for one in kept),
         tuple(one.size for one in kept),
-        fit.felt,
+        fit.motion_nats,
     )
 
 
 @dataclass(frozen=True)
-class _Foretold:
+class _Weighed:
     """A shape, the nats that it saves, and the standard deviation of its force."""
 
-    shape: Shape
+    shape: GenericForce
     gain: float
     size: float
 
@@ -175,7 +177,7 @@ class _Axis:
     """One axis's rows with what is known to move them: value (rows,), nominal (rows, m) with its precision (m,), and
     the pieces that rows lie in."""
 
-    own: Own
+    innovations: AxisInnovations
     value: Array
     nominal: Array
     precision: Array
@@ -183,12 +185,12 @@ class _Axis:
 
     @property
     def dof(self) -> int:
-        return self.own.problem.axis.dof
+        return self.innovations.problem.axis.dof
 
-    def sums(self, course: Course, forces: Array) -> Sums:
+    def sums(self, course: Course, forces: Array) -> NormalEquations:
         """Of forces (k, n) along a course."""
-        columns = self.own.by_course(course, forces)
-        return sums_of(self.value, self.nominal, self.precision, columns, self.piece)
+        columns = self.innovations.by_course(course, forces)
+        return equations_of(self.value, self.nominal, self.precision, columns, self.piece)
 
     @cached_property
     def left(self) -> Array:
@@ -197,18 +199,22 @@ class _Axis:
         return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
 
-def _beside(ground: Ground, value: Array, known: Array, own: Own, at_sea: bool) -> _Axis:
+def _axis_beside(
+    weighing: Weighing, value: Array, known: Array, innovations: AxisInnovations, at_sea: bool
+) -> _Axis:
     """At sea with the thrust that follows: what no form of a sea takes up is answered by the controller, and thrust of
     a little later seems to foretell it."""
-    rows = ground.rows
-    mine = rows.dof == own.problem.axis.dof
-    following = own.freed(followed(own)) if at_sea else np.zeros((int(mine.sum()), 0))
+    rows = weighing.rows
+    mine = rows.dof == innovations.problem.axis.dof
+    following = (
+        innovations.prewhitened(delayed_thrust(innovations)) if at_sea else np.zeros((int(mine.sum()), 0))
+    )
     nominal = np.column_stack([rows.nominal[mine], known[mine], following])
     precision = np.concatenate([rows.nominal_precision, np.zeros(nominal.shape[1] - rows.nominal.shape[1])])
-    return _Axis(own, value[mine], nominal, precision, rows.piece[mine])
+    return _Axis(innovations, value[mine], nominal, precision, rows.piece[mine])
 
 
-def _large(found: list[_Foretold], thrust: float) -> Iterator[_Foretold]:
+def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
     """Those before one that is little beside the thrust: what comes after may be a rest of that."""
     for one in found:
         if one.size < LEAST_FORCE * thrust and one.shape.timing is None:
@@ -216,7 +222,7 @@ def _large(found: list[_Foretold], thrust: float) -> Iterator[_Foretold]:
         yield one
 
 
-def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]) -> list[_Foretold]:
+def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]) -> list[_Weighed]:
     """The forces that foretell one axis, one after another: those of all, and what its own past makes."""
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
@@ -228,12 +234,12 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
     return [
-        _Foretold(Shape(axis.dof, *shapes[k]), gain, float(size))
+        _Weighed(GenericForce(axis.dof, *shapes[k]), gain, float(size))
         for k, gain, size in zip(kept, gains, sizes, strict=True)
     ]
 
 
-def _one_after_another(sums: Sums, count: int) -> tuple[list[int], list[float]]:
+def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
     """Which of so many columns foretell most, and the nats that each saves beside those before it."""
     kept: list[int] = []
     gains: list[float] = []
@@ -249,16 +255,16 @@ def _one_after_another(sums: Sums, count: int) -> tuple[list[int], list[float]]:
     return kept, gains
 
 
-def _of_witnesses(ground: Ground, value: Array, known: Array) -> Iterator[_Foretold]:
+def _of_witnesses(weighing: Weighing, value: Array, known: Array) -> Iterator[_Weighed]:
     """Heading and accelerometer that are off all along, or ever more: no force, and so of no size. Shafts say how a
     thruster answers its pulse, which the forces that go with thrust tell."""
-    rows, course = ground.rows, ground.now.course
+    rows, course = weighing.rows, weighing.now.course
     began = int(np.sum(rows.dof >= 0))
     units: tuple[tuple[Array, Timing], ...] = (
         (np.ones(len(course.nu)), "steady"),
         (2.0 * course.since_s / course.since_s[-1] - 1.0, "drifting"),
     )
-    for one in rows.beside:
+    for one in rows.witnesses:
         mine = slice(began, began + len(one.std))
         began += len(one.std)
         if one.witness.kind == "shaft":
@@ -266,7 +272,7 @@ def _of_witnesses(ground: Ground, value: Array, known: Array) -> Iterator[_Foret
         columns = one.whitened(np.column_stack([one.witness.bins.along(course, unit) for unit, _ in units]))
         nominal = np.column_stack([rows.nominal[mine], known[mine]])
         precision = np.concatenate([rows.nominal_precision, np.zeros(known.shape[1])])
-        sums = sums_of(value[mine], nominal, precision, columns, rows.piece[mine])
+        sums = equations_of(value[mine], nominal, precision, columns, rows.piece[mine])
         kept, gains = _one_after_another(sums, len(units))
         felt = one.witness.kind == "specific_force"
         dof = one.witness.number if felt else 5
@@ -274,15 +280,19 @@ def _of_witnesses(ground: Ground, value: Array, known: Array) -> Iterator[_Foret
         for k, gain, size in zip(kept, gains, sizes.tolist(), strict=True):
             # Of an accelerometer no more than what its zero makes unlikely.
             most = 0.5 * (size / ZERO_M_S2) ** 2 if felt else np.inf
-            yield _Foretold(Shape(dof, "time", None, units[k][0], units[k][1]), min(gain, most), 0.0)
+            yield _Weighed(GenericForce(dof, "time", None, units[k][0], units[k][1]), min(gain, most), 0.0)
 
 
-def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Foretold]:
+def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
     """What comes and goes evenly: the likeliest alone, for others may be sides of it. Not by the clock beside a sea:
     that has more lines than any form of it."""
     if axis.dof in LEVELLED:
         return []
-    found = [one for one in clusters(axis.own, axis.left, course) if not (at_sea and one.clock.by == "time")]
+    found = [
+        one
+        for one in clusters(axis.innovations, axis.left, course)
+        if not (at_sea and one.clock.by == "time")
+    ]
     if not found:
         return []
     forces = [one.forces() for one in found]
@@ -296,19 +306,19 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Foretold]:
     if gains[best] < LEAST_STEP or size == 0:
         return []
     by: Variable = "time" if found[best].clock.by == "time" else "speed"
-    return [_Foretold(Shape(axis.dof, by, None, force / size, "periodic"), gains[best], size)]
+    return [_Weighed(GenericForce(axis.dof, by, None, force / size, "periodic"), gains[best], size)]
 
 
-def _bursts(axes: list[_Axis], course: Course) -> list[_Foretold]:
+def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
     """What comes at times of its own: the likeliest alone, for many lengths tell of one burst."""
-    able = {axis.dof: (axis.own, axis.left) for axis in axes if axis.dof not in LEVELLED}
+    able = {axis.dof: (axis.innovations, axis.left) for axis in axes if axis.dof not in LEVELLED}
     best = max(bursts(able, course.time_s), key=lambda one: one.gain, default=None)
     if best is None or best.gain < LEAST_STEP:
         return []
     force = best.force(course.time_s)
     size = float(np.std(force))
     return (
-        [_Foretold(Shape(best.dof, "time", None, force / size, "intermittent"), best.gain, size)]
+        [_Weighed(GenericForce(best.dof, "time", None, force / size, "intermittent"), best.gain, size)]
         if size
         else []
     )
@@ -362,7 +372,7 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
     heights: tuple[tuple[Variable, Array], ...] = (("depth", course.depth_m), ("altitude", course.altitude_m))
     for name, values in heights:
         if np.isfinite(values).all():
-            # What stands still of it is a force of its own.
+            # What stands still of it is a force of its innovations.
             yield name, None, values - values.mean()
             yield name, None, values**2 - np.mean(values**2)
             for dof in dofs:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Effect
 from identify.diagnose.result import Found, Next, Verdict
-from identify.diagnose.unexplained import Left, Shape, Variable, beyond_chance
+from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 
 SENSORS = (
     "voltage",
@@ -70,7 +70,7 @@ OTHERS: dict[Variable, str] = {
 }
 
 
-def unexplained_forces(left: Left) -> tuple[Shape, ...]:
+def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:
     """The generic forces that foretell more of what is left than chance would let them, strongest first."""
     least = FORM_SHARE * left.explained
     return tuple(
@@ -80,12 +80,12 @@ def unexplained_forces(left: Left) -> tuple[Shape, ...]:
     )
 
 
-def is_unknown(left: Left) -> bool:
+def is_unknown(left: Unexplained) -> bool:
     """Whether anything is left that chance would not leave."""
     return bool(unexplained_forces(left))
 
 
-def verdict_of(found: Sequence[Found], left: Left) -> Verdict:
+def verdict_of(found: Sequence[Found], left: Unexplained) -> Verdict:
     if is_unknown(left):
         return "unknown"
     if not found:
@@ -107,7 +107,7 @@ def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
     return Next("; ".join(manoeuvres), "; ".join(sensors), tuple(dict.fromkeys(names)))
 
 
-def further(left: Sequence[Shape], course: Course, beside: Next | None) -> Next:
+def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: Next | None) -> Next:
     """What would show more of the forces that are left, the strongest first, and then what tells the causes apart that
     were found `beside`."""
     asked = [_manoeuvre(shape, course) for shape in left]
@@ -118,7 +118,7 @@ def further(left: Sequence[Shape], course: Course, beside: Next | None) -> Next:
     return Next("; ".join(parts), beside.sensor, beside.splits)
 
 
-def _manoeuvre(shape: Shape, course: Course) -> str:
+def _manoeuvre(shape: GenericForce, course: Course) -> str:
     if shape.variable == "acceleration":
         return STARTS[_moved(shape.force, course.nu_dot)]
     if shape.variable in ("speed", "yaw_rate"):

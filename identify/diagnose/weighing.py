@@ -22,20 +22,20 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act, Effect
 from bridge.vehicle.coefficients import DOFS
-from identify.diagnose.candidates import Cause, Setting, forms, settings_of
+from identify.diagnose.candidates import Cause, Setting, other_forms, settings_of
 from identify.diagnose.evidence import (
     FOLDS,
     SCARCE,
     Blocks,
+    NormalEquations,
     Pieces,
-    Sums,
+    equations_from_products,
     inverse,
     pieces_of,
     products_of,
-    sums,
 )
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.regression import Whitened, whitened
+from identify.diagnose.regression import Regression, regression_of
 
 Array = NDArray[np.float64]
 Key = tuple[Effect, bytes]
@@ -54,10 +54,10 @@ def key_of(cause: Cause) -> Key:
 
 
 @dataclass(frozen=True)
-class Columns:
+class CandidateColumns:
     """Of the causes of a library along a course."""
 
-    rows: Whitened
+    rows: Regression
     course: Course
     library: tuple[Effect, ...]
 
@@ -85,13 +85,13 @@ class Columns:
         """(k, rows): what other forms of a cause add."""
         key = key_of(cause)
         if key not in self._other:
-            self._other[key] = self.rows.columns(list(forms(self.course, cause)), self.course).T
+            self._other[key] = self.rows.columns(list(other_forms(self.course, cause)), self.course).T
         return self._other[key]
 
     @cached_property
     def _last(self) -> Callable[[Effect, bytes], Array]:
         """Those of the last causes that were asked for."""
-        return lru_cache(KEPT)(partial(_whitened, self.rows, self.course))
+        return lru_cache(KEPT)(partial(_columns_of, self.rows, self.course))
 
     def _of_linear(self, cause: Cause) -> Array:
         """What is proportional to its parameters is made of what a unit of each adds."""
@@ -120,7 +120,7 @@ class Columns:
         return {}
 
 
-def _whitened(rows: Whitened, course: Course, effect: Effect, values: bytes) -> Array:
+def _columns_of(rows: Regression, course: Course, effect: Effect, values: bytes) -> Array:
     cause = Cause(effect, np.frombuffer(values))
     acts = [cause.act(course)]
     acts += [cause.slope(course, p) for p in np.flatnonzero(cause.present).tolist()]
@@ -141,32 +141,32 @@ class Fitted:
     value: Array
     slopes: Array
     covariance: Array
-    left: float
+    residual_squares: float
     gain: float
     std: float
-    felt: float
+    motion_nats: float
 
 
 @dataclass(frozen=True)
-class Beside:
+class CandidateEquations:
     """All candidates beside some causes: the sums of their columns, with the settings that these belong to."""
 
-    sums: Sums
+    equations: NormalEquations
     settings: tuple[Setting, ...]
 
 
 @dataclass(frozen=True)
-class Ground:
+class Weighing:
     """now: the filters; rows: their regression, with all that was taken out of the dive put back."""
 
     now: Nominal
-    rows: Whitened
+    rows: Regression
     library: tuple[Effect, ...]
 
     @cached_property
-    def _columns(self) -> Columns:
+    def _columns(self) -> CandidateColumns:
         """What causes add."""
-        return Columns(self.rows, self.now.course, self.library)
+        return CandidateColumns(self.rows, self.now.course, self.library)
 
     @cached_property
     def _candidates(self) -> Blocks:
@@ -195,7 +195,7 @@ class Ground:
     @cached_property
     def _moving(self) -> tuple[Blocks, Array]:
         """The nominal columns where the vehicle's own motion tells, and their products (m, m)."""
-        own = Blocks(self._nominal.parts[: len(self.rows.own)], self._nominal.width)
+        own = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
         return own, own.products(np.zeros(own.places[-1].stop, dtype=np.intp))[0]
 
     @cached_property
@@ -204,7 +204,7 @@ class Ground:
         return {}
 
     @cached_property
-    def _besides(self) -> dict[tuple[int, tuple[Key, ...]], Beside]:
+    def _besides(self) -> dict[tuple[int, tuple[Key, ...]], CandidateEquations]:
         return {}
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
@@ -223,16 +223,16 @@ class Ground:
         best, step = self._weighed(tuple(cause for cause in causes if cause.present.any()))
         for _ in range(MOST_STEPS if best.at else 0):
             tried, further = self._moved(best, step)
-            if tried.left >= best.left:
+            if tried.residual_squares >= best.residual_squares:
                 tried, further = self._moved(best, SHORTER * step)
-            if tried.left >= best.left:
+            if tried.residual_squares >= best.residual_squares:
                 break
             small = bool(np.all(np.abs(step) < SETTLED * np.sqrt(np.diag(best.covariance))))
             best, step = tried, further
             if small or not best.at or all(cause.effect.linear for cause in best.causes):
                 break
         gain, std, felt = self._held(best)
-        return replace(best, gain=gain, std=std, felt=felt)
+        return replace(best, gain=gain, std=std, motion_nats=felt)
 
     def _moved(self, fit: Fitted, step: Array) -> tuple[Fitted, Array]:
         moved = list(fit.causes)
@@ -240,26 +240,26 @@ class Ground:
             moved[k] = moved[k].moved(p, by)
         return self._weighed(tuple(cause for cause in moved if cause.present.any()))
 
-    def beside(self, fit: Fitted) -> Beside:
+    def candidates_beside(self, fit: Fitted) -> CandidateEquations:
         """All candidates beside a fit, with what its causes' other values would add taken out."""
         return self._weighed_beside(fit, fit.slopes)
 
-    def beyond(self, fit: Fitted) -> Beside:
+    def candidates_beyond_forms(self, fit: Fitted) -> CandidateEquations:
         """The same with what other forms of its causes would add taken out, too."""
-        return self._weighed_beside(fit, self.known(fit))
+        return self._weighed_beside(fit, self.nuisance(fit))
 
-    def known(self, fit: Fitted) -> Array:
+    def nuisance(self, fit: Fitted) -> Array:
         """(rows, k): what other values and other forms of a fit's causes would add."""
         others = [self._columns.forms_of(cause) for cause in fit.causes]
         return np.vstack([fit.slopes.T, *others]).T
 
-    def _weighed_beside(self, fit: Fitted, known: Array) -> Beside:
+    def _weighed_beside(self, fit: Fitted, known: Array) -> CandidateEquations:
         key = known.shape[1], tuple(key_of(cause) for cause in fit.causes)
         if key not in self._besides:
             self._besides[key] = self._beside(fit.value, known)
         return self._besides[key]
 
-    def _beside(self, value: Array, known: Array) -> Beside:
+    def _beside(self, value: Array, known: Array) -> CandidateEquations:
         """The sums from what is made once for the ground and the products with what is new here."""
         m, n = self.rows.nominal.shape[1], known.shape[1]
         new = np.vstack([known.T, value]).T
@@ -273,7 +273,7 @@ class Ground:
         )
         right = np.concatenate([cross[:, :m, n], own[:, :n, n], cross[:, m:, n]], axis=1)
         precision = np.concatenate([self.rows.nominal_precision, np.zeros(n)])
-        return Beside(sums(square, right, precision), self._columns.settings)
+        return CandidateEquations(equations_from_products(square, right, precision), self._columns.settings)
 
     @cached_property
     def _pieces(self) -> Pieces:
@@ -322,41 +322,45 @@ class Ground:
         return float(gains.sum()), float(np.std(gains) * np.sqrt(len(gains))), 0.5 * float(left[0] - left[1])
 
 
-def ground_of(now: Nominal, library: tuple[Effect, ...]) -> Ground:
+def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
     """The ground by the filters of `now`."""
-    rows = whitened(now.joint, now.theta, now.doubted).with_witnesses(now.witnesses, now.acts, now.course)
+    rows = regression_of(now.joint, now.theta, now.doubted).with_witnesses(
+        now.witnesses, now.acts, now.course
+    )
     back = rows.columns(now.acts, now.course).sum(axis=1)
-    return Ground(now, replace(rows, value=rows.value + back), library)
+    return Weighing(now, replace(rows, value=rows.value + back), library)
 
 
 @dataclass(frozen=True)
-class Rest:
+class FormRemainder:
     """Of the causes of a fit."""
 
-    ground: Ground
+    weighing: Weighing
     fit: Fitted
 
-    def met(self, cause: Cause) -> float:
+    def overlap(self, cause: Cause) -> float:
         """Nats of what the causes add, as far as a further cause shows in the same axes at the same times."""
-        course = self.ground.now.course
+        course = self.weighing.now.course
         acts = [cause.act(course), *(one.act(course) for one in self.fit.causes)]
-        own, *before = self._taken_out(self._nominal, self.ground.rows.columns(acts, course)[self._moving]).T
+        own, *before = self._taken_out(
+            self._nominal, self.weighing.rows.columns(acts, course)[self._moving]
+        ).T
         return self._shared(own, *before)
 
-    def seen(self, cause: Cause) -> float:
+    def saved_overlap(self, cause: Cause) -> float:
         """Nats that other forms of the causes save, as far as a further cause shows in the same axes at the same times
         by what no form of theirs makes up for."""
-        course = self.ground.now.course
-        column = self.ground.rows.columns([cause.act(course)], course)[self._moving]
+        course = self.weighing.now.course
+        column = self.weighing.rows.columns([cause.act(course)], course)[self._moving]
         return self._shared(self._taken_out(self._all, column)[:, 0], self._saved)
 
     @cached_property
     def _moving(self) -> NDArray[np.bool_]:
-        return np.asarray(self.ground.rows.dof >= 0)
+        return np.asarray(self.weighing.rows.dof >= 0)
 
     @cached_property
     def _known(self) -> Array:
-        return self.ground.known(self.fit)
+        return self.weighing.nuisance(self.fit)
 
     @cached_property
     def _nominal(self) -> tuple[Array, Array]:
@@ -375,7 +379,7 @@ class Rest:
 
     def _regressors(self, known: int) -> tuple[Array, Array]:
         """The nominal columns with so many of the known ones, where the vehicle moves; the inverse of their square."""
-        rows = self.ground.rows
+        rows = self.weighing.rows
         columns = np.hstack([rows.nominal, self._known[:, :known]])[self._moving]
         precision = np.concatenate([rows.nominal_precision, np.zeros(known)])
         return columns, inverse(columns.T @ columns + np.diag(precision))
@@ -386,7 +390,7 @@ class Rest:
 
     def _shared(self, own: Array, *before: Array) -> float:
         """Nats of what was there before, as far as its cells may lie along a column's own."""
-        rows = self.ground.rows
+        rows = self.weighing.rows
         cell = (rows.piece * len(DOFS) + rows.dof)[self._moving]
         mine, *others = (np.bincount(cell, one**2) for one in (own, *before))
         both = np.sqrt(mine * np.sum(others, axis=0)).sum()

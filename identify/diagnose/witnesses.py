@@ -87,7 +87,7 @@ class Witness:
 
 
 @dataclass(frozen=True)
-class Weighed:
+class WeighedWitness:
     """A witness with what its rows are divided by (m,), and the memory that is taken out of them."""
 
     witness: Witness
@@ -101,7 +101,7 @@ class Weighed:
         return np.asarray(out / np.sqrt(1.0 - self.memory**2))
 
 
-def weighed(witness: Witness, acts: Sequence[Act], course: Course) -> Weighed:
+def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> WeighedWitness:
     """A witness weighed by what the acts leave of it."""
     witness = _with_acts(witness, acts, course)
     left = witness.off.copy()
@@ -125,7 +125,7 @@ def weighed(witness: Witness, acts: Sequence[Act], course: Course) -> Weighed:
     memory = float(
         np.clip(np.mean(scaled[1:] * scaled[:-1]) / max(float(np.mean(scaled**2)), 1e-12), 0.0, MOST_MEMORY)
     )
-    return Weighed(witness, std, memory)
+    return WeighedWitness(witness, std, memory)
 
 
 def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:

@@ -5,7 +5,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.actuators import DEAD_ZONE, SATURATION
-from identify.diagnose.candidates import OTHER_SIZES, Cause, forms
+from identify.diagnose.candidates import OTHER_SIZES, Cause, other_forms
 from identify.diagnose.nominal import nominal_of
 
 
@@ -19,13 +19,13 @@ def course():
 @pytest.mark.parametrize("share", [0.2, 1.0])
 def test_other_sizes_of_a_limit_are_shares_of_itself_and_no_number_gets_lost(course, effect, share):
     values = share * effect.start()
-    acts = list(forms(course, Cause(effect, values)))
+    acts = list(other_forms(course, Cause(effect, values)))
     for size, act in zip(OTHER_SIZES, acts, strict=False):
         np.testing.assert_array_equal(act.wrench, effect.act(course, size * values).wrench)
     assert all(np.isfinite(act.wrench).all() for act in acts)
 
 
 def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):
-    for act in forms(course, Cause(SATURATION, SATURATION.none())):
+    for act in other_forms(course, Cause(SATURATION, SATURATION.none())):
         assert np.isfinite(act.wrench).all()
         assert not act.wrench.any()

@@ -10,7 +10,7 @@ from bridge.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
 from bridge.effects.sensors import DVL_SCALE
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
-from identify.diagnose.changed import changed, shift_of
+from identify.diagnose.changed import changes_of, shift_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
@@ -47,7 +47,7 @@ def accepted(found, mass=1.0, damping=1.0, more_kg=0.0):
 def told(found, earlier):
     nothing = np.zeros_like(found.now.course.nu[::EACH])
     missing = Missing(found.now.course.time_s[::EACH], nothing, nothing, nothing)
-    return changed(shift_of(found, earlier, LIBRARY), found, missing)
+    return changes_of(shift_of(found, earlier, LIBRARY), found, missing)
 
 
 def test_where_nothing_changed_there_is_no_cause(found):

@@ -8,9 +8,9 @@ from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.gap import character_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.rhythms import bursts, mixture_gain, scores
-from identify.diagnose.unexplained import Left, Shape, left_over
-from identify.diagnose.verdict import further, is_unknown, unexplained_forces
-from identify.diagnose.weighing import ground_of
+from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.verdict import is_unknown, next_for_unexplained, unexplained_forces
+from identify.diagnose.weighing import weighing_of
 
 
 @pytest.fixture(scope="module")
@@ -20,27 +20,27 @@ def nominal():
 
 
 @pytest.fixture(scope="module")
-def ground(nominal):
-    return ground_of(nominal, ())
+def weighing(nominal):
+    return weighing_of(nominal, ())
 
 
 def left_of(name, seed):
     """What is left of a short dive that hides one effect which no library has."""
     case = draw_case(seed, names=(name,), size=0.8, seconds=240.0)
-    ground = ground_of(nominal_of(dive_of(case), case.file, case.configuration), ())
-    return left_over(ground, ground.fitted(()))
+    weighing = weighing_of(nominal_of(dive_of(case), case.file, case.configuration), ())
+    return unexplained_of(weighing, weighing.fitted(()))
 
 
-def test_a_filter_run_backwards_weighs_any_force_as_it_does_forwards(ground):
+def test_a_filter_run_backwards_weighs_any_force_as_it_does_forwards(weighing):
     rng = np.random.default_rng(1)
-    for own in ground.rows.own:
+    for own in weighing.rows.axes:
         force, left = rng.standard_normal(len(own.problem.axis.time_s)), rng.standard_normal(len(own.std))
-        forwards = own.freed(own.by_force(force[:, None]))[:, 0] @ left
+        forwards = own.prewhitened(own.by_force(force[:, None]))[:, 0] @ left
         assert scores(own, left) @ force == pytest.approx(forwards, rel=1e-9)
 
 
-def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(ground):
-    assert not is_unknown(left_over(ground, ground.fitted(())))
+def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing):
+    assert not is_unknown(unexplained_of(weighing, weighing.fitted(())))
 
 
 @pytest.mark.parametrize(
@@ -56,9 +56,9 @@ def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing)
 
 
 def test_what_comes_by_a_clock_of_its_own_asks_for_a_dive_on_one_spot(nominal):
-    one = Shape(0, "time", None, nominal.course.depth_m, "intermittent")
-    assert character_of(Left((one,), (20.0,), (1.0,))).timing == "intermittent"
-    assert "on one spot" in further([one], nominal.course, None).manoeuvre
+    one = GenericForce(0, "time", None, nominal.course.depth_m, "intermittent")
+    assert character_of(Unexplained((one,), (20.0,), (1.0,))).timing == "intermittent"
+    assert "on one spot" in next_for_unexplained([one], nominal.course, None).manoeuvre
 
 
 def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
@@ -69,9 +69,12 @@ def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
     assert mixture_gain(noise, 1, piece) > 20.0
 
 
-def test_a_wild_reading_is_no_blow(ground):
-    own, rows = ground.rows.own[0], np.random.default_rng(3).standard_normal(len(ground.rows.own[0].std))
-    time_s = ground.now.course.time_s
+def test_a_wild_reading_is_no_blow(weighing):
+    own, rows = (
+        weighing.rows.axes[0],
+        np.random.default_rng(3).standard_normal(len(weighing.rows.axes[0].std)),
+    )
+    time_s = weighing.now.course.time_s
     wild = rows.copy()
     wild[::150] += 30.0
     gains = [max(one.gain for one in bursts({0: (own, values)}, time_s)) for values in (rows, wild)]

@@ -26,7 +26,7 @@ from identify.diagnose.result import (
     Shrink,
     Value,
 )
-from identify.diagnose.unexplained import Left, Shape
+from identify.diagnose.unexplained import GenericForce, Unexplained
 from identify.diagnose.verdict import next_of, verdict_of
 
 SCHEMA = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
@@ -108,8 +108,8 @@ def test_the_judge_of_challenges_reads_the_same_numbers():
     assert judged.named[0].parameters["X_uu"][0] == 10.0
 
 
-NOTHING = Left((), (), ())
-MUCH = Left((Shape(0, "speed", "odd", np.zeros(3)),), (1e4,), (1.0,))
+NOTHING = Unexplained((), (), ())
+MUCH = Unexplained((GenericForce(0, "speed", "odd", np.zeros(3)),), (1e4,), (1.0,))
 
 
 @pytest.mark.parametrize(

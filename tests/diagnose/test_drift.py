@@ -8,7 +8,7 @@ import pytest
 from bench.missions.mission import draw_one
 from identify.diagnose.drift import drawn, drifts, floors_of, ran_away
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.simulation import Flown, between, flown
+from identify.diagnose.simulation import Simulation, between, simulation_of
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
 
 STEP_S = 0.04
@@ -16,7 +16,7 @@ STEP_S = 0.04
 
 def still(seconds=10.0, **changes):
     n = round(seconds / STEP_S)
-    plain = Flown(
+    plain = Simulation(
         STEP_S * np.arange(n),
         (0, 1, 2, 3, 4, 5),
         np.array([100.0, 100.0, 100.0, 10.0, 10.0, 10.0]),
@@ -128,7 +128,7 @@ def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nomina
 
 
 def test_a_model_without_a_gap_drifts_by_its_floor_and_one_with_a_force_too_much_by_more(nominal):
-    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     floors = floors_of(nominal, model, np.random.default_rng(0))
     plain = drifts(model, floors)
     assert [one.horizon_s for one in plain] == [1.0, 5.0, 20.0]

@@ -12,8 +12,8 @@ from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
 from identify.diagnose.findings import parameters_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.search import LEAST_FELT, LEAST_GAIN, explain
-from identify.diagnose.weighing import ground_of
+from identify.diagnose.search import LEAST_GAIN, LEAST_MOTION_NATS, explain
+from identify.diagnose.weighing import weighing_of
 from identify.dive import Signal
 from identify.identification import Z95
 
@@ -36,16 +36,16 @@ def told():
 
 def test_controllers_that_tell_no_fast_turning_limit_no_thrust(told):
     nominal, most_n = told
-    alone = ground_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
+    alone = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
     assert alone.gain > 10 * LEAST_GAIN
-    assert alone.felt < LEAST_FELT
+    assert alone.motion_nats < LEAST_MOTION_NATS
     assert explain(nominal, LIBRARY, lambda _share, _words: None).causes == ()
 
 
 def test_an_interval_ends_where_a_parameter_does(told):
     nominal, most_n = told
     lag = thruster_lag(nominal.course.lag_s)
-    fit = ground_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
+    fit = weighing_of(nominal, LIBRARY).fitted([Cause(SATURATION, np.array([most_n]))])
     wide = replace(fit, causes=(Cause(lag, np.array([0.08])),), covariance=np.array([[1.0]]))
     told = parameters_of(wide, 0)["time_constant"]
     assert (told.value, told.low95, told.high95) == (0.08, 0.0, pytest.approx(0.08 + Z95))

@@ -6,7 +6,7 @@ import pytest
 from bench.missions.mission import draw_one
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.diagnose.candidates import Cause
-from identify.diagnose.findings import braking_of, gain_by
+from identify.diagnose.findings import braking_of, feedforward_gain_by
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.simulation import EACH
@@ -35,6 +35,6 @@ def test_a_force_that_lasts_makes_an_error_of_what_it_is_over_what_brakes(nomina
     wrench[:, 0] = 50.0
     missing = Missing(nominal.course.time_s[::EACH], wrench, np.zeros((count, 6)), wrench)
     braking = np.full((count, 6), 500.0)
-    gain = gain_by(np.zeros((count, 6)), missing, nominal, braking)
+    gain = feedforward_gain_by(np.zeros((count, 6)), missing, nominal, braking)
     assert gain.before_m_s == pytest.approx(np.hypot(50.0 / 500.0, gain.after_m_s), rel=0.02)
     assert gain.after_m_s < 0.02

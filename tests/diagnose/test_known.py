@@ -13,11 +13,17 @@ from bridge.effects.sensors import DVL_MISALIGNMENT
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.accepted import accepted_of
 from identify.diagnose.candidates import Cause
-from identify.diagnose.changed import altogether, held, holding, known_of, since
+from identify.diagnose.changed import (
+    accepted_causes,
+    all_accepted,
+    held_sentence,
+    library_with_changes,
+    with_accepted,
+)
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.result import Found, Value
-from identify.diagnose.simulation import flown, slope_of
+from identify.diagnose.simulation import simulation_of, slope_of
 from identify.diagnose.wording import effect_words
 
 WEAK = weak(2)
@@ -49,7 +55,7 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
         kept(STEADY_CURRENT, 0.1, 0.1),
         AcceptedEffect("kraken", "kraken", {"arms": 8.0}),
     )
-    causes, (sentence,) = known_of(accepted, LIBRARY)
+    causes, (sentence,) = accepted_causes(accepted, LIBRARY)
     assert [cause.effect for cause in causes] == [QUADRATIC_DRAG, WEAK]
     np.testing.assert_array_equal(causes[0].values, DRAG)
     assert "steady current (of that dive alone)" in sentence
@@ -58,10 +64,10 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
 
 
 def test_the_model_before_says_which_accepted_effects_it_holds():
-    (sentence,) = held((Cause(QUADRATIC_DRAG, DRAG),))
+    (sentence,) = held_sentence((Cause(QUADRATIC_DRAG, DRAG),))
     assert sentence.startswith("The model before holds what was accepted: quadratic drag (X_uu 12")
     assert "Z_ww" not in sentence
-    assert held(()) == ()
+    assert held_sentence(()) == ()
 
 
 @pytest.mark.parametrize(
@@ -73,7 +79,7 @@ def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_
     nominal, effect, before, by
 ):
     accepted, course = Cause(effect, np.array(before)), nominal.course
-    (change,) = since((effect,), (accepted,))
+    (change,) = library_with_changes((effect,), (accepted,))
     whole = effect.act(course, accepted.values + np.array(by)).wrench - accepted.act(course).wrench
     np.testing.assert_allclose(change.act(course, np.array(by)).wrench, whole, atol=1e-12)
     assert not change.act(course, change.none()).wrench.any()
@@ -84,30 +90,30 @@ def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_
 
 def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_one():
     limit = Cause(SATURATION, SATURATION.start())
-    assert since(LIBRARY, (limit,)) == LIBRARY
-    changed = since(LIBRARY, (Cause(QUADRATIC_DRAG, DRAG),))
+    assert library_with_changes(LIBRARY, (limit,)) == LIBRARY
+    changed = library_with_changes(LIBRARY, (Cause(QUADRATIC_DRAG, DRAG),))
     assert changed[0].name == "quadratic_drag"
     assert changed[1:] == LIBRARY[1:]
 
 
 def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     drag = Cause(QUADRATIC_DRAG, DRAG)
-    own = holding(nominal, (drag,))
-    assert holding(nominal, ()) is nominal
+    own = with_accepted(nominal, (drag,))
+    assert with_accepted(nominal, ()) is nominal
     assert (own.holds, own.acts) == ((drag,), ())
     surge, before = own.joint.problems[0].axis, nominal.joint.problems[0].axis
     assert np.mean(surge.force * before.force) < np.mean(before.force**2)
     np.testing.assert_array_equal(
-        flown(own, own.theta, own.motion.nu).slope, slope_of((drag,), own.course)[::2]
+        simulation_of(own, own.theta, own.motion.nu).slope, slope_of((drag,), own.course)[::2]
     )
 
 
 def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, mission):
     drag, weak_one = Cause(QUADRATIC_DRAG, DRAG), Cause(WEAK, np.array([0.7]))
-    (change,) = since((QUADRATIC_DRAG,), (drag,))
+    (change,) = library_with_changes((QUADRATIC_DRAG,), (drag,))
     by = Cause(change, np.array([-5.0, 0, 0, 0, 0, 0]))
     found = Found(by, (), {}, 0.9, {"X_uu": Value(-5.0, "N s2/m2", -6.0, -4.0)}, 30.0)
-    whole = altogether((found,), (drag, weak_one))
+    whole = all_accepted((found,), (drag, weak_one))
     told = whole[0].parameters
     assert told["X_uu"] == Value(7.0, "N s2/m2", 6.0, 8.0)
     assert told["Z_ww"] == Value(0.0, "N s2/m2", 0.0, 0.0)
@@ -117,7 +123,7 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     assert values == pytest.approx({"X_uu": 7.0, "Y_vv": 8.0, "N_rr": 3.0, "T2_gain": 0.7})
     assert not {"Z_ww", "K_pp", "M_qq"} & set(accepted.values)
     assert [one.label for one in accepted.effects] == ["quadratic_drag", "weak_thruster of thruster 2"]
-    assert altogether((), ()) == ()
+    assert all_accepted((), ()) == ()
 
 
 def told(case, **more):
@@ -156,4 +162,4 @@ def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_c
 def test_a_cause_that_another_dive_names_otherwise_is_left_as_it_is():
     drag = Cause(QUADRATIC_DRAG, DRAG)
     other = Found(Cause(DEAD_ZONE, np.array([0.5])), (), {}, 0.9, {}, 12.0)
-    assert altogether((other,), (drag,))[1] is other
+    assert all_accepted((other,), (drag,))[1] is other

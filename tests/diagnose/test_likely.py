@@ -9,12 +9,12 @@ import pytest
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import diagnose as module
-from identify.diagnose.accepted import accepted
+from identify.diagnose.accepted import likely_accepted
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.findings import strongest_first
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.recording import TELLING_S
+from identify.diagnose.recording import ENOUGH_S
 from identify.diagnose.result import Found
 from identify.diagnose.search import explained_by
 from identify.dive import Dive, Signal
@@ -34,8 +34,8 @@ def test_a_cause_less_probable_than_not_leaves_the_model_that_is_accepted(case):
     drag = Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start())
     found = explained_by([drag], nominal, library)
     sure = Found(found.causes[0], (), {}, 0.9, {}, 30.0)
-    whole = accepted([sure], found, nominal, library, (), shape)
-    none = accepted([replace(sure, probability=0.42)], found, nominal, library, (), shape)
+    whole = likely_accepted([sure], found, nominal, library, (), shape)
+    none = likely_accepted([replace(sure, probability=0.42)], found, nominal, library, (), shape)
     assert [one.name for one in whole.effects] == ["quadratic_drag"]
     assert none.effects == ()
     assert none.sentences[0] == (
@@ -58,10 +58,10 @@ def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves(
 
 
 def test_a_dive_just_too_short_is_not_told_to_last_as_long_as_it_should():
-    dive = Dive("d", Path("d"), "", velocity=Signal(np.array([0.0, TELLING_S - 0.1]), np.zeros((2, 3))))
+    dive = Dive("d", Path("d"), "", velocity=Signal(np.array([0.0, ENOUGH_S - 0.1]), np.zeros((2, 3))))
     (note,) = module._short_dive(dive)
-    assert note.startswith(f"The dive lasts {TELLING_S - 1:.0f} s: ")
-    assert note.endswith(f"dive {TELLING_S:.0f} s or more.")
+    assert note.startswith(f"The dive lasts {ENOUGH_S - 1:.0f} s: ")
+    assert note.endswith(f"dive {ENOUGH_S:.0f} s or more.")
 
 
 def test_a_short_dive_is_told_to_be_one(case):

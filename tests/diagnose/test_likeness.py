@@ -8,11 +8,11 @@ import pytest
 from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY, THRUST_BIAS
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose.candidates import Cause, forms
-from identify.diagnose.confidence import alike_of
-from identify.diagnose.findings import tried_of
+from identify.diagnose.candidates import Cause, other_forms
+from identify.diagnose.confidence import ambiguity_of
+from identify.diagnose.findings import trials_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.probability import SURE, probability
+from identify.diagnose.probability import MOST_PROBABLE, probability
 from identify.diagnose.result import Found
 from identify.diagnose.search import LEAST_GAIN, explain
 
@@ -28,7 +28,7 @@ def heavy():
 
 def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(heavy):
     (cause,) = heavy.causes
-    alike = alike_of(heavy, 0)
+    alike = ambiguity_of(heavy, 0)
     both = {"net_buoyancy", "thrust_bias"}
     assert {cause.effect.name, *alike.names} == both
     assert all(one > 0.99 for one in alike.likeness.values())
@@ -40,7 +40,7 @@ def test_a_cause_is_as_probable_as_its_margin_and_never_certain():
     told = np.array([probability(one) for one in margins])
     assert np.all(np.diff(told) >= 0)
     assert told[0] == 0.0
-    assert told[-1] == pytest.approx(SURE, abs=1e-4)
+    assert told[-1] == pytest.approx(MOST_PROBABLE, abs=1e-4)
 
 
 def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):
@@ -49,7 +49,7 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
     surge = course.nu[:, 0]
     true = -np.sign(surge) * np.abs(surge) ** 1.8
     own = cause.act(course).wrench[:, 0]
-    others = [act.wrench[:, 0] for act in forms(course, cause)]
+    others = [act.wrench[:, 0] for act in other_forms(course, cause)]
     whole = np.column_stack([own, *others])
     left = true - whole @ np.linalg.lstsq(whole, true, rcond=None)[0]
     alone = true - own * (own @ true) / (own @ own)
@@ -58,7 +58,7 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
 
 def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, monkeypatch):
     monkeypatch.setattr("identify.diagnose.confidence.LEAST_LIKENESS", 1.1)
-    alike = alike_of(heavy, 0)
+    alike = ambiguity_of(heavy, 0)
     assert (alike.names, alike.likeness) == ((), {})
     assert alike.margin_nats > 20
 
@@ -66,7 +66,7 @@ def test_what_does_as_well_but_is_not_alike_is_no_other_name_for_a_cause(heavy, 
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
     (cause,) = heavy.causes
     mine = Found(cause, (), {}, 0.9, {}, heavy.fit.gain)
-    tried = tried_of(heavy, (mine,))
+    tried = trials_of(heavy, (mine,))
     assert {one.name for one in tried} == {effect.name for effect in LIBRARY}
     assert [one.label for one in tried if one.accepted] == [cause.effect.label]
     twin = next(one for one in tried if one.name in {"net_buoyancy", "thrust_bias"} and not one.accepted)
@@ -92,6 +92,6 @@ def test_where_all_but_the_form_is_alike_a_few_nats_of_thousands_tell_nothing_ap
         LIBRARY,
         lambda *_: None,
     )
-    alike = alike_of(found, 0)
+    alike = ambiguity_of(found, 0)
     assert {found.causes[0].effect.name, *alike.names} == {"net_buoyancy", "thrust_bias"}
     assert alike.margin_nats > 1000

@@ -5,7 +5,7 @@ import pytest
 
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.seas import CURRENTS_S, WAVES_S, ends_of, seas_of
+from identify.diagnose.seas import CURRENTS_S, WAVES_S, period_interval, seas_of
 
 
 def seas_with(names, seed):
@@ -40,11 +40,11 @@ def test_every_line_lies_in_its_band_and_has_its_own_parameters():
 
 
 def test_a_period_is_known_to_half_a_turn_in_the_dive():
-    low, high = ends_of(90.0, 600.0)
+    low, high = period_interval(90.0, 600.0)
     assert (1 / low - 1 / 90.0) * 600.0 == pytest.approx(0.5)
     assert (1 / 90.0 - 1 / high) * 600.0 == pytest.approx(0.5)
 
 
 def test_a_period_as_long_as_the_dive_has_ends():
-    low, high = ends_of(200.0, 120.0)
+    low, high = period_interval(200.0, 120.0)
     assert 0 < low < 200.0 < high < np.inf

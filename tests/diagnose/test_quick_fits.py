@@ -12,9 +12,9 @@ from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import search
 from identify.diagnose.candidates import Cause
-from identify.diagnose.evidence import inverse, sums_of
+from identify.diagnose.evidence import equations_of, inverse
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.weighing import ground_of
+from identify.diagnose.weighing import weighing_of
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 DRAG = Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 3.0]))
@@ -30,31 +30,31 @@ def nominal():
 @pytest.mark.parametrize("cause", [DRAG, ZONE])
 @pytest.mark.parametrize("candidates_first", [False, True])
 def test_what_a_cause_adds_is_what_the_filters_make_of_its_act(nominal, cause, candidates_first):
-    ground = ground_of(nominal, LIBRARY)
-    columns, course = ground._columns, nominal.course
+    weighing = weighing_of(nominal, LIBRARY)
+    columns, course = weighing._columns, nominal.course
     if candidates_first:
         assert columns.candidates.width > 0
     acts = [cause.act(course), *(cause.slope(course, p) for p in np.flatnonzero(cause.present))]
-    plain = ground.rows.columns(acts, course).T
+    plain = weighing.rows.columns(acts, course).T
     np.testing.assert_allclose(columns.of(cause), plain, rtol=1e-8, atol=1e-9 * np.abs(plain).max())
 
 
 def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(nominal):
-    ground = ground_of(nominal, LIBRARY)
-    fit = ground.fitted([DRAG, ZONE])
-    rows = ground.rows
+    weighing = weighing_of(nominal, LIBRARY)
+    fit = weighing.fitted([DRAG, ZONE])
+    rows = weighing.rows
     square = rows.nominal.T @ rows.nominal + np.diag(rows.nominal_precision)
     table = np.column_stack([rows.value, fit.value])
     table -= rows.nominal @ (inverse(square) @ (rows.nominal.T @ table))
-    assert fit.left == pytest.approx(float(fit.value @ table[:, 1]), rel=1e-9)
+    assert fit.residual_squares == pytest.approx(float(fit.value @ table[:, 1]), rel=1e-9)
     moving = table[rows.dof >= 0]
-    assert fit.felt == pytest.approx(0.5 * float((moving[:, 0] ** 2 - moving[:, 1] ** 2).sum()), rel=1e-6)
+    assert fit.motion_nats == pytest.approx(0.5 * float((moving[:, 0] ** 2 - moving[:, 1] ** 2).sum()), rel=1e-6)
 
 
 def test_a_fit_that_is_asked_for_again_is_the_same(nominal):
-    ground = ground_of(nominal, LIBRARY)
-    once, again = ground.fitted([ZONE, DRAG]), ground.fitted([ZONE, DRAG])
-    assert (once.gain, once.std, once.felt) == (again.gain, again.std, again.felt)
+    weighing = weighing_of(nominal, LIBRARY)
+    once, again = weighing.fitted([ZONE, DRAG]), weighing.fitted([ZONE, DRAG])
+    assert (once.gain, once.std, once.motion_nats) == (again.gain, again.std, again.motion_nats)
     np.testing.assert_array_equal(once.value, again.value)
     np.testing.assert_array_equal(once.slopes, again.slopes)
 
@@ -64,7 +64,7 @@ def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
     nominal, others = rng.normal(size=(300, 3)), rng.normal(size=(300, 2))
     others += nominal[:, :2]
     value, piece = rng.normal(size=300), np.repeat(np.arange(6), 50)
-    told = sums_of(value, nominal, np.zeros(3), others, piece)
+    told = equations_of(value, nominal, np.zeros(3), others, piece)
     left = np.linalg.lstsq(nominal, np.column_stack([others, value]), rcond=None)[0]
     free = np.column_stack([others, value]) - nominal @ left
     for k in range(6):
@@ -81,8 +81,8 @@ def test_all_others_are_weighed_once_for_each_change_of_causes_and_once_more(nom
     seen = []
     plain = search.improved
 
-    def improved(ground, fit):
-        better = plain(ground, fit)
+    def improved(weighing, fit):
+        better = plain(weighing, fit)
         seen.append([cause.effect.label for cause in better.causes])
         return better
 

@@ -7,10 +7,10 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.effect import Act
-from identify.diagnose.evidence import sums_of
+from identify.diagnose.evidence import equations_of
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.predicted import expected, mean_before, value_before
-from identify.diagnose.regression import whitened
+from identify.diagnose.predicted import mean_before, predicted, value_before
+from identify.diagnose.regression import regression_of
 from identify.estimators.motion import Motion
 
 
@@ -22,7 +22,7 @@ def nominal():
 
 @pytest.fixture(scope="module")
 def rows(nominal):
-    return whitened(nominal.joint, nominal.theta, ())
+    return regression_of(nominal.joint, nominal.theta, ())
 
 
 def innovations(problem, theta):
@@ -31,7 +31,7 @@ def innovations(problem, theta):
 
 
 def test_a_force_that_the_filter_knows_takes_out_of_its_innovations_what_its_column_says(rows):
-    own = rows.own[0]
+    own = rows.axes[0]
     force = np.sin(0.7 * own.problem.axis.time_s)
     told = replace(own.problem, axis=replace(own.problem.axis, force=own.problem.axis.force + force[:, None]))
     change = innovations(told, own.theta) - innovations(own.problem, own.theta)
@@ -39,7 +39,7 @@ def test_a_force_that_the_filter_knows_takes_out_of_its_innovations_what_its_col
 
 
 def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(rows):
-    for own in rows.own:
+    for own in rows.axes:
         off = np.cos(0.3 * own.problem.axis.time_s)
         spoilt = replace(own.problem, reading=own.problem.reading + off)
         change = innovations(spoilt, own.theta) - innovations(own.problem, own.theta)
@@ -67,8 +67,8 @@ def test_what_is_expected_at_a_time_knows_no_reading_from_then_on(nominal):
         for one in nominal.joint.problems
     )
     joint = replace(nominal.joint, problems=problems)
-    before = expected(nominal.joint, nominal.theta, nominal.motion)
-    after = expected(joint, nominal.theta, nominal.motion)
+    before = predicted(nominal.joint, nominal.theta, nominal.motion)
+    after = predicted(joint, nominal.theta, nominal.motion)
     early = before.time_s <= middle
     np.testing.assert_array_equal(after.nu[early], before.nu[early])
     assert np.abs(after.nu[~early] - before.nu[~early]).max() > 0.01
@@ -90,7 +90,7 @@ def test_nor_does_it_know_a_thrust_that_a_controller_gives_in_answer_to_a_readin
     step_s = float(nominal.motion.time_s[1] - nominal.motion.time_s[0])
     near = at + 1e-9 + step_s * np.arange(-40, 40)
     motion = Motion(near, np.zeros((80, 6)))
-    before, after = (expected(one, nominal.theta, motion) for one in (nominal.joint, joint))
+    before, after = (predicted(one, nominal.theta, motion) for one in (nominal.joint, joint))
     known = near < at + 1e-6
     np.testing.assert_array_equal(after.nu_dot[known], before.nu_dot[known])
     assert np.abs(after.nu_dot - before.nu_dot).max() > 0
@@ -114,7 +114,7 @@ class TestEvidence:
         nominal, cause, idle = rng.normal(size=(3, 4000))
         value = 0.5 * nominal + size * cause + rng.normal(size=4000)
         columns = np.column_stack([cause, idle])
-        return sums_of(value, nominal[:, None], np.zeros(1), columns, piece)
+        return equations_of(value, nominal[:, None], np.zeros(1), columns, piece)
 
     def test_a_cause_is_found_with_its_size_and_standard_error(self):
         found = self.made(0.3, np.random.default_rng(0)).evidence([0])
@@ -134,5 +134,5 @@ class TestEvidence:
         rng = np.random.default_rng(2)
         nominal = rng.normal(size=(1000, 1))
         value = 2.0 * nominal[:, 0] + rng.normal(size=1000)
-        sums = sums_of(value, nominal, np.zeros(1), 3.0 * nominal, np.repeat(np.arange(20), 50))
+        sums = equations_of(value, nominal, np.zeros(1), 3.0 * nominal, np.repeat(np.arange(20), 50))
         assert sums.evidence([0]).gain == pytest.approx(0.0, abs=1e-6)

@@ -13,16 +13,16 @@ from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, explain, least
-from identify.diagnose.unexplained import left_over
-from identify.diagnose.weighing import Rest, ground_of
+from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, explain, required_gain
+from identify.diagnose.unexplained import unexplained_of
+from identify.diagnose.weighing import FormRemainder, weighing_of
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
 
 def left_of(now):
-    ground = ground_of(now, LIBRARY)
-    return left_over(ground, ground.fitted(()))
+    weighing = weighing_of(now, LIBRARY)
+    return unexplained_of(weighing, weighing.fitted(()))
 
 
 def quiet(_share, _words):
@@ -57,21 +57,21 @@ def test_a_drag_of_which_the_model_is_told_the_opposite_is_found_with_its_size(n
 
 
 def test_a_cause_whose_size_ends_at_nothing_is_gone(nominal):
-    ground = ground_of(nominal, LIBRARY)
-    (left,) = ground.fitted([Cause(QUADRATIC_DRAG, np.array([0.0, 0, 0, 0, 0, 1e-6]))]).causes or (None,)
+    weighing = weighing_of(nominal, LIBRARY)
+    (left,) = weighing.fitted([Cause(QUADRATIC_DRAG, np.array([0.0, 0, 0, 0, 0, 1e-6]))]).causes or (None,)
     assert left is None or left.values[5] > 0
-    assert ground.fitted([Cause(DEAD_ZONE, DEAD_ZONE.none())]).causes == ()
+    assert weighing.fitted([Cause(DEAD_ZONE, DEAD_ZONE.none())]).causes == ()
 
 
 def test_the_form_of_a_cause_asks_more_of_a_further_one_only_where_both_show(nominal):
-    ground = ground_of(nominal, LIBRARY)
+    weighing = weighing_of(nominal, LIBRARY)
     drag, turning, slowing = (
         Cause(QUADRATIC_DRAG, size * np.eye(6)[dof]) for size, dof in ((5000, 0), (500, 5), (2000, 0))
     )
-    fit = replace(ground.fitted(()), causes=(drag,), felt=1e9)
-    itself = Rest(ground, fit).met(drag)
-    assert Rest(ground, fit).met(slowing) == pytest.approx(itself)
-    assert Rest(ground, fit).met(turning) < 0.05 * itself
+    fit = replace(weighing.fitted(()), causes=(drag,), motion_nats=1e9)
+    itself = FormRemainder(weighing, fit).overlap(drag)
+    assert FormRemainder(weighing, fit).overlap(slowing) == pytest.approx(itself)
+    assert FormRemainder(weighing, fit).overlap(turning) < 0.05 * itself
 
 
 def with_drag(nominal, bent=None):
@@ -92,15 +92,15 @@ def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
     seen = []
     for bent in (None, lambda part: np.roll(part, 10, axis=0)):
         spoilt, drag = with_drag(nominal, bent)
-        ground = ground_of(spoilt, LIBRARY)
-        fit = replace(ground.fitted([drag]), felt=1e9)
-        rest = Rest(ground, fit)
+        weighing = weighing_of(spoilt, LIBRARY)
+        fit = replace(weighing.fitted([drag]), motion_nats=1e9)
+        rest = FormRemainder(weighing, fit)
         large = Cause(QUADRATIC_DRAG, 100 * fit.causes[0].values)
-        many = Rest(ground, replace(fit, causes=(large,)))
-        assert many.met(further) == pytest.approx(1e4 * rest.met(further))
-        assert many.seen(further) < LEAST_SHARE * many.met(further)
-        assert least(many, further) == pytest.approx(LEAST_GAIN + many.seen(further))
-        seen.append(rest.seen(further))
+        many = FormRemainder(weighing, replace(fit, causes=(large,)))
+        assert many.overlap(further) == pytest.approx(1e4 * rest.overlap(further))
+        assert many.saved_overlap(further) < LEAST_SHARE * many.overlap(further)
+        assert required_gain(many, further) == pytest.approx(LEAST_GAIN + many.saved_overlap(further))
+        seen.append(rest.saved_overlap(further))
     assert seen[1] > 5 * seen[0]
 
 
@@ -111,9 +111,9 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
     spoilt, drag = with_drag(nominal)
     coupled, asked = Cause(COUPLED_DAMPING, np.array([1.0, -1.0])), []
 
-    def restless(ground, fit):
+    def restless(weighing, fit):
         asked.append(len(fit.causes))
-        return ground.fitted((drag, coupled)[: {0: first, 1: 2, 2: 1}[len(fit.causes)]])
+        return weighing.fitted((drag, coupled)[: {0: first, 1: 2, 2: 1}[len(fit.causes)]])
 
     monkeypatch.setattr(search, "improved", restless)
     assert [cause.effect for cause in explain(spoilt, LIBRARY, quiet).causes] == [QUADRATIC_DRAG]
@@ -121,11 +121,11 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
 
 
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
-    monkeypatch.setattr(findings, "gain_of", lambda *_: None)
+    monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     found = explain(with_drag(nominal)[0], LIBRARY, quiet)
-    (sure,) = findings.found_of(found, found.fit.covariance, None)
-    monkeypatch.setattr(findings, "left_to", lambda *_: sure.gain_nats - 6.0)
-    (doubtful,) = findings.found_of(found, found.fit.covariance, None)
+    (sure,) = findings.findings_of(found, found.fit.covariance, None)
+    monkeypatch.setattr(findings, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
+    (doubtful,) = findings.findings_of(found, found.fit.covariance, None)
     assert doubtful.probability < 0.6 < sure.probability
 
 

@@ -12,11 +12,11 @@ from identify.diagnose.candidates import Cause
 from identify.diagnose.result import Prediction
 from identify.diagnose.shrink import (
     FOLDS,
-    Taught,
+    HeldOutFit,
     Windows,
     csv_of,
-    overstated,
-    unforeseen,
+    overstated_note,
+    seas_note,
     windows_of,
     without_seas,
 )
@@ -45,8 +45,8 @@ def test_what_drifts_by_less_than_noise_has_shrunk_whole_and_by_no_more():
     assert np.isnan(shrink.low95)
     assert np.isnan(shrink.high95)
     assert windows(3.0, 0.9).shrink(np.random.default_rng(0)).high95 == pytest.approx(1.0)
-    assert "0.50 floors" in overstated(shrink)[0]
-    assert overstated(windows(3.0, 0.9).shrink(np.random.default_rng(0))) == ()
+    assert "0.50 floors" in overstated_note(shrink)[0]
+    assert overstated_note(windows(3.0, 0.9).shrink(np.random.default_rng(0))) == ()
 
 
 def test_where_a_cause_changes_nothing_the_floor_is_what_noise_came_to_in_that_dive():
@@ -66,11 +66,11 @@ def test_a_parameter_that_one_piece_alone_tells_stays_near_what_it_is_without_th
         problems=(), places=(), mass_places=(), prior_precision=nothing, prior_mean=nothing
     )
     rows = SimpleNamespace(piece=piece, nominal=np.zeros((len(piece), 0)), nominal_precision=nothing)
-    taught = Taught(rows, SimpleNamespace(joint=joint, theta=nothing), slope, value)
+    taught = HeldOutFit(rows, SimpleNamespace(joint=joint, theta=nothing), slope, value)
     by_others = float(slope[piece != 3, 0] @ value[piece != 3]) / float((slope[piece != 3] ** 2).sum())
     assert abs(by_others) > 1.0
     assert abs(taught.without(3)[1][0]) < 0.1 * abs(by_others)
-    fine = Taught(rows, taught.model, np.ones_like(slope), value)
+    fine = HeldOutFit(rows, taught.model, np.ones_like(slope), value)
     whole = value[piece != 3].mean()
     assert fine.without(3)[1][0] == pytest.approx(whole, rel=0.03)
 
@@ -108,8 +108,8 @@ def test_seas_are_noise_to_a_further_dive_and_that_is_said():
     drag = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
     sea, current = (Cause(one, one.start()) for one in (waves(5.0), varying_current(40.0)))
     assert without_seas([sea, drag, current]) == [drag]
-    assert "no model knows ahead" in unforeseen([sea, drag])[0]
-    assert unforeseen([drag]) == ()
+    assert "no model knows ahead" in seas_note([sea, drag])[0]
+    assert seas_note([drag]) == ()
 
 
 def prediction():

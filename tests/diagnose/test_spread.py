@@ -11,9 +11,9 @@ from bridge.effects.effect import Act
 from bridge.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.candidates import Cause
-from identify.diagnose.confidence import between_parts, covariance_of, in_other_forms, leaning
+from identify.diagnose.confidence import between_parts, coupled_nominal, covariance_of, in_other_forms
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.weighing import Ground, ground_of
+from identify.diagnose.weighing import Weighing, weighing_of
 
 ROWS, PARTS = 6000, 6
 DRAG = Cause(QUADRATIC_DRAG, np.array([2000.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
@@ -56,60 +56,60 @@ def test_one_part_alone_says_nothing_of_others() -> None:
 
 
 @pytest.fixture(scope="module")
-def ground() -> Ground:
+def weighing() -> Weighing:
     case = draw_case(318_900, names=["fouling"], size=0.8, seconds=120.0)
-    return ground_of(nominal_of(dive_of(case), case.file, case.configuration), (FOULING, QUADRATIC_DRAG))
+    return weighing_of(nominal_of(dive_of(case), case.file, case.configuration), (FOULING, QUADRATIC_DRAG))
 
 
-def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(ground: Ground) -> None:
+def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(weighing: Weighing) -> None:
     cause = Cause(FOULING, np.array([4e-4]))
-    own = ground.rows.columns([cause.act(ground.now.course)], ground.now.course)[:, 0]
-    with_it = leaning(ground, (cause,)) - ground.rows.nominal
+    own = weighing.rows.columns([cause.act(weighing.now.course)], weighing.now.course)[:, 0]
+    with_it = coupled_nominal(weighing, (cause,)) - weighing.rows.nominal
     assert with_it.sum(axis=1) == pytest.approx(-own, abs=1e-6 * float(np.abs(own).max()))
 
 
-def test_a_drag_of_its_own_changes_with_no_damping(ground: Ground) -> None:
+def test_a_drag_of_its_own_changes_with_no_damping(weighing: Weighing) -> None:
     cause = Cause(QUADRATIC_DRAG, np.full(6, 5.0))
-    assert np.array_equal(leaning(ground, (cause,)), ground.rows.nominal)
+    assert np.array_equal(coupled_nominal(weighing, (cause,)), weighing.rows.nominal)
 
 
 def test_no_parameter_is_known_much_better_or_worlds_worse_than_white_innovations_let_it_be(
-    ground: Ground,
+    weighing: Weighing,
 ) -> None:
-    fit = ground.fitted((Cause(FOULING, np.array([4e-4])), Cause(QUADRATIC_DRAG, np.full(6, 5.0))))
-    wider = np.diag(covariance_of(ground, fit)) / np.diag(fit.covariance)
+    fit = weighing.fitted((Cause(FOULING, np.array([4e-4])), Cause(QUADRATIC_DRAG, np.full(6, 5.0))))
+    wider = np.diag(covariance_of(weighing, fit)) / np.diag(fit.covariance)
     assert np.all(wider > 0.95)
     assert np.all(wider < 100.0)
 
 
-def read(ground: Ground, act: Act) -> Ground:
+def read(weighing: Weighing, act: Act) -> Weighing:
     """The same dive as if an act were all that is in it, without noise."""
     return replace(
-        ground, rows=replace(ground.rows, value=ground.rows.columns([act], ground.now.course)[:, 0])
+        weighing, rows=replace(weighing.rows, value=weighing.rows.columns([act], weighing.now.course)[:, 0])
     )
 
 
-def test_a_form_that_is_true_is_moved_by_no_other_and_widened_by_no_part(ground: Ground) -> None:
-    true = read(ground, DRAG.act(ground.now.course))
+def test_a_form_that_is_true_is_moved_by_no_other_and_widened_by_no_part(weighing: Weighing) -> None:
+    true = read(weighing, DRAG.act(weighing.now.course))
     fit = true.fitted((DRAG,))
     std = float(np.sqrt(fit.covariance[0, 0]))
-    assert abs(float(in_other_forms(true, fit, ground.rows.nominal)[0])) < 0.01 * std
+    assert abs(float(in_other_forms(true, fit, weighing.rows.nominal)[0])) < 0.01 * std
     assert float(np.sqrt(covariance_of(true, fit)[0, 0])) < 1.05 * std
 
 
-def test_where_the_form_is_another_at_large_sizes_the_interval_is_wide(ground: Ground) -> None:
-    course = ground.now.course
-    cubic = read(ground, DRAG.act(course).each(lambda part: part * np.abs(course.nu) / 0.3))
+def test_where_the_form_is_another_at_large_sizes_the_interval_is_wide(weighing: Weighing) -> None:
+    course = weighing.now.course
+    cubic = read(weighing, DRAG.act(course).each(lambda part: part * np.abs(course.nu) / 0.3))
     fit = cubic.fitted((DRAG,))
     wide = covariance_of(cubic, fit)[0, 0] / fit.covariance[0, 0]
     assert wide > 20.0**2
 
 
-def test_where_another_form_is_true_it_moves_the_parameter_within_its_interval(ground: Ground) -> None:
-    course = ground.now.course
-    late = read(ground, DRAG.act(course).each(lambda part: delayed(part, course.step_s, 0.2)))
+def test_where_another_form_is_true_it_moves_the_parameter_within_its_interval(weighing: Weighing) -> None:
+    course = weighing.now.course
+    late = read(weighing, DRAG.act(course).each(lambda part: delayed(part, course.step_s, 0.2)))
     fit = late.fitted((DRAG,))
-    shift, told = float(in_other_forms(late, fit, ground.rows.nominal)[0]), float(fit.causes[0].values[0])
+    shift, told = float(in_other_forms(late, fit, weighing.rows.nominal)[0]), float(fit.causes[0].values[0])
     assert abs(shift) > 1.5 * float(np.sqrt(fit.covariance[0, 0]))
     assert covariance_of(late, fit)[0, 0] > shift**2
     # What comes late is as large.

@@ -7,7 +7,7 @@ from bridge.effects.hydrodynamics import QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import confidence as module
-from identify.diagnose.confidence import covariance_of, sure
+from identify.diagnose.confidence import covariance_of, without_doubtful
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.search import explain
 
@@ -25,9 +25,9 @@ def heavy():
 def test_a_cause_that_the_dive_tells_from_none_stays(heavy):
     nominal, found = heavy
     assert [cause.effect for cause in found.causes] == [NET_BUOYANCY]
-    left, covariance = sure(found, nominal, LIBRARY)
+    left, covariance = without_doubtful(found, nominal, LIBRARY)
     assert left is found
-    assert covariance == pytest.approx(covariance_of(found.ground, found.fit))
+    assert covariance == pytest.approx(covariance_of(found.weighing, found.fit))
 
 
 def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are_as_without_it(
@@ -35,10 +35,10 @@ def test_a_cause_whose_interval_holds_its_absence_is_dropped_and_the_filters_are
 ):
     nominal, found = heavy
     (size,) = found.causes[0].values
-    wide = (size / covariance_of(found.ground, found.fit)[0, 0] ** 0.5) ** 2
+    wide = (size / covariance_of(found.weighing, found.fit)[0, 0] ** 0.5) ** 2
     for factor, stays in ((wide / 4.0, True), (wide / 3.5, False)):
         monkeypatch.setattr(module, "covariance_of", lambda *of, by=factor: by * covariance_of(*of))
-        left, covariance = sure(found, nominal, LIBRARY)
+        left, covariance = without_doubtful(found, nominal, LIBRARY)
         assert (bool(left.causes), len(covariance)) == (stays, int(stays))
     assert left.now.theta == pytest.approx(nominal.theta, rel=0.02, abs=0.05)
 
@@ -49,4 +49,4 @@ def test_a_sea_stays_though_parts_of_the_dive_disagree_on_its_lines(monkeypatch)
     found = explain(nominal, (waves(5.0),), lambda _share, _words: None)
     assert [cause.effect.name for cause in found.causes] == ["waves"]
     monkeypatch.setattr(module, "covariance_of", lambda *of: 1e9 * covariance_of(*of))
-    assert sure(found, nominal, (waves(5.0),))[0] is found
+    assert without_doubtful(found, nominal, (waves(5.0),))[0] is found

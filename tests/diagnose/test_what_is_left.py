@@ -15,12 +15,12 @@ from bridge.effects.supply import LOAD_SAG
 from bridge.effects.tether import TETHER
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import unexplained
-from identify.diagnose.candidates import Cause, able_forms, forms, kin
+from identify.diagnose.candidates import Cause, companions, other_forms, possible_forms
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.result import Next
-from identify.diagnose.unexplained import Left, Shape, left_over
-from identify.diagnose.verdict import further, unexplained_forces
-from identify.diagnose.weighing import ground_of
+from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
+from identify.diagnose.weighing import weighing_of
 
 
 @pytest.fixture(scope="module")
@@ -44,11 +44,11 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
     wrench, speed = np.zeros_like(nominal.course.nu), nominal.course.nu[:, 2]
     thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, 2]
     wrench[:, 2] = 0.2 * np.std(thrust) / np.std(speed**2) * speed**2
-    ground = ground_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
-    fit = ground.fitted(())
-    assert 2 in {shape.dof for shape in left_over(ground, fit).shapes}
+    weighing = weighing_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
+    fit = weighing.fitted(())
+    assert 2 in {shape.dof for shape in unexplained_of(weighing, fit).shapes}
     monkeypatch.setattr(unexplained, "LEAST_FORCE", 0.5)
-    assert 2 not in {shape.dof for shape in left_over(ground, fit).shapes if shape.timing is None}
+    assert 2 not in {shape.dof for shape in unexplained_of(weighing, fit).shapes if shape.timing is None}
 
 
 def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
@@ -56,8 +56,8 @@ def test_a_slow_rest_of_a_quick_cause_is_kin_of_it(nominal):
     (lag,) = (one for one in library(course.configuration, course.lag_s) if one.name == "thruster_lag")
     cause = Cause(lag, np.array([course.lag_s + 0.1]))
     slow = lagged(cause.act(course).wrench, course.step_s, 0.9)[:, 0]
-    known = columns_of([cause.slope(course, 0), *forms(course, cause)], 0)
-    with_kin = left_by(slow, [*known, *columns_of(kin(course, cause), 0)])
+    known = columns_of([cause.slope(course, 0), *other_forms(course, cause)], 0)
+    with_kin = left_by(slow, [*known, *columns_of(companions(course, cause), 0)])
     assert with_kin < 0.1 * left_by(slow, known)
 
 
@@ -66,7 +66,7 @@ def test_water_that_moves_turns_the_hull_too(nominal):
     cause = Cause(waves(4.0), np.array([1.0, 0.5, -0.3, 0.8, 0.0, 0.0]))
     push = cause.act(course).wrench
     munk = course.nu[:, 0] * push[:, 1]
-    turning = columns_of(kin(course, cause), 5)
+    turning = columns_of(companions(course, cause), 5)
     assert left_by(munk, turning) < 1e-9
     assert left_by(np.gradient(munk), turning) > 0.01
 
@@ -76,8 +76,8 @@ def test_a_current_that_turns_as_it_comes_and_goes_is_kin_of_a_steady_one(nomina
     cause = Cause(STEADY_CURRENT, np.array([0.05, 0.02]))
     middle = 2.0 * course.since_s / course.since_s[-1] - 1.0
     turned = (middle[:, None] * STEADY_CURRENT.act(course, np.array([0.0, 0.01])).wrench)[:, 0]
-    known = columns_of([cause.slope(course, 0), cause.slope(course, 1), *forms(course, cause)], 0)
-    with_kin = left_by(turned, [*known, *columns_of(kin(course, cause), 0)])
+    known = columns_of([cause.slope(course, 0), cause.slope(course, 1), *other_forms(course, cause)], 0)
+    with_kin = left_by(turned, [*known, *columns_of(companions(course, cause), 0)])
     assert with_kin < 0.05 * left_by(turned, known)
 
 
@@ -85,12 +85,12 @@ def test_a_supply_that_gives_way_by_another_law_is_kin_of_load_sag(nominal):
     course = nominal.course
     load = (np.abs(course.thrust_n) ** 1.4).sum(axis=1, keepdims=True)
     wrench = course.wrench_of(lagged(load, course.step_s, 0.3) * course.thrust_n)[:, 0]
-    assert left_by(wrench, columns_of(kin(course, Cause(LOAD_SAG, np.array([0.05]))), 0)) < 1e-9
+    assert left_by(wrench, columns_of(companions(course, Cause(LOAD_SAG, np.array([0.05]))), 0)) < 1e-9
 
 
 def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
-    shapes = tuple(Shape(dof, "heading", None, np.zeros(3)) for dof in (0, 5, 4))
-    left = Left(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=750.0)
+    shapes = tuple(GenericForce(dof, "heading", None, np.zeros(3)) for dof in (0, 5, 4))
+    left = Unexplained(shapes, (30.0, 12.0, 90.0), (1.0, 1.0, 1.0), explained=750.0)
     assert unexplained_forces(left) == shapes[:1]
 
 
@@ -101,7 +101,9 @@ def test_forces_that_chance_or_the_causes_would_leave_are_not_unexplained():
      ("thrust_sign", "thrusters at a time"), ("position", "out and back")],
 )  # fmt: skip
 def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
-    more = further([Shape(0, variable, None, nominal.course.depth_m)], nominal.course, None)
+    more = next_for_unexplained(
+        [GenericForce(0, variable, None, nominal.course.depth_m)], nominal.course, None
+    )
     assert said in more.manoeuvre
     assert more.splits == ()
 
@@ -109,11 +111,11 @@ def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
 def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
     nu, rate = nominal.course.nu, nominal.course.nu_dot
     asked = {
-        further([one], nominal.course, None).manoeuvre
+        next_for_unexplained([one], nominal.course, None).manoeuvre
         for one in (
-            Shape(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
-            Shape(0, "yaw_rate", "even", nu[:, 5] ** 2),
-            Shape(0, "acceleration", "odd", rate[:, 0]),
+            GenericForce(5, "speed", "odd", nu[:, 1] * np.abs(nu[:, 1])),
+            GenericForce(0, "yaw_rate", "even", nu[:, 5] ** 2),
+            GenericForce(0, "acceleration", "odd", rate[:, 0]),
         )
     }
     assert asked == {
@@ -124,8 +126,12 @@ def test_a_force_that_goes_with_a_motion_asks_for_that_motion(nominal):
 
 
 def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
-    left = [Shape(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")]
-    more = further(left, nominal.course, Next("coast-down", "voltage log", ("fouling", "battery_sag")))
+    left = [
+        GenericForce(0, one, None, nominal.course.depth_m) for one in ("voltage", "time", "heading", "depth")
+    ]
+    more = next_for_unexplained(
+        left, nominal.course, Next("coast-down", "voltage log", ("fouling", "battery_sag"))
+    )
     assert more.manoeuvre == (
         "the same leg with a fresh and with an empty battery; the same leg on opposite headings; coast-down"
     )
@@ -135,8 +141,8 @@ def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(n
 def test_a_steady_push_that_no_candidate_is_about_is_left(nominal):
     wrench = np.zeros_like(nominal.course.nu)
     wrench[:, 1] = 5.0
-    ground = ground_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
-    left = left_over(ground, ground.fitted(()))
+    weighing = weighing_of(replace(refitted(nominal, [Act(wrench=wrench)]), acts=()), ())
+    left = unexplained_of(weighing, weighing.fitted(()))
     assert (left.shapes[0].dof, left.shapes[0].timing) == (1, "steady")
     assert unexplained_forces(left)[:1] == left.shapes[:1]
 
@@ -145,8 +151,8 @@ def test_a_gyro_that_is_off_is_left_though_nothing_pushes(nominal):
     off = tuple(replace(one, off=one.off - 0.05) for one in nominal.witnesses if one.kind == "heading")
 
     def turns_unseen(now):
-        ground = ground_of(now, ())
-        left = left_over(ground, ground.fitted(()))
+        weighing = weighing_of(now, ())
+        left = unexplained_of(weighing, weighing.fitted(()))
         return [size for one, size in zip(left.shapes, left.forces, strict=True) if one.timing == "steady"]
 
     assert turns_unseen(replace(nominal, witnesses=off)) == [0.0]
@@ -157,7 +163,7 @@ def test_a_reading_that_is_wrong_by_geometry_has_no_bent_forms(nominal):
     course = nominal.course
     cause = Cause(DVL_LEVER_ARM, np.array([0.1, 0.2, 0.0]))
     ahead = cause.act(course).velocity[:, 0]
-    others = [act.velocity[:, 0] for some in (able_forms, kin) for act in some(course, cause)]
+    others = [act.velocity[:, 0] for some in (possible_forms, companions) for act in some(course, cause)]
     turning = course.nu[:, 5] * np.abs(course.nu[:, 5])
     assert left_by(turning, [ahead, *others]) > 0.05
     assert left_by(course.since_s * ahead, [ahead, *others]) < 1e-9
@@ -170,8 +176,8 @@ def test_lines_beside_the_strongest_of_a_sea_are_kin_of_it(nominal):
     beside = Cause(waves(1.0 / (1.0 / 6.0 + 2.0 / whole_s)), np.array([0.3, 0.9, 0.1, 0.0, 0.0, 0.0]))
     other = beside.act(course).wrench[:, 0]
     slopes = [cause.slope(course, p) for p in range(6)]
-    assert left_by(other, columns_of([*slopes, *kin(course, cause)], 0)) < 0.05
-    assert left_by(other, columns_of([*slopes, *forms(course, cause)], 0)) > 0.5
+    assert left_by(other, columns_of([*slopes, *companions(course, cause)], 0)) < 0.05
+    assert left_by(other, columns_of([*slopes, *other_forms(course, cause)], 0)) > 0.5
 
 
 def test_a_tether_pulls_down_as_well(nominal):
@@ -179,7 +185,7 @@ def test_a_tether_pulls_down_as_well(nominal):
     cause = Cause(TETHER, np.array([0.3, 1.0, -0.5]))
     pull = np.linalg.norm(cause.act(course).wrench[:, :3], axis=1)
     down = pull**2 * course.world[2][:, 2]
-    assert left_by(down, columns_of(kin(course, cause), 2)) < 1e-9
+    assert left_by(down, columns_of(companions(course, cause), 2)) < 1e-9
 
 
 @pytest.mark.parametrize(("off_m_s2", "told"), [(0.012, 0), (0.3, 1)])
@@ -189,5 +195,5 @@ def test_an_accelerometer_is_off_beyond_its_zero_or_not_at_all(off_m_s2, told):
     read = dive.specific_force
     off = replace(read, value=read.value + np.array([off_m_s2, 0.0, 0.0]))
     nominal = nominal_of(replace(dive, specific_force=off), case.file, case.configuration)
-    left = unexplained_forces(left_over(ground := ground_of(nominal, ()), ground.fitted(())))
+    left = unexplained_forces(unexplained_of(weighing := weighing_of(nominal, ()), weighing.fitted(())))
     assert [(shape.dof, shape.timing) for shape in left] == [(0, "steady")] * told

@@ -19,15 +19,15 @@ from identify.diagnose.gap import (
     missing_of,
     phases_of,
     power_of_drift,
-    power_of_left,
-    power_of_rest,
+    power_of_generic,
+    power_of_remainder,
     shares_of,
     slices_of,
-    with_left,
+    with_unexplained,
 )
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.simulation import EACH, flown, slope_of, wrench_of
-from identify.diagnose.unexplained import Left, Shape
+from identify.diagnose.simulation import EACH, simulation_of, slope_of, wrench_of
+from identify.diagnose.unexplained import GenericForce, Unexplained
 from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
 
 
@@ -40,8 +40,8 @@ def nominal():
 def lacking(nominal, cause):
     """What the nominal model lacks beside one with the cause in its forces."""
     nu = nominal.motion.nu
-    before = flown(nominal, nominal.theta, nu)
-    after = flown(
+    before = simulation_of(nominal, nominal.theta, nu)
+    after = simulation_of(
         nominal, nominal.theta, nu, wrench_of([cause], nominal.course), slope_of([cause], nominal.course)
     )
     return missing_of(before, after, np.zeros_like(after.nu), np.zeros((len(after.nu), 3)), nominal)
@@ -77,7 +77,7 @@ def test_a_reading_that_is_off_lies_in_the_degree_of_freedom_that_it_spoils(nomi
     nu = nominal.motion.nu
     wrong = np.zeros_like(nu[::EACH])
     wrong[:, 1] = 0.05
-    model = flown(nominal, nominal.theta, nu)
+    model = simulation_of(nominal, nominal.theta, nu)
     found = missing_of(model, model, wrong, np.zeros((len(wrong), 3)), nominal)
     assert {one.dof for one in shares_of(found.power, phases_of(nominal.course, EACH))} == {"sway"}
 
@@ -89,7 +89,7 @@ def test_a_force_lies_where_it_acts_however_far_the_nominal_model_is_bent_to_mak
     for problem, place in zip(nominal.joint.problems, nominal.joint.places, strict=True):
         if problem.axis.dof == 5:
             bent[place.start + DAMPING] += 2.0
-    before, after = (flown(nominal, theta, nominal.motion.nu) for theta in (bent, nominal.theta))
+    before, after = (simulation_of(nominal, theta, nominal.motion.nu) for theta in (bent, nominal.theta))
     still = np.zeros_like(after.nu)
     found = missing_of(before, after.less(pushed[::EACH]), still, still[:, :3], nominal)
     assert found.power.mean(axis=0).argmax() == 5
@@ -101,7 +101,7 @@ def test_a_force_lies_where_it_acts_however_far_the_nominal_model_is_bent_to_mak
 def test_what_a_refit_takes_up_whole_is_no_power_of_a_gap(nominal):
     course = nominal.course
     pushed = 3.0 * course.nu_dot * np.eye(6)[0] + course.coriolis_of(3.0 * np.eye(6)[0], course.nu)
-    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     still = np.zeros_like(model.nu)
     found = missing_of(model, model, still, still[:, :3], nominal)
     power = beyond_refit(found, pushed - 2.0 * course.nu, nominal, EACH).power
@@ -109,14 +109,14 @@ def test_what_a_refit_takes_up_whole_is_no_power_of_a_gap(nominal):
 
 
 def test_an_accelerometer_that_feels_too_much_lies_where_it_does(nominal):
-    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     felt = np.tile([0.05, 0.0, 0.0], (len(model.nu), 1))
     found = missing_of(model, model, np.zeros_like(model.nu), felt, nominal)
     assert {one.dof for one in shares_of(found.power, phases_of(nominal.course, EACH))} == {"surge"}
 
 
 def test_a_reading_that_is_only_too_large_is_what_a_refit_takes_up(nominal):
-    model = flown(nominal, nominal.theta, nominal.motion.nu)
+    model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     found = missing_of(model, model, 0.03 * model.nu, np.zeros((len(model.nu), 3)), nominal)
     assert found.power.sum() == pytest.approx(0.0, abs=1e-12)
 
@@ -168,11 +168,15 @@ def test_a_drift_is_looked_at_in_some_degrees_of_freedom_alone_also_where_it_is_
 
 def test_what_is_too_little_to_be_sure_of_lies_where_most_speaks_for_it_but_not_in_what_is_levelled():
     force, later = np.ones(10), np.repeat([0.0, 2.0], 5)
-    shapes = Shape(4, "thrust", "odd", force), Shape(2, "depth", None, later), Shape(0, "speed", "odd", force)
-    power = power_of_left(Left(shapes, (60.0, 10.0, 4.0), (0.1, 0.2, 0.1)), 1)
+    shapes = (
+        GenericForce(4, "thrust", "odd", force),
+        GenericForce(2, "depth", None, later),
+        GenericForce(0, "speed", "odd", force),
+    )
+    power = power_of_generic(Unexplained(shapes, (60.0, 10.0, 4.0), (0.1, 0.2, 0.1)), 1)
     np.testing.assert_allclose(power.mean(axis=0), [4.0, 0.0, 10.0, 0.0, 0.0, 0.0])
     assert power[:5, 2].max() == 0.0
-    assert not len(power_of_left(Left(shapes[:1], (60.0,), (0.1,)), 1))
+    assert not len(power_of_generic(Unexplained(shapes[:1], (60.0,), (0.1,)), 1))
 
 
 def test_what_a_current_pushes_is_the_same_on_all_headings_of_the_world(nominal):
@@ -192,11 +196,11 @@ def test_a_moment_that_goes_with_the_speed_of_another_axis_goes_with_nothing_les
 
 def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
     force = np.zeros(10)
-    left = Left(
+    left = Unexplained(
         (
-            Shape(1, "heading", None, force),
-            Shape(0, "position", None, force),
-            Shape(5, "speed", "odd", force),
+            GenericForce(1, "heading", None, force),
+            GenericForce(0, "position", None, force),
+            GenericForce(5, "speed", "odd", force),
         ),
         (40.0, 20.0, 5.0),
         (1.0, 1.0, 1.0),
@@ -216,20 +220,20 @@ def test_what_comes_and_goes_unexplained_lies_where_most_windows_are_far_quieter
     off = np.random.default_rng(100_311).normal(size=(400, 6)) * [0.01, 0.01, 0.01, 0.001, 0.001, 0.001]
     off[::8, 5] += 0.01
     off[:, 4] = np.nan
-    power = power_of_rest(drift_of(off), np.arange(400.0) + 0.5, range(6))
+    power = power_of_remainder(drift_of(off), np.arange(400.0) + 0.5, range(6))
     assert power.sum(axis=0).argmax() == 5
     assert power[::8, 5].sum() > 0.9 * power[:, 5].sum()
     assert power[:, 5].mean() == pytest.approx(np.mean((off[:, 5] / 0.001) ** 2) - 1.0, rel=0.4)
     assert power[:, :3].mean(axis=0).max() < 0.2
-    assert not power_of_rest(drift_of(off), np.arange(400.0), (0, 1))[:, 2:].any()
+    assert not power_of_remainder(drift_of(off), np.arange(400.0), (0, 1))[:, 2:].any()
 
 
 def test_a_generic_force_counts_for_no_more_than_the_nats_that_it_saves(nominal):
     course = nominal.course
     force = np.sin(0.7 * course.time_s)
     nothing = Missing(course.time_s[::EACH], *np.zeros((3, len(course.time_s[::EACH]), 6)))
-    left = Left((Shape(0, "thrust", "odd", force),), (20.0,), (1000.0,))
-    power = with_left(nothing, left, nominal, EACH).power
+    left = Unexplained((GenericForce(0, "thrust", "odd", force),), (20.0,), (1000.0,))
+    power = with_unexplained(nothing, left, nominal, EACH).power
     seconds = float(course.time_s[-1] - course.time_s[0])
     (place,) = [
         place
@@ -238,5 +242,5 @@ def test_a_generic_force_counts_for_no_more_than_the_nats_that_it_saves(nominal)
     ]
     disturbances = seconds / (2 * np.exp(nominal.theta[place][TIME_CONSTANT]))
     assert power[:, 0].mean() == pytest.approx(2 * 20.0 / disturbances, rel=0.01)
-    small = with_left(nothing, replace(left, forces=(1e-6,)), nominal, EACH).power
+    small = with_unexplained(nothing, replace(left, forces=(1e-6,)), nominal, EACH).power
     assert 0 < small[:, 0].mean() < 1e-6

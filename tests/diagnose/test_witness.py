@@ -11,7 +11,7 @@ from bridge.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.witnesses import JITTER_S, LATE_S, WINDOW_S, weighed, witnesses
+from identify.diagnose.witnesses import JITTER_S, LATE_S, WINDOW_S, weighed_witness, witnesses
 from identify.dive import Signal
 
 
@@ -39,7 +39,7 @@ def test_where_nothing_hides_each_witness_reads_noise(honest):
     kinds = {one.kind for one in honest.witnesses}
     assert kinds == {"shaft", "heading", "specific_force"}
     for one in honest.witnesses:
-        rows = weighed(one, [], honest.course).whitened(one.off[:, None])[:, 0]
+        rows = weighed_witness(one, [], honest.course).whitened(one.off[:, None])[:, 0]
         assert abs(rows.mean()) < 5 / np.sqrt(len(rows))
         # These shafts are dated exactly, and allowed to be dated worse.
         assert (0.1 if one.kind == "shaft" else 0.5) < rows.std() < 1.5
@@ -125,7 +125,7 @@ def test_a_reading_goes_astray_by_what_the_thrust_changes_by_within_its_dates_ji
     changed = stepped.thrust_n(time_s + JITTER_S) - stepped.thrust_n(time_s - JITTER_S)
     np.testing.assert_allclose(one.astray, one.bins.mean(0.5 * np.abs(changed)), atol=1e-9)
     assert one.astray.max() > 0.1
-    weights = weighed(one, [], nominal.course)
+    weights = weighed_witness(one, [], nominal.course)
     assert np.all(weights.std >= 0.5 * one.astray)
 
 
@@ -139,9 +139,9 @@ def test_telemetry_may_be_late_with_what_a_slower_thruster_does_too(case_and_nom
     one = stepped.shafts[0]
     act = thruster_lag(nominal.course.lag_s).act(stepped.course, np.array([stepped.lag_s]))
     left = one.off - one.of(act, stepped.course)
-    following = weighed(one, [act], stepped.course).witness
+    following = weighed_witness(one, [act], stepped.course).witness
     assert beyond(following.known, left) < 0.1 * beyond(one.known, left)
-    np.testing.assert_array_equal(weighed(one, [], stepped.course).witness.known, one.known)
+    np.testing.assert_array_equal(weighed_witness(one, [], stepped.course).witness.known, one.known)
 
 
 @pytest.mark.parametrize("off_s", [-0.02, 0.02])

@@ -9,7 +9,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import diagnose as module
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.findings import HEARD
+from identify.diagnose.findings import FEEDBACK_DOFS
 from identify.feedback import unrecorded
 
 
@@ -28,7 +28,9 @@ def where(case) -> set[str]:
 
 def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accepted_too(case, monkeypatch):
     doubted = {
-        DOFS[one.dof] for one in unrecorded(dive_of(case), case.file.vehicle.water) if one.dof in HEARD
+        DOFS[one.dof]
+        for one in unrecorded(dive_of(case), case.file.vehicle.water)
+        if one.dof in FEEDBACK_DOFS
     }
     assert doubted
     by_drag = where(case)
@@ -41,5 +43,5 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
             for one in found_of(*given)
         )
 
-    monkeypatch.setattr(module, "found_of", possible)
+    monkeypatch.setattr(module, "findings_of", possible)
     assert where(case) <= doubted

@@ -39,10 +39,10 @@ PAGE = re.sub(
         f"The best {search.WEIGHED} are weighed",
         f"pieces of {regression.PIECE_S:.0f} s in {evidence.FOLDS} folds",
         f"by more than {search.LEAST_GAIN:.0f} nats ({search.LEAST_SEA_GAIN:.0f} for a sea",
-        f"by Wald's test at {100 * confidence.LEAST:.0f} %",
-        rf"P = {probability.SURE}\,\frac{{m}}{{m + {probability.HALF_NATS:.0f}}}",
+        f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
+        rf"P = {probability.MOST_PROBABLE}\,\frac{{m}}{{m + {probability.HALF_NATS:.0f}}}",
         f"Under {100 * probability.LIKELY:.0f} % a cause",
-        f"within {confidence.AS_GOOD:.0f} nats of each other "
+        f"within {confidence.AMBIGUOUS_NATS:.0f} nats of each other "
         f"whose columns have a cosine of {confidence.LEAST_LIKENESS:g}",
         f"= {unexplained.UNKNOWN_NATS}$ nats deceive",
         f"more than {100 * verdict.FORM_SHARE:.0f} % of what the causes save",

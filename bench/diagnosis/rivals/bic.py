@@ -13,14 +13,14 @@ from bench.diagnosis.rivals.said import Said
 from bridge.effects.effect import Effect
 from identify.diagnose.candidates import settings_of
 from identify.diagnose.nominal import Nominal, refitted
-from identify.diagnose.regression import Whitened, whitened
+from identify.diagnose.regression import Regression, regression_of
 
 Array = NDArray[np.float64]
 
 
 def named(nominal: Nominal, library: Sequence[Effect]) -> Said:
     """The effect of least criterion; none where the nominal model alone has it."""
-    rows = whitened(nominal.joint, nominal.theta, nominal.doubted)
+    rows = regression_of(nominal.joint, nominal.theta, nominal.doubted)
     settings, acts = settings_of(tuple(library), nominal.course)
     square, right = _beside_nominal(rows, rows.columns(acts, nominal.course))
     price = 0.5 * np.log(len(rows.value))
@@ -39,7 +39,7 @@ def named(nominal: Nominal, library: Sequence[Effect]) -> Said:
     return Said(((best.effect.name, best.effect.number),), (best,), now)
 
 
-def _beside_nominal(rows: Whitened, columns: Array) -> tuple[Array, Array]:
+def _beside_nominal(rows: Regression, columns: Array) -> tuple[Array, Array]:
     """Normal equations of the columns with the nominal ones projected out (Frisch and Waugh 1933)."""
     inner = rows.nominal.T @ rows.nominal + np.diag(rows.nominal_precision)
     cross = rows.nominal.T @ columns

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bench.diagnosis.rivals.said import Said
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.shrink import with_coefficients
-from identify.diagnose.simulation import Flown, flown, slope_of, spoilt_by
+from identify.diagnose.simulation import Simulation, simulation_of, slope_of, velocity_error_of
 
 Array = NDArray[np.float64]
 
@@ -23,12 +23,14 @@ def closed(said: Said, nominal: Nominal, check: Nominal) -> tuple[Array, Array]:
     course = replace(check.course, mass=said.now.course.mass, damping=said.now.course.damping)
     own = refitted(check, [cause.act(course) for cause in said.causes]) if said.causes else check
     nu = own.motion.nu
-    after = flown(own, with_coefficients(own, said.now), nu, slope=slope_of(said.causes, course))
-    before = flown(check, with_coefficients(check, nominal), nu + spoilt_by(said.causes, course))
+    after = simulation_of(own, with_coefficients(own, said.now), nu, slope=slope_of(said.causes, course))
+    before = simulation_of(
+        check, with_coefficients(check, nominal), nu + velocity_error_of(said.causes, course)
+    )
     return _drift(before), _drift(after)
 
 
-def _drift(model: Flown) -> Array:
+def _drift(model: Simulation) -> Array:
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length - 1, length)
     off = model.off(starts, [length], np.zeros_like(model.nu))[:, 0]

@@ -10,7 +10,7 @@ from bridge.effects.course import Course
 from bridge.effects.effect import Act, Effect
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.simulation import flown
+from identify.diagnose.simulation import simulation_of
 from identify.estimators.likelihood_axis import DISTURBANCE
 from identify.filters import low_pass
 
@@ -44,7 +44,7 @@ class Missing:
 def missing(nominal: Nominal) -> Missing:
     """The force that would make the nominal model follow the smoothed velocity, slow enough to be looked at."""
     course = nominal.course
-    along = flown(nominal, nominal.theta, nominal.motion.nu)
+    along = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     rate_hz = 1.0 / along.step_s
     slow = low_pass(along.lacking, rate_hz, SMOOTH_HZ)
     grid = np.arange(0, len(slow), max(round(rate_hz / RATE_HZ), 1))
