@@ -7,7 +7,7 @@ from identify.diagnose.result import Diagnosis, Found, Gap, Shrink
 
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The answer; what does not exist is None."""
+    """The answer; None for absent parts."""
     character, more = diagnosis.character, diagnosis.next
     return {
         "verdict": diagnosis.verdict,

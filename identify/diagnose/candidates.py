@@ -1,17 +1,14 @@
-"""An effect with values: what may cause a gap, and the ways in which it is tried.
+"""Candidate causes: effects with parameter values, the settings tried, their other forms and companions.
 
-What another form of a cause would add: what these take up is nobody's evidence for a second cause.
+No form of a library is exact: drag is not quite quadratic, a dead zone has soft edges, a lag is of second order. The
+larger an effect, the clearer its remainder, and the first false cause would absorb it. Other forms of a cause are
+therefore no evidence for a second one.
 
-A sea holds no form of any library: drag goes with a power that is not quite two, a dead zone has soft edges, a lag is
-of second order. The larger an effect, the clearer is what its form leaves, and the first false cause takes it up.
-
-What a cause brings along that no form of it says: that too is nothing unexplained, once the cause is found.
-
-Of a quick cause whose form is not quite true a slow rest stays, for a filter takes it for a disturbance, which lasts; a
-bias comes and goes; water that moves turns the hull as well as pushing it, and a sea has more lines than any form of
-it; a line that pulls along pulls down; thrust that gives way under load does so by another law. A reading that is wrong
-by where its sensor sits is so at once and in proportion, and brings nothing along but that it may come and go. The
-forms that the search allows for (`forms`) are fewer, so that a second cause keeps its evidence.
+Companions are contributions beyond any form, and no unexplained remainder once the cause is found. A fast cause leaves
+a slow remainder in the filters' disturbance. A bias comes and goes. Moving water also turns the hull, and a sea has
+more lines than its form. A line that pulls along also pulls down, and thrust gives way under load by other laws. A
+reading error from a sensor's position is instantaneous and proportional by geometry, and has only changes in time as
+companions. The search allows for forms alone, so that a second cause keeps its evidence.
 """
 
 from collections.abc import Iterator
@@ -31,33 +28,33 @@ Array = NDArray[np.float64]
 NEAR = 0.02
 
 LEAST_SIZE = 0.12
-"""Of the way on which a parameter comes to show."""
+"""Of a parameter's natural scale."""
 
 OTHER_SIZES = (0.5, 2.0)
 POWERS = (0.6, 1.6)
-"""The shape of what a cause adds is bent to these powers of itself: weaker and stronger where it is large."""
+"""Exponents that bend a cause's contribution at large size."""
 
 LATER_S = 0.2
 
 SLOWER_S = (0.5, 1.5)
-"""Lags of what a cause adds."""
+"""Lags of a cause's contribution."""
 
 TURNS = (2, 3)
-"""Powers of time, from the middle of a dive, by which a cause comes and goes; its linear growth is among its forms."""
+"""Powers of time by which a cause comes and goes; linear growth is among its forms."""
 
 DRIFTS = (1, 2, 3)
-"""The same of each parameter of what the water does, by itself: a current turns as it comes and goes, and one of a
-narrow band of periods drifts in phase against that of one."""
+"""The same for each parameter of the water: a current turns as it comes and goes, and a narrow band drifts in phase
+against one period."""
 
 BESIDE, MOST_BESIDE = 0.2, 8
-"""A sea is a band of periods, of which a dive tells as many apart as it is long: all so near to the strongest line's
-rate are of that sea, and so many on either side of it are looked at."""
+"""Width of a sea's band, relative to the strongest line's rate, and the most lines looked at on either side. A dive
+resolves more lines the longer it is."""
 
 LOADS = (0.7, 1.0, 1.4, 2.0)
-"""Powers of thrust by which the load of all thrusters may go."""
+"""Powers of thrust in the load of all thrusters."""
 
 GIVES_WAY_S = 0.3
-"""How long a supply may take to give way."""
+"""Response time of a supply to load."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +66,17 @@ class Cause:
 
     @property
     def key(self) -> tuple[str, int]:
-        """Effects with the same are one cause in several forms."""
+        """Effects with equal keys are forms of one cause."""
         return self.effect.name, self.effect.number
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Which of its parameters are not where it is absent, (p,)."""
+        """Which parameters differ from absence, (p,)."""
         return np.asarray(self.values != self.effect.none())
 
     @property
     def shows(self) -> bool:
-        """Whether any parameter is far enough from where it is absent to matter to anyone."""
+        """Whether any parameter is large enough to matter."""
         none, size = self.effect.none(), np.array([natural_scale(p) for p in self.effect.parameters])
         return bool(np.any(np.isinf(none) | (np.abs(self.values - none) > LEAST_SIZE * size)))
 
@@ -87,15 +84,14 @@ class Cause:
         return self.effect.act(course, self.values)
 
     def moved(self, p: int, by: float) -> "Cause":
-        """With one parameter changed within its bounds; by no more than the way on which it comes to show, where what
-        it adds is not proportional to it."""
+        """With one parameter changed within its bounds; by at most its natural scale, unless the effect is linear."""
         one, values = self.effect.parameters[p], self.values.copy()
         far = np.inf if self.effect.linear else natural_scale(one)
         values[p] = float(np.clip(values[p] + np.clip(by, -far, far), one.low, one.high))
         return Cause(self.effect, values)
 
     def slope(self, course: Course, p: int) -> Act:
-        """What the act changes by with one unit of its parameter p."""
+        """Derivative of the act by its parameter p."""
         h = NEAR * natural_scale(self.effect.parameters[p])
         up, down = self.values.copy(), self.values.copy()
         up[p] += h
@@ -105,20 +101,20 @@ class Cause:
 
 
 def natural_scale(one: Parameter) -> float:
-    """From where a parameter means nothing to where it shows; a limit's is the limit itself."""
+    """From absence to a noticeable value; of a limit, the limit itself."""
     return abs(one.start - one.none) if np.isfinite(one.none) else abs(one.start)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One way to try an effect: for each of `steps` (k, p) from its none, one column."""
+    """One trial of an effect: a column for each of `steps` (k, p) from absence."""
 
     effect: Effect
     columns: tuple[int, ...]
     steps: Array
 
     def cause(self, size: Array) -> Cause:
-        """The cause that sizes (k,) of the columns come to, within its bounds."""
+        """The cause by sizes (k,) of the columns, within its bounds."""
         low = np.array([p.low for p in self.effect.parameters])
         high = np.array([p.high for p in self.effect.parameters])
         none = self.effect.none()
@@ -128,7 +124,7 @@ class Setting:
 
 
 def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Setting, ...], list[Act]]:
-    """All ways to try some effects, with the act of every column."""
+    """All settings of some effects, with the act of every column."""
     acts: list[Act] = []
     settings = []
     for effect in effects:
@@ -140,7 +136,7 @@ def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Sett
 
 
 def _steps(effect: Effect, size: float) -> Array:
-    """(k, p): each parameter from its none to so many times its start, one at a time; from infinity, to its start."""
+    """(k, p): steps of one parameter each from absence, `size` times its start; from infinity, to its start."""
     none, start = effect.none(), effect.start()
     if not np.isfinite(none).all():
         return np.array([start / size])
@@ -153,7 +149,7 @@ def _at(effect: Effect, step: Array) -> Array:
 
 
 def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of the cause at other sizes, bent in size, late, and growing over the dive."""
+    """Acts of the cause at other sizes, bent, late, and growing over the dive."""
     own = cause.act(course)
     yield from _possible(course, cause)
     for power in POWERS:
@@ -162,8 +158,8 @@ def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
 
 
 def possible_forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Those of `forms` that a cause may truly have: a reading that is wrong by where its sensor sits is so at once and
-    in proportion, by geometry, and what is bent or late in it is something else."""
+    """Forms that a cause may have in truth: a reading error by geometry is instantaneous and proportional, never bent
+    or late."""
     return _possible(course, cause) if cause.effect.place == "reading" else other_forms(course, cause)
 
 
@@ -185,7 +181,7 @@ def _bent(part: Array, power: float) -> Array:
 
 
 def companions(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of what comes along with a cause, of any size."""
+    """Acts of a cause's companions, of any size."""
     own = cause.act(course)
     if cause.effect.place != "reading":
         for lag_s in SLOWER_S:
@@ -208,7 +204,7 @@ def companions(course: Course, cause: Cause) -> Iterator[Act]:
 
 
 def _band(course: Course, cause: Cause) -> Iterator[Act]:
-    """The strongest line of a sea at the rates beside its own that the dive tells from it."""
+    """The strongest line of a sea at neighbouring rates that the dive resolves."""
     told = cause.effect.told(cause.values)
     if "period" not in told:
         return
@@ -226,7 +222,7 @@ def _band(course: Course, cause: Cause) -> Iterator[Act]:
 
 def _moments(course: Course, force: Array) -> Iterator[Act]:
     """Moments of water that pushes by `force` (n, 3): by a lever, and by its drift along the hull (Munk 1924), each in
-    step with the force and a quarter of a period off."""
+    phase with the force and a quarter of a period off."""
     u, v, w = course.nu[:, :3].T
     for push in (force, np.gradient(force, course.step_s, axis=0)):
         x, y, z = push.T
@@ -235,8 +231,7 @@ def _moments(course: Course, force: Array) -> Iterator[Act]:
 
 
 def _upright_pulls(course: Course, force: Array) -> Iterator[Act]:
-    """Upright pulls of a line that pulls level by `force` (n, 3): with that, and with its square, for it is drawn out
-    the further the more it pulls."""
+    """Vertical pulls of a line with level pull `force` (n, 3): linear and quadratic, since it stretches under load."""
     size = np.linalg.norm(force, axis=1)
     for pull in (size, size**2):
         wrench = np.zeros_like(course.nu)
@@ -245,7 +240,7 @@ def _upright_pulls(course: Course, force: Array) -> Iterator[Act]:
 
 
 def _load_losses(course: Course) -> Iterator[Act]:
-    """Thrust times the load of all thrusters, by other laws, at once and late."""
+    """Thrust times the load of all thrusters, by other laws, instantaneous and late."""
     thrust = course.thrust_n
     for power in LOADS:
         load = (np.abs(thrust) ** power).sum(axis=1, keepdims=True)

@@ -1,19 +1,12 @@
-"""How well a dive tells the parameters of its causes: beside masses and dampings that are not known any better, and in
-a form of theirs that is not quite true.
+"""Confidence in the causes found: parameter covariance, confidence in their presence, ambiguity groups.
 
-White innovations alone make too narrow intervals: that no form of a library is true shows in parts of a dive that
-differ in what they make of a parameter by themselves. What lies between these, beyond their own noise, is a random
-effect (DerSimonian and Laird 1986), and the mean over parts is known no better than it lets it be. It shows, too, where
-another form of a cause fits beside its own: what that would make of the parameter is as good an answer.
+White innovations alone give intervals that are too narrow, because no form of a library is exact. Parts of a dive then
+disagree on a parameter. The variance between parts beyond their noise is a random effect (DerSimonian and Laird 1986)
+that limits the mean. Other forms of a cause shift the parameter as well, and their value is as good an answer.
 
-Causes that a dive is sure of: those whose parameters it tells from none, as well as it tells them at all.
-
-The search weighs causes by white innovations, each in a form of its own. What parts of the dive disagree on, and what
-other forms, masses and dampings leave open, widens a cause's interval afterwards (`spread`): one that may as well be
-absent then is no cause, for a rest of another's form looks so. Not so a sea: its lines beat, so that parts of a dive
-disagree on them however high it is; what pieces held out gain by it (`search.LEAST_SEA_GAIN`) tells of it.
-
-Which other causes would do as well in this dive, and by how much the best of those that would not does worse.
+The wider interval decides presence: a cause that may as well be absent by it is dropped, for the remainder of another's
+form looks like that. A sea is exempt. Its lines beat, so parts of a dive always disagree, and held-out gain decides
+instead (`search.LEAST_SEA_GAIN`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,30 +31,29 @@ Array = NDArray[np.float64]
 Parts = NDArray[np.intp]
 
 PART_PIECES = 3
-"""Pieces to a part of a dive by time: a minute, several legs, so that no leg is a part of its own."""
+"""Pieces in a part by time: a minute, several legs."""
 
 CLASSES = 4
-"""Parts by how much a cause does, each of which tells as much of it."""
+"""Parts by size of the cause, of equal information."""
 
 EACH_S = 0.2
-"""Forms are compared so often: a vehicle takes longer to answer."""
+"""Interval at which forms are compared: vehicles respond more slowly."""
 
 NEAR = 1e-3
-"""Share of itself by which a mass or a damping is moved to see what a cause changes by."""
+"""Relative step of mass or damping for a cause's derivative."""
 
 LEAST_CONFIDENCE = 0.95
-"""The confidence with which absence lies outside what the dive says of a cause's parameters, all of them together."""
+"""Confidence with which all of a cause's parameters together must exclude absence."""
 
 AMBIGUOUS_NATS = 3.0
-"""Nats on held-out pieces within which two causes are not told apart: odds of twenty to one."""
+"""Held-out nats within which two causes are ambiguous: odds of twenty to one."""
 
 SAME_FORM = 1e-3
-"""Of what a cause saves, what tells one form from another only: at tens of thousands of nats no form of a library is so
-true that less would speak against a cause that adds all but the same."""
+"""Share of a cause's nats that may come from its form alone. At tens of thousands of nats no form is exact enough for a
+smaller margin to exclude a nearly equal cause."""
 
 LEAST_LIKENESS = 0.5
-"""Causes that add less alike than this are no names for one thing: where each does as well in the other's place, both
-may be there, and neither is evidence against the other."""
+"""Causes less alike than this are no ambiguity group even if either fits: both may be present."""
 
 
 def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
@@ -86,10 +78,10 @@ def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
 
 
 def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
-    """(k,): by how much the parameters move once other forms of the causes may take part.
+    """(k,): shift of the parameters with other forms of the causes admitted.
 
-    Of each form only what it does beyond its cause's own values, masses and dampings, by least squares over the
-    dive: whatever size it takes, the cause's own form stays the one that comes nearest to both together.
+    Each form counts only beyond its least-squares fit by the cause's own slopes, masses and dampings, so that the
+    cause's own form stays the nearest to both.
     """
     rows, course = weighing.rows, weighing.now.course
     columns, shares = [nominal, fit.slopes], [np.zeros(0)]
@@ -120,7 +112,7 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
 
 
 def _along(course: Course, act: Act, like: Act) -> Array:
-    """What an act adds of all that another does, in one row; the wrench (in which shafts are) as accelerations."""
+    """An act flattened to one row of the parts that `like` has; wrenches (shafts included) as accelerations."""
     every = max(round(EACH_S / course.step_s), 1)
     parts = []
     for name in ALONG:
@@ -132,7 +124,7 @@ def _along(course: Course, act: Act, like: Act) -> Array:
 
 
 def _nominal_acts(course: Course) -> Iterator[Act]:
-    """The wrench of one unit of each mass and damping."""
+    """Wrench per unit of each mass and damping."""
     for dof in range(6):
         unit = np.where(np.arange(6) == dof, 1.0, 0.0)
         yield Act(wrench=course.coriolis_of(unit, course.nu) + unit * course.nu_dot)
@@ -140,8 +132,8 @@ def _nominal_acts(course: Course) -> Iterator[Act]:
 
 
 def _partitions(weighing: Weighing, slopes: Array) -> Iterator[Parts]:
-    """Ways to part the rows of a dive by what a wrong form depends on: when, how much of the cause there was, and in
-    which degree of freedom or by which witness."""
+    """Partitions of the rows by the dependencies of a wrong form: time, size of the cause, degree of freedom or
+    witness."""
     yield weighing.rows.piece // PART_PIECES
     size = ((slopes / np.maximum(np.sqrt(np.mean(slopes**2, axis=0)), 1e-300)) ** 2).sum(axis=1)
     order = np.argsort(size)
@@ -153,8 +145,8 @@ def _partitions(weighing: Weighing, slopes: Array) -> Iterator[Parts]:
 
 
 def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
-    """(k,): what the parts' disagreement adds to the variance of each parameter's mean. slopes (rows, k), left (rows,):
-    a regression and what it leaves; a part that hardly tells of a parameter has no say in it."""
+    """(k,): between-part variance of each parameter's mean. slopes (rows, k), left (rows,): a regression and its
+    residual. Parts with little information on a parameter are ignored."""
     total = np.einsum("ni,ni->i", slopes, slopes)
     off, weight = np.zeros((2, int(parts.max()) + 1, slopes.shape[1]))
     for part in range(len(off)):
@@ -173,8 +165,7 @@ def between_parts(slopes: Array, left: Array, parts: Parts) -> Array:
 
 
 def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
-    """The nominal columns (rows, m) together with what the causes change by with a mass or a damping, that of which
-    they are so many times as much."""
+    """The nominal columns (rows, m), with the causes' dependence on mass and damping included."""
     course, joint = weighing.now.course, weighing.now.joint
     kept = sorted({*joint.mass_places, *mean_places(joint)})
     acts: list[Act] = []
@@ -201,8 +192,8 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Array:
 def without_doubtful(
     found: Explanation, nominal: Nominal, library: Sequence[Effect]
 ) -> tuple[Explanation, NDArray[np.float64]]:
-    """An explanation without the causes that may as well be absent, the least sure one left out first; and the
-    covariance (k, k) of the parameters of those that stay."""
+    """An explanation without causes that may be absent, least confident first; and the covariance (k, k) of the
+    remaining parameters."""
     while found.causes:
         covariance = covariance_of(found.weighing, found.fit)
         shares = [
@@ -217,7 +208,7 @@ def without_doubtful(
 
 
 def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
-    """With which one cause of a fit is there: Wald's test of all its fitted parameters."""
+    """Confidence that a cause of a fit is present, by Wald's test of all its parameters."""
     cause = fit.causes[k]
     places = [i for i, (of, _) in enumerate(fit.at) if of == k]
     far = np.array(
@@ -228,9 +219,8 @@ def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
 
 @dataclass(frozen=True)
 class AmbiguityGroup:
-    """Of one cause. names: of those that do as well, likeness: |cosine| of what each adds with what the cause does,
-    the nominal model and the other causes projected out; margin_nats: over the best explanation without any of them.
-    """
+    """Of one cause. names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model
+    and other causes projected out; margin_nats: over the best explanation without any of them."""
 
     names: tuple[str, ...]
     likeness: dict[str, float]
@@ -238,7 +228,7 @@ class AmbiguityGroup:
 
 
 def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
-    """The causes that this dive can't tell from the k-th, each fitted in its place beside the others."""
+    """The causes that this dive can't separate from the k-th, each fitted in its place."""
     fit, weighing = found.fit, found.weighing
     own = fit.causes[k]
     others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
@@ -263,7 +253,7 @@ def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
 
 
 def cosine(weighing: Weighing, others: Fitted, one: Cause, other: Cause) -> float:
-    """|cosine| of what two causes add to the rows, the nominal model and the slopes of the others projected out."""
+    """|cosine| of two causes' columns, the nominal model and the slopes of the others projected out."""
     course = weighing.now.course
     columns = weighing.rows.columns([one.act(course), other.act(course)], course)
     known = np.column_stack([weighing.rows.nominal, others.slopes])

@@ -1,4 +1,4 @@
-"""The diagnosis of a dive: where its gap lies, what causes it, how far it shrinks. No I/O."""
+"""The diagnosis of a dive: where its gap lies, its causes, how far it shrinks. No I/O."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -83,10 +83,10 @@ Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 SEED = 0
-"""Of the noise that floors are drawn with: one dive has one answer."""
+"""Of the noise draws for the floors: one dive has one answer."""
 
 ONE_S, FIVE_S = 0, 1
-"""Which of the horizons what nothing explains, and `gap.before`, are told of."""
+"""Indices of the horizons used for the unexplained remainder and for `gap.before`."""
 
 
 def diagnose(
@@ -101,12 +101,15 @@ def diagnose(
     effects_accepted: Sequence[AcceptedEffect] = (),
     progress: Progress,
 ) -> Diagnosis:
-    """The diagnosis of a dive, with `check` on another one of that vehicle; `effects`: the library, all where None.
+    """The diagnosis of a dive, checked on another dive of the same vehicle if `check` is given; `effects`: the library,
+    all if None.
 
-    With a `simulator` the gap before is that of its model, not of the nominal one that fits this dive best; with values
-    `accepted` earlier it is that of the nominal model with these, and what has changed since is among the causes. With
-    `effects_accepted` that model holds these effects, too.
-    Raises FitError where the recording can't be diagnosed: no velocity, no pulses, no push, too short, another's.
+    The gap is that of the nominal model fitted to this dive; with a `simulator`, of that simulator's model; with values
+    `accepted` earlier, of the nominal model at these values, and changes since then are among the causes. With
+    `effects_accepted` the model also holds these effects.
+
+    Raises FitError for a recording that can't be diagnosed: no velocity, no pulses, no push, too short, or of another
+    vehicle.
     """
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
@@ -198,8 +201,8 @@ def diagnose(
 
 
 def beside(found: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
-    """The nominal model and the one with the causes in, along one recorded motion: the first against the readings as
-    they are, the second against what they would be without the causes."""
+    """Simulations of the nominal model and of the model with the causes, along one recorded motion: the first against
+    the readings as recorded, the second against readings corrected for the causes."""
     now, causes = found.now, found.causes
     nu, wrong = now.motion.nu, velocity_error_of(causes, now.course)
     after = simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course))
@@ -248,7 +251,7 @@ def _gap(
 
 
 def _values(accepted: Mapping[str, Prior]) -> dict[str, Value]:
-    """As they were accepted, whatever their widths: the gap is that of the very model that the crew has."""
+    """As accepted, regardless of their widths: the gap is that of the crew's own model."""
     return {
         name: Value(one.value, BY_NAME[name].unit, one.value, one.value) for name, one in accepted.items()
     }

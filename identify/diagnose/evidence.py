@@ -1,6 +1,6 @@
-"""What speaks for a cause: how much better it foretells pieces of the dive that it was not fitted on.
+"""Evidence for candidates: cross-validated likelihood gain, by normal equations of sparse columns.
 
-Columns of a regression most of which are zero on most rows: what pushes one axis shows in that axis alone.
+Most columns are zero on most rows, because a force on one axis shows in that axis alone.
 """
 
 from collections.abc import Sequence
@@ -15,20 +15,20 @@ Array = NDArray[np.float64]
 FOLDS = 5
 
 RIDGE = 1e-7
-"""Added to normal equations of columns of one length: what these tell of a direction by less is rounding."""
+"""Added to normal equations of unit columns, against rounding."""
 
 SCARCE = 0.02
-"""Of all that a dive shows of a column, so much speaks for no size of it: a fold to whose pieces nearly all that shows
-of it belongs would learn a size from noise."""
+"""Ridge, relative to a column's square: without it, a fold that holds nearly all of a column's information would be
+sized by noise."""
 
 NOTHING_NEW = 1e-6
-"""Share of a column's square that must be left once the nominal ones are out, for it to tell anything."""
+"""Least share of a column's square beyond the nominal columns."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Of some columns beside the nominal ones. gain: nats that they save on pieces held out, `std` its standard error
-    over pieces; fitted: nats on all pieces, in sample; size, covariance (k,), (k, k): of the columns."""
+    """Of some columns beside the nominal ones. gain: nats saved on held-out pieces, `std` its standard error over
+    pieces; fitted: nats in sample; size (k,), covariance (k, k): of the columns."""
 
     gain: float
     std: float
@@ -41,11 +41,11 @@ class Evidence:
 class NormalEquations:
     """The candidates' c columns with the nominal ones projected out (Frisch and Waugh 1933).
 
-    square (c, c), right (c,): normal equations over all pieces. taught_square (F, c, c), taught_right (F, c): over
-    those that a fold does not hold out. held_square (P, c, c), held_right (P, c): what sizes save in a piece that its
-    fold holds out, size . right - size . square . size / 2. The nominal sizes are those of the whole dive: a fold that
-    moves an axis too little to tell these apart would foretell nothing of the rest, with or without a candidate.
-    telling (c,): columns that are not made of nominal ones.
+    square (c, c), right (c,): over all pieces. taught_square (F, c, c), taught_right (F, c): over the training pieces
+    of each fold. held_square (P, c, c), held_right (P, c): by held-out piece; a size saves size . right - size . square
+    . size / 2 there. Nominal sizes are those of the whole dive: a fold that hardly moves an axis could not separate
+    them, and would predict nothing with or without a candidate. telling (c,): columns beyond the span of the nominal
+    ones.
     """
 
     square: Array
@@ -57,12 +57,12 @@ class NormalEquations:
     telling: NDArray[np.bool_]
 
     def fitted(self, columns: Sequence[int]) -> float:
-        """Nats that some columns save on all pieces, in sample."""
+        """Nats that some columns save in sample."""
         k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
         return 0.5 * float(self.right[k] @ _solved(self.square[k[:, None], k], self.right[k]))
 
     def evidence(self, columns: Sequence[int]) -> Evidence:
-        """Of some of the columns together; those that tell nothing get no size."""
+        """Evidence of some columns together; uninformative ones get no size."""
         k = np.array([column for column in columns if self.telling[column]], dtype=np.intp)
         some_of = k[:, None], k
         scarce = SCARCE * np.diag(np.diag(self.square)[k])
@@ -86,7 +86,7 @@ class NormalEquations:
 
 
 def inverse(square: Array) -> Array:
-    """Of normal equations (..., k, k), in columns of one length; what nothing tells apart is shared out."""
+    """Of normal equations (..., k, k), scaled to unit columns; a singular direction is shared out."""
     each = np.arange(square.shape[-1])
     scale = np.sqrt(np.maximum(square[..., each, each], 1e-300))
     scales = scale[..., :, None] * scale[..., None, :]
@@ -103,9 +103,9 @@ def _solved(square: Array, right: Array) -> Array:
 def equations_of(
     value: Array, nominal: Array, precision: Array, candidates: Array, piece: NDArray[np.intp]
 ) -> NormalEquations:
-    """The sums of rows `value` (n,), with nominal (n, m) and candidates' (n, c) columns, in pieces (n,).
+    """Normal equations of rows `value` (n,), with nominal (n, m) and candidate (n, c) columns, in pieces (n,).
 
-    precision (m,): what is known of the nominal sizes beforehand.
+    precision (m,): prior precision of the nominal sizes.
     """
     products = products_of(np.column_stack([nominal, candidates, value]), pieces_of(piece))
     return equations_from_products(products[:, :-1, :-1], products[:, :-1, -1], precision)
@@ -113,8 +113,7 @@ def equations_of(
 
 @dataclass(frozen=True)
 class Pieces:
-    """Rows in stretches of one piece each: which of `count` pieces each is `of` (s,), and where each begins and the
-    last ends (s + 1,)."""
+    """Rows in runs of one piece each: `count` pieces, the piece `of` (s,) each run, and the runs' ends (s + 1,)."""
 
     count: int
     of: NDArray[np.intp]
@@ -122,7 +121,7 @@ class Pieces:
 
 
 def pieces_of(piece: NDArray[np.intp], count: int | None = None) -> Pieces:
-    """The stretches of rows that lie in `piece` (n,); `count`: of pieces, where these may not be all."""
+    """The runs of rows in `piece` (n,); `count`: of pieces, if the last have no rows."""
     ends = np.concatenate([[0], np.flatnonzero(np.diff(piece)) + 1, [len(piece)]])
     return Pieces(int(piece.max()) + 1 if count is None else count, piece[ends[:-1]], ends)
 
@@ -137,8 +136,8 @@ def products_of(columns: Array, pieces: Pieces, others: Array | None = None) -> 
 
 
 def equations_from_products(square: Array, right: Array, precision: Array) -> NormalEquations:
-    """The sums from the products (P, m + c, m + c) of all columns, the nominal ones first, and theirs with the value
-    (P, m + c); precision (m,): what is known of the nominal sizes beforehand."""
+    """Normal equations from the products (P, m + c, m + c) of all columns, nominal ones first, and theirs with the
+    value (P, m + c); precision (m,): prior precision of the nominal sizes."""
     m, count = len(precision), len(square)
     every = np.arange(count)
     base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), np.diag(precision))
@@ -164,7 +163,7 @@ def equations_from_products(square: Array, right: Array, precision: Array) -> No
 
 
 def _nominal(square: Array, right: Array, known: Array) -> tuple[Array, Array]:
-    """The nominal sizes (m,) without candidates, and what they change by with each candidate's size (m, c)."""
+    """The nominal sizes (m,) without candidates, and their change per unit of each candidate (m, c)."""
     m = len(known)
     inner = inverse(square[:m, :m] + known)
     return inner @ right[:m], inner @ square[:m, m:]
@@ -172,13 +171,13 @@ def _nominal(square: Array, right: Array, known: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Block:
-    """Some rows one after another. values (rows, k): those of their columns `of` (k,) that are not zero."""
+    """Consecutive rows. values (rows, k): of the nonzero columns `of` (k,)."""
 
     of: NDArray[np.intp]
     values: Array
 
     def after(self, columns: Array) -> "Block":
-        """The same with other columns (rows, m) before its own."""
+        """The same behind other columns (rows, m)."""
         seen = np.flatnonzero(columns.any(axis=0))
         return Block(
             np.concatenate([seen, columns.shape[1] + self.of]), np.hstack([columns[:, seen], self.values])
@@ -187,14 +186,14 @@ class Block:
 
 @dataclass(frozen=True)
 class Blocks:
-    """Blocks one below another, of `width` columns together."""
+    """Blocks stacked by rows, with `width` columns together."""
 
     parts: tuple[Block, ...]
     width: int
 
     @property
     def places(self) -> list[slice]:
-        """Where among the rows each stands."""
+        """Rows of each block."""
         ends = [0, *accumulate(len(part.values) for part in self.parts)]
         return [slice(a, b) for a, b in pairwise(ends)]
 
@@ -203,7 +202,7 @@ class Blocks:
         return self.some(range(self.width))
 
     def some(self, columns: Sequence[int]) -> Array:
-        """(rows, k): some of the columns, each one's rows one after another in memory."""
+        """(rows, k): some of the columns, each contiguous in memory."""
         places = self.places
         out = np.zeros((len(columns), places[-1].stop))
         for part, place in zip(self.parts, places, strict=True):
@@ -214,12 +213,12 @@ class Blocks:
         return out.T
 
     def after(self, columns: Array) -> "Blocks":
-        """The same with other columns (rows, m) before their own."""
+        """The same behind other columns (rows, m)."""
         parts = [part.after(columns[place]) for part, place in zip(self.parts, self.places, strict=True)]
         return Blocks(tuple(parts), columns.shape[1] + self.width)
 
     def products(self, piece: NDArray[np.intp]) -> Array:
-        """(P, width, width): the products of the columns within each piece that rows lie in, `piece` (rows,)."""
+        """(P, width, width): products of the columns within each piece, `piece` (rows,)."""
         out = np.zeros((int(piece.max()) + 1, self.width, self.width))
         for part, place in zip(self.parts, self.places, strict=True):
             out[:, part.of[:, None], part.of] += products_of(part.values, pieces_of(piece[place], len(out)))

@@ -1,7 +1,4 @@
-"""What the feed-forward on board would gain by knowing of a cause.
-
-The causes that were found and all that were tried, with what speaks for each.
-"""
+"""The causes found with their parameters and the candidates tried, and the gain of the feed-forward by each cause."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -35,28 +32,27 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 LEVEL = (0, 1)
-"""Surge and sway: of the axes of the feed-forward those whose error is a speed."""
+"""Surge and sway: the feed-forward axes whose error is a speed."""
 
 WRONG_LOG_PROBABILITY = 0.9
-"""How probable it is that a recording lacks what the controller used, where its wrench follows from nothing recorded:
-of what else makes a wrench so, such as a gain that was changed, nothing here tells."""
+"""Probability that a recording lacks the controller's input if its wrench follows from nothing recorded. Other
+explanations, such as a changed gain, are indistinguishable here."""
 
 FEEDBACK_DOFS = {0, 1, 5}
-"""Surge, sway and yaw: in heave a controller may well filter a depth of its own, and what it used of roll and pitch is
-seldom said."""
+"""Surge, sway and yaw: in heave a controller may filter depth itself, and its roll and pitch inputs are seldom
+recorded."""
 
 PERIOD = "period"
 
 NEAR = 1e-3
-"""Share of a parameter's way by which it is moved to see what an answer's own change by."""
+"""Relative step of a parameter for derivatives of the answer."""
 
 
 def feedforward_gain(
     cause: Cause, others: Sequence[Cause], missing: Missing, now: Nominal, braking: Array
 ) -> Gain | None:
-    """Of a cause beside others, with the masses and dampings that were fitted together with them, as `--accept` sends
-    them; None where the feed-forward can't. What is left then is of the others, less what masses and dampings of their
-    own take up of it."""
+    """Of a cause beside others, with the masses and dampings fitted together with them, as `--accept` sends them; None
+    if the feed-forward can't compensate it. The others remain, less their part in masses and dampings."""
     if not cause.effect.feedforward or cause.act(now.course).wrench is None:
         return None
     wrench = wrench_of(others, now.course)
@@ -65,9 +61,8 @@ def feedforward_gain(
 
 
 def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Array) -> Gain:
-    """Velocity errors of the feed-forward alone, through m e' + B e = f: f is what the model before lacks and the
-    disturbance, before; after, what is left (n, 6) of it, at the times of `missing`. braking B as `braking_of` has
-    it."""
+    """Velocity errors of the feed-forward alone, by m e' + B e = f. f is the disturbance with the missing force before,
+    and with its remainder `left` (n, 6) after, at the times of `missing`; B as in `braking_of`."""
     before = after = 0.0
     for dof in LEVEL:
         mass, own = float(now.course.mass[dof]), braking[:, dof]
@@ -79,8 +74,8 @@ def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Ar
 
 
 def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
-    """(n, 6): by how much a velocity that is off is braked along the dive, N s/m and N m s/rad. What errors die out by
-    is the vehicle's own: the linear damping, and what causes such as a quadratic drag add to it at that speed."""
+    """(n, 6): damping of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
+    causes such as quadratic drag."""
     slope = slope_of([*now.holds, *causes], now.course)[::EACH]
     return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
 
@@ -92,7 +87,7 @@ def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
 
 
 def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
-    """m e' + B e = f from rest, f and B (n,) held over each step."""
+    """m e' + B e = f from rest, with f and B (n,) constant over each step."""
     keep = np.exp(-braking / mass * step_s)
     push = np.where(braking > 0, (1.0 - keep) / np.where(braking > 0, braking, 1.0), step_s / mass)
     out, e = np.empty(len(force)), 0.0
@@ -103,7 +98,7 @@ def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:
 
 
 def _driven(now: Nominal, dof: int, braking: float) -> float:
-    """Variance of the velocity that the disturbance alone drives: s^2 / m^2 / (a (a + b))."""
+    """Variance of the velocity under the disturbance alone: s^2 / m^2 / (a (a + b))."""
     for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
         if problem.axis.dof == dof and braking > 0:
             own = now.theta[place]
@@ -114,7 +109,7 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
 
 
 def findings_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
-    """The causes with parameters, whose covariance (k, k) gives the intervals, the strongest first."""
+    """The causes with parameters and intervals by their covariance (k, k), strongest first."""
     told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
@@ -139,8 +134,8 @@ def findings_of(found: Explanation, covariance: Array, missing: Missing) -> tupl
 
 
 def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
-    """Those that are accepted before those that are only possible; then by the probability that is told, in whole per
-    cent, then by the nats that they save: some causes rest on another test and save none."""
+    """Likely causes before possible ones, then by probability in whole per cent, then by nats: some causes rest on
+    another test and save none."""
 
     def place(one: Found) -> tuple[bool, int, float]:
         return one.probability < LIKELY, -round(100 * one.probability), -one.gain_nats
@@ -149,7 +144,7 @@ def strongest_first(causes: Sequence[Found]) -> tuple[Found, ...]:
 
 
 def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...]:
-    """Every candidate, the one that would save, or saves, most first; one that shows at no size saves nothing."""
+    """Every candidate, by nats saved; a candidate without a noticeable size saves none."""
     weighing, fit = found.weighing, found.fit
     beside = weighing.candidates_beyond_forms(fit)
     rest = [_rejected(found, *one) for one in ranked_candidates(beside, fit, len(beside.settings))]
@@ -164,7 +159,7 @@ def trials_of(found: Explanation, causes: tuple[Found, ...]) -> tuple[Tried, ...
 
 
 def _rejected(found: Explanation, gain: float, sigma: float, cause: Cause) -> Tried:
-    """A candidate that was not accepted: one that seems to save enough is fitted in full, together with the others."""
+    """A rejected candidate, fitted in full with the causes if it seems to save enough."""
     fit, why = found.fit, ""
     if gain > LEAST_GAIN:
         whole = found.weighing.fitted((*fit.causes, cause))
@@ -187,8 +182,8 @@ def _reason(found: Explanation, gain: float, sigma: float, cause: Cause) -> str:
 
 
 def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
-    """A cause's parameters as an answer has them, with 95 % intervals to the first order and within what is possible;
-    without those of which the dive says nothing."""
+    """A cause's parameters as in the answer, with first-order 95 % intervals within their bounds; undetermined ones are
+    left out."""
     cause = fit.causes[k]
     places = [i for i, (of, _) in enumerate(fit.at) if of == k]
     moved = [fit.at[i][1] for i in places]
@@ -213,7 +208,7 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
 
 
 def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanation) -> dict[str, Value]:
-    """The same with the interval of a sea's period, which is no parameter of the fit: it is read off a spectrum."""
+    """With an interval for a sea's period, which is read off a spectrum and no parameter of the fit."""
     if cause.effect.name not in SEAS or PERIOD not in told:
         return told
     period, course = told[PERIOD], found.weighing.now.course
@@ -222,8 +217,8 @@ def _with_period_interval(cause: Cause, told: dict[str, Value], found: Explanati
 
 
 def _undetermined(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
-    """Names of parameters, std (k,) of those moved, whose 95 % interval holds both where they are absent and far more
-    than what shows: a damping in a degree of freedom that hardly moves, say, a small force over next to no speed."""
+    """Names of parameters, std (k,), with a 95 % interval that spans both absence and a large value: a damping in a
+    degree of freedom that hardly moves, say."""
     if cause.effect.telling is not None:
         return set()
     vague = set()
@@ -235,7 +230,7 @@ def _undetermined(cause: Cause, moved: Sequence[int], std: Array) -> set[str]:
 
 
 def _slope(cause: Cause, p: int) -> dict[str, float]:
-    """What each of the answer's parameters changes by with one unit of parameter p."""
+    """Derivatives of the answer's parameters by parameter p."""
     h = NEAR * natural_scale(cause.effect.parameters[p])
     up, down = cause.values.copy(), cause.values.copy()
     up[p] += h

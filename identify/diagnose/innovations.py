@@ -1,10 +1,9 @@
-"""What innovations remember of those before: a disturbance that is not of first order leaves some of it.
+"""One axis' innovations: responses to forces and reading errors unknown to its filter, and prewhitening.
 
-Where they remember nothing this takes nothing away; where they do, standard errors that took them for independent
-would be too small, and the first slow effect that comes by would seem to explain them (Klein and Morelli 2016, section
-5.3, on coloured residuals). A regression of each channel's innovations on its own ORDER before frees both sides of it.
-
-One axis's part of a dive's regression: what its filter makes of forces and readings that it knows nothing of.
+A disturbance that is not of first order leaves the innovations autocorrelated. Standard errors that ignore this are too
+small, and the first slow effect tried would seem to explain them (Klein and Morelli 2016, section 5.3, on coloured
+residuals). An autoregression of each channel on its own ORDER earlier innovations prewhitens both sides of the
+regression; it does nothing to white innovations.
 """
 
 from collections.abc import Sequence
@@ -29,18 +28,18 @@ ORDER = 10
 LEAST_ROWS = 20 * ORDER
 
 NARROW = 4
-"""Up to so many columns each is freed by itself; more of them go quicker side by side."""
+"""Up to this many columns are prewhitened one by one; more go faster side by side."""
 
 
 @dataclass(frozen=True)
 class Autoregression:
-    """Of one channel: its `rows` (m,) in the order of time, and what a row takes from those before, nearest first."""
+    """Of one channel: `rows` (m,) in order of time, and coefficients by lag, nearest first."""
 
     rows: NDArray[np.intp]
     by_lag: Array
 
     def prewhitened(self, values: Array) -> None:
-        """Take out of values (n, k), in place, what the channel's rows remember; the first few stay as they are."""
+        """Prewhiten values (n, k) in place; the first few rows stay as they are."""
         if values.shape[1] > NARROW:
             _prewhitened(values, self.rows, self.by_lag)
         else:
@@ -49,7 +48,7 @@ class Autoregression:
 
 @njit(cache=True, nogil=True)
 def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """From the last row back, so that what is taken is of rows that still hold it."""
+    """From the last row back, in place: earlier rows must still hold their values."""
     width = values.shape[1]
     left = np.empty(width)
     for k in range(len(rows) - 1, -1, -1):
@@ -64,7 +63,7 @@ def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
 
 @njit(cache=True, nogil=True)
 def _each_prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """The same, lag by lag, for the processor to take several rows of a column at once."""
+    """The same lag by lag, which vectorises along a column."""
     count = len(rows)
     own, left = np.empty(count), np.empty(count)
     for c in range(values.shape[1]):
@@ -80,7 +79,7 @@ def _each_prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> N
 
 
 def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregression:
-    """The memory that `innovations` (n,) have in some rows, by Yule and Walker's equations; none where they are few."""
+    """Coefficients by the Yule-Walker equations of `innovations` (n,) at some rows; none for few rows."""
     own = innovations[rows]
     if len(own) < LEAST_ROWS:
         return Autoregression(rows, np.zeros(0))
@@ -92,8 +91,8 @@ def autoregression_of(rows: NDArray[np.intp], innovations: Array) -> Autoregress
 
 @dataclass(frozen=True)
 class AxisInnovations:
-    """One axis's part: its likelihood at `theta`, its filter's table and gains, and the rows that it has, with what
-    these remember of those before."""
+    """One axis: its likelihood at `theta`, its filter's table and gains, its innovations with their standard
+    deviations, and an autoregression for each channel."""
 
     problem: AxisLikelihood
     theta: Array
@@ -104,7 +103,7 @@ class AxisInnovations:
     memories: tuple[Autoregression, ...]
 
     def prewhitened(self, columns: Array) -> Array:
-        """Columns (rows, k) without what the rows remember, in place."""
+        """Columns (rows, k), prewhitened in place."""
         for memory in self.memories:
             memory.prewhitened(columns)
         return columns
@@ -114,11 +113,11 @@ class AxisInnovations:
         return np.isfinite(self.problem.reading)
 
     def by_force(self, force: Array) -> Array:
-        """What forces (n, k) that the filter knows nothing of add to the innovations, (rows, k), whitened."""
+        """Normalised innovations (rows, k) in response to forces (n, k) unknown to the filter."""
         return self._answer(force, np.zeros((0, force.shape[1])))
 
     def by_reading(self, off: Array) -> Array:
-        """What readings that are `off` (n, k) add to the innovations, (rows, k), whitened."""
+        """Normalised innovations (rows, k) in response to reading errors `off` (n, k)."""
         return self._answer(np.zeros((0, off.shape[1])), off)
 
     def _answer(self, force: Array, off: Array) -> Array:
@@ -128,7 +127,7 @@ class AxisInnovations:
         )
 
     def by_motion(self) -> Array:
-        """What a rise of the logarithms of mass and damping adds to the innovations, (rows, 2), whitened."""
+        """Normalised innovations (rows, 2) per unit of log mass and log damping."""
         force = self.problem.mean_force(self.theta)
 
         def under_that_force(moved: Array) -> tuple[Array, Array]:
@@ -140,13 +139,13 @@ class AxisInnovations:
         return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Array) -> Array:
-        """The same, freed, of forces (k, t) along a course."""
+        """Prewhitened response to forces (k, t) along a course."""
         time_s = self.problem.axis.time_s
         before = np.concatenate([time_s[:1], time_s[:-1]])
         return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
 
     def block(self, acts: Sequence[Act], course: Course) -> Block:
-        """What each act would add to the axis's rows, but for those that add nothing."""
+        """Response of the axis' rows to each act; acts without any are left out."""
         dof = self.problem.axis.dof
         pushed = [k for k, act in enumerate(acts) if act.wrench is not None and np.any(act.wrench[:, dof])]
         offs = {
@@ -168,7 +167,7 @@ class AxisInnovations:
 
 
 def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | None:
-    """By how much an act spoils the axis's readings (n,); None where by nothing."""
+    """Error of an axis' readings (n,) by an act; None if it has none."""
     axis = problem.axis
     wrong = act.velocity if axis.dof < 3 else act.gyro
     rate = None if wrong is None else wrong[:, axis.dof % 3]
@@ -194,11 +193,10 @@ def _responses(
     gain: Array,
     std: Array,
 ) -> Array:
-    """Innovations (rows, k) over `std` (rows,) of a filter of given gains (n, 3), by what it knows nothing of: forces
-    on the vehicle and readings that are off, (n, k) each, or (0, k) for none.
+    """Innovations (rows, k) over `std` (rows,) of a filter with given gains (n, 3), in response to forces and reading
+    errors, (n, k) each, or (0, k) for none.
 
-    x is by how much the vehicle is ahead of the filter; columns run side by side, for the processor to take several at
-    once.
+    x is the vehicle's state less the filter's. Columns run side by side for vectorisation.
     """
     count = force.shape[1]
     pushed, wrong = len(force) > 0, len(off) > 0

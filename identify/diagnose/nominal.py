@@ -1,10 +1,8 @@
-"""A dive with fewer of its fast readings: a gap shows within tenths of a second, and every candidate is paid by the
-reading.
+"""The nominal model fitted to a dive: filters at its maximum likelihood, less the effects accepted so far.
 
-Does a vehicle move the way in which its thrust pushes? A sensor that is mounted another way round, or whose axes are
-swapped, says that it does not, and a fit then gives that axis up.
-
-The nominal model fitted to a dive, with what is accepted so far taken out of its forces and readings.
+Before the fit, fast readings are thinned: a gap shows within tenths of a second, and every candidate costs time per
+reading. The fit also checks that velocity follows thrust. A sensor mounted the other way round, or with swapped axes,
+breaks that, and a fit then drops the axis.
 """
 
 from collections.abc import Sequence
@@ -35,40 +33,39 @@ from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
 
 USUAL_HZ = 25.0
-"""About so many readings a second are left."""
+"""Readings a second that thinning keeps, about."""
 
 Array = NDArray[np.float64]
 
 AGAINST = -0.5
-"""Correlation of a speed with its own thrust behind a lag: near 1 where thrusters push the way that the file says."""
+"""Correlation of a speed with its own lagged thrust: near 1 with thruster signs as in the file."""
 
 LAGS_S = (0.5, 1.0, 3.0, 10.0)
-"""A vehicle's mass over its damping is somewhere among these."""
+"""Candidate time constants of a vehicle, mass over damping."""
 
 SWAPPED = 0.3
-"""By so much better correlation each of two velocities goes with the other's thrust where they are swapped."""
+"""Margin in correlation by which each of two velocities follows the other's thrust if the axes are swapped."""
 
 PUSHED = (0, 1, 2, 5)
-"""Where thrust makes the motion: roll and pitch are righted."""
+"""Degrees of freedom driven by thrust: roll and pitch right themselves."""
 
 NEARLY = 0.05
-"""Nats: as far as all axes together are climbed."""
+"""Tolerance of the joint maximum likelihood, nats."""
 
 PASSES = 2
 
 QUICKEST_S = 0.06
-"""A degree of freedom's mass over its damping: three commands of an autopilot's log."""
+"""Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
 
 STILL_RAD = np.deg2rad(0.1)
-"""Roll or pitch that no thruster pushed and that keeps within so much, rms, is held level: it tells of nothing."""
+"""Roll or pitch without thrust and within this rms is held level, and carries no information."""
 
 
 def thinned(dive: Dive) -> Dive:
     """The dive with gyros and depth thinned to about USUAL_HZ.
 
-    Of readings of an instant every k-th is kept: the mean of some is no reading of any instant, and roll and pitch are
-    quick enough to show the difference, and more so the slower they are read. A fibre-optic gyro's are means over
-    intervals, and so are means of these.
+    Instantaneous readings are decimated: an average is the reading of no instant, and roll and pitch are fast enough
+    for the difference to show. A fibre-optic gyro reads means over intervals, so its readings are averaged.
     """
     return replace(
         dive,
@@ -92,7 +89,7 @@ def _kept(signal: Signal | None) -> Signal | None:
 
 
 def _averaged(signal: Signal | None) -> Signal | None:
-    """Means over k neighbours, dated at the mean of their times; those with a gap in between are left out."""
+    """Means over k neighbours, at the mean of their times; groups across a gap are dropped."""
     if signal is None or not len(signal) or (k := _each(signal)) < 2:
         return signal
     n = len(signal) // k
@@ -108,7 +105,7 @@ def mirrored(axes: Sequence[Axis]) -> tuple[int, ...]:
 
 
 def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
-    """Pairs of degrees of freedom of which each one's velocity goes with the thrust of the other."""
+    """Pairs of degrees of freedom whose velocities each follow the other's thrust."""
     read = [axis for axis in axes if axis.dof < 3]
     return tuple(
         (one.dof, other.dof)
@@ -119,7 +116,7 @@ def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
 
 
 def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
-    """What comes before any verdict on such a dive; nothing where all goes as thrust pushes."""
+    """Warnings that precede any verdict on a dive with such a mounting; empty if motion follows thrust."""
     hints = mounting_hints(dofs, pairs)
     if not hints:
         return ()
@@ -131,7 +128,7 @@ def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> 
 
 
 def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
-    """A sentence for each of those."""
+    """A sentence for each mirrored degree of freedom and each swapped pair."""
     crossed = tuple(
         f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
         f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
@@ -151,12 +148,12 @@ def _runs_against(axis: Axis) -> bool:
 
 
 def _rather(axis: Axis, other: Axis) -> float:
-    """By how much better a velocity goes with another axis's thrust than with its own, in correlations."""
+    """Correlation of a velocity with another axis' thrust, less that with its own."""
     return abs(_goes_with(axis, other)) - abs(_goes_with(axis, axis))
 
 
 def _goes_with(axis: Axis, pushed: Axis) -> float:
-    """The correlation of an axis's velocity with the thrust of one, behind the lag that fits best; 0 without any."""
+    """Correlation of an axis' velocity with a thrust behind its best lag; 0 without readings."""
     moving = np.isfinite(axis.reading) & (axis.state_read != POSITION)
     force, speed = pushed.force.mean(axis=1), axis.reading[moving]
     if len(speed) < 2 or np.std(speed) == 0.0:
@@ -169,7 +166,7 @@ def _goes_with(axis: Axis, pushed: Axis) -> float:
 
 @njit(cache=True, nogil=True)
 def _behind(force: Array, step_s: Array, lag_s: float) -> Array:
-    """Forces (n,) over steps behind a first-order lag."""
+    """Forces (n,) over steps, behind a first-order lag."""
     out = np.empty(len(force))
     state = 0.0
     for i in range(len(force)):
@@ -180,14 +177,14 @@ def _behind(force: Array, step_s: Array, lag_s: float) -> Array:
 
 @dataclass(frozen=True)
 class Nominal:
-    """A dive's filters at the best parameters of the nominal model.
+    """A dive's filters at the maximum likelihood of the nominal model.
 
-    built, joint: as the identification has them, without what `acts` add. theta (p,): the maximum, with no steady push.
-    motion: velocities that Coriolis forces are made of. course: what effects depend on. doubted: degrees of freedom
-    whose controller used a reading that was not recorded. filtered: degrees of freedom whose readings an autopilot's
-    own filter has freed of wild ones. witnesses: what else tells of effects. holds: effects accepted earlier, which
-    forces, readings and witnesses are without. mirrored: degrees of freedom that run against their thrust;
-    swapped: pairs that run with each other's.
+    built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
+    with no steady push. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of
+    freedom whose controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's
+    filter has already removed. witnesses: further sensors that show effects. holds: effects accepted earlier, removed
+    from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust; swapped: pairs that
+    follow each other's.
     """
 
     built: Axes
@@ -207,7 +204,7 @@ class Nominal:
 def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
     """The nominal model alone, fitted to a dive.
 
-    Raises FitError where the recording moves no axis that could be looked at.
+    Raises FitError for a recording without a usable axis.
     """
     built = _without_still(build_axes(thinned(dive), file, configuration), dive)
     if not built.axes:
@@ -247,7 +244,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
 
 
 def _without_quick(start: Filters, built: Axes) -> Axes:
-    """Without the degrees of freedom that settle within a few commands: how these were in between, nobody knows."""
+    """Without degrees of freedom that settle within a few commands: the recording does not show them in between."""
     theta = start.theta
     quick = {
         problem.axis.dof
@@ -262,8 +259,8 @@ def _without_quick(start: Filters, built: Axes) -> Axes:
 
 
 def _without_still(built: Axes, dive: Dive) -> Axes:
-    """Without roll and pitch that are held level and that no thruster pushed: what little moves there is the model's
-    own rounding, and readings without noise make a cause of it."""
+    """Without roll and pitch that are held level and unpushed: the little motion there is rounding, and noiseless
+    readings turn it into a cause."""
     if dive.attitude is None:
         return built
     w, x, y, z = dive.attitude.value.T
@@ -275,8 +272,8 @@ def _without_still(built: Axes, dive: Dive) -> Axes:
 
 
 def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None) -> Nominal:
-    """The same dive less what the acts add to forces and readings, its parameters and noise levels found anew; from
-    those of `near`, where these are nearer."""
+    """The same dive less the acts' forces and reading errors, with parameters and noise levels fitted anew. The fit
+    starts from `near` if given."""
     problems = tuple(_without_acts(problem, acts, nominal.course) for problem in nominal.joint.problems)
     joint = replace(nominal.joint, problems=problems)
     joint, theta = _maximised(joint, (near or nominal).theta, nominal.motion, nominal.filtered)
@@ -289,8 +286,8 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
 
 
 def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
-    """Without steady pushes: these are fitted, or else the disturbance would swell to make up for them, but they are no
-    part of the nominal model."""
+    """Without steady pushes: they are fitted so that the disturbance need not absorb them, but are no part of the
+    nominal model."""
     out = theta.copy()
     out[steady_trims(joint)] = 0.0
     return out
@@ -299,9 +296,9 @@ def _without_trims(joint: JointLikelihood, theta: Array) -> Array:
 def _maximised(
     joint: JointLikelihood, theta: Array, motion: Motion, filtered: tuple[int, ...]
 ) -> tuple[JointLikelihood, Array]:
-    """Climbed with the Coriolis forces of ever better velocities.
+    """The maximum likelihood, with Coriolis forces of ever better velocities.
 
-    What a fit finds wild is left out, but not of `filtered` degrees of freedom: there it is the model that is far off.
+    Outliers are dropped, except in `filtered` degrees of freedom: there a large residual is the model's.
     """
     for _ in range(PASSES):
         theta = climb(joint, theta, NEARLY, JointLikelihood.score).theta
@@ -335,7 +332,7 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
 
 
 def _coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
-    """Total masses and linear dampings (6,); 0 damping where an axis is not fitted."""
+    """Total masses and linear dampings (6,); 0 damping for an axis that is not fitted."""
     damping = np.zeros(6)
     for problem, place in zip(joint.problems, joint.places, strict=True):
         damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])

@@ -1,9 +1,7 @@
-"""Velocities and accelerations as the filters expect them, from readings before and none after.
+"""Velocities and accelerations predicted by the filters from earlier readings alone, and the course made of them.
 
-What is to explain an innovation must not know it: a velocity smoothed over the whole dive does, and every force made
-of such ones seems to explain something.
-
-The course of a dive: what its effects depend on, from its readings and from the velocities that a fit came to.
+A regressor of an innovation must not depend on it. A velocity smoothed over the whole dive does, and any force computed
+from such velocities would seem to explain something.
 """
 
 from dataclasses import dataclass
@@ -29,12 +27,12 @@ Array = NDArray[np.float64]
 TOGETHER = 8
 
 APART_S = 1e-4
-"""Times nearer than this are one: those of readings are rounded."""
+"""Times closer than this are one: readings' times are rounded."""
 
 
 @dataclass(frozen=True)
 class Predicted:
-    """nu, nu_dot (n, 6) at uniform times (n,), from readings before these."""
+    """nu, nu_dot (n, 6) at uniform times (n,), from earlier readings."""
 
     time_s: Array
     nu: Array
@@ -42,7 +40,7 @@ class Predicted:
 
 
 def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted:
-    """At the times of a motion, which stands for axes that are not fitted."""
+    """At the times of a motion, which fills in for axes that are not fitted."""
     nu, nu_dot = motion.nu.copy(), np.gradient(motion.nu, motion.time_s, axis=0)
     step_s = float(motion.time_s[1] - motion.time_s[0])
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
@@ -64,7 +62,7 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
 
 
 def _means(problem: AxisLikelihood, theta: Array) -> Array:
-    """The filter's mean of velocity, its integral and the disturbance after each event, (n, 3)."""
+    """The filter's mean (n, 3) of velocity, its integral and the disturbance after each event."""
     table, force = problem.transition_table(theta), problem.mean_force(theta)
     error, _, gain = problem.run_filter(theta, table, force, np.inf)
     axis = problem.axis
@@ -75,23 +73,23 @@ def _means(problem: AxisLikelihood, theta: Array) -> Array:
 
 
 def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
-    """(m,) means over intervals of what is given at uniform times (n,); none knows a value later than its end.
+    """(m,): means over intervals of values at uniform times (n,), causal: none uses a value after its end.
 
-    What happened since the last of the times is drawn out from the two before; the next interval makes up for it. 0
-    where an interval is empty.
+    Beyond the last time, values are extrapolated from the two before, and the next interval corrects for that. 0 for an
+    empty interval.
     """
     return means_before(time_s, values[None], start_s, end_s)[:, 0]
 
 
 def means_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
-    """The same (m, k) of several, (k, n)."""
+    """The same (m, k) for several rows (k, n)."""
     step_s = float(time_s[1] - time_s[0])
     values = np.ascontiguousarray(values, dtype=np.float64)
     return np.asarray(_mean_of_each(float(time_s[0]), step_s, values, start_s, end_s))
 
 
 def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
-    """(m,) drawn out from the two last of uniform times (n,) that are not later."""
+    """(m,): extrapolated from the last two of uniform times (n,) that are not later."""
     step_s = time_s[1] - time_s[0]
     last = np.clip(((at_s - time_s[0]) / step_s + 1e-6).astype(np.intp), 1, len(time_s) - 1)
     since = np.clip((at_s - time_s[last]) / step_s, -1.0, 1.0)
@@ -100,7 +98,7 @@ def value_before(time_s: Array, values: Array, at_s: Array) -> Array:
 
 @njit(cache=True, inline="always")
 def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, float]:
-    """The last of the times that is not later, from the second on, and how long ago that was."""
+    """Index of the last time not later, from the second on, and the time since."""
     last = min(max(int((at_s - began_s) / step_s + 1e-6), 1), count - 1)
     return last, min(max(at_s - (began_s + last * step_s), -step_s), step_s)
 
@@ -158,9 +156,9 @@ def _filtered_means(
 def course_of(
     dive: Dive, file: VehicleFile, configuration: str, at: Predicted, mass: Array, damping: Array
 ) -> Course:
-    """The course of what the filters expect; `mass`, `damping` (6,) are those of the nominal model.
+    """The course of the predicted motion; `mass`, `damping` (6,) of the nominal model.
 
-    Raises FitError where the recording has no pulse for every thruster: then nothing can be said of one.
+    Raises FitError if the recording lacks pulses for some thruster.
     """
     shape = file.vehicle.configurations[configuration]
     time_s, count = at.time_s, len(shape.thrusters)
@@ -193,7 +191,7 @@ def course_of(
 
 
 def _mean_ahead(held: Signal, time_s: Array) -> Array:
-    """The mean (n, k) of what holds until it changes, over the step that follows each time."""
+    """Mean (n, k) of a zero-order hold over the step after each time."""
     steps = np.diff(held.time_s)[:, None] * held.value[:-1]
     total = np.vstack([np.zeros((1, held.value.shape[1])), np.cumsum(steps, axis=0)])
     ends = np.append(time_s, 2 * time_s[-1] - time_s[-2])
@@ -206,7 +204,7 @@ def _at(signal: Signal | None, time_s: Array) -> Array:
 
 
 def _euler(dive: Dive, time_s: Array) -> Array:
-    """Roll, pitch and heading (n, 3); level and ahead where no attitude is recorded."""
+    """Roll, pitch and heading (n, 3); zeros without an attitude."""
     if dive.attitude is None or not len(dive.attitude):
         return np.zeros((len(time_s), 3))
     attitude = attitude_at(dive.attitude, time_s)

@@ -1,21 +1,21 @@
-"""How probable a cause is, by how far the best explanation without it falls behind.
+"""Probability of a cause, by the margin of the best explanation without it.
 
-Nats on pieces held out are odds where the library holds the truth and its noise is the dive's. Neither is quite so, and
-a margin of some nats is worth less than that: the curve was set on drawn dives whose causes are known. How well it is
-calibrated on others `make bench` tells.
+Held-out nats would be log odds for a library that holds the truth and noise like the dive's. Neither is exact, and a
+margin is worth less: the curve was calibrated on drawn dives with known causes. `make bench` shows its calibration on
+others.
 """
 
 MOST_PROBABLE, HALF_NATS = 0.98, 6.0
-"""The most that any evidence comes to, and the margin at which it comes to half of it."""
+"""Probability at infinite margin, and the margin for half of it."""
 
 BESIDE_UNKNOWN = 0.5
-"""By what a cause is less probable where something is left that nothing explains: it may stand for part of that."""
+"""Factor on probability beside an unexplained remainder: a cause may stand for part of it."""
 
 LIKELY = 0.5
-"""A cause that is less probable is told as possible: it is neither asserted nor accepted."""
+"""A less probable cause is called possible: neither asserted nor accepted."""
 
 
 def probability(margin_nats: float) -> float:
-    """That a cause, or one that can't be told from it, is present."""
+    """That a cause, or one of its ambiguity group, is present."""
     margin = min(max(margin_nats, 0.0), 1e6)
     return MOST_PROBABLE * margin / (margin + HALF_NATS)

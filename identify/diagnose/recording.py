@@ -1,15 +1,8 @@
-"""What a recording must hold to be diagnosed, and what is said of what it lacks.
+"""Checks of a recording before diagnosis: refusals, outliers in velocity, contradicting sensors, hints at another
+vehicle.
 
-Did any thruster push the vehicle? Where none did, nothing in a dive tells of a model that thrust drives.
-
-Velocities that stand off from those before and after as no motion does: a DVL that loses its echo for one reading.
-
-A fit leaves out a reading that is wild beside what it expects, but only some: many make it take them for the sensor's
-noise, and what they do to the vehicle's seeming motion for causes.
-
-What speaks for a vehicle file that is of another vehicle, in sentences.
-
-What a recording itself says against values that were fitted to it: the doubts that `identify` has of any fit.
+A fit drops some outliers itself. Many of them inflate its noise levels, and their apparent motion turns into causes, so
+velocity spikes are removed first: readings that no motion links to their neighbours, as when a DVL loses its echo.
 """
 
 import math
@@ -44,45 +37,44 @@ Array = NDArray[np.float64]
 
 LEAST_S, LEAST_CHECK_S = 60.0, 20.0
 ENOUGH_S = 2 * FOLDS * PIECE_S
-"""A shorter dive is diagnosed, but each fold then holds out a piece or none."""
+"""A shorter dive is diagnosed, but a fold then holds a piece or none."""
 
 ENOUGH_CHECK_S = 60.0
-"""A check dive that is shorter is flown, but a dozen windows of 5 s tell little."""
+"""A shorter check dive is simulated, but a dozen windows of 5 s are too few."""
 
 MOST_STILL = 0.5
-"""Share of a dive over which the velocity may stand still at one value: what is left is not most of the dive."""
+"""Largest share of a dive with a frozen velocity."""
 
 BRAKED_S = 10.0
-"""A vehicle's mass over its damping, where it is braked least: without added mass, too, this makes of thrust more
-speed than there was."""
+"""Longest time constant of a vehicle, mass over damping; without added mass it overestimates speed."""
 
 LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
-"""A thrust that never makes more speed than that moves the vehicle by less than a DVL or a gyro tells."""
+"""Least speed by thrust that a DVL or a gyro resolves."""
 
 DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 5: LEAST_RAD_S}
-"""Degrees of freedom that thrust moves: roll and pitch are righted."""
+"""Degrees of freedom driven by thrust: roll and pitch right themselves."""
 
 BESIDE = 2
-"""So many readings before and after tell what one should be."""
+"""Neighbours on either side of a reading."""
 
 FAR = 8.0
-"""Standard deviations of a sound reading from the middle of those beside it, by which a spike is at least off."""
+"""Least deviation of a spike from its neighbours' median, in standard deviations of sound readings."""
 
 LEAST_SPIKE_M_S = 0.05
-"""No less is a spike: coarse steps, and readings of a simulator without noise, have next to no deviation."""
+"""Least size of a spike: coarse or noiseless readings have next to no deviation."""
 
 AGREE = 0.5
-"""Of what it is off by, the most that those beside it may differ by among themselves: a start or a stop is no spike."""
+"""Largest span of a spike's neighbours, relative to its size: a start or a stop is no spike."""
 
 MANY = 0.005
-"""The share of readings from which on spikes belong to the verdict."""
+"""Share of spikes from which on the verdict mentions them."""
 
 NORMAL = 0.6745
-"""Median of the sizes of normal values, in their standard deviation."""
+"""Median magnitude of a standard normal variable."""
 
 
 def refuse_poor(dive: Dive, least_s: float) -> None:
-    """Raises FitError where a recording holds too little to be diagnosed."""
+    """Raises FitError for a recording with too little velocity or too short."""
     if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
         raise FitError(
             f"{dive.source}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
@@ -104,7 +96,7 @@ def refuse_poor(dive: Dive, least_s: float) -> None:
 
 
 def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
-    """The nominal fit of a dive of that vehicle. Raises FitError where it is another's, or none pushed."""
+    """The nominal fit of a dive. Raises FitError if no thruster pushed, or the dive is of another vehicle."""
     try:
         refuse_unpushed(dive, file, configuration)
         nominal = nominal_of(dive, file, configuration)
@@ -121,7 +113,7 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal
 
 
 def short_dive_note(dive: Dive) -> tuple[str, ...]:
-    """That small causes can't be told from chance in a dive that holds too few pieces to hold out."""
+    """A note that a short dive has too few held-out pieces to separate small causes from chance."""
     if dive.duration_s >= ENOUGH_S:
         return ()
     return (
@@ -131,7 +123,7 @@ def short_dive_note(dive: Dive) -> tuple[str, ...]:
 
 
 def short_check_note(check: Dive | None) -> tuple[str, ...]:
-    """That a check dive can't tell, where it can't."""
+    """A note that a check dive is too short."""
     if check is None or check.duration_s >= ENOUGH_CHECK_S:
         return ()
     return (
@@ -150,13 +142,13 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
-    """Which degrees of freedom that thrust pushes were not looked at, and why: a verdict does not hold there."""
+    """Degrees of freedom with thrust that were not judged, and why: the verdict does not cover them."""
     why = nominal.built.missing
     return tuple(f"{DOFS[dof].capitalize()} was not judged: {why[dof]}." for dof in PUSHED if dof in why)
 
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:
-    """How many readings of each degree of freedom were so far off that they were left out."""
+    """A note of outliers dropped, by degree of freedom."""
     told = []
     for problem in nominal.joint.problems:
         read = np.isfinite(problem.axis.reading)
@@ -172,7 +164,7 @@ def _wild(nominal: Nominal) -> tuple[str, ...]:
 
 
 def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
-    """Raises FitError where no thruster ever pushed, or so little that the vehicle can't have moved by it."""
+    """Raises FitError if no thruster pushed enough to move the vehicle."""
     shape = file.vehicle.configurations[configuration]
     forces = wrench(dive, file, configuration)
     if not np.nanmax(np.abs(forces.asked), initial=0.0) > 0.0:
@@ -192,7 +184,7 @@ def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
 
 
 def _driven(forces: WrenchHistory, mass: Array) -> Array:
-    """(m, 6): speeds that the commands alone would make of a body of that mass (6,), braked as little as any."""
+    """(m, 6): speeds by the commands alone for mass (6,) and the longest time constant."""
     held_s = np.diff(forces.time_s)
     keep = np.exp(-held_s / BRAKED_S)
     push = BRAKED_S * (1.0 - keep)[:, None] * np.nan_to_num(forces.asked[:-1]) / mass
@@ -205,7 +197,7 @@ def _driven(forces: WrenchHistory, mass: Array) -> Array:
 
 @dataclass(frozen=True)
 class Spikes:
-    """How many spikes there are among the readings of a degree of freedom."""
+    """Count of spikes among the readings of a degree of freedom."""
 
     dof: int
     count: int
@@ -217,9 +209,9 @@ class Spikes:
 
 
 def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
-    """The dive without its velocity's spikes, and how many there were where there were any.
+    """The dive without velocity spikes, and their counts.
 
-    What an autopilot's own filter gives has none: it would have smeared them.
+    An autopilot's filter smears spikes, so its velocity is left alone.
     """
     if dive.velocity is None or dive.velocity_is_filtered:
         return dive, ()
@@ -234,7 +226,7 @@ def without_spikes(dive: Dive) -> tuple[Dive, tuple[Spikes, ...]]:
 
 
 def spikes_sentence(found: Sequence[Spikes], name: str = "") -> str:
-    """In a sentence, how many were left out. name: of the dive, where there is another."""
+    """A sentence on the spikes dropped. name: of another dive."""
     told = ", ".join(f"{one.count} in {DOFS[one.dof]} ({100 * one.share:.2g} %)" for one in found)
     return (
         f"Velocities{f' of {name}' if name else ''} stand off from those before and after as no motion does: these "
@@ -243,7 +235,7 @@ def spikes_sentence(found: Sequence[Spikes], name: str = "") -> str:
 
 
 def _spikes(value: Array) -> NDArray[np.bool_]:
-    """Which of the readings (n,) of one velocity are; none of the first and last ones."""
+    """Which readings (n,) of a velocity are spikes; none at either end."""
     out = np.zeros(len(value), dtype=np.bool_)
     width = 2 * BESIDE + 1
     if len(value) < 2 * width:
@@ -260,8 +252,8 @@ def _spikes(value: Array) -> NDArray[np.bool_]:
 
 
 def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) -> tuple[str, ...]:
-    """That masses in surge, sway or heave are none that a rigid body of the file's mass has in water; log_stds (axes,):
-    their relative standard errors."""
+    """Sentences on masses in surge, sway or heave that are impossible for the file's rigid body in water; log_stds
+    (axes,): their relative standard errors."""
     light, heavy = [], []
     for problem, std in zip(now.joint.problems, log_stds, strict=True):
         dof = problem.axis.dof
@@ -288,8 +280,8 @@ def mass_hints(now: Nominal, log_stds: Sequence[float], shape: Configuration) ->
 
 
 def doubts_of_recording(dive: Dive, water: Water) -> tuple[Doubt, ...]:
-    """Sensors that contradict each other, stamps that are late, readings that stood still, velocities that an autopilot
-    filtered."""
+    """Doubts about fitted values from the recording itself: contradicting sensors, late stamps, frozen readings,
+    filtered velocities."""
     return (
         *_filtered(dive),
         *frozen_doubts(dive),
@@ -301,7 +293,7 @@ def doubts_of_recording(dive: Dive, water: Water) -> tuple[Doubt, ...]:
 
 
 def _filtered(dive: Dive) -> tuple[Doubt, ...]:
-    """A warning about the masses where the velocity is not the sensor's own."""
+    """A warning about the masses if velocity comes from an autopilot's filter."""
     if not dive.velocity_is_filtered:
         return ()
     sentence = (

@@ -1,9 +1,9 @@
-"""A dive as one linear regression: what its filters did not expect, over its standard deviation, on what may cause it.
+"""A dive as one linear regression of the filters' normalised innovations on candidate causes.
 
-The filters are linear in force and in readings at given gains, so that an unmodelled force, or a reading that is off,
-adds to the innovations what the same filter makes of it alone (Kalman 1960; Mehra and Peschon 1971 for innovations as
-the place to look for a fault). White where the model is right, the innovations need no other weights; and with the
-nominal model's own parameters among the columns, what a refit of these would take up is nobody's evidence.
+The filters are linear in force and readings at given gains. An unmodelled force or a reading error therefore adds its
+own filter response to the innovations (Kalman 1960; Mehra and Peschon 1971 on innovations for fault detection).
+Innovations of a true model are white and need no other weights. The nominal model's own parameters are nuisance
+columns: a residual that a refit would absorb is no evidence.
 """
 
 from collections.abc import Sequence
@@ -23,23 +23,23 @@ from identify.estimators.likelihood_joint import JointLikelihood
 Array = NDArray[np.float64]
 
 PIECE_S = 20.0
-"""A dive is cut into pieces so long: longer than a disturbance remembers, shorter than most legs."""
+"""Length of a held-out piece: longer than the disturbance's memory, shorter than most legs."""
 
 
 LEVELLED = (3, 4)
 """Roll and pitch."""
 
 THRUST_DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
-"""How much later a thrust that follows a disturbance unseen is allowed to show."""
+"""Delays allowed for thrust that answers an unrecorded disturbance."""
 
 
 @dataclass(frozen=True)
 class Regression:
-    """The regression of a fit: rows of all its axes, one after another.
+    """The regression of a fit: the rows of all its axes, one after another.
 
-    value (rows,): innovations over their standard deviations. nominal (rows, m): what a rise of each of the nominal
-    model's parameters would add to them; nominal_precision (m,): what is known of these beforehand. piece (rows,): in
-    which piece of the dive a row lies; dof (rows,), -1 for those of the witnesses `beside` the axes, which come last.
+    value (rows,): normalised innovations. nominal (rows, m): nuisance columns of the nominal parameters, with prior
+    precision nominal_precision (m,). piece (rows,): piece of the dive. dof (rows,): degree of freedom, -1 for rows of
+    `witnesses`, which come last.
     """
 
     axes: tuple[AxisInnovations, ...]
@@ -51,18 +51,18 @@ class Regression:
     witnesses: tuple[WeighedWitness, ...] = ()
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
-        """What each act would add to `value`: a block for each axis and each witness."""
+        """Response to each act: a block for each axis and each witness."""
         axes = [own.block(acts, course) for own in self.axes]
         return Blocks((*axes, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
-        """The same, (rows, acts)."""
+        """The same as a dense matrix (rows, acts)."""
         return self.blocks(acts, course).dense()
 
     def with_witnesses(
         self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course
     ) -> "Regression":
-        """With the rows of witnesses, weighed by what the acts leave of them."""
+        """With the rows of witnesses, weighted by their residuals beside the acts."""
         beside = tuple(weighed_witness(one, acts, course) for one in witnesses)
         if not beside:
             return self
@@ -100,7 +100,7 @@ def _witness_block(one: WeighedWitness, acts: Sequence[Act], course: Course) -> 
 
 
 def block_diag(blocks: Sequence[Array]) -> Array:
-    """Blocks (m, k) down the diagonal of what is zero elsewhere."""
+    """A block-diagonal matrix of blocks (m, k)."""
     out = np.zeros((sum(len(one) for one in blocks), sum(one.shape[1] for one in blocks)))
     row = column = 0
     for one in blocks:
@@ -112,8 +112,8 @@ def block_diag(blocks: Sequence[Array]) -> Array:
 def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Regression:
     """The regression at the maximum `theta` of a joint fit.
 
-    In a `doubted` degree of freedom the controller used a reading that was not recorded: its thrust then follows the
-    disturbance unseen, and what it did a little before is nobody's evidence there.
+    In a `doubted` degree of freedom the controller used an unrecorded reading. Its thrust follows the disturbance
+    unseen, so delayed thrust is a nuisance there.
     """
     problems = joint.at(theta)
     masses = joint.mass_places
@@ -160,8 +160,8 @@ def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) 
 
 
 def mean_places(joint: JointLikelihood) -> list[int]:
-    """The places in theta of what moves the innovations' mean: masses, dampings, masses of one axis alone, and the
-    trims that are nobody's evidence."""
+    """Places in theta of all that moves the innovations' mean: masses, dampings, masses of one axis alone, and nuisance
+    trims."""
     pushes = steady_trims(joint)
     return [
         at
@@ -172,8 +172,8 @@ def mean_places(joint: JointLikelihood) -> list[int]:
 
 
 def steady_trims(joint: JointLikelihood) -> list[int]:
-    """The places in theta of the trims that a nominal model has none of: it has the vehicle file's net buoyancy, and
-    what else pushes steadily is a cause to be found. In roll and pitch a sensor that is not level makes one."""
+    """Places in theta of trims that the nominal model lacks: it has the vehicle file's net buoyancy, and any other
+    steady push is a cause. In roll and pitch a tilted sensor makes one."""
     return [
         place.start + FORCES
         for one, place in zip(joint.problems, joint.places, strict=True)
@@ -182,14 +182,14 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
 
 
 def _feedback_columns(own: AxisInnovations, dof: NDArray[np.intp]) -> Array:
-    """The columns (rows, k) of an axis's thrust, each k so much later."""
+    """Nuisance columns (rows, k): an axis' thrust at each delay."""
     out = np.zeros((len(dof), len(THRUST_DELAYS_S)))
     out[dof == own.problem.axis.dof] = delayed_thrust(own)
     return out
 
 
 def delayed_thrust(own: AxisInnovations) -> Array:
-    """What an axis's own thrust adds to its rows, (own rows, k), each k so much later."""
+    """Response (own rows, k) of an axis to its own thrust at each delay."""
     axis = own.problem.axis
     force = axis.force.mean(axis=1)
     late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in THRUST_DELAYS_S]

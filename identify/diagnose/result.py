@@ -1,4 +1,4 @@
-"""What a diagnosis says: verdict, where the gap lies, what causes it, how far it shrinks, what to dive next."""
+"""The types of a diagnosis: verdict, gap, causes, shrink, next dive."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ Fixed = Literal["body", "world", "neither"]
 
 @dataclass(frozen=True)
 class Value:
-    """A parameter of a cause, SI; NaN ends where the dive gives no interval."""
+    """A parameter of a cause, SI; NaN ends without an interval."""
 
     value: float
     unit: str
@@ -32,7 +32,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Gain:
-    """Root mean square velocity error of the feed-forward alone, m/s, without and with what makes up for a cause."""
+    """Rms velocity error of the feed-forward alone, m/s, without and with a cause compensated."""
 
     before_m_s: float
     after_m_s: float
@@ -40,9 +40,8 @@ class Gain:
 
 @dataclass(frozen=True)
 class Found:
-    """An accepted cause. also: names of causes that this dive can't tell from it, likeness: |cosine| of each;
-    probability: that it, or one of `also`, is present; gain_nats: what it saves on held-out pieces beside the
-    others."""
+    """An accepted cause. also: names of its ambiguity group, likeness: |cosine| of each; probability: that it, or one
+    of `also`, is present; gain_nats: saved on held-out pieces beside the others."""
 
     cause: Cause
     also: tuple[str, ...]
@@ -59,8 +58,8 @@ class Found:
 
 @dataclass(frozen=True)
 class Tried:
-    """One candidate of the library: its label and the nats that it saves, or would save, beside the accepted ones in
-    whatever form. why: for a crew, why one that would save enough is not accepted."""
+    """A candidate of the library: its label, and the nats that its best form saves beside the accepted causes. why: for
+    a crew, why a candidate that saves enough is not accepted."""
 
     name: str
     label: str
@@ -80,7 +79,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Slice:
-    """A part of the squared gap by another regime. by: "speed", "heading", "depth", "time", "voltage", "distance";
+    """A part of the squared gap by another variable. by: "speed", "heading", "depth", "time", "voltage", "distance";
     low, high: its range, SI."""
 
     dof: str
@@ -92,7 +91,7 @@ class Slice:
 
 @dataclass(frozen=True)
 class Dependence:
-    """What the missing force of a degree of freedom goes with; strength 0 to 1."""
+    """A variable that the missing force of a degree of freedom depends on; strength 0 to 1."""
 
     dof: str
     variable: Variable
@@ -102,10 +101,9 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Gap:
-    """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s, after: the same once the causes
-    are in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap;
-    unexplained: of what no candidate explains, where that is told. drifted: of what the squared 5 s drift is beyond its
-    floor."""
+    """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s; after: the same with the causes
+    in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap. unexplained:
+    shares of the unexplained remainder, if any. drifted: shares of the squared 5 s drift beyond its floor."""
 
     before: float
     drifts: tuple[Drift, ...]
@@ -120,7 +118,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Character:
-    """Of what no candidate explains."""
+    """Of the unexplained remainder."""
 
     dof: tuple[str, ...]
     frame: Fixed
@@ -131,9 +129,9 @@ class Character:
 
 @dataclass(frozen=True)
 class Prediction:
-    """On a further dive, at uniform times (n,): velocities (n, 6) measured (smoothed), and foretold without and with
-    the causes, started anew from the measured one with every window. window (n,): which one an instant belongs to;
-    the last of a window is its drift. floor (6,): the rms of that by noise alone, NaN in axes that are not fitted."""
+    """On a further dive, at uniform times (n,): velocities (n, 6) measured (smoothed), and predicted without and with
+    the causes, restarted from the measured one with every window. window (n,): number of the window; its last instant
+    is its drift. floor (6,): rms of that by noise alone, NaN in axes that are not fitted."""
 
     dive: str
     time_s: Array
@@ -146,9 +144,8 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Shrink:
-    """before, after: rms drifts in floors; value = (before - after) / (before - floor), after no less than floor; NaN
-    where there is nothing to shrink; low95, high95: of the value, NaN where not known. floor: near 1, as
-    `shrink.floor_of` has it."""
+    """before, after: rms drifts in floors. value = (before - after) / (before - floor), after no less than floor; NaN
+    without a gap. low95, high95: of the value, NaN if unknown. floor: near 1, as in `shrink.floor_of`."""
 
     before: float
     after: float
@@ -160,7 +157,7 @@ class Shrink:
 
 @dataclass(frozen=True)
 class Next:
-    """What to dive, or to fit, to split causes that this dive can't tell apart, or to see what none explains."""
+    """The next dive, or sensor to fit: separates ambiguous causes, or isolates an unexplained remainder."""
 
     manoeuvre: str
     sensor: str
@@ -169,10 +166,9 @@ class Next:
 
 @dataclass(frozen=True)
 class Accepted:
-    """What accepting the causes comes to. values: by coefficient, those of the linear model and, behind them, of the
-    feed-forward's effects, with 95 % intervals. effects: all that were found. sentences: what the feed-forward can't
-    make up for, and what else to know. doubts: what the fit beside the causes says against values of the linear model.
-    """
+    """What accepting the causes comes to. values: coefficients of the linear model, then of the feed-forward's effects,
+    with 95 % intervals. effects: all causes found. sentences: effects that the feed-forward can't compensate, and other
+    remarks. doubts: of the fit beside the causes, on values of the linear model."""
 
     values: dict[str, Value]
     effects: tuple[AcceptedEffect, ...]
@@ -181,7 +177,7 @@ class Accepted:
 
     @property
     def tells(self) -> bool:
-        """Whether there is anything in it: a log that lacks what the controller used has no size, and tells no mass."""
+        """Whether there is anything to accept: a wrong log has no size, and gives no mass."""
         return bool(self.values) or any(one.parameters for one in self.effects)
 
 
@@ -190,10 +186,9 @@ NOTHING = Accepted({}, (), ())
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The answer to where, what, and how far. heldout: the prediction for a further dive; check: measured on one;
-    None where not asked for. tried: all candidates, strongest first. nats_left: what generic forces foretell beyond.
-    numbers: masses and dampings that were fitted beside all that was found, accepted or not. provisos: sentences
-    without which the verdict would mislead. first: those before it, that leave nothing of it to rely on."""
+    """The whole answer. heldout: cross-validated shrink; check: shrink on a check dive; None if not asked for. tried:
+    all candidates, strongest first. numbers: masses and dampings fitted beside all causes, accepted or not. provisos:
+    sentences after the verdict that limit it. first: sentences before it that invalidate all."""
 
     dive: str
     vehicle: str

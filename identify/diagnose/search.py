@@ -1,4 +1,4 @@
-"""Which causes: added one at a time, changed for better ones, as long as held-out pieces of the dive gain by it."""
+"""Forward selection of causes: add one, swap, prune, as long as held-out evidence grows."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,32 +16,32 @@ from identify.diagnose.weighing import CandidateEquations, Fitted, FormRemainder
 Array = NDArray[np.float64]
 
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
-"""Nats on held-out pieces, and their standard errors, that one more cause must save, among some forty tried."""
+"""Nats on held-out pieces, and standard errors of them, that one more cause must save among some forty candidates."""
 
 LEAST_SEA_GAIN = 30.0
-"""The same of a sea, whose periods were looked for in all of the dive, the pieces held out among it."""
+"""The same for a sea: its periods were read off the whole dive, held-out pieces included."""
 
 LEAST_SHARE = 0.01
-"""A further cause must save this share of what those before it save where it shows itself, or else as much as other
-forms of theirs would: no form of a library is quite true, and what a cause's form leaves grows with its evidence, in
-the axes and at the times at which it acts. Where other forms of it save little, though, it is nearly true."""
+"""Share of the nats saved by earlier causes, in the axes and pieces they share, that a further cause must exceed; or
+else the savings of their other forms, if smaller. No form of a library is exact, and a form's remainder grows with its
+evidence. A cause whose other forms save little is nearly exact."""
 
 NEXT_TO_NONE = 0.5
-"""Nats of a form's rest that are not worth another look: half of what one parameter more saves by chance."""
+"""Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
 
 LEAST_MOTION_NATS = 3.0
-"""Nats that a cause must save, in sample, where the vehicle moves: odds of twenty to one. Shaft speeds tell which cause
-it is and how large, but one that the motion says nothing of is the telemetry's."""
+"""Nats that a cause must save in sample in the vehicle's motion: odds of twenty to one. Shaft speeds identify and size
+a cause, but one that the motion does not show is an artefact of telemetry."""
 
 LEAST_SWAP = 1.0
 LOOKED_AT = 5
-"""So many of the best candidates are fitted in full at the ground's noise levels."""
+"""Best candidates fitted in full at fixed noise levels."""
 
 WEIGHED = 30
-"""So many that fit best in sample are weighed on pieces held out."""
+"""Best candidates in sample that are weighed on held-out pieces."""
 
 WITNESSED = {"imu_gravity_leak", "gyro_bias"}
-"""What readings of their own tell, to which no form of another cause adds anything, with no need of the motion."""
+"""Effects that a sensor of their own identifies, without the motion, and that no other form can mimic."""
 
 MOST_CAUSES, MOST_TURNS, MOST_REFITS = 3, 7, 5
 SETTLED = 1.0
@@ -50,7 +50,7 @@ LEAST_Z = 1.5
 
 @dataclass(frozen=True)
 class Explanation:
-    """What the search came to: causes fitted on the last ground, the filters without them."""
+    """Result of the search: fitted causes, their weighing, and the filters without them."""
 
     fit: Fitted
     weighing: Weighing
@@ -64,7 +64,7 @@ class Explanation:
 def explain(
     nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
 ) -> Explanation:
-    """The causes of a dive's gap among the effects of a library that a refit of the nominal model leaves to be seen."""
+    """The causes of a dive's gap among the effects of a library that a refit of the nominal model would not absorb."""
     at = _weighing_maker(library)
     weighing = at(nominal, ())
     fit = weighing.fitted(())
@@ -89,8 +89,8 @@ def explain(
 def _settled(
     nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
 ) -> tuple[Weighing, Fitted]:
-    """Causes that were found on one ground, on one of their own: their values and its noise levels in turns until these
-    agree, which is far quicker than to weigh all others each time."""
+    """Causes from one weighing, refitted with noise levels in turns until both agree: far faster than weighing all
+    candidates each time."""
     for _ in range(MOST_REFITS):
         now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
         weighing, before = at(now, fit.causes), fit
@@ -101,14 +101,14 @@ def _settled(
 
 
 def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect]) -> Explanation:
-    """These causes, each as large as the dive says, on a ground of their own; nominal: the filters without any."""
+    """An explanation by these causes alone, refitted with their noise levels; nominal: the filters without any."""
     now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
     weighing = _weighing_maker(library)(now, causes)
     return Explanation(weighing.fitted(tuple(causes)), weighing, now)
 
 
 def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Weighing]:
-    """Where the candidates of a library are weighed, given filters and causes; the seas among them are the dive's."""
+    """Weighing of a library's candidates, given filters and causes; seas take their periods from the dive."""
     able = tuple(effect for effect in library if effect.parameters and not effect.refit_absorbs)
     seas = {effect.name for effect in able} & SEAS
     able = tuple(effect for effect in able if effect.name not in SEAS)
@@ -125,7 +125,7 @@ def _labels(fit: Fitted) -> tuple[str, ...]:
 
 
 def _same(one: Fitted, other: Fitted) -> bool:
-    """The same causes, no value of which moved by much of its standard error."""
+    """Same causes, with values within a small part of their standard errors."""
     if _labels(one) != _labels(other) or one.at != other.at:
         return False
     std = np.sqrt(np.diag(one.covariance))
@@ -134,13 +134,13 @@ def _same(one: Fitted, other: Fitted) -> bool:
 
 
 def improved(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Without what is not needed, with better ones in place of others, and with at most one more."""
+    """Pruned, swapped, and with at most one more."""
     fit = swapped(weighing, pruned(weighing, fit))
     return with_one_more(weighing, fit) if len(fit.causes) < MOST_CAUSES else fit
 
 
 def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Without causes that other forms of the rest would do as well as."""
+    """Without causes that other forms of the remaining ones replace."""
     for k in range(len(fit.causes) - 1, -1, -1):
         if len(fit.causes) > 1:
             others = weighing.fitted(_without(fit.causes, k))
@@ -161,7 +161,7 @@ def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
 
 
 def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
-    """Each cause for another that does better beside the others."""
+    """Each cause replaced by a better one beside the others, if any."""
     for k in range(len(fit.causes)):
         if k >= len(fit.causes):
             break
@@ -181,7 +181,7 @@ def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
 
 
 def with_one_more(weighing: Weighing, fit: Fitted) -> Fitted:
-    """With the best of the causes that no form of those there are makes up for."""
+    """With the best candidate that other forms of the present causes do not replace."""
     remainder = FormRemainder(weighing, fit)
     tried = [
         cause
@@ -195,12 +195,12 @@ def with_one_more(weighing: Weighing, fit: Fitted) -> Fitted:
 
 
 def required_gain(remainder: FormRemainder, cause: Cause) -> float:
-    """Nats that one more cause must save: by chance, and by what the forms of those before it leave."""
+    """Nats that one more cause must save: chance, plus the form remainder of earlier ones."""
     return _least_gain(cause) + remainder_nats(remainder, cause)
 
 
 def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
-    """Nats that a further cause may save by what the forms of those before it leave."""
+    """Nats that a further cause may save by the form remainder of earlier ones alone."""
     if cause.effect.name in WITNESSED or not remainder.fit.causes:
         return 0.0
     share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
@@ -212,7 +212,7 @@ def _least_gain(cause: Cause) -> float:
 
 
 def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
-    """Whether the motion speaks for a cause that a fit has beside those of others."""
+    """Whether the motion supports a cause of `fit` over `others`."""
     return cause.effect.name in WITNESSED or fit.motion_nats - others.motion_nats > LEAST_MOTION_NATS
 
 
@@ -230,9 +230,9 @@ def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:
 def ranked_candidates(
     beside: CandidateEquations, fit: Fitted, most: int = WEIGHED
 ) -> list[tuple[float, float, Cause]]:
-    """Gain, gain over its standard error, and cause, of the best setting of each candidate, best first.
+    """Gain, gain over its standard error, and cause, for the best setting of each candidate, best first.
 
-    So many settings at most, those that fit best in sample, are weighed.
+    At most `most` settings are weighed, the best in sample.
     """
     taken = {cause.key for cause in fit.causes}
     best: dict[str, tuple[float, float, Cause]] = {}
@@ -249,7 +249,7 @@ def ranked_candidates(
 
 
 def weighed_setting(beside: CandidateEquations, setting: Setting) -> tuple[Evidence, tuple[int, ...]]:
-    """A setting less those of its columns that say nothing."""
+    """Evidence of a setting without its insignificant columns."""
     columns = list(setting.columns)
     evidence = beside.equations.evidence(columns)
     while len(columns) > 1:

@@ -1,7 +1,7 @@
-"""With which periods something pushes: the lines that stand out of what the nominal model leaves of the forces.
+"""Periods of seas: spectral lines of the force that the nominal model leaves.
 
-A line that is a hundredth off its period is out of step within a dive, so that no table of periods finds it. They are
-read off the spectrum of the missing force in the world's axes, where a wave stays while the vehicle turns.
+A line off its period by a hundredth loses phase within a dive, so no table of periods would do. Periods come from the
+spectrum of the missing force in world axes, in which a wave stays put while the vehicle turns.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,35 +19,35 @@ SEAS = {"waves", "varying_current"}
 WAVES_S, CURRENTS_S = (1.5, 12.0), (15.0, 200.0)
 MOST_LINES = 4
 NEAR, WIDE = 0.2, 3.0
-"""Lines of one sea lie within a share NEAR of the strongest's rate; what stands around is met within WIDE times it."""
+"""A sea's lines lie within a share NEAR of the strongest rate; the background is a median within a factor WIDE."""
 
 CORNER_HZ = 0.1
-"""Above this a disturbance as it is usual falls off as the square of the rate."""
+"""A usual disturbance falls off as the square of the rate above this."""
 
 LEAST_OVER = 4.0
-"""So many times what stands around a further line must hold."""
+"""Power of a further line over the background."""
 
 
 def sea_effects(now: Nominal, sea: Callable[..., Effect], band_s: tuple[float, float]) -> tuple[Effect, ...]:
-    """The effect of `sea` with the strongest line of a band of periods, and with all that stand out beside it."""
+    """The effect of `sea` with the strongest line of a band, and with all significant lines beside it."""
     lines = _lines(_spectrum(now), band_s)
     return tuple(sea(*lines[:count]) for count in sorted({1, len(lines)}) if lines)
 
 
 def seas_of(now: Nominal) -> tuple[Effect, ...]:
-    """The waves and the varying currents that a dive may hold, by the periods of what its causes leave."""
+    """The waves and varying currents that a dive may hold."""
     return (*sea_effects(now, varying_current, CURRENTS_S), *sea_effects(now, waves, WAVES_S))
 
 
 def period_interval(period_s: float, duration_s: float) -> tuple[float, float]:
-    """Between which periods one lies that was read off a dive of that length: a spectrum has a rate for each whole
-    number of turns in it, and the nearest of these to a line is half a turn off at the most."""
+    """Interval of a period read off a dive of that length: the spectrum's rates are whole numbers of turns, so a line
+    is at most half a turn off."""
     half = 0.5 / duration_s
     return 1.0 / (1.0 / period_s + half), 1.0 / max(1.0 / period_s - half, half)
 
 
 def _spectrum(now: Nominal) -> tuple[Array, Array]:
-    """Rates (f,), Hz, and the power of what is missing in north, east and down together."""
+    """Rates (f,), Hz, and the power of the missing force, north, east and down together."""
     course = now.course
     missing = _missing(now)
     north, east, down = course.world
@@ -63,7 +63,7 @@ def _spectrum(now: Nominal) -> tuple[Array, Array]:
 
 
 def _missing(now: Nominal) -> Array:
-    """The force (n, 3) of the smoothed motion that thrust, drag and Coriolis forces leave, and the causes so far."""
+    """The missing force (n, 3) of the smoothed motion, beyond thrust, drag, Coriolis forces and the causes so far."""
     course, nu = now.course, now.motion.nu
     moving = course.mass * np.gradient(nu, course.step_s, axis=0) + course.damping * nu
     given = course.wrench_of(course.thrust_n) - course.coriolis_of(course.mass, nu)
@@ -76,7 +76,7 @@ def _missing(now: Nominal) -> Array:
 
 
 def _lines(spectrum: tuple[Array, Array], band_s: tuple[float, float]) -> Sequence[float]:
-    """Periods, s, of the lines that stand out most over what is around them, the strongest first."""
+    """Periods, s, of the lines that stand out most over the background, strongest first."""
     rate, power = spectrum
     power = power * (1.0 + (rate / CORNER_HZ) ** 2)
     inside = np.flatnonzero((rate > 1.0 / band_s[1]) & (rate < 1.0 / band_s[0]))
@@ -98,7 +98,7 @@ def _lines(spectrum: tuple[Array, Array], band_s: tuple[float, float]) -> Sequen
 
 
 def _peak(rate: Array, power: Array, i: int) -> float:
-    """The rate of a line between the grid's, by a parabola through the logarithms of three powers."""
+    """A line's rate between grid points, by a parabola through three log powers."""
     if not 0 < i < len(rate) - 1:
         return float(rate[i])
     low, middle, high = np.log(np.maximum(power[i - 1 : i + 2], 1e-300))

@@ -1,11 +1,7 @@
-"""How far the gap shrinks: on pieces of the dive that the fit was not taught, and on another dive.
+"""How far the gap shrinks: on held-out pieces, on a check dive, and whether the check dive contradicts the causes.
 
-The model of a dive flown on another one: what was measured there, and what it foretells without and with the causes.
-
-Every 5 s the simulation is given the measured velocity and then only the recorded thrust and attitude: whoever has
-the three velocities can work out the shrink again.
-
-Whether a further dive bears the causes out: the gap there closes by about what was foretold.
+Every 5 s the simulation restarts from the measured velocity and then uses only recorded thrust and attitude, so the
+shrink can be recomputed from the three velocities alone.
 """
 
 import math
@@ -43,42 +39,42 @@ Array = NDArray[np.float64]
 
 HORIZON_S = 5.0
 FOLDS = 12
-"""Pieces of 20 s that are held out lie so many apart: with more at once whole legs would be gone, and what only they
-tell."""
+"""Distance of held-out pieces of 20 s, in pieces: with more held out at once, whole legs would be gone with all their
+information."""
 
 LEAST_LEFT = 0.2
-"""Share of a mass or a damping that a step leaves at least."""
+"""Least factor by which a step may change a mass or a damping."""
 
 RESAMPLED, SURE = 400, 0.9
 LEAST_GAP = 0.1
-"""A drift that exceeds its floor by no more, or no more than chance lets it, leaves nothing to shrink; and a cause that
-changes that of a degree of freedom by no more closes nothing there."""
+"""Drift above the floor that leaves a gap to shrink; and the least change of drift in a degree of freedom that counts
+as closing one."""
 
 CHANCE = 0.2
-"""So far from 1 the drift of a dive of five minutes may be in a degree of freedom by its noise: two standard errors of
-an rms over some sixty windows, and what its floor is uncertain by."""
+"""Chance deviation of a five-minute dive's drift from its floor: two standard errors of an rms over some sixty windows,
+and the floor's own uncertainty."""
 
 SYMBOLS = "uvwpqr"
 UNITS = ("m/s",) * 3 + ("rad/s",) * 3
 
 LEAST_PART = 0.5
-"""Of the foretold shrink, what a check dive must show. A form that is not quite true closes less where a vehicle is
-flown otherwise; what closes less than half of it leaves more than it closes."""
+"""Share of the predicted shrink that a check dive must show. An inexact form closes less in other flight; less than
+half leaves more than it closes."""
 
 LEAST_SAID = 0.005
-"""A share that is told as more than none."""
+"""Least share that counts as more than none."""
 
 
 @dataclass(frozen=True)
 class Windows:
-    """Squares of the 5 s drift before and after (w, 6), in floors, and the piece (w,) in which each window lies."""
+    """Squares of the 5 s drift before and after (w, 6), in floors, and the piece (w,) of each window."""
 
     before: Array
     after: Array
     piece: NDArray[np.intp]
 
     def shrink(self, rng: np.random.Generator) -> Shrink:
-        """With a 95 % interval by drawing pieces anew (Efron and Tibshirani 1993, section 8.5)."""
+        """With a 95 % interval by a bootstrap over pieces (Efron and Tibshirani 1993, section 8.5)."""
         pieces = np.unique(self.piece)
         sums = np.stack(
             [
@@ -104,7 +100,7 @@ class Windows:
 
 
 def overstated_note(told: Shrink) -> tuple[str, ...]:
-    """In a sentence, that a drift lies further below its floor than chance lets it; nothing where it does not."""
+    """A sentence on drift significantly below its floor; empty otherwise."""
     if not _overstated(told.after, told.floor):
         return ()
     return (
@@ -115,16 +111,15 @@ def overstated_note(told: Shrink) -> tuple[str, ...]:
 
 
 def _overstated(after: float, floor: float) -> bool:
-    """Whether a floor is told too high: nothing then says how sure a shrink is that it makes 100 %."""
+    """Whether the floor is too high for an interval of a shrink near 100 %."""
     return after < floor - CHANCE
 
 
 def floor_of(after: Array, closes: NDArray[np.bool_]) -> Array:
-    """(6,): the floor of this very dive by degree of freedom.
+    """(6,): this dive's floor by degree of freedom.
 
-    It is 1 where the causes close something. Where they change nothing, what is there is what noise comes to in this
-    dive, as far as chance lets it: there before and after are off from 1 by the same, and only their difference from
-    it would tell of the noise.
+    It is 1 in degrees of freedom that the causes close. In others the drift itself, within chance, is this dive's
+    floor: before and after deviate from 1 alike there, and only noise explains it.
     """
     return np.asarray(np.where(closes, 1.0, np.clip(after, 1.0 - CHANCE, 1.0 + CHANCE)))
 
@@ -135,7 +130,7 @@ def _by_axis(sums: Array, counts: NDArray[np.intp], drawn: NDArray[np.intp]) -> 
 
 
 def _totals(axes: Array, closes: NDArray[np.bool_]) -> tuple[float, float, float]:
-    """Rms over degrees of freedom of what drifts before and after (2, 6), and of the floor."""
+    """Rms over degrees of freedom of the drifts before and after (2, 6), and of the floor."""
     fitted = np.isfinite(axes[1])
     three = np.stack([*axes, floor_of(axes[1], closes)])[:, fitted]
     before, after, floor = np.sqrt(np.mean(three**2, axis=1)).tolist()
@@ -143,17 +138,17 @@ def _totals(axes: Array, closes: NDArray[np.bool_]) -> tuple[float, float, float
 
 
 def _value(before: float, after: float, floor: float) -> float:
-    """No model drifts by less than noise: below the floor is chance, or a floor that is told too high."""
+    """No model drifts by less than noise: below the floor is chance, or an overstated floor."""
     if before - floor <= LEAST_GAP:
         return float("nan")
     return (before - max(after, floor)) / (before - floor)
 
 
 def held_out_shrink(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
-    """The prediction for a further dive: every piece by models whose parameters were fitted on the others.
+    """Cross-validated shrink: each fold by models fitted on the others.
 
-    They are one step of Gauss and Newton away from those of the whole dive. floor (6,): of the 5 s drift. To both
-    models the seas of this dive are known: to a further one they are noise.
+    Their parameters are one Gauss-Newton step from the whole dive's. floor (6,): of the 5 s drift. Both models know the
+    seas of this dive; to a further dive these are noise.
     """
     weighing, fit = found.weighing, found.fit
     course, nu, causes = found.now.course, found.now.motion.nu, found.causes
@@ -181,12 +176,12 @@ def held_out_shrink(found: Explanation, nominal: Nominal, floor: Array, rng: np.
 
 
 def without_seas(causes: Sequence[Cause]) -> list[Cause]:
-    """Those whose forces a further dive meets again; when a wave comes there, nobody knows ahead."""
+    """Causes whose forces recur on a further dive; a sea's phase is unpredictable."""
     return [cause for cause in causes if cause.effect.name not in SEAS]
 
 
 def seas_note(causes: Sequence[Cause]) -> tuple[str, ...]:
-    """In a sentence, that a shrink is told without seas; nothing where there are none."""
+    """A sentence that the shrink leaves out the seas; empty without seas."""
     if len(without_seas(causes)) == len(causes):
         return ()
     return (
@@ -197,7 +192,7 @@ def seas_note(causes: Sequence[Cause]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class HeldOutFit:
-    """A regression's equations by piece, at a fit: what it would be without some of them."""
+    """A regression's normal equations by piece, at a fit, for refits without some of them."""
 
     rows: Regression
     model: Nominal
@@ -206,21 +201,21 @@ class HeldOutFit:
 
     @cached_property
     def _whole(self) -> Array:
-        """Columns (rows, k + 1), what they are to explain last. A rise of a nominal parameter adds its column to the
-        innovations, a force that is missing takes its own out."""
+        """Columns (rows, k + 1), the value last. A rise of a nominal parameter adds its column to the innovations; a
+        missing force subtracts its own."""
         return np.column_stack([-self.rows.nominal, self.slopes, self.value])
 
     @cached_property
     def _products(self) -> Array:
-        """(F, k + 1, k + 1): the columns' products within the pieces of each fold."""
+        """(F, k + 1, k + 1): the columns' products within each fold."""
         fold = self.rows.piece % FOLDS
         return np.array([(own := self._whole[fold == k]).T @ own for k in range(FOLDS)])
 
     def without(self, fold: int) -> tuple[Array, Array]:
-        """The fit's theta, and what the slopes' parameters change by, where the pieces of a fold are left out.
+        """The fit's theta and the step of the slopes' parameters, with a fold left out.
 
-        Where nearly all that tells of a parameter lies in these, as in the only leg that dives, the others would move
-        it by their noise: as much as is SCARCE speaks for what it is.
+        If the fold holds nearly all information on a parameter, as the only leg that dives, noise would move it; SCARCE
+        holds it in place.
         """
         joint, theta = self.model.joint, self.model.theta
         kept = sorted({*joint.mass_places, *mean_places(joint)})
@@ -235,8 +230,8 @@ class HeldOutFit:
 
 
 def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Array) -> Array:
-    """Theta with some of it a step further: forces are linear in masses and dampings, not in their logarithms, so that
-    a long step is one of these."""
+    """Theta one step further. Forces are linear in masses and dampings, not in their logarithms, so the step is linear
+    in these."""
     out = theta.copy()
     for at, by in zip(places, step.tolist(), strict=True):
         out[at] += np.log(max(1.0 + by, LEAST_LEFT)) if at in logarithms(joint) else by
@@ -244,7 +239,7 @@ def _moved(theta: Array, joint: JointLikelihood, places: Sequence[int], step: Ar
 
 
 def held_windows(model: Simulation, fold: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-    """Starts (w,) of the windows that lie whole in the pieces of a fold, a second apart, and their pieces."""
+    """Starts (w,) of the windows within the pieces of a fold, a second apart, and their pieces."""
     length = round(HORIZON_S / model.step_s)
     starts = np.arange(0, len(model.time_s) - length - 1, max(round(1.0 / model.step_s), 1))
     piece = ((model.time_s - model.time_s[0]) / PIECE_S).astype(np.intp)
@@ -253,20 +248,20 @@ def held_windows(model: Simulation, fold: int) -> tuple[NDArray[np.int64], NDArr
 
 
 def squared(model: Simulation, starts: NDArray[np.int64], floor: Array) -> Array:
-    """(w, 6) squares of the 5 s drift, in floors; NaN in axes that are not fitted."""
+    """(w, 6): squares of the 5 s drift, in floors; NaN in axes that are not fitted."""
     off = model.off(starts, [round(HORIZON_S / model.step_s)], np.zeros_like(model.nu))[:, 0]
     return np.asarray((off / floor) ** 2)
 
 
 def windows_of(one: Prediction) -> Windows:
-    """The squared drifts at the ends of the windows; each window is a block of its own."""
+    """Squared drifts at the ends of the windows, each window a block of its own."""
     ends = np.flatnonzero(np.diff(one.window, append=one.window[-1] + 1))
     before, after = (((way[ends] - one.measured[ends]) / one.floor) ** 2 for way in (one.before, one.after))
     return Windows(before, after, one.window[ends])
 
 
 def csv_of(one: Prediction) -> str:
-    """Header lines that begin with #, then a line an instant."""
+    """Header lines that begin with #, then a line per instant."""
     fitted = [dof for dof in range(6) if np.isfinite(one.floor[dof])]
     floors = ", ".join(f"{DOFS[dof]} {one.floor[dof]:.6g} {UNITS[dof]}" for dof in fitted)
     lines = [
@@ -291,7 +286,7 @@ def csv_of(one: Prediction) -> str:
 
 
 def with_coefficients(model: Nominal, of: Nominal) -> Array:
-    """A fit's theta with the masses and dampings of another, and the trims that are best with these."""
+    """A fit's theta with another's masses and dampings, and the best trims for these."""
     joint, theta = model.joint, model.theta.copy()
     mass, damping = coefficients(of.joint, of.theta)
     for problem, place, at in zip(joint.problems, joint.places, joint.mass_places, strict=True):
@@ -312,10 +307,10 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
 def predict(
     found: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
 ) -> Prediction:
-    """The model of a dive, `nominal` before and `found` after, on a further dive whose own filters are `check`.
+    """The model of a dive, `nominal` before and `found` after, on a further dive with filters `check`.
 
-    Masses, dampings and causes are those of the dive; trims and noise levels, that change from dive to dive, the
-    further dive's own, and its seas among the noise. Raises LogError where that is too short.
+    Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
+    further dive. Raises LogError if that is too short.
     """
     mass, damping = found.now.course.mass, found.now.course.damping
     course = replace(check.course, mass=mass, damping=damping)
@@ -345,11 +340,11 @@ def predict(
 
 
 def contradicted(foretold: Shrink | None, measured: Shrink | None) -> bool:
-    """Whether a check dive speaks against the causes.
+    """Whether a check dive contradicts the causes.
 
-    It does where the 95 % intervals of the two shrinks do not meet, so that it is not by chance, and less than
-    `LEAST_PART` of what was foretold closes; and where nothing is there to close, but with the causes in the model
-    drifts further than without, and than noise.
+    It does if the 95 % intervals of the two shrinks are disjoint and it closes less than `LEAST_PART` of the
+    prediction; or if there is no gap to close, but the model with the causes drifts further than without, and than
+    noise.
     """
     if foretold is None or measured is None:
         return False
@@ -360,14 +355,14 @@ def contradicted(foretold: Shrink | None, measured: Shrink | None) -> bool:
 
 
 def contradiction_clause(foretold: Shrink | None, measured: Shrink | None) -> str:
-    """What follows a verdict that a check dive contradicts; "" where it does not."""
+    """Clause for a verdict that a check dive contradicts; "" otherwise."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ""
     return f", but the check dive does not bear that out ({_shrinks_beside(foretold, measured)})"
 
 
 def contradiction_note(foretold: Shrink | None, measured: Shrink | None) -> tuple[str, ...]:
-    """The same in a sentence, with what to do."""
+    """The same as a sentence, with advice."""
     if foretold is None or measured is None or not contradicted(foretold, measured):
         return ()
     return (

@@ -1,10 +1,8 @@
-"""The difference of a model from a recorded motion, integrated from many starts: the compiled loop of `flown`.
+"""A model simulated along a recorded motion: its missing force at every instant, and its drift.
 
-A model flown beside a recorded motion: what its equations lack at every instant, and how far it drifts by that.
-
-Whatever is simulated is the difference from the recorded velocity, so that a model without a gap stays at zero:
-M d' = f - (C(nu + d) - C(nu)) - D d + S d - K a,  a' = d,  with f what the recorded motion lacks by the model and S by
-how much the causes' forces change with velocity (Fossen 2011, eq. 6.1, less itself along the recording).
+The state is the difference d from the recorded velocity, so a model without a gap stays at zero: M d' = f - (C(nu + d)
+- C(nu)) - D d + S d - K a, a' = d. f is the missing force along the recorded motion, S the slope of the causes' forces
+by velocity (Fossen 2011, eq. 6.1, less itself along the recording).
 """
 
 from collections.abc import Sequence
@@ -25,18 +23,18 @@ from identify.estimators.likelihood_joint import JointLikelihood
 Array = NDArray[np.float64]
 
 RUN_AWAY = np.array([10.0, 10.0, 10.0, 20.0, 20.0, 20.0])
-"""Off by so much, m/s and rad/s, a simulation tells nothing any more: no vehicle with thrusters moves so fast under
-water. Its flight ends there, or squares of its drift would be beyond what numbers hold."""
+"""Difference, m/s and rad/s, that ends a simulation: no thruster-driven vehicle moves so fast under water, and squares
+of a larger drift would overflow."""
 
 EACH = 2
-"""A step of the simulation is so many of the course's: 40 ms."""
+"""Steps of the course per step of the simulation: 40 ms."""
 
 NUDGE = np.array([0.01, 0.01, 0.01, 0.02, 0.02, 0.02])
-"""By how much velocities are moved to see what the causes' forces do, m/s and rad/s."""
+"""Velocity steps for the slope of the causes' forces, m/s and rad/s."""
 
 
 MEANT_S = 2.0
-"""So long the slow part of an angle is meant over."""
+"""Averaging time for the slow part of an angle."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -53,8 +51,8 @@ def off_by(
     errors: Array,
     step_s: float,
 ) -> Array:
-    """The compiled loop of `Flown.off`, by Heun's rule, from each start in turn. A flight that runs away stays at the
-    RUN_AWAY of the axis that it ran away in."""
+    """The compiled loop of `Simulation.off`, by Heun's rule, from each start in turn. A run that ends early stays at
+    the RUN_AWAY of its axis."""
     n, last = nu.shape[0], steps[-1]
     out = np.full((starts.shape[0], steps.shape[0], 6), np.nan)
     bent = bool(np.any(slope))
@@ -117,10 +115,10 @@ def _rate(
     stiffness: Array,
     ease: Array,
 ) -> None:
-    """How fast the difference d (6,) changes; a (6,) is its integral. ease (6,): one over the mass, 0 where an axis is
-    not fitted; bent: whether any slope is not zero.
+    """Rate of change of the difference d (6,), with integral a (6,). ease (6,): one over mass, 0 for an axis that is
+    not fitted; bent: whether any slope is nonzero.
 
-    What C(nu) nu of `bridge.vehicle.dynamics.coriolis` changes by: of a product u v it is du (v + dv) + u dv.
+    Change of C(nu) nu in `bridge.vehicle.dynamics.coriolis`: for a product u v it is du (v + dv) + u dv.
     """
     u, v, w, p, q, r = nu[0], nu[1], nu[2], nu[3], nu[4], nu[5]
     du, dv, dw, dp, dq, dr = d[0], d[1], d[2], d[3], d[4], d[5]
@@ -148,9 +146,8 @@ def _rate(
 class Simulation:
     """A model along a recorded motion at uniform times (n,), body axes, SI units.
 
-    dofs: those that are fitted; the others follow what was recorded. mass, damping, stiffness (6,). nu, nu_dot (n, 6):
-    recorded. lacking (n, 6): what would have to push beside all that the model knows of. slope (n, 6, 6): of the
-    causes' forces by velocity.
+    dofs: the fitted ones; others follow the recording. mass, damping, stiffness (6,). nu, nu_dot (n, 6): recorded.
+    lacking (n, 6): the missing force. slope (n, 6, 6): of the causes' forces by velocity.
     """
 
     time_s: Array
@@ -168,12 +165,12 @@ class Simulation:
         return float(self.time_s[1] - self.time_s[0])
 
     def less(self, wrench: Array) -> "Simulation":
-        """The same where so much (n, 6) pushes beside what the model knows of."""
+        """The same with a force (n, 6) known."""
         return replace(self, lacking=self.lacking - wrench)
 
     def off(self, starts: NDArray[np.int64], steps: Sequence[int], errors: Array) -> Array:
-        """(w, h, 6): by how much it is off after so many steps from each start; NaN where the recording ends before,
-        and in axes that are not fitted. errors (n, 6): of the recorded velocity, 0 where it is taken for true."""
+        """(w, h, 6): difference after some steps from each start; NaN beyond the recording's end and in axes that are
+        not fitted. errors (n, 6): of the recorded velocity."""
         along = (self.lacking, self.nu, self.slope)
         lacking, nu, slope = (np.ascontiguousarray(one) for one in along)
         out = off_by(
@@ -190,10 +187,9 @@ def simulation_of(
     wrench: Array | None = None,
     slope: Array | None = None,
 ) -> Simulation:
-    """A fit's equations at `theta` beside a velocity nu (n, 6) at the times of its course.
+    """A fit's equations at `theta` along a velocity nu (n, 6) at the times of its course.
 
-    wrench (n, 6): of causes that are not in the fit's forces; slope (n, 6, 6): of all causes' but those that the model
-    holds anyway.
+    wrench (n, 6): of causes outside the fit's forces; slope (n, 6, 6): of all causes but the held ones.
     """
     course = model.course
     mass, damping = coefficients(model.joint, theta)
@@ -214,7 +210,7 @@ def simulation_of(
 
 
 def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
-    """Total masses and linear dampings (6,); no damping where an axis is not fitted."""
+    """Total masses and linear dampings (6,); no damping for an axis that is not fitted."""
     damping = np.zeros(6)
     for problem, place in zip(joint.problems, joint.places, strict=True):
         damping[problem.axis.dof] = np.exp(theta[place.start + DAMPING])
@@ -222,7 +218,7 @@ def coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:
 
 
 def logarithms(joint: JointLikelihood) -> set[int]:
-    """The places in theta of masses and dampings."""
+    """Places in theta of masses and dampings."""
     own = {place.start + at for place in joint.places for at in (MASS, DAMPING)}
     return own | set(joint.mass_places)
 
@@ -242,7 +238,7 @@ def summed(acts: Sequence[Act], course: Course) -> Array:
 
 
 def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6): by how much causes spoil the readings of velocities and rates."""
+    """(n, 6): the causes' errors in readings of velocity and rate."""
     total = np.zeros_like(course.nu)
     for cause in causes:
         act = cause.act(course)
@@ -254,7 +250,7 @@ def velocity_error_of(causes: Sequence[Cause], course: Course) -> Array:
 
 
 def specific_force_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 3): what causes add to the accelerometer's reading beyond what it feels, m/s2."""
+    """(n, 3): the causes' errors in the accelerometer's reading, m/s2."""
     total = np.zeros((len(course.time_s), 3))
     for cause in causes:
         felt = cause.act(course).specific_force
@@ -263,7 +259,7 @@ def specific_force_of(causes: Sequence[Cause], course: Course) -> Array:
 
 
 def slope_of(causes: Sequence[Cause], course: Course) -> Array:
-    """(n, 6, 6): by how much the causes' forces (rows) change with each velocity."""
+    """(n, 6, 6): derivative of the causes' forces (rows) by each velocity."""
     out = np.zeros((len(course.time_s), 6, 6))
     if any(cause.act(course).wrench is not None for cause in causes):
         for dof, h in enumerate(NUDGE):
@@ -275,7 +271,7 @@ def slope_of(causes: Sequence[Cause], course: Course) -> Array:
 
 
 def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
-    """(n, 6): what pushes at each instant of the course but for Coriolis forces and damping, and the stiffness (6,)."""
+    """(n, 6): all forces on the vehicle but Coriolis and damping ones, and the stiffness (6,)."""
     time_s = model.course.time_s
     force, stiffness = np.zeros((len(time_s), 6)), np.zeros(6)
     for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
@@ -293,17 +289,16 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
 
 
 def between(time_s: Array, end_s: Array, step_s: Array, force: Array) -> Array:
-    """(n,): the mean forces of steps (m,) that end at end_s, each told in its middle.
+    """(n,): mean forces of steps (m,) that end at end_s, each at its middle.
 
-    Two readings of one instant, as of a gyro and an attitude, have no step between them that a force could act in.
+    Two readings of one instant, as of a gyro and an attitude, have no step between them.
     """
     lasts = step_s > 0
     return np.asarray(np.interp(time_s, (end_s - 0.5 * step_s)[lasts], force[lasts]))
 
 
 def smoothed_angle(time_s: Array, read_s: Array, angle: Array, rate: Array) -> Array:
-    """An angle (n,) with the noise of its readings meant out: what it is beside the integral of its rate changes
-    slowly."""
+    """An angle (n,) with its reading noise averaged out of the slow difference from its integrated rate."""
     step_s = float(time_s[1] - time_s[0])
     turned = np.cumsum(rate) * step_s
     beside = np.interp(time_s, read_s, angle) - turned

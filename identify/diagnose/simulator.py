@@ -1,4 +1,4 @@
-"""A simulator as a diagnosis of its own recording knows it: nominal parameters, effects, beside a real dive."""
+"""A simulator's model, as diagnosed from its own recording, to set beside a real dive."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,26 +17,26 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 HELD_STD = 1e-3
-"""Relative width to which masses and dampings are held at the simulator's: a refit must not mend them."""
+"""Relative width of masses and dampings held at the simulator's values, against a refit."""
 
 SETTING = ("tether", "wrong_feedback_log")
-"""Effects that are of one run, as those of the water are: another dive has its own."""
+"""Effects of a single run, like those of the water."""
 
 
 @dataclass(frozen=True)
 class Simulator:
-    """values: coefficients of the nominal model by name, where the recording tells them; causes: its own effects that
-    go with it to another dive."""
+    """values: coefficients of the nominal model by name, as far as its recording determines them; causes: its own
+    effects, which hold on any dive."""
 
     values: Mapping[str, Value]
     causes: tuple[Cause, ...]
 
     def beside(self, nominal: Nominal) -> Nominal:
-        """A dive's filters where the simulator's parameters and effects are all that the model knows; trims and noise
-        levels are the dive's own.
+        """A dive's filters with the simulator's parameters and effects alone; trims and noise levels are the dive's
+        own.
 
-        Of a mass or damping that its recording tells between two ends, the one nearest to the dive's is held: what the
-        recording does not tell is no fault of the simulator.
+        Of an interval for a mass or damping, the value nearest to the dive's is held: the simulator is not to blame for
+        an undetermined value.
         """
         joint = nominal.joint
         theta = nominal.theta.copy()
@@ -75,7 +75,7 @@ class Simulator:
 
 
 def priors_of(simulator: Simulator) -> dict[str, Prior]:
-    """Its masses and dampings with their widths, as what was known before the real dive."""
+    """Its masses and dampings with their widths, as priors for the real dive."""
     return {
         name: Prior(one.value, (one.high95 - one.low95) / (2 * Z95), "the simulator's recording", "thrust")
         for name, one in simulator.values.items()
@@ -84,16 +84,16 @@ def priors_of(simulator: Simulator) -> dict[str, Prior]:
 
 
 def _nearest(told: Value, own: float) -> float:
-    """The logarithm of what is nearest to `own` in the interval that is told."""
+    """The logarithm of the value nearest to `own` within the interval."""
     return float(np.log(np.clip(own, told.low95, told.high95)))
 
 
 def simulator_of(diagnosis: Diagnosis) -> Simulator:
-    """What the diagnosis of a simulator's recording says that it is."""
+    """The simulator by the diagnosis of its own recording."""
     own = tuple(one.cause for one in diagnosis.found if lasting(one.cause))
     return Simulator(diagnosis.numbers, own)
 
 
 def lasting(cause: Cause) -> bool:
-    """Whether it is a simulator's own, not of the water or the tether of one run."""
+    """Whether an effect belongs to the simulator, not to the water or the tether of one run."""
     return cause.effect.place != "water" and cause.effect.name not in SETTING

@@ -1,7 +1,7 @@
-"""A broad set of forces of no particular cause: what is left goes with one of them, or it is noise.
+"""Generic forces of no particular cause: an unexplained remainder follows one of them, or it is noise.
 
-Not whiteness: with noise levels learnt from the same dive the innovations are white enough whatever is missing. That
-they can be foretold on pieces held out, by anything at all, is what tells of something unexplained.
+Whiteness is no test: noise levels learnt from the same dive make the innovations white enough whatever is missing.
+Innovations that some force predicts on held-out pieces are the evidence.
 """
 
 from collections.abc import Iterator
@@ -32,42 +32,40 @@ Parity = Literal["odd", "even", "neither"]
 Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]
 
 Force = tuple[Variable, Parity | None, Array]
-"""What a force goes with, whether it turns its sign with that, and what it is, (n,)."""
+"""Variable that a force depends on, its parity in that variable, and its values (n,)."""
 
 _Unit = tuple[Variable, Parity | None, Array, Timing | None]
 
 LEAST_STEP = 3.0
-"""Nats on held-out pieces below which a further force of an axis is not looked at. It is no threshold of
-significance: the best of so many forces saves more than that on a dive that hides nothing."""
+"""Held-out nats below which selection in an axis ends. No significance threshold: the best of so many forces exceeds it
+on a dive without any effect."""
 
 MOST = 4
 
 WEIGHED = 12
-"""So many that fit best in sample are weighed on pieces held out."""
+"""Best forces in sample that are weighed on held-out pieces."""
 
 UNKNOWN_NATS, LEVELLED_NATS = 11.7, 100.0
-"""Nats that one force must save, for something unexplained to be there. One that is not there saves x nats on pieces
-held out with a chance of exp(-x) at the most (Markov's inequality, for a ratio of likelihoods); some 1200 are tried,
-and one dive in a hundred may deceive: ln(120000). In roll and pitch far more: a vehicle that is held level tells little
-of its own inertia there, and much of what levels it."""
+"""Nats that one force must save for the verdict "unknown". Under the null, x nats on held-out pieces have probability
+exp(-x) at most (Markov's inequality for a likelihood ratio). Some 1200 forces are tried, at one false alarm in a
+hundred dives: ln(120000). Roll and pitch ask for far more: a vehicle held level shows little of its inertia there, and
+much of its levelling."""
 
 PAST_S = (1.5, 3.0, 6.0, 12.0)
-"""How long water, or a vehicle, may remember its motion: longer than a disturbance does, shorter than most legs."""
+"""Memory of water or vehicle: longer than a disturbance, shorter than most legs."""
 
 ZERO_M_S2 = 0.03
-"""How far off an accelerometer reads when nothing is wrong: its zero is another each time that it is switched on, and
-over the years (so much of an Xsens MTi by its data sheet)."""
+"""Usual zero error of an accelerometer, by switching on and by age (Xsens MTi data sheet)."""
 
 LEAST_FORCE = 0.02
-"""Of what the thrusters give in that degree of freedom, both by their spread. A curve from pulses to newtons is not
-known better, whatever a long dive with quiet sensors tells of its rest. No curve makes a force of other times than its
-thrust: what has a timing of its own may be smaller."""
+"""Least force, relative to thrust in that degree of freedom, both as standard deviations. No thrust curve is known
+better. Forces with a timing of their own may be smaller: no curve makes these."""
 
 
 @dataclass(frozen=True)
 class GenericForce:
-    """A force (n,) in one degree of freedom: what it goes with, whether it turns its sign with that, and how it comes
-    and goes, where that is not what it goes with."""
+    """A force (n,) in one degree of freedom: the variable it depends on, its parity in that, and a timing of its own if
+    it has one."""
 
     dof: int
     variable: Variable
@@ -78,10 +76,9 @@ class GenericForce:
 
 @dataclass(frozen=True)
 class Unexplained:
-    """What is left unexplained: the shapes that foretell it on held-out pieces, strongest first, with the nats (k,)
-    that each saves in its axis beside those before it, and the standard deviation (k,) of its force, N or N m, 0 where
-    a reading alone tells of it.
-    explained: nats that the causes save where the vehicle moves."""
+    """The unexplained remainder: generic forces that predict it on held-out pieces, strongest first. gains (k,): nats
+    of each in its axis beside those before it. forces (k,): standard deviation, N or N m; 0 for a reading error.
+    explained: nats that the causes save in the vehicle's motion."""
 
     shapes: tuple[GenericForce, ...] = ()
     gains: tuple[float, ...] = ()
@@ -90,15 +87,15 @@ class Unexplained:
 
 
 def beyond_chance(shape: GenericForce, gain: float) -> bool:
-    """Whether a force saves more than chance would let it."""
+    """Whether a force is significant."""
     return gain > (LEVELLED_NATS if shape.dof in LEVELLED else UNKNOWN_NATS)
 
 
 def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
-    """What generic forces foretell of a dive's innovations beyond some causes and all that comes along with these.
+    """The generic forces that predict a dive's innovations beyond some causes and their companions.
 
-    Not where the controller used a reading that was not recorded: there thrust answers the sea unseen, and all that
-    goes with thrust foretells something.
+    Degrees of freedom with an unrecorded controller reading are left out: thrust answers the sea unseen there, and
+    every function of thrust predicts something.
     """
     left = _unexplained_of(weighing, fit)
     if not _at_sea(fit) or not any(map(beyond_chance, left.shapes, left.gains)):
@@ -112,10 +109,10 @@ def _at_sea(fit: Fitted) -> bool:
 
 
 def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
-    """The ground by filters of a dive without what the causes and all that comes along with them make of it.
+    """The weighing by filters of a dive without the causes and their companions.
 
-    What the form of a sea leaves swells the noise levels of a fit that knows of no more than the form; such filters
-    follow the disturbance too closely, and thrust, which answers it later, then seems to foretell their innovations.
+    The remainder of a sea's form raises the fitted noise levels. Such filters follow the disturbance too closely, and
+    the thrust that answers it then seems to predict their innovations.
     """
     course, rows = weighing.now.course, weighing.rows
     acts = [cause.slope(course, p) for cause, p in ((fit.causes[k], p) for k, p in fit.at)]
@@ -129,7 +126,7 @@ def _without_remainder(weighing: Weighing, fit: Fitted) -> Weighing:
 
 
 def _accompanying(weighing: Weighing, fit: Fitted) -> list[Act]:
-    """What may come along with some causes."""
+    """Possible forms and companions of the causes."""
     course = weighing.now.course
     return [
         act for cause in fit.causes for some in (possible_forms, companions) for act in some(course, cause)
@@ -165,7 +162,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
 
 @dataclass(frozen=True)
 class _Weighed:
-    """A shape, the nats that it saves, and the standard deviation of its force."""
+    """A generic force, its nats, and the standard deviation of its force."""
 
     shape: GenericForce
     gain: float
@@ -174,8 +171,7 @@ class _Weighed:
 
 @dataclass(frozen=True)
 class _Axis:
-    """One axis's rows with what is known to move them: value (rows,), nominal (rows, m) with its precision (m,), and
-    the pieces that rows lie in."""
+    """One axis' rows: value (rows,), nuisance columns nominal (rows, m) with their precision (m,), and pieces."""
 
     innovations: AxisInnovations
     value: Array
@@ -188,13 +184,13 @@ class _Axis:
         return self.innovations.problem.axis.dof
 
     def sums(self, course: Course, forces: Array) -> NormalEquations:
-        """Of forces (k, n) along a course."""
+        """Normal equations of forces (k, n) along a course."""
         columns = self.innovations.by_course(course, forces)
         return equations_of(self.value, self.nominal, self.precision, columns, self.piece)
 
     @cached_property
     def left(self) -> Array:
-        """(rows,): what the known leaves."""
+        """(rows,): residual beside the nuisance columns."""
         square = self.nominal.T @ self.nominal + np.diag(self.precision)
         return np.asarray(self.value - self.nominal @ (inverse(square) @ (self.nominal.T @ self.value)))
 
@@ -202,8 +198,8 @@ class _Axis:
 def _axis_beside(
     weighing: Weighing, value: Array, known: Array, innovations: AxisInnovations, at_sea: bool
 ) -> _Axis:
-    """At sea with the thrust that follows: what no form of a sea takes up is answered by the controller, and thrust of
-    a little later seems to foretell it."""
+    """At sea, delayed thrust is a nuisance: the controller answers the remainder of the sea's form, and thrust then
+    seems to predict it."""
     rows = weighing.rows
     mine = rows.dof == innovations.problem.axis.dof
     following = (
@@ -215,7 +211,7 @@ def _axis_beside(
 
 
 def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
-    """Those before one that is little beside the thrust: what comes after may be a rest of that."""
+    """Forces before the first small one: later ones may be its remainder."""
     for one in found:
         if one.size < LEAST_FORCE * thrust and one.shape.timing is None:
             return
@@ -223,7 +219,7 @@ def _large(found: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
 
 
 def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]) -> list[_Weighed]:
-    """The forces that foretell one axis, one after another: those of all, and what its own past makes."""
+    """Forward selection of the forces that predict one axis, its own past included."""
     dofs = [k for k in fitted if k != axis.dof]
     shapes = [
         *shapes,
@@ -240,7 +236,7 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
-    """Which of so many columns foretell most, and the nats that each saves beside those before it."""
+    """Forward selection among `count` columns, with the nats of each beside those before it."""
     kept: list[int] = []
     gains: list[float] = []
     while len(kept) < MOST:
@@ -256,8 +252,8 @@ def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], li
 
 
 def _of_witnesses(weighing: Weighing, value: Array, known: Array) -> Iterator[_Weighed]:
-    """Heading and accelerometer that are off all along, or ever more: no force, and so of no size. Shafts say how a
-    thruster answers its pulse, which the forces that go with thrust tell."""
+    """Constant or drifting errors of heading and accelerometer: reading errors, so of no force. Shafts are left out:
+    they show how a thruster answers its pulse, which functions of thrust cover."""
     rows, course = weighing.rows, weighing.now.course
     began = int(np.sum(rows.dof >= 0))
     units: tuple[tuple[Array, Timing], ...] = (
@@ -284,8 +280,8 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Array) -> Iterator[_W
 
 
 def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
-    """What comes and goes evenly: the likeliest alone, for others may be sides of it. Not by the clock beside a sea:
-    that has more lines than any form of it."""
+    """The likeliest spectral line, as others may be its sidebands. At sea none in time: a sea has more lines than any
+    form."""
     if axis.dof in LEVELLED:
         return []
     found = [
@@ -310,7 +306,7 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
 
 
 def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
-    """What comes at times of its own: the likeliest alone, for many lengths tell of one burst."""
+    """The likeliest burst, as many lengths fit the same one."""
     able = {axis.dof: (axis.innovations, axis.left) for axis in axes if axis.dof not in LEVELLED}
     best = max(bursts(able, course.time_s), key=lambda one: one.gain, default=None)
     if best is None or best.gain < LEAST_STEP:
@@ -325,7 +321,7 @@ def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
 
 
 def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:
-    """All that go with what is now, of unit spread, without those that stand still."""
+    """Instantaneous forces of unit standard deviation, constant ones left out."""
     return _of_unit_spread(_forces(course, dofs))
 
 
@@ -390,13 +386,13 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
 
 
 def of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
-    """In proportion: an axis's own is the nominal model's."""
+    """Linear in other axes' speeds; the own is the nominal model's."""
     for dof in dofs:
         yield "yaw_rate" if dof == 5 else "speed", "odd", course.nu[:, dof]
 
 
 def _of_the_past(course: Course, dof: int) -> Iterator[Force]:
-    """What goes with a speed of a while ago, as of water that was set moving by it."""
+    """Functions of an earlier speed, as of water set in motion."""
     speed = course.nu[:, dof]
     name: Variable = "yaw_rate" if dof == 5 else "speed"
     for past_s in PAST_S:

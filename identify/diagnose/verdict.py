@@ -1,7 +1,5 @@
-"""The verdict on a dive, and what to dive next.
-
-What to dive next where something is left that no candidate explains: what moves it alone, by what it goes with.
-"""
+"""The verdict on a dive, and the next dive: manoeuvres that separate ambiguous causes, or isolate an unexplained
+remainder."""
 
 from collections.abc import Sequence
 
@@ -23,16 +21,17 @@ SENSORS = (
     "log of",
     "current beside",
 )
-"""Words by which what tells causes apart is a reading, and no manoeuvre."""
+"""Words that mark a sensor rather than a manoeuvre in an effect's `told_apart`."""
 
 
 FORM_SHARE = 0.02
-"""Of what causes save, what the form of one may leave: one that is right to a seventh of its force leaves so much."""
+"""Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as much.
+"""
 
 Array = NDArray[np.float64]
 
 MOST = 2
-"""So many things to dive: a crew dives one and looks again."""
+"""Manoeuvres to ask for: a crew dives one and looks again."""
 
 RUNS = (
     "steady runs ahead and astern at three speeds",
@@ -42,7 +41,7 @@ RUNS = (
     "pitching up and down, quickly and slowly",
     "steady turns both ways at three rates",
 )
-"""By the degree of freedom whose speed a force goes with."""
+"""By the degree of freedom of the speed that a force depends on."""
 
 STARTS = (
     "starts and stops ahead and astern, quick and slow",
@@ -71,7 +70,7 @@ OTHERS: dict[Variable, str] = {
 
 
 def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:
-    """The generic forces that foretell more of what is left than chance would let them, strongest first."""
+    """The generic forces beyond chance and beyond the causes' form remainder, strongest first."""
     least = FORM_SHARE * left.explained
     return tuple(
         shape
@@ -81,7 +80,7 @@ def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:
 
 
 def is_unknown(left: Unexplained) -> bool:
-    """Whether anything is left that chance would not leave."""
+    """Whether any generic force is significant."""
     return bool(unexplained_forces(left))
 
 
@@ -94,7 +93,7 @@ def verdict_of(found: Sequence[Found], left: Unexplained) -> Verdict:
 
 
 def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
-    """What would tell the causes apart that this dive can't; None where it can."""
+    """Manoeuvres and sensors that separate the ambiguous causes; None without ambiguity."""
     doubtful = [one for one in found if one.also]
     if not doubtful:
         return None
@@ -108,8 +107,7 @@ def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
 
 
 def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: Next | None) -> Next:
-    """What would show more of the forces that are left, the strongest first, and then what tells the causes apart that
-    were found `beside`."""
+    """Manoeuvres that isolate the unexplained forces, strongest first, then those of `beside`."""
     asked = [_manoeuvre(shape, course) for shape in left]
     told = list(dict.fromkeys(asked))[:MOST]
     if beside is None:
@@ -129,7 +127,7 @@ def _manoeuvre(shape: GenericForce, course: Course) -> str:
 
 
 def _moved(force: Array, motion: Array) -> int:
-    """The degree of freedom whose motion (n, 6) is largest when a force (n,) is, both regardless of their sign."""
+    """The degree of freedom whose motion (n, 6) has a magnitude most correlated with that of a force (n,)."""
     size = np.abs(np.column_stack([force, motion]))
     size -= size.mean(axis=0)
     along = size[:, 1:].T @ size[:, 0] / np.maximum(np.linalg.norm(size[:, 1:], axis=0), 1e-300)

@@ -1,15 +1,12 @@
-"""What causes add to the rows of a ground, made once for each and kept: a search asks for most of them many times.
+"""Candidates fitted and weighed on a dive's regression at fixed noise levels, fast enough for a search.
 
-A dive's regression by filters of given noise levels: causes fitted and weighed on it, many of them, quickly.
+The filters stay fixed: a force is removed from the innovations through them (`Regression.columns`) in milliseconds a
+column, while a refit of all noise levels takes half a second. Columns are made once and kept, because a search asks for
+most of them many times.
 
-The filters stay as they are: a force that is taken out of the dive is taken out of the innovations through them
-(`Whitened.columns`), some milliseconds a column, where a new climb of all noise levels takes half a second.
-
-What the forms of causes leave of a dive, as far as a further cause could take it up: no evidence for that one.
-
-No form of a library is quite true. What it leaves is no larger, cell by cell of axis and piece, than some share of what
-its cause adds there, nor than what other forms of it save there: so many nats are the most of it that a further cause
-can have to do with (Cauchy and Schwarz).
+No form of a library is exact, and the remainder of a cause's form is no evidence for a further cause (`FormRemainder`).
+In each cell of axis and piece, the remainder is bounded by a share of the cause's own contribution and by the savings
+of its other forms. The Cauchy-Schwarz inequality turns that bound into nats.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +38,7 @@ Array = NDArray[np.float64]
 Key = tuple[Effect, bytes]
 
 KEPT = 32
-"""So many of the last causes: a long dive's columns take a megabyte each."""
+"""Causes whose columns are kept: a long dive's take a megabyte each."""
 
 MOST_STEPS = 8
 SETTLED = 0.1
@@ -49,13 +46,13 @@ SHORTER = 0.3
 
 
 def key_of(cause: Cause) -> Key:
-    """Causes with the same add the same."""
+    """Causes with equal keys have equal columns."""
     return cause.effect, cause.values.tobytes()
 
 
 @dataclass(frozen=True)
 class CandidateColumns:
-    """Of the causes of a library along a course."""
+    """Regression columns of the causes of a library along a course."""
 
     rows: Regression
     course: Course
@@ -63,7 +60,7 @@ class CandidateColumns:
 
     @cached_property
     def settings(self) -> tuple[Setting, ...]:
-        """All ways to try the library."""
+        """All settings of the library."""
         return self._tried[0]
 
     @cached_property
@@ -76,13 +73,13 @@ class CandidateColumns:
         return settings_of(self.library, self.course)
 
     def of(self, cause: Cause) -> Array:
-        """(1 + k, rows): what a cause adds, and what that changes by with each parameter that it has."""
+        """(1 + k, rows): a cause's column, and its slopes by each parameter present."""
         if cause.effect.linear:
             return self._of_linear(cause)
         return self._last(*key_of(cause))
 
     def forms_of(self, cause: Cause) -> Array:
-        """(k, rows): what other forms of a cause add."""
+        """(k, rows): columns of a cause's other forms."""
         key = key_of(cause)
         if key not in self._other:
             self._other[key] = self.rows.columns(list(other_forms(self.course, cause)), self.course).T
@@ -90,11 +87,11 @@ class CandidateColumns:
 
     @cached_property
     def _last(self) -> Callable[[Effect, bytes], Array]:
-        """Those of the last causes that were asked for."""
+        """Cache of the latest causes."""
         return lru_cache(KEPT)(partial(_columns_of, self.rows, self.course))
 
     def _of_linear(self, cause: Cause) -> Array:
-        """What is proportional to its parameters is made of what a unit of each adds."""
+        """By superposition of unit columns."""
         if cause.effect not in self._by_unit:
             self._by_unit[cause.effect] = self._units(cause.effect)
         slopes, present = self._by_unit[cause.effect], cause.present
@@ -102,7 +99,7 @@ class CandidateColumns:
         return np.vstack([own, slopes[present]])
 
     def _units(self, effect: Effect) -> Array:
-        """(p, rows): from the columns by which it is tried, once these are made."""
+        """(p, rows): unit columns, taken from the trial columns if these exist."""
         if "candidates" in vars(self) and effect in self.library:
             setting = next(one for one in self.settings if one.effect == effect)
             tried = self.candidates.some(setting.columns)
@@ -129,11 +126,12 @@ def _columns_of(rows: Regression, course: Course, effect: Effect, values: bytes)
 
 @dataclass(frozen=True)
 class Fitted:
-    """Causes with the best values at a ground's noise levels.
+    """Causes at their best values for given noise levels.
 
-    value (rows,): what is left to the nominal model; slopes (rows, k): of the parameters `at` (k of cause and
-    parameter); covariance (k, k). left: squares that the best nominal model leaves of `value`. gain: nats saved on
-    pieces held out, `std` its standard error over pieces; felt: what the vehicle's motion alone saves, in sample.
+    value (rows,): the remainder left to the nominal model. slopes (rows, k): of the parameters `at` (k pairs of cause
+    and parameter), with covariance (k, k). residual_squares: sum of squares of `value` beside the best nominal model.
+    gain: nats saved on held-out pieces, `std` its standard error over pieces. motion_nats: nats saved in sample by the
+    vehicle's motion alone.
     """
 
     causes: tuple[Cause, ...]
@@ -149,7 +147,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class CandidateEquations:
-    """All candidates beside some causes: the sums of their columns, with the settings that these belong to."""
+    """Normal equations of all candidates beside some fitted causes, and the settings that the columns belong to."""
 
     equations: NormalEquations
     settings: tuple[Setting, ...]
@@ -157,7 +155,7 @@ class CandidateEquations:
 
 @dataclass(frozen=True)
 class Weighing:
-    """now: the filters; rows: their regression, with all that was taken out of the dive put back."""
+    """now: the filters. rows: their regression, before any effect was removed."""
 
     now: Nominal
     rows: Regression
@@ -165,17 +163,17 @@ class Weighing:
 
     @cached_property
     def _columns(self) -> CandidateColumns:
-        """What causes add."""
+        """Candidate columns."""
         return CandidateColumns(self.rows, self.now.course, self.library)
 
     @cached_property
     def _candidates(self) -> Blocks:
-        """The columns of all ways to try the library, behind the nominal ones."""
+        """The columns of all settings, behind the nominal ones."""
         return self._columns.candidates.after(self.rows.nominal)
 
     @cached_property
     def _nominal(self) -> Blocks:
-        """The nominal columns, most of which are zero on most rows."""
+        """The nominal columns, sparse."""
         return self.rows.blocks([], self.now.course).after(self.rows.nominal)
 
     @cached_property
@@ -185,7 +183,7 @@ class Weighing:
 
     @cached_property
     def _square(self) -> Array:
-        """The nominal columns' normal equations, with what is known beforehand."""
+        """Normal equations of the nominal columns, with their prior precision."""
         return np.asarray(self._by_piece.sum(axis=0) + np.diag(self.rows.nominal_precision))
 
     @cached_property
@@ -194,13 +192,13 @@ class Weighing:
 
     @cached_property
     def _moving(self) -> tuple[Blocks, Array]:
-        """The nominal columns where the vehicle's own motion tells, and their products (m, m)."""
+        """The nominal columns on the axes' rows, and their products (m, m)."""
         own = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
         return own, own.products(np.zeros(own.places[-1].stop, dtype=np.intp))[0]
 
     @cached_property
     def _found(self) -> dict[tuple[Key, ...], Fitted]:
-        """Fits by what they began with, without their rows: these are long."""
+        """Fits by their initial causes, without rows to save memory."""
         return {}
 
     @cached_property
@@ -208,7 +206,7 @@ class Weighing:
         return {}
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
-        """The causes with their best values beside the best nominal model, which a search asks for more than once."""
+        """The causes at their best values beside the best nominal model; kept, as a search asks repeatedly."""
         key = tuple(key_of(cause) for cause in causes)
         if key not in self._found:
             fit = self._fitted(causes)
@@ -219,7 +217,7 @@ class Weighing:
         return replace(known, value=rows.value, slopes=rows.slopes)
 
     def _fitted(self, causes: Sequence[Cause]) -> Fitted:
-        """By Gauss and Newton; a step that leaves more unexplained is shortened."""
+        """By Gauss-Newton; a step that raises the residual is shortened."""
         best, step = self._weighed(tuple(cause for cause in causes if cause.present.any()))
         for _ in range(MOST_STEPS if best.at else 0):
             tried, further = self._moved(best, step)
@@ -241,15 +239,15 @@ class Weighing:
         return self._weighed(tuple(cause for cause in moved if cause.present.any()))
 
     def candidates_beside(self, fit: Fitted) -> CandidateEquations:
-        """All candidates beside a fit, with what its causes' other values would add taken out."""
+        """All candidates beside a fit, its slopes projected out."""
         return self._weighed_beside(fit, fit.slopes)
 
     def candidates_beyond_forms(self, fit: Fitted) -> CandidateEquations:
-        """The same with what other forms of its causes would add taken out, too."""
+        """The same with the other forms of the fit's causes projected out as well."""
         return self._weighed_beside(fit, self.nuisance(fit))
 
     def nuisance(self, fit: Fitted) -> Array:
-        """(rows, k): what other values and other forms of a fit's causes would add."""
+        """(rows, k): slopes and other forms of a fit's causes."""
         others = [self._columns.forms_of(cause) for cause in fit.causes]
         return np.vstack([fit.slopes.T, *others]).T
 
@@ -260,7 +258,7 @@ class Weighing:
         return self._besides[key]
 
     def _beside(self, value: Array, known: Array) -> CandidateEquations:
-        """The sums from what is made once for the ground and the products with what is new here."""
+        """Normal equations from products made once and products with the fit's columns."""
         m, n = self.rows.nominal.shape[1], known.shape[1]
         new = np.vstack([known.T, value]).T
         cross, own = self._candidates.products_with(new, self.rows.piece), products_of(new, self._pieces)
@@ -281,11 +279,11 @@ class Weighing:
 
     @cached_property
     def _products(self) -> Array:
-        """(P, m + c, m + c): of the nominal columns and the candidates'."""
+        """(P, m + c, m + c): of the nominal and candidate columns."""
         return self._candidates.products(self.rows.piece)
 
     def _weighed(self, causes: tuple[Cause, ...]) -> tuple[Fitted, Array]:
-        """The causes as they are; and the step (k,) of their parameters to where they would fit best."""
+        """The causes at their present values, and the Gauss-Newton step (k,) of their parameters."""
         at = tuple((k, p) for k, cause in enumerate(causes) for p in np.flatnonzero(cause.present).tolist())
         columns = [self._columns.of(cause) for cause in causes]
         value = self.rows.value.copy()
@@ -300,8 +298,8 @@ class Weighing:
         return Fitted(causes, at, new[-1], new[:-1].T, free[m:, m:], left, 0.0, 0.0, 0.0), step
 
     def _held(self, fit: Fitted) -> tuple[float, float, float]:
-        """Nats that the causes save on pieces held out, over the nominal model alone, and their standard error; and in
-        sample, where the vehicle's own motion tells of them."""
+        """Nats saved on held-out pieces over the nominal model alone, their standard error, and nats saved in sample by
+        the vehicle's motion."""
         columns = np.vstack([fit.slopes.T, self.rows.value, fit.value]).T
         cross = self._nominal.products_with(columns, self.rows.piece)
         taken = self._inverse_square @ cross.sum(axis=0)
@@ -323,7 +321,7 @@ class Weighing:
 
 
 def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
-    """The ground by the filters of `now`."""
+    """The weighing by the filters of `now`."""
     rows = regression_of(now.joint, now.theta, now.doubted).with_witnesses(
         now.witnesses, now.acts, now.course
     )
@@ -339,7 +337,7 @@ class FormRemainder:
     fit: Fitted
 
     def overlap(self, cause: Cause) -> float:
-        """Nats of what the causes add, as far as a further cause shows in the same axes at the same times."""
+        """Nats of the fit's causes that a further cause could share: same axes, same pieces."""
         course = self.weighing.now.course
         acts = [cause.act(course), *(one.act(course) for one in self.fit.causes)]
         own, *before = self._taken_out(
@@ -348,8 +346,8 @@ class FormRemainder:
         return self._shared(own, *before)
 
     def saved_overlap(self, cause: Cause) -> float:
-        """Nats that other forms of the causes save, as far as a further cause shows in the same axes at the same times
-        by what no form of theirs makes up for."""
+        """Nats saved by other forms of the causes that a further cause could share, its own share of these forms
+        projected out."""
         course = self.weighing.now.course
         column = self.weighing.rows.columns([cause.act(course)], course)[self._moving]
         return self._shared(self._taken_out(self._all, column)[:, 0], self._saved)
@@ -372,13 +370,13 @@ class FormRemainder:
 
     @cached_property
     def _saved(self) -> Array:
-        """(rows,): of what the causes leave, what their other forms take up."""
+        """(rows,): the part of the residual that other forms absorb."""
         value = self.fit.value[self._moving, None]
         own = self._regressors(self.fit.slopes.shape[1])
         return (self._taken_out(own, value) - self._taken_out(self._all, value))[:, 0]
 
     def _regressors(self, known: int) -> tuple[Array, Array]:
-        """The nominal columns with so many of the known ones, where the vehicle moves; the inverse of their square."""
+        """The nominal columns with the first `known` nuisance columns, on the axes' rows; the inverse of their square."""
         rows = self.weighing.rows
         columns = np.hstack([rows.nominal, self._known[:, :known]])[self._moving]
         precision = np.concatenate([rows.nominal_precision, np.zeros(known)])
@@ -389,7 +387,7 @@ class FormRemainder:
         return np.asarray(columns - by @ (square @ (by.T @ columns)))
 
     def _shared(self, own: Array, *before: Array) -> float:
-        """Nats of what was there before, as far as its cells may lie along a column's own."""
+        """Cauchy-Schwarz bound, in nats, of a column's overlap with others, cell by cell."""
         rows = self.weighing.rows
         cell = (rows.piece * len(DOFS) + rows.dof)[self._moving]
         mine, *others = (np.bincount(cell, one**2) for one in (own, *before))

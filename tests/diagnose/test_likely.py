@@ -8,13 +8,12 @@ import pytest
 
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.challenge.case import dive_of, draw_case
-from identify.diagnose import diagnose as module
 from identify.diagnose.accepted import likely_accepted
 from identify.diagnose.candidates import Cause
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.findings import strongest_first
 from identify.diagnose.nominal import nominal_of
-from identify.diagnose.recording import ENOUGH_S
+from identify.diagnose.recording import ENOUGH_S, short_dive_note
 from identify.diagnose.result import Found
 from identify.diagnose.search import explained_by
 from identify.dive import Dive, Signal
@@ -59,7 +58,7 @@ def test_an_accepted_cause_comes_before_a_possible_one_whatever_nats_each_saves(
 
 def test_a_dive_just_too_short_is_not_told_to_last_as_long_as_it_should():
     dive = Dive("d", Path("d"), "", velocity=Signal(np.array([0.0, ENOUGH_S - 0.1]), np.zeros((2, 3))))
-    (note,) = module._short_dive(dive)
+    (note,) = short_dive_note(dive)
     assert note.startswith(f"The dive lasts {ENOUGH_S - 1:.0f} s: ")
     assert note.endswith(f"dive {ENOUGH_S:.0f} s or more.")
 

@@ -48,7 +48,9 @@ def test_a_fit_leaves_and_feels_what_a_projection_of_all_rows_does(nominal):
     table -= rows.nominal @ (inverse(square) @ (rows.nominal.T @ table))
     assert fit.residual_squares == pytest.approx(float(fit.value @ table[:, 1]), rel=1e-9)
     moving = table[rows.dof >= 0]
-    assert fit.motion_nats == pytest.approx(0.5 * float((moving[:, 0] ** 2 - moving[:, 1] ** 2).sum()), rel=1e-6)
+    assert fit.motion_nats == pytest.approx(
+        0.5 * float((moving[:, 0] ** 2 - moving[:, 1] ** 2).sum()), rel=1e-6
+    )
 
 
 def test_a_fit_that_is_asked_for_again_is_the_same(nominal):

@@ -35,7 +35,7 @@ def test_a_gap_lies_where_the_log_is_wrong_unless_a_cause_in_the_motion_is_accep
     assert doubted
     by_drag = where(case)
     assert by_drag - doubted
-    found_of = module.found_of
+    found_of = module.findings_of
 
     def possible(*given):
         return tuple(
