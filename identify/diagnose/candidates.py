@@ -167,7 +167,7 @@ def _possible(course: Course, cause: Cause) -> Iterator[Act]:
     effect, own = cause.effect, cause.act(course)
     if not effect.linear:
         none = effect.none()
-        # A limit is absent at infinity; its other sizes are shares of itself.
+        # A limit is absent at infinity; its other sizes scale the limit itself.
         origin = np.where(np.isfinite(none), none, 0.0)
         for size in OTHER_SIZES:
             yield effect.act(course, origin + size * (cause.values - origin))

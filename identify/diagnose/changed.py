@@ -94,7 +94,7 @@ def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
     for _ in range(PASSES):
         now = refitted(nominal, [cause.act(now.course) for cause in causes])
     seen = tuple(_without(one, now.acts, now.course) for one in nominal.witnesses)
-    return replace(now, acts=(), witnesses=seen, holds=tuple(causes))
+    return replace(now, acts=(), witnesses=seen, accepted=tuple(causes))
 
 
 def _without(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:

@@ -96,14 +96,14 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
         taken = np.linalg.lstsq(by_own, by_others, rcond=1e-10)[0]
         beyond, whole = by_others - by_own @ taken, _along(course, own, own)
         share = (beyond**2).sum(axis=0) / max(float(whole @ whole), 1e-300)
-        # A form of what never changes is what it is a form of, all but rounding.
+        # Forms of a constant contribution equal it but for rounding.
         new = share > NOTHING_NEW
         more = rows.columns(others, course) - fit.slopes[:, places] @ taken[: len(places)]
         columns.append(more[:, new])
         shares.append(share[new])
     m, k = nominal.shape[1], len(fit.at)
     table, free = np.hstack(columns), np.concatenate([rows.nominal_precision, np.zeros(k)])
-    # A form takes part by no more of the cause than what a further cause must exceed.
+    # Prior width of a form: the share of the cause that a further cause must exceed.
     known = np.concatenate([free, np.concatenate(shares) / LEAST_SHARE])
     square, right = table.T @ table, table.T @ fit.value
     with_others = inverse(square + np.diag(known)) @ right

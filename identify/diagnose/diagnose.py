@@ -218,7 +218,7 @@ def _gap(
     causes: Sequence[Found],
 ) -> Gap:
     now, misheard = found.now, FEEDBACK_DOFS & set(found.now.doubted)
-    # Where a wrong log is all that is accepted, the gap lies where it is, not where what is only possible would act.
+    # With a wrong log as the only likely cause, possible causes do not locate the gap.
     likely = any(one.probability >= LIKELY and one.cause.effect.place != "log" for one in causes)
     told_by_causes = missing.power.any() and (likely or is_unknown(left))
     power, phases = missing.power, phases_of(now.course, EACH)
@@ -232,7 +232,7 @@ def _gap(
     if misheard and not told_by_causes:
         power = power_of_drift(before[FIVE_S], missing.time_s, sorted(misheard))
     elif not power.any():
-        # Nothing is sure; it lies where most speaks for it. What is left says nothing of doubted degrees of freedom.
+        # Without any cause, the generic forces locate it; these leave out doubted degrees of freedom.
         power = power_of_generic(left, EACH)
         if now.doubted or not len(power):
             power = power_of_drift(before[FIVE_S], missing.time_s, PUSHED)

@@ -143,7 +143,7 @@ def equations_from_products(square: Array, right: Array, precision: Array) -> No
     base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), np.diag(precision))
     lean = square[:, :m, :m] @ leaning
     both = square[:, m:, :m] @ leaning
-    # What the candidates are once each has shed what it leans on the nominal columns by.
+    # Candidate columns with the nominal ones projected out.
     held_square = square[:, m:, m:] - both - leaning.T @ (square[:, :m, m:] - lean)
     held_right = (right[:, m:] - square[:, m:, :m] @ base) - (
         right[:, :m] - square[:, :m, :m] @ base

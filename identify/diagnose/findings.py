@@ -76,7 +76,7 @@ def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Ar
 def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
     """(n, 6): damping of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
     causes such as quadratic drag."""
-    slope = slope_of([*now.holds, *causes], now.course)[::EACH]
+    slope = slope_of([*now.accepted, *causes], now.course)[::EACH]
     return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
 
 
@@ -115,7 +115,7 @@ def findings_of(found: Explanation, covariance: Array, missing: Missing) -> tupl
     for k, cause in enumerate(found.causes):
         others = _without(found, k)
         alike = ambiguity_of(found, k)
-        # What the others' forms may leave speaks for no further cause.
+        # The form remainder of the others is no evidence.
         margin_nats = alike.margin_nats - remainder_nats(FormRemainder(found.weighing, others), cause)
         out.append(
             Found(

@@ -100,12 +100,12 @@ class AxisInnovations:
     gain: Array
     error: Array
     std: Array
-    memories: tuple[Autoregression, ...]
+    autoregressions: tuple[Autoregression, ...]
 
     def prewhitened(self, columns: Array) -> Array:
         """Columns (rows, k), prewhitened in place."""
-        for memory in self.memories:
-            memory.prewhitened(columns)
+        for autoregression in self.autoregressions:
+            autoregression.prewhitened(columns)
         return columns
 
     @cached_property

@@ -49,7 +49,7 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         time_s = problem.axis.time_s
         just_before = motion.time_s - APART_S
         last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
-        # A step that ends later may hold a command that answers a reading of this time.
+        # A step that ends later may hold a command that responds to a reading at this time.
         force = problem.mean_force(own).mean(axis=1)
         step = np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)
         now = force[np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))]
@@ -107,7 +107,7 @@ def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, 
 def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, end_s: Array) -> Array:
     width, count = values.shape
     out = np.zeros((len(start_s), width))
-    # Some columns at a time, so that what they write of a row lies together.
+    # Some columns at a time, for contiguous writes.
     for first in range(0, width, TOGETHER):
         for k in range(len(start_s)):
             span_s = end_s[k] - start_s[k]
@@ -169,7 +169,7 @@ def course_of(
         )
     pulses = np.where(dive.pwm.value[:, :count] > 0, dive.pwm.value[:, :count], NEUTRAL_US)
     asked = Signal(dive.pwm.time_s, thrust_curve(file.vehicle.thrust_curve, file.path.parent).thrust(pulses))
-    # A step ago: no reading of an angle helps to explain itself.
+    # A step ago: an angle must not explain its own reading.
     euler = _euler(dive, time_s - (time_s[1] - time_s[0]))
     depth = dive.depth_by(file.vehicle.water)
     return Course(

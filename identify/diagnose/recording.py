@@ -101,7 +101,7 @@ def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal
         refuse_unpushed(dive, file, configuration)
         nominal = nominal_of(dive, file, configuration)
     except FitError as error:
-        # Two recordings of one name are told apart by where they lie.
+        # The source separates two recordings of one name.
         said = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")
         raise FitError(f"{dive.source}: {said}") from None
     if nominal.built.strange:
@@ -244,7 +244,7 @@ def _spikes(value: Array) -> NDArray[np.bool_]:
     beside = np.delete(windows, BESIDE, axis=1)
     off = np.abs(windows[:, BESIDE] - np.median(beside, axis=1))
     least = max(FAR * float(np.median(off)) / NORMAL, LEAST_SPIKE_M_S)
-    # One of those beside may be a spike, too: what the others span is what the vehicle did.
+    # One neighbour may be a spike, too: the others' span is the vehicle's motion.
     inner = np.sort(beside, axis=1)
     span = np.minimum(inner[:, -2] - inner[:, 0], inner[:, -1] - inner[:, 1])
     out[BESIDE:-BESIDE] = (off > least) & (span < AGREE * off)

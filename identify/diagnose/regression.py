@@ -52,8 +52,8 @@ class Regression:
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
         """Response to each act: a block for each axis and each witness."""
-        axes = [own.block(acts, course) for own in self.axes]
-        return Blocks((*axes, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
+        blocks = [axis.block(acts, course) for axis in self.axes]
+        return Blocks((*blocks, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
         """The same as a dense matrix (rows, acts)."""
@@ -66,14 +66,14 @@ class Regression:
         beside = tuple(weighed_witness(one, acts, course) for one in witnesses)
         if not beside:
             return self
-        began_s = min(float(own.problem.axis.time_s[0]) for own in self.axes)
+        began_s = min(float(axis.problem.axis.time_s[0]) for axis in self.axes)
         known = block_diag(
             [np.zeros((len(self.value), 0)), *(one.whitened(one.witness.known) for one in beside)]
         )
         nominal = np.vstack([self.nominal, np.zeros((len(known) - len(self.nominal), self.nominal.shape[1]))])
         late = [np.minimum((one.witness.time_s - began_s) / PIECE_S, self.piece.max()) for one in beside]
         piece = np.concatenate([self.piece, *(np.maximum(part, 0.0).astype(np.intp) for part in late)])
-        # What the acts explain is told as all else is: put back by who asks for it.
+        # Less the acts, like all other rows: `weighing_of` adds them again.
         left = [one.whitened(_witness_residual(one.witness, acts, course)[:, None])[:, 0] for one in beside]
         return replace(
             self,
@@ -117,7 +117,7 @@ def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) 
     """
     problems = joint.at(theta)
     masses = joint.mass_places
-    owns, values, pieces, dofs = [], [], [], []
+    axes, values, pieces, dofs = [], [], [], []
     kept = np.array(sorted({*masses, *mean_places(joint)}))
     columns = []
     began_s = min(float(problem.axis.time_s[0]) for problem in problems)
@@ -129,28 +129,32 @@ def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) 
         read = np.isfinite(problem.reading)
         std = np.sqrt(variance[read])
         channel = axis.channel[read]
-        memories = tuple(
+        autoregressions = tuple(
             autoregression_of(np.flatnonzero(channel == k), error[read] / std)
             for k in range(len(axis.channels))
         )
-        own = AxisInnovations(problem, own_theta, table, gain, error[read], std, memories)
+        innovations = AxisInnovations(problem, own_theta, table, gain, error[read], std, autoregressions)
         forces = np.column_stack([problem.shapes, axis.coriolis[:, all_dofs] * problem.masses[all_dofs]])
-        # A force that the model has takes out what the same force adds where it is unknown.
-        by_theta = own.prewhitened(np.hstack([own.by_motion(), -own.by_force(forces)]))
+        # A force in the model subtracts its response from the innovations.
+        by_theta = innovations.prewhitened(
+            np.hstack([innovations.by_motion(), -innovations.by_force(forces)])
+        )
         of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))
         for at, column in zip((*of, *masses), by_theta.T, strict=True):
             rows[:, kept == at] += column[:, None]
-        owns.append(own)
-        values.append(own.prewhitened((own.error / own.std)[:, None])[:, 0])
+        axes.append(innovations)
+        values.append(innovations.prewhitened((innovations.error / innovations.std)[:, None])[:, 0])
         columns.append(rows)
         pieces.append(((axis.time_s[read] - began_s) / PIECE_S).astype(np.intp))
         dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
     dof = np.concatenate(dofs)
-    unseen = [_feedback_columns(own, dof) for own in owns if own.problem.axis.dof in doubted]
+    unseen = [
+        _feedback_columns(innovations, dof) for innovations in axes if innovations.problem.axis.dof in doubted
+    ]
     nominal = np.hstack([np.vstack(columns), *unseen])
     return Regression(
-        tuple(owns),
+        tuple(axes),
         np.concatenate(values),
         nominal,
         np.concatenate([joint.prior_precision[kept], np.zeros(nominal.shape[1] - len(kept))]),
@@ -181,16 +185,16 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
     ]
 
 
-def _feedback_columns(own: AxisInnovations, dof: NDArray[np.intp]) -> Array:
+def _feedback_columns(innovations: AxisInnovations, dof: NDArray[np.intp]) -> Array:
     """Nuisance columns (rows, k): an axis' thrust at each delay."""
     out = np.zeros((len(dof), len(THRUST_DELAYS_S)))
-    out[dof == own.problem.axis.dof] = delayed_thrust(own)
+    out[dof == innovations.problem.axis.dof] = delayed_thrust(innovations)
     return out
 
 
-def delayed_thrust(own: AxisInnovations) -> Array:
+def delayed_thrust(innovations: AxisInnovations) -> Array:
     """Response (own rows, k) of an axis to its own thrust at each delay."""
-    axis = own.problem.axis
+    axis = innovations.problem.axis
     force = axis.force.mean(axis=1)
     late = [np.interp(axis.time_s - late_s, axis.time_s, force) for late_s in THRUST_DELAYS_S]
-    return own.by_force(np.column_stack(late))
+    return innovations.by_force(np.column_stack(late))

@@ -300,9 +300,9 @@ def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
 def scores(innovations: AxisInnovations, left: Array) -> Array:
     """(n,): of the mean force in every step of an axis, how much one newton of it goes with rows `left` (rows,)."""
     freed = left.copy()
-    for memory in innovations.memories:
-        for lag, share in enumerate(memory.by_lag.tolist(), 1):
-            freed[memory.rows[:-lag]] -= share * left[memory.rows[lag:]]
+    for autoregression in innovations.autoregressions:
+        for lag, share in enumerate(autoregression.by_lag.tolist(), 1):
+            freed[autoregression.rows[:-lag]] -= share * left[autoregression.rows[lag:]]
     axis = innovations.problem.axis
     return np.asarray(
         _backwards(

@@ -75,7 +75,7 @@ def explain(
         if better.at == fit.at and _labels(better) == _labels(fit):
             break
         again = _labels(better) in been
-        # A cause that comes and goes does so by what a form leaves: of two sets that lead to each other, the smaller.
+        # A form remainder can make the search cycle: of two sets that lead to each other, the smaller.
         if again and len(better.causes) > len(fit.causes):
             break
         been.append(_labels(fit))

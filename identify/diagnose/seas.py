@@ -67,7 +67,7 @@ def _missing(now: Nominal) -> Array:
     course, nu = now.course, now.motion.nu
     moving = course.mass * np.gradient(nu, course.step_s, axis=0) + course.damping * nu
     given = course.wrench_of(course.thrust_n) - course.coriolis_of(course.mass, nu)
-    for act in (*now.acts, *(cause.act(course) for cause in now.holds)):
+    for act in (*now.acts, *(cause.act(course) for cause in now.accepted)):
         if act.wrench is not None:
             given = given + act.wrench
     fitted = [problem.axis.dof for problem in now.joint.problems]

@@ -201,7 +201,7 @@ def simulation_of(
     dofs = tuple(problem.axis.dof for problem in model.joint.problems)
     lacking[:, [dof for dof in range(6) if dof not in dofs]] = 0.0
     grid = slice(None, None, EACH)
-    still = slope_of(model.holds, course)[grid]
+    still = slope_of(model.accepted, course)[grid]
     if slope is not None:
         still = still + slope[grid]
     return Simulation(

@@ -148,7 +148,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     found = [one for axis in axes for one in _large(_of_axis(axis, course, shapes, dofs), thrust[axis.dof])]
     found += [one for axis in axes for one in _lines(axis, course, at_sea)]
     found += _of_witnesses(weighing, fit.value, known)
-    # An autopilot's own filter corrects itself now and then, by the readings that it takes in.
+    # An autopilot's filter corrects itself now and then, which looks like a burst.
     found += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
     found.sort(key=lambda one: -one.gain)
     kept = found[:MOST]
@@ -274,7 +274,7 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Array) -> Iterator[_W
         dof = one.witness.number if felt else 5
         sizes = sums.evidence(kept).size if kept else np.zeros(0)
         for k, gain, size in zip(kept, gains, sizes.tolist(), strict=True):
-            # Of an accelerometer no more than what its zero makes unlikely.
+            # Evidence for an accelerometer's error is limited by its usual zero error.
             most = 0.5 * (size / ZERO_M_S2) ** 2 if felt else np.inf
             yield _Weighed(GenericForce(dof, "time", None, units[k][0], units[k][1]), min(gain, most), 0.0)
 
@@ -368,7 +368,7 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
     heights: tuple[tuple[Variable, Array], ...] = (("depth", course.depth_m), ("altitude", course.altitude_m))
     for name, values in heights:
         if np.isfinite(values).all():
-            # What stands still of it is a force of its innovations.
+            # The constant part is a force by itself.
             yield name, None, values - values.mean()
             yield name, None, values**2 - np.mean(values**2)
             for dof in dofs:

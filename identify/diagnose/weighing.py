@@ -376,7 +376,7 @@ class FormRemainder:
         return (self._taken_out(own, value) - self._taken_out(self._all, value))[:, 0]
 
     def _regressors(self, known: int) -> tuple[Array, Array]:
-        """The nominal columns with the first `known` nuisance columns, on the axes' rows; the inverse of their square."""
+        """The nominal columns with the first `known` nuisance columns, on the axes' rows; their inverse square."""
         rows = self.weighing.rows
         columns = np.hstack([rows.nominal, self._known[:, :known]])[self._moving]
         precision = np.concatenate([rows.nominal_precision, np.zeros(known)])

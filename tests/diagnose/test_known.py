@@ -100,7 +100,7 @@ def test_a_dive_is_without_what_its_model_holds_and_flies_with_it(nominal):
     drag = Cause(QUADRATIC_DRAG, DRAG)
     own = with_accepted(nominal, (drag,))
     assert with_accepted(nominal, ()) is nominal
-    assert (own.holds, own.acts) == ((drag,), ())
+    assert (own.accepted, own.acts) == ((drag,), ())
     surge, before = own.joint.problems[0].axis, nominal.joint.problems[0].axis
     assert np.mean(surge.force * before.force) < np.mean(before.force**2)
     np.testing.assert_array_equal(
