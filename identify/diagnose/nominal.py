@@ -182,7 +182,7 @@ class Nominal:
     built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
     with no steady push. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of
     freedom whose controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's
-    filter has already removed. witnesses: further sensors that show effects. accepted: effects accepted earlier, removed
+    filter has already removed. witnesses: further sensors that show effects. accepted: earlier effects, removed
     from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust; swapped: pairs that
     follow each other's.
     """
