@@ -1,10 +1,8 @@
-"""What the fit beside the accepted causes still gets wrong: the doubts that `identify` has of any fit, and by how much
-coefficients would change, were what they speak of let in.
+"""What accepting the likely causes comes to: a model with its effects, parameters of the feed-forward, and doubts.
 
-What a crew accepts of a diagnosis: the model with its effects, and the parameters by which the feed-forward on board
-makes up for them; what it can't make up for, in sentences.
-
-Which causes are accepted: those that are likelier there than not, with masses and dampings fitted beside them.
+Only causes that are likelier present than absent are accepted, with masses and dampings fitted beside them. Sentences
+name the effects that the feed-forward can't compensate. The doubts are those of any fit, with the coefficients' changes
+if their cause were let in.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -52,19 +50,18 @@ from identify.identification import Z95, Culprit, Doubt
 Array = NDArray[np.float64]
 
 MOST_CHANGE = 3.0
-"""A change of a logarithm beyond which nothing is known of the coefficient anyway."""
+"""A logarithm that changes by more is unknown anyway."""
 
 LEAST_KNOWN = 0.2
-"""Relative standard error of a mass from which its axis is not sent: the vehicle keeps what it has."""
+"""Relative standard error of a mass from which its axis is not sent, and the vehicle keeps its present values."""
 
 HELD_BY_PID = QUADRATIC[2:5]
-"""Quadratic drag in heave, roll and pitch: no feed-forward works there."""
+"""Quadratic drag in heave, roll and pitch, which have no feed-forward."""
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """doubts: of mass and damping, in sentences. off (12,): what the logarithms of the coefficients, masses first, are
-    off by beside their standard errors."""
+    """doubts: on masses and dampings. off (12,): systematic errors of the logarithms of masses, then dampings."""
 
     doubts: tuple[Doubt, ...]
     off: Array
@@ -74,10 +71,10 @@ NO_MISFIT = Misfit((), np.zeros(12))
 
 
 def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
-    """Of a fit beside causes, of which a quadratic drag acts in the degrees of freedom `quadratic`.
+    """Of a fit beside causes with quadratic drag in the degrees of freedom `quadratic`.
 
-    Where the dive wants more or less of that drag than was accepted, it can't tell it from the linear damping. Degrees
-    of freedom that are doubted as a whole are left out: their thrust seems late without being so.
+    A dive that asks for other quadratic drag than accepted can't separate it from linear damping. Doubted degrees of
+    freedom are left out: their thrust only seems late.
     """
     found = {dof: one for dof, one in doubts_of(now.joint, now.theta).items() if dof not in now.doubted}
     late = {dof: one.late for dof, one in found.items() if one.is_late}
@@ -109,9 +106,8 @@ def _not_apart(dof: int, one: Tested) -> Doubt:
 
 
 def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
-    """What accepting the causes comes to; `now` is the nominal model that was fitted together with them, so that what
-    a refit absorbs is in it already.
-    """
+    """What accepting these causes comes to; `now` is the nominal model fitted beside them, which includes causes
+    absorbed by a refit."""
     quadratic = _braked(found)
     misfit = misfit_of(now, quadratic)
     values, sentences = _linear([one.cause for one in found], now, shape, misfit, quadratic)
@@ -135,12 +131,12 @@ def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> A
 
 
 def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
-    """Masses and dampings that were fitted beside all the causes, whether these are accepted or not."""
+    """Masses and dampings fitted beside all causes, accepted or not."""
     return _linear(found.causes, found.now, shape)[0]
 
 
 def _braked(found: Sequence[Found]) -> tuple[int, ...]:
-    """The degrees of freedom in which a quadratic drag is among the causes."""
+    """Degrees of freedom with quadratic drag among the causes."""
     told = {name for one in found if one.name == "quadratic_drag" for name in one.parameters}
     return tuple(dof for dof, name in enumerate(QUADRATIC) if name in told)
 
@@ -155,7 +151,7 @@ def _includes(value: Value | None, absent: float) -> bool:
 
 
 def _effect(one: Found) -> AcceptedEffect:
-    """Without the parameters of several that the dive can't tell from none, or does not tell."""
+    """The effect without parameters that are undetermined or compatible with absence."""
     effect = one.cause.effect
     untold = {p.name for p in effect.parameters if p.name not in one.parameters and effect.telling is None}
     values = {
@@ -172,10 +168,11 @@ def _linear(
     misfit: Misfit = NO_MISFIT,
     quadratic: Collection[int] = (),
 ) -> tuple[dict[str, Value], list[str]]:
-    """The linear model's coefficients, axis by axis, where the dive tells them, with intervals that hold the misfit.
+    """The linear model's determined coefficients, with intervals that include the misfit.
 
-    Left out are those that a closed loop through a reading that was not recorded biases. Where a `quadratic` drag
-    brakes, there may be no linear damping."""
+    Coefficients biased by a closed loop through an unrecorded reading are left out. With `quadratic` drag, linear
+    damping may be absent.
+    """
     values, sentences = {}, []
     mass, damping = now.course.mass, now.course.damping
     kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
@@ -208,7 +205,7 @@ def _linear(
 
 
 def _unheard(dofs: Sequence[int]) -> str:
-    """That an axis stays as it is whose loop was closed by a reading that was not recorded."""
+    """A sentence that an axis keeps its values, because an unrecorded reading closed its loop."""
     names = listed([group[dof].name for dof in dofs for group in (MASSES, DAMPINGS)])
     used = listed(list(dict.fromkeys(READINGS[dof] for dof in dofs)))
     return (
@@ -236,7 +233,7 @@ def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]
 
 
 def _coefficients(one: Found, course: Course) -> dict[str, Value]:
-    """A cause's values as coefficients of the feed-forward; none where it has none for it."""
+    """A cause's values as coefficients of the feed-forward; empty if it has none."""
     make = COEFFICIENTS_OF.get(one.name)
     return {} if make is None or not one.cause.effect.feedforward else make(one, course)
 
@@ -250,13 +247,13 @@ def _offset(one: Found, course: Course) -> dict[str, Value]:
 
 
 def _munk(one: Found, course: Course) -> dict[str, Value]:
-    """-(g - 1) (M_v - M_u) u v is what lacks in yaw."""
+    """The missing moment in yaw is -(g - 1) (M_v - M_u) u v."""
     arm = float(course.mass[1] - course.mass[0])
     return {"N_munk": _changed(one.parameters["gain"], lambda gain: (gain - 1.0) * arm, "kg")}
 
 
 def _sag(one: Found, course: Course) -> dict[str, Value]:
-    """The rate is in units of the rate at which V^2 fell in this dive."""
+    """The rate is in units of this dive's fall of V^2."""
     begun_v, rate = voltage_law(course.voltage_v, course.since_s)
     if not (np.isfinite(begun_v) and rate > 0):
         return {}
@@ -327,7 +324,7 @@ def likely_accepted(
     holds: Sequence[Cause],
     shape: Configuration,
 ) -> Accepted:
-    """What accepting the likely ones of the causes comes to, beside those that the model `holds` already."""
+    """What accepting the likely causes comes to, beside the effects that the model `holds` already."""
     likely = [one for one in causes if one.probability >= LIKELY]
     now = found.now
     if len(likely) < len(causes):
@@ -344,7 +341,7 @@ def likely_accepted(
 
 
 def none_accepted(causes: Sequence[Found]) -> str:
-    """Why nothing is accepted, in a clause."""
+    """A clause on why nothing is accepted."""
     if not causes:
         return "no cause was found that could be accepted"
     told = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in causes])

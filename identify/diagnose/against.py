@@ -1,7 +1,7 @@
-"""A real dive against a simulator's recording: which effects the simulator must gain, and which numbers must change.
+"""A real dive against a simulator's recording: effects and numbers that the simulator must change.
 
-Both recordings are diagnosed alike, each by its own commands, so that these need not be the same; the gap that is told
-of is that of the simulator's own model, parameters and effects, along the real dive.
+Both recordings are diagnosed alike, each by its own commands, so these may differ. The gap is that of the simulator's
+own model, parameters and effects, along the real dive.
 """
 
 import math
@@ -23,22 +23,22 @@ from identify.dive import Dive
 from identify.identification import Z95
 
 DRIFT_S = 5.0
-"""The horizon of the drift that is told of."""
+"""Horizon of the drift in the answer."""
 
 SIGNIFICANT = 3.0
-"""Standard errors of a difference from which a number must change; some dozen are compared."""
+"""Standard errors of a significant difference, among some dozen compared."""
 
 LEAST_SHARE = 0.01
-"""A number that is off by less is good enough, however well it is known."""
+"""Smaller relative differences are good enough, however precise."""
 
 LEAST_DRIFT = 1.2
-"""So many times the drift that the vehicle's own numbers leave is what a degree of freedom's must cost to be told."""
+"""Least drift of a degree of freedom, relative to that with the vehicle's own numbers, for its numbers to matter."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A number that the simulator has otherwise than the vehicle. of: the effect it belongs to, "" for the nominal
-    model's. probability: that this effect is there in both, 1 for the nominal model's."""
+    """A number that differs between simulator and vehicle. of: its effect, "" for the nominal model. probability: that
+    this effect is present in both, 1 for the nominal model."""
 
     of: str
     name: str
@@ -48,18 +48,18 @@ class Difference:
 
     @property
     def share(self) -> float:
-        """By how much of the vehicle's the simulator's is too large."""
+        """Relative excess of the simulator's value."""
         return self.simulator.value / self.vehicle.value - 1.0
 
 
 @dataclass(frozen=True)
 class Against:
-    """vehicle: the diagnosis of the real dive, its gap the simulator's. simulator: that of its own recording.
+    """vehicle: the diagnosis of the real dive, with the simulator's gap. simulator: that of its own recording.
 
-    lacks: effects that it must gain; has: effects of the dive that it has already, each as probable as it is in the
-    recording that shows it less; spare: effects of its own that the real dive does not show; differences: numbers that
-    must change; stories: causes that would make masses and dampings differ so; untold: degrees of freedom whose numbers
-    one of the recordings does not tell. What is less probable than not is no more than possible in all of them.
+    lacks: effects to add. has: effects in both, with the lower of both probabilities. spare: its own effects that the
+    real dive does not show. differences: numbers to change. stories: causes that would explain differences of masses
+    and dampings. untold: degrees of freedom with undetermined numbers in either recording. All may hold possible causes
+    as well as likely ones.
     """
 
     vehicle: Diagnosis
@@ -73,19 +73,18 @@ class Against:
 
     @property
     def causes(self) -> tuple[Found, ...]:
-        """Of the simulator's gap, the strongest first; an effect that it has already is none of them."""
+        """Of the simulator's gap, strongest first, without effects that it has."""
         mine = {id(found) for found in (*self.lacks, *self.stories)}
         return tuple(found for found in self.vehicle.found if id(found) in mine)
 
     @property
     def off(self) -> tuple[Difference, ...]:
-        """The numbers that are off, but for those of effects that are no more than possible."""
+        """The differing numbers, without those of possible effects."""
         return tuple(each for each in self.differences if each.probability >= LIKELY)
 
     @property
     def verdict(self) -> Verdict:
-        """Of the simulator's gap. Where it drifts further than chance would have it and yet no effect is missing and no
-        number is off beyond doubt, this dive can't tell which of them it is."""
+        """Of the simulator's gap. Significant drift without a missing effect or a differing number is ambiguous."""
         if self.vehicle.verdict == "unknown":
             return "unknown"
         if self.causes or self.off:
@@ -120,7 +119,7 @@ def against(
 
 
 def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
-    """What sets the two apart."""
+    """The differences between the two."""
     structural = [one for one in vehicle.found if not one.cause.effect.refit_absorbs]
     both = [(mine, _same(mine, simulator.found)) for mine in structural]
     lacks = tuple(mine for mine, its in both if its is None)
@@ -153,8 +152,8 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
 
 
 def plain(one: Against) -> dict[str, Any]:
-    """The answer on the simulator's gap as plain data, and beside it, under `against`, what the simulator must change;
-    `has`: effects of the dive that it has already; `possible`: what of all that is less probable than not."""
+    """The answer on the simulator's gap as plain data, with the changes to make under `against`; `has`: effects in
+    both; `possible`: which of all are less probable than not."""
     gap = one.vehicle.gap
     after = [drift.total for drift in gap.after if drift.horizon_s == DRIFT_S]
     told = {"lacks": one.lacks, "has": one.has, "spare": one.spare, "stories": one.stories}
@@ -181,13 +180,13 @@ def plain(one: Against) -> dict[str, Any]:
 
 
 def differ(one: Value, other: Value) -> bool:
-    """Whether two values are further apart than chance would have them, and than matters."""
+    """Whether two values differ significantly and by enough to matter."""
     apart, spread = abs(one.value - other.value), math.hypot(_half(one, other), _half(other, one))
     return bool(Z95 * apart > SIGNIFICANT * spread and apart > LEAST_SHARE * abs(other.value))
 
 
 def _costs(vehicle: Diagnosis) -> list[bool]:
-    """Whether the simulator drifts more than need be in each degree of freedom, over any horizon."""
+    """Whether each degree of freedom drifts more than necessary, over any horizon."""
     both = list(zip(vehicle.gap.drifts, vehicle.gap.after, strict=True))
     return [
         any(before.by_axis[dof] > LEAST_DRIFT * after.by_axis[dof] for before, after in both)
@@ -196,12 +195,12 @@ def _costs(vehicle: Diagnosis) -> list[bool]:
 
 
 def _half(one: Value, towards: Value) -> float:
-    """The half of its 95 % interval that points to another value."""
+    """The half of its 95 % interval on the other value's side."""
     return one.high95 - one.value if towards.value > one.value else one.value - one.low95
 
 
 def _same(mine: Found, others: Sequence[Found]) -> Found | None:
-    """The one of the other recording that is the same cause, or could be."""
+    """The matching or ambiguous cause of the other recording."""
     number = mine.cause.effect.number
     names = {mine.name, *mine.also}
     for one in others:

@@ -1,11 +1,9 @@
-"""Effects that were accepted earlier: they are in the model before. Causes are looked for on top of them, and among
-these a change of one.
+"""Changes since earlier acceptance: of accepted effects, which the model before holds, and of masses and dampings.
 
-What has changed since parameters were accepted: causes that a refit of the nominal model takes up whole.
-
-Each shifts masses and dampings in a pattern of its own: a thrust that is less shifts all alike, a payload the masses by
-so many kilograms. The shift from the accepted values to those of this dive is held against these patterns, in units of
-how well both are known (generalised least squares, Aitken 1935), the accepted causes of the dive beside them.
+Some causes are absorbed whole by a refit of the nominal model. Each shifts masses and dampings in its own pattern:
+weaker thrust shifts all alike, a payload the masses by its kilograms. The shift since acceptance is regressed on these
+patterns by generalised least squares (Aitken 1935), weighted by the precision of both values, beside the causes of the
+dive.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,10 +38,10 @@ from identify.identification import Z95
 Array = NDArray[np.float64]
 
 PASSES = 2
-"""What an effect adds depends on the velocity, and this on what the effect adds."""
+"""Fixed-point passes: an effect depends on velocity, and velocity on the effect."""
 
 ALIKE_NATS = 2.0
-"""A cause that speaks for itself by so little less can't be told from the best."""
+"""Margin within which two changes are ambiguous."""
 
 MOST = 2
 
@@ -51,10 +49,10 @@ MOST = 2
 def accepted_causes(
     accepted: Sequence[AcceptedEffect], library: Sequence[Effect]
 ) -> tuple[tuple[Cause, ...], tuple[str, ...]]:
-    """Accepted effects as causes, and in sentences which are not taken along: those of the water or the tether of one
-    dive, and those that the library lacks.
+    """Accepted effects as causes, and sentences on those left out: effects of one dive's water or tether, and effects
+    unknown to the library.
 
-    One that a refit takes up is in the accepted masses and dampings, and counted once.
+    An effect that a refit absorbs is part of the accepted masses and dampings, and left out as well.
     """
     by_label = {(effect.label, effect.number): effect for effect in library}
     causes, left = [], []
@@ -72,7 +70,7 @@ def accepted_causes(
 
 
 def held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
-    """Which accepted effects the model before holds, in a sentence; nothing without any."""
+    """A sentence on the accepted effects in the model before; empty without any."""
     told = []
     for cause in causes:
         shown = {p.name for p, has in zip(cause.effect.parameters, cause.present, strict=True) if has}
@@ -86,8 +84,7 @@ def held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
 
 
 def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
-    """A dive less what accepted causes add to its forces, its readings and what else tells of them; its parameters and
-    noise levels found anew."""
+    """A dive less the accepted causes' forces, reading errors and witness contributions, fitted anew."""
     if not causes:
         return nominal
     now = nominal
@@ -106,16 +103,16 @@ def _without(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
 
 
 def library_with_changes(library: Sequence[Effect], causes: Sequence[Cause]) -> tuple[Effect, ...]:
-    """The library with a change of it in place of each accepted effect.
+    """The library with each accepted effect replaced by a change of it.
 
-    One that is absent at infinity stays as it is: what it adds on top is a limit of its own.
+    An effect that is absent at infinity stays: its addition is a limit of its own.
     """
     of = {cause.effect.label: cause for cause in causes if np.isfinite(cause.effect.none()).all()}
     return tuple(_change(of[effect.label]) if effect.label in of else effect for effect in library)
 
 
 def _change(cause: Cause) -> Effect:
-    """A change of an accepted effect: its parameters are differences, 0 where nothing has changed."""
+    """A change of an accepted effect: parameters are differences, 0 for no change."""
     effect, before = cause.effect, cause.values
     parameters = tuple(
         replace(p, start=p.start - p.none, low=p.low - value, high=p.high - value, none=0.0)
@@ -144,7 +141,7 @@ def _change(cause: Cause) -> Effect:
 
 
 def all_accepted(found: Sequence[Found], causes: Sequence[Cause]) -> tuple[Found, ...]:
-    """What a model holds once causes are accepted beside those that it held: each of these with its change in it."""
+    """The effects of a model with causes accepted beside its earlier ones, each with its change included."""
     changes = {one.cause.key: one for one in found if one.cause.effect.variant == SINCE}
     mine = tuple(_summed(cause, changes.get(cause.key)) for cause in causes)
     return (*mine, *(one for one in found if one.cause.effect.variant != SINCE))
@@ -170,8 +167,8 @@ def _summed(cause: Cause, change: Found | None) -> Found:
 
 @dataclass(frozen=True)
 class Shift:
-    """From this dive's parameters to the accepted ones, (k,), in shares of the dive's: the size, and the precision
-    (k, k) to which it is known. patterns (e, k): what taking one unit of each effect out would make of it."""
+    """Relative shift (k,) from this dive's parameters to the accepted ones, with precision (k, k). patterns (e, k):
+    shift by removal of one unit of each effect."""
 
     size: Array
     precision: Array
@@ -179,21 +176,21 @@ class Shift:
     patterns: Array
 
     def without(self, chosen: Sequence[int]) -> tuple[Array, Array, Array]:
-        """What is left beside some effects (k,), their sizes (c,) and the covariance of these."""
+        """Residual beside some effects (k,), their sizes (c,) and covariance."""
         columns = self.patterns[list(chosen)].T
         covariance = np.linalg.pinv(columns.T @ self.precision @ columns, hermitian=True)
         sizes = covariance @ (columns.T @ self.precision @ self.size)
         return np.asarray(self.size - columns @ sizes), np.asarray(sizes), np.asarray(covariance, np.float64)
 
     def nats(self, chosen: Sequence[int]) -> float:
-        """What some effects together save."""
+        """Nats saved by some effects together."""
         if not chosen:
             return 0.0
         left, _, _ = self.without(chosen)
         return 0.5 * float(self.size @ self.precision @ self.size - left @ self.precision @ left)
 
     def best_beside(self, chosen: Sequence[int]) -> list[tuple[float, int]]:
-        """What each other effect saves beside some, best first; another form of one of them is none."""
+        """Nats and index of each further effect, best first; other forms of a chosen one are left out."""
         taken, base = {self.effects[k].name for k in chosen}, self.nats(chosen)
         return sorted(
             (
@@ -206,7 +203,7 @@ class Shift:
 
 
 def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
-    """The shift of the masses and dampings that both the dive and the accepted values tell."""
+    """The shift of masses and dampings known both from the dive and from acceptance."""
     weighing, now = found.weighing, found.now
     covariance, places = _known(weighing, found.fit)
     names, at, prior = [], [], []
@@ -229,7 +226,7 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
 def changes_of(
     shift: Shift, found: Explanation, missing: Missing
 ) -> tuple[tuple[Found, ...], tuple[Tried, ...]]:
-    """The causes of a shift that is more than chance, and all that were tried."""
+    """The causes of a significant shift, and all candidates."""
     chosen: list[int] = []
     also: dict[int, dict[str, float]] = {}
     while len(chosen) < MOST:
@@ -284,7 +281,7 @@ def _likeness(shift: Shift, one: int, other: int) -> float:
 
 
 def _known(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
-    """The covariance of what moves the innovations' mean, the causes' parameters beside it, and the places in theta."""
+    """Covariance of the nominal parameters beside the causes' parameters, and their places in theta."""
     joint = weighing.now.joint
     places = sorted({*joint.mass_places, *mean_places(joint)})
     columns = np.column_stack([-weighing.rows.nominal, fit.slopes])
@@ -293,7 +290,7 @@ def _known(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
 
 
 def _named(now: Nominal) -> list[tuple[str, int]]:
-    """Name and place in theta of each mass and damping; the mass that its own equation tells."""
+    """Name and place in theta of each mass and damping; a mass from its own axis' equation."""
     out = []
     for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
         dof = problem.axis.dof
@@ -307,7 +304,7 @@ def _is_push(effect: Effect, course: Course) -> bool:
 
 
 def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
-    """What a refit makes of one unit of a force or of a reading, taken out; in logarithms."""
+    """Shift of the nominal parameters, logarithmic, by removal of one unit of a force or reading error."""
     course = weighing.now.course
     unit = effect.act(course, effect.none() + 1.0)
     column = weighing.rows.columns([unit], course)[:, 0]
@@ -315,7 +312,7 @@ def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
 
 
 def _own(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
-    """What taking one unit of a change of masses and dampings out makes of them, in shares."""
+    """Relative shift by removal of one unit of a direct change of masses and dampings."""
     act = effect.act(now.course, effect.none() + 1.0)
     share = {}
     for dof in range(6):
@@ -326,7 +323,7 @@ def _own(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
 
 
 def _as_wrench(act: Act, course: Course) -> Array:
-    """(n, 6): what an act pushes, its change of masses and dampings among it."""
+    """(n, 6): an act's wrench, with its change of masses and dampings."""
     out = np.zeros_like(course.nu) if act.wrench is None else act.wrench.copy()
     if act.mass is not None:
         out -= act.mass * course.nu_dot + course.coriolis_of(act.mass, course.nu)

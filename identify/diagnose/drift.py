@@ -1,9 +1,9 @@
-"""How far a simulated velocity drifts from the recorded one: over 1, 5 and 20 s, beside what noise alone makes of it.
+"""Drift of a simulated velocity from the recorded one over 1, 5 and 20 s, beside its floor by noise alone.
 
-From each second of a dive on the model is given the recorded velocity, the recorded thrust and attitude, and nothing
-more. What it is off by after so many seconds is the gap. The floor is the same where nothing hides: dives are drawn
-from the fitted disturbance and sensor noise, smoothed as the recorded one was, and flown (a parametric bootstrap,
-Efron and Tibshirani 1993, section 6.5), so that a wrong start and a wrong end of a window count as they do there.
+A simulation starts from the recorded velocity at each second of a dive, and then uses only recorded thrust and
+attitude. Its error at the horizon is the drift. The floor is the drift of dives without any gap, drawn from the fitted
+disturbance and sensor noise, smoothed and simulated alike (a parametric bootstrap, Efron and Tibshirani 1993, section
+6.5), so that errors at a window's ends count equally.
 """
 
 from collections.abc import Sequence
@@ -24,13 +24,13 @@ HORIZONS_S = (1.0, 5.0, 20.0)
 EVERY_S = 1.0
 
 DRAWN_S = 2400.0
-"""Dives of noise of so long together are drawn for the floor, so that it is known to about 3 %."""
+"""Total length of the drawn dives, for floors known to about 3 %."""
 
 
 @dataclass(frozen=True)
 class Drift:
-    """After one horizon: starts_s (w,) of the windows, off (w, 6) what the simulation is off by, m/s and rad/s; floor
-    (6,) the rms that noise alone would give, NaN in axes that are not fitted."""
+    """At one horizon: starts_s (w,) of the windows; off (w, 6) errors, m/s and rad/s; floor (6,) rms by noise alone,
+    NaN in axes that are not fitted."""
 
     horizon_s: float
     starts_s: Array
@@ -49,12 +49,12 @@ class Drift:
 
     @property
     def ran_away(self) -> float:
-        """The share of flights that ended because they ran away."""
+        """Share of runs that diverged."""
         return float(np.mean(np.any(np.abs(self.off) >= RUN_AWAY, axis=1)))
 
 
 def drifts(model: Simulation, floors: Array) -> tuple[Drift, ...]:
-    """The drifts of a model, beside the floors (h, 6) of each horizon."""
+    """The drifts of a model, with the floors (h, 6) of each horizon."""
     starts = _starts(model)
     off = model.off(starts, _steps(model), np.zeros_like(model.nu))
     out = []
@@ -65,7 +65,7 @@ def drifts(model: Simulation, floors: Array) -> tuple[Drift, ...]:
 
 
 def ran_away(before: Sequence[Drift], after: Sequence[Drift]) -> tuple[str, ...]:
-    """In sentences, which model's flights ran away from the recording, over the shortest time in which any did."""
+    """Sentences on runs that diverged, at the shortest horizon with any."""
     out = []
     for model, of in (("the nominal model", before), ("the model with the causes in", after)):
         away = next((one for one in of if one.ran_away > 0), None)
@@ -78,7 +78,7 @@ def ran_away(before: Sequence[Drift], after: Sequence[Drift]) -> tuple[str, ...]
 
 
 def floors_of(noise: Nominal, model: Simulation, rng: np.random.Generator) -> Array:
-    """(h, 6): the rms drift over each horizon where nothing but the noise of a fit drives the model off."""
+    """(h, 6): rms drift at each horizon under a fit's noise alone."""
     square = np.zeros((len(HORIZONS_S), 6))
     starts, steps = _starts(model), _steps(model)
     draws = max(round(DRAWN_S / float(model.time_s[-1] - model.time_s[0])), 4)
@@ -91,8 +91,8 @@ def floors_of(noise: Nominal, model: Simulation, rng: np.random.Generator) -> Ar
 
 
 def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
-    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels. To the
-    disturbance of a body that rights itself comes what it is thought to be righted by, for the error of its angle."""
+    """A disturbance and the error of the smoothed velocity, (n, 6) each, drawn from a fit's noise levels. For a body
+    that rights itself, the error of its angle adds a righting moment."""
     time_s = noise.course.time_s[::EACH]
     force, errors = np.zeros((len(time_s), 6)), np.zeros((len(time_s), 6))
     for problem, place in zip(noise.joint.at(noise.theta), noise.joint.places, strict=True):
@@ -137,7 +137,7 @@ def _walk(
     sigma_d: float,
     normal: Array,
 ) -> tuple[Array, Array, Array, Array]:
-    """Velocity, its integral, disturbance and readings (n,) of a body that a coloured force alone drives, from rest."""
+    """Velocity, its integral, disturbance and readings (n,) of a body under a coloured force alone, from rest."""
     n = step.shape[0]
     true, place, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
     nu, x, d = 0.0, 0.0, sigma_d * normal[0, 2]

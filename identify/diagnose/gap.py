@@ -1,11 +1,4 @@
-"""What a plain model lacks, instant by instant: the forces that it knows nothing of, and the readings that are off.
-
-Where a gap lies: its squared size, split over degree of freedom and what the vehicle does there and then.
-
-What a missing force goes with: of all generic forces, those that it is most alike, one after another.
-
-What is known of that which no candidate explains: where it acts, what it goes with, how it comes and goes.
-"""
+"""The gap: missing forces and reading errors at every instant, their location, dependence and character."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,17 +22,16 @@ PHASES: tuple[Phase, ...] = ("rest", "accelerating", "decelerating", "steady", "
 REST, ACCELERATING, DECELERATING, STEADY, TURNING, REVERSING = range(6)
 
 SLOW, QUICK = 0.15, 0.25
-"""Shares of the speed, and of the acceleration, that 95 % of a dive stays below: slower is rest, quicker no steady
-motion."""
+"""Shares of the 95 % quantile of speed, and of acceleration: slower is rest, faster no steady motion."""
 
 LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
 MEANT_S = 0.5
 PUSHED = tuple(dof for dof in range(6) if dof not in LEVELLED)
 NORMAL = 0.6745
-"""Median of the sizes of normal values, in their standard deviation."""
+"""Median magnitude of a standard normal variable."""
 
 LEAST_QUIET = 0.01
-"""No disturbance is told from rounding where most of a dive drifts by less of its floor."""
+"""Least median drift, in floors, for an estimate of the usual spread."""
 
 OCTANTS = np.deg2rad(np.arange(-180.0, 181.0, 45.0))
 LEAST_SHARE = 0.001
@@ -47,7 +39,8 @@ LEAST_SHARE = 0.001
 MOST, LEAST_STRENGTH = 3, 0.05
 
 AS_GOOD = 0.97
-"""Of forces that take up almost as much as the best, the plainest is told: the order is that of `generic`."""
+"""Share of the best force's power from which a plainer force is preferred, in the order of `unexplained.unit_forces`.
+"""
 
 WORLD: tuple[Variable, ...] = ("heading", "position")
 BODY: tuple[Variable, ...] = ("speed", "yaw_rate", "acceleration", "thrust", "thrust_sign")
@@ -56,9 +49,8 @@ TIMINGS: dict[Variable, Timing] = {"time": "drifting", "voltage": "drifting", "a
 
 @dataclass(frozen=True)
 class Missing:
-    """At uniform times (n,): wrench (n, 6) N and N m that moves the vehicle and that the model does not know, wrong
-    (n, 6) what is read beyond the motion, and both together as power (n, 6), in squares of the noise that hides them:
-    a force's in disturbances, a reading's in its sensor's."""
+    """At uniform times (n,): missing force wrench (n, 6), N and N m; reading errors wrong (n, 6); and the power (n, 6)
+    of both, in units of the noise that hides them: the disturbance for forces, sensor noise for readings."""
 
     time_s: Array
     wrench: Array
@@ -71,10 +63,10 @@ class Missing:
 
 
 def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array, noise: Nominal) -> Missing:
-    """What two models beside one motion differ by, beside readings of velocities that are `wrong` by (n, 6) and an
-    acceleration that is `felt` by (n, 3) too much, which counts as the force that it would take.
+    """Difference of two models along one motion, with velocity errors `wrong` (n, 6) and accelerometer errors `felt`
+    (n, 3), which count as the force of that acceleration.
 
-    Both lack the same disturbance, so that their difference is all but free of noise.
+    Both models lack the same disturbance, so the difference is nearly free of noise.
     """
     wrench = before.lacking - after.lacking
     force, sensor = _levels(noise)
@@ -85,11 +77,11 @@ def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array,
 
 
 def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) -> Missing:
-    """The same with, as the power of forces, what the best masses and dampings leave of the causes' own (n, 6), at the
-    course's times; every: of its instants, those of `missing`.
+    """The same with the power of the causes' forces (n, 6) beyond a refit of masses and dampings; every: instants of
+    the course per instant of `missing`.
 
-    The nominal model fits readings, not forces: where these are fine, as a gyro's, it bends its masses and dampings
-    far, and what it lacks then is that, too.
+    The nominal model fits readings, not forces. For precise readings, as a gyro's, it bends masses and dampings far,
+    and lacks that as well.
     """
     force, _ = _levels(noise)
     course, fitted = noise.course, np.isfinite(force)
@@ -106,13 +98,12 @@ def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) ->
 
 
 def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every: int) -> Missing:
-    """The same with the generic forces of what no cause explains, less what masses, a damping and a trim of their own
-    make of them; every: of their instants, those of `missing`.
+    """The same with the generic forces of the unexplained remainder, beyond a refit of masses, dampings and trims;
+    every: instants of theirs per instant of `missing`.
 
-    The squares of all count, but of each degree of freedom the strongest alone is told as a force: how they add up is
-    not known. None counts for more than the nats that it saves: forces that are all but made of each other have sizes
-    that may be anything. A force of k standard deviations saves k^2 / 2 nats of each disturbance that a dive holds,
-    and one is another after twice its time constant (Bartlett 1946).
+    Power sums over all forces, but in each degree of freedom only the strongest counts as a force: their sum is
+    undetermined. Collinear forces may have any size, so none counts for more than its nats. A force of k standard
+    deviations saves k^2 / 2 nats per independent disturbance, one every two time constants (Bartlett 1946).
     """
     wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
     force, _ = _levels(noise)
@@ -132,8 +123,8 @@ def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every:
 
 
 def _levels(noise: Nominal) -> tuple[Array, Array]:
-    """Standard deviations (6,) of the disturbance, N and N m, and of the readings of rates, m/s and rad/s; infinite
-    where an axis is not fitted."""
+    """Standard deviations (6,) of the disturbance, N and N m, and of rate readings, m/s and rad/s; infinite for an axis
+    that is not fitted."""
     force, sensor = np.full(6, np.inf), np.full(6, np.inf)
     for problem, place in zip(noise.joint.problems, noise.joint.places, strict=True):
         own = noise.theta[place]
@@ -156,18 +147,18 @@ def _beyond(value: Array, columns: Array) -> Array:
 
 
 def _without_scale(wrong: Array, nu: Array) -> Array:
-    """What a factor on the velocity does not make of it, (n, 6)."""
+    """Velocity errors (n, 6) beyond a scale factor."""
     along = np.sum(wrong * nu, axis=0) / np.maximum(np.sum(nu * nu, axis=0), 1e-12)
     return np.asarray(wrong - along * nu)
 
 
 def phases_of(course: Course, every: int) -> NDArray[np.intp]:
-    """(n,) which of PHASES each of every so many instants lies in."""
+    """(n,): phase of every n-th instant, an index into PHASES."""
     return phases_of_motion(course.nu[::every], course.step_s * every)
 
 
 def phases_of_motion(nu: Array, step_s: float) -> NDArray[np.intp]:
-    """(n,) which of PHASES velocities (n, 6) belong to; turning comes before reversing, that before the change of
+    """(n,): index into PHASES by velocities (n, 6); turning takes precedence over reversing, that over changes of
     speed."""
     kernel = np.ones(max(round(MEANT_S / step_s), 1))
     kernel /= len(kernel)
@@ -187,7 +178,7 @@ def phases_of_motion(nu: Array, step_s: float) -> NDArray[np.intp]:
 
 
 def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
-    """The shares of a power (n, 6) by degree of freedom and phase, largest first; they sum to 1."""
+    """Shares of a power (n, 6) by degree of freedom and phase, largest first; they sum to 1."""
     table = np.stack([power[phases == k].sum(axis=0) for k in range(len(PHASES))])
     total = float(table.sum())
     if total <= 0:
@@ -202,7 +193,7 @@ def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
 
 
 def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
-    """The shares of each degree of freedom's own power by speed, heading, depth, time, voltage and distance."""
+    """Shares of each degree of freedom's power by speed, heading, depth, time, voltage and distance."""
     total = power.sum(axis=0)
     speed = np.linalg.norm(course.nu[::every, :3], axis=1)
     by = {
@@ -221,7 +212,7 @@ def slices_of(power: Array, course: Course, every: int) -> tuple[Slice, ...]:
 
 
 def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> list[Slice]:
-    """The slices between the edges (k + 1,)."""
+    """Slices between the edges (k + 1,)."""
     place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     out = []
     for dof in np.flatnonzero(total > LEAST_SHARE * total.sum()).tolist():
@@ -234,10 +225,9 @@ def _cut(name: str, values: Array, edges: Array, power: Array, total: Array) -> 
 
 
 def power_of_generic(left: Unexplained, every: int) -> Array:
-    """(n, 6) at every so many instants: the squares of the generic forces that foretell most of what is left, each as
-    large as the nats that it saves; (0, 6) without any.
+    """(n, 6): squares of the strongest generic forces, each scaled to its nats; (0, 6) without any.
 
-    Not in roll and pitch: what is too little there to be sure of tells of what levels the vehicle.
+    Not in roll and pitch: insignificant forces there are those of levelling.
     """
     shapes = [(one, gain) for one, gain in zip(left.shapes, left.gains, strict=True) if one.dof in PUSHED]
     out = np.zeros((len(shapes[0][0].force[::every]) if shapes else 0, 6))
@@ -248,8 +238,8 @@ def power_of_generic(left: Unexplained, every: int) -> Array:
 
 
 def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
-    """(n, 6): by how much the squared drift of the window around each instant exceeds its floor's in some axes; at
-    least 0 over the whole dive in each, and all that there is where none exceeds it."""
+    """(n, 6): excess of the squared drift around each instant over its floor, in some axes; at least 0 over the dive in
+    each, and the whole drift if none exceeds its floor."""
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
     square *= np.isin(np.arange(6), list(dofs))
     over = _over(square)
@@ -257,11 +247,10 @@ def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
 
 
 def power_of_remainder(after: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
-    """(n, 6): by how much, in some axes, the squared drift with the causes in exceeds what most of the dive drifts by.
+    """(n, 6): excess of the squared drift with the causes in over the dive's usual drift, in some axes.
 
-    What nobody explains is noise to a fit, and a floor that is drawn from that noise holds it, too. Where it comes and
-    goes, most windows are without it: the median of their sizes gives the spread of what is always there (Rousseeuw
-    and Croux 1993, section 1).
+    A fit takes an unexplained force for noise, and the floor drawn from that noise contains it. An intermittent force
+    is absent from most windows, so the median magnitude gives the usual spread (Rousseeuw and Croux 1993, section 1).
     """
     usual = np.median(np.abs(after.off), axis=0) / NORMAL
     quiet = np.clip(usual, LEAST_QUIET * after.floor, after.floor)
@@ -270,20 +259,20 @@ def power_of_remainder(after: Drift, time_s: Array, dofs: Sequence[int]) -> Arra
 
 
 def _over(square: Array) -> Array:
-    """Squares (w, 6), made less by as much as leaves of their means what exceeds 1."""
+    """Squares (w, 6), reduced so that their means keep only the excess over 1."""
     mean = np.mean(square, axis=0)
     return np.asarray(square * np.maximum(mean - 1.0, 0.0) / np.maximum(mean, 1e-300))
 
 
 def _nearest(drift: Drift, time_s: Array) -> NDArray[np.intp]:
-    """Which window's middle lies next to each time."""
+    """Window with the middle nearest to each time."""
     middle = drift.starts_s + 0.5 * drift.horizon_s
     return np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
 
 
 def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:
-    """What each degree of freedom's missing force goes with, strongest first; strength is the share of its power
-    beyond what masses, a linear damping and a constant take up, times its share of all the missing power."""
+    """Variables that each degree of freedom's missing force depends on, strongest first. Strength is the share of its
+    power explained beyond masses, linear damping and a constant, times its share of all missing power."""
     power = missing.power.sum(axis=0)
     if not power.any():
         return ()
@@ -329,7 +318,7 @@ def _of_axis(
 
 
 def character_of(left: Unexplained) -> Character:
-    """By the shapes that foretell it, each weighed by the nats that it saves."""
+    """By the generic forces, each weighted by its nats."""
     weight = dict.fromkeys(DOFS, 0.0)
     frames: dict[Fixed, float] = {"body": 0.0, "world": 0.0, "neither": 0.0}
     parities: dict[Parity, float] = {"odd": 0.0, "even": 0.0, "neither": 0.0}

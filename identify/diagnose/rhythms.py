@@ -1,18 +1,14 @@
-"""Forces that come and go evenly, by time or by the way made: an oscillation whose rate nobody knows beforehand.
+"""Periodic and intermittent forces in the innovations: spectral lines and bursts.
 
-What beats in a hull beats by the clock; what the flow sheds from it goes by the way (Strouhal's number: a force of so
-many beats a metre). All rates are looked through at once, in the spectrum of what the innovations say of the force.
+A hull's own oscillation is periodic in time, vortex shedding in the distance travelled (a Strouhal number). All rates
+are searched at once, in the spectrum of the score below.
 
-What comes now and then, at times of its own: blows, or beats that last for seconds.
+A single disturbance gives every stretch of a dive the same spread. Bursts give two: a mixture of a quiet and a loud
+spread then predicts held-out stretches better than one.
 
-A disturbance that is one noise throughout gives every stretch of a dive the same spread. What comes and goes gives it
-two: a mixture of a quiet and of a loud spread then foretells stretches held out better than one spread does.
-
-What a filter's innovations say of the force at every instant: the filter of `own` run backwards.
-
-An innovation is a sum of what pushed before it, so that a force along all of the dive is weighed by one product with
-the innovations' own sum of what came after each push (the adjoint; Bryson and Ho 1975, section 13.3). Any number of
-forces is then looked through at the price of one.
+The score of a force at every instant comes from the filter run backwards. An innovation sums earlier pushes, so the
+adjoint sums each push's later innovations (Bryson and Ho 1975, section 13.3). Any number of forces is then searched at
+the cost of one.
 """
 
 from collections.abc import Iterator, Mapping
@@ -32,43 +28,43 @@ from identify.estimators.innovations import INCREMENT, VELOCITY
 Array = NDArray[np.float64]
 
 PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)
-"""Quicker than the first of each, readings of a velocity tell little; slower than the last, a disturbance is alike."""
+"""Bands of wavelengths: velocity readings do not resolve shorter ones, and a disturbance mimics longer ones."""
 
 BINS = 4
-"""Of the shortest wavelength."""
+"""Per shortest wavelength."""
 
 FINER = 4
-"""Rates looked at, over those that a dive tells apart."""
+"""Rates tried per rate that a dive resolves."""
 
 AROUND = 40
-"""Of these rates, so many stand around one, from which the power is taken that chance gives it."""
+"""Neighbouring rates that give the chance level of power."""
 
 LIKELY_NATS = 10.0
-"""In sample; the best of all rates saves less by chance in most dives."""
+"""In sample; on most dives without a line, the best of all rates saves less."""
 
 MOST = 3
 
 BESIDE, MOST_BESIDE = 12, 6
-"""A beat that sets in and ends has lines beside its own: within so many that a dive tells apart, so many are taken."""
+"""A line that starts and ends has sidebands: within so many resolved rates, so many are taken."""
 
 PRICE_NATS, BESIDE_NATS = 3.9, 3.2
-"""What a line must save more than another force: some 6000 rates of all axes are looked through, in the pieces held out
-as well, and one dive in a thousand may deceive: ln(6e6), less ln(1.2e5) of a force. One beside it is among 24."""
+"""Nats that a line must save beyond other forces. Some 6000 rates of all axes are tried, held-out pieces included, at
+one false alarm in a thousand dives: ln(6e6), less a force's ln(1.2e5). A sideband is one of 24."""
 
 BLOWS_S = (0.7, 1.5, 3.0)
-"""How long a blow lasts."""
+"""Lengths of a blow."""
 
 BEATS_S = (5.0, 10.0)
-"""How long a beat lasts that sets in and ends."""
+"""Lengths of an intermittent beat."""
 
 SHORTEST_S, MOST_TURNS = 0.6, 0.5
-"""Periods of beats: from what readings of a velocity just show, to so much of the stretch that they last."""
+"""Periods of beats: from the shortest that velocity readings resolve, to this share of a beat's length."""
 
 WEIGHED = 3
-"""Of the beats of one length in one axis, so many with the most uneven stretches are weighed."""
+"""Beats weighed per length and axis, those with the most uneven stretches."""
 
 MOST_SIGMA = 4.0
-"""A reading further off is met as if it were so far: one wild reading is no blow, which moves many in a row."""
+"""Clip of a row: a single outlier is no blow, which moves many rows."""
 
 LEAST_STRETCHES = 20
 ROUNDS = 30
@@ -76,8 +72,8 @@ ROUNDS = 30
 
 @dataclass(frozen=True)
 class Clock:
-    """What an oscillation goes by: `phase` (n,) that never falls, seconds or metres, in a band of wavelengths; how
-    strongly it pushes, `size` (n,)."""
+    """Phase of an oscillation (n,), nondecreasing, in seconds or metres, with its band of wavelengths, and the
+    oscillation's amplitude `size` (n,)."""
 
     by: Literal["time", "way"]
     phase: Array
@@ -87,8 +83,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Cluster:
-    """Oscillations together, so many radians each a unit of their clock, the strongest first; nats: what that one
-    seems to save in sample."""
+    """Oscillations together, in radians per unit of their clock, strongest first; nats: of the first, in sample."""
 
     clock: Clock
     rates: tuple[float, ...]
@@ -99,7 +94,7 @@ class Cluster:
         return PRICE_NATS + BESIDE_NATS * (len(self.rates) - 1)
 
     def forces(self) -> Array:
-        """(2 k, n): in step with the clock, and a quarter of a period off."""
+        """(2 k, n): in phase with the clock, and a quarter of a period off."""
         angles = [rate * self.clock.phase for rate in self.rates]
         return np.stack(
             [self.clock.size * wave for angle in angles for wave in (np.sin(angle), np.cos(angle))]
@@ -116,7 +111,7 @@ def clocks(course: Course) -> Iterator[Clock]:
 
 
 def clusters(innovations: AxisInnovations, left: Array, course: Course) -> list[Cluster]:
-    """What stands out most of the rows `left` (rows,) of one axis: each line alone, and with those beside it."""
+    """The strongest lines of the rows `left` (rows,) of one axis: each alone, and with its sidebands."""
     score, time_s = scores(innovations, left), innovations.problem.axis.time_s
     # A step's force is the mean over it.
     middle = time_s - 0.5 * np.diff(time_s, prepend=time_s[:1])
@@ -141,8 +136,8 @@ def _peaks(clock: Clock, score: Array, at_s: Array, time_s: Array) -> Iterator[t
 
 
 def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[Array, Array]:
-    """Rates, and the nats that each would save, for chance gives the score of a force the variance of what that force
-    shows; empty where the clock hardly moves."""
+    """Rates and the nats of each: by chance, the variance of a force's score is its information. Empty for a clock that
+    hardly moves."""
     phase, size = np.interp(at_s, time_s, clock.phase), np.interp(at_s, time_s, clock.size)
     low, high = clock.band
     whole = float(phase[-1] - phase[0])
@@ -166,7 +161,8 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
 
 @dataclass(frozen=True)
 class _Told:
-    """What one axis tells of every stretch: `total` (m, dims) over its spread, newtons of one such unit in `unit`."""
+    """One axis' score by stretch: `total` (m, dims) over its standard deviation, with the newtons of one such unit in
+    `unit`."""
 
     total: Array
     unit: float
@@ -177,7 +173,7 @@ class _Told:
 
     @property
     def uneven(self) -> float:
-        """By how much the fourth moment is larger than a Gaussian's, over that."""
+        """Excess of the fourth moment over a Gaussian's, relative to that."""
         square, dims = self.square, self.total.shape[1]
         usual = (1.0 + 2.0 / dims) * float(np.mean(square)) ** 2
         return float(np.mean(square**2) / max(usual, 1e-300)) - 1.0
@@ -185,8 +181,8 @@ class _Told:
 
 @dataclass(frozen=True)
 class Burst:
-    """What seems to come now and then in stretches of `long_s`. dof: where it is strongest, of which `told` is.
-    gain: nats on stretches held out. square (m,): sums of squares of `dims` values of each stretch."""
+    """A candidate burst in stretches of `long_s`. dof: its strongest axis, with the score `told`. gain: nats on
+    held-out stretches. square (m,): sums of squares of `dims` values of each stretch."""
 
     dof: int
     gain: float
@@ -196,7 +192,7 @@ class Burst:
     long_s: float
 
     def force(self, time_s: Array) -> Array:
-        """The likely push (n,), N or N m, of the loud stretches; of a beat its size."""
+        """Likely push (n,), N or N m, of the loud stretches; of a beat, its amplitude."""
         sizes = self.told.total[:, 0] if self.told.total.shape[1] == 1 else np.sqrt(self.told.square)
         pushes = _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.told.unit
         place = ((time_s - time_s[0]) / self.long_s).astype(np.intp)
@@ -204,7 +200,7 @@ class Burst:
 
 
 def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> Iterator[Burst]:
-    """The likeliest of every length, in what each axis (by degree of freedom) leaves of its rows."""
+    """The likeliest burst of every length, in the residual rows of each axis (by degree of freedom)."""
     clipped = {
         dof: (innovations.problem.axis.time_s, scores(innovations, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
         for dof, (innovations, rows) in left.items()
@@ -235,7 +231,7 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
 
 
 def _periods_s(long_s: float) -> list[float]:
-    """Half as far apart as stretches so long tell them."""
+    """Spaced at half the resolution of a stretch."""
     rates = np.arange(1.0 / (MOST_TURNS * long_s), 1.0 / SHORTEST_S, 0.5 / long_s)
     return [float(1.0 / rate) for rate in rates]
 
@@ -251,15 +247,15 @@ def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: fl
 
 
 def _weighed(dof: int, told: _Told, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
-    """Not where the strongest axis itself is no more uneven than one noise is."""
+    """None if the strongest axis is no more uneven than noise."""
     if told.uneven > 0:
         piece = (np.arange(len(square)) * long_s / PIECE_S).astype(np.intp)
         yield Burst(dof, mixture_gain(square, dims, piece), told, square, dims, long_s)
 
 
 def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:
-    """Nats that a quiet and a loud spread save over one spread, on pieces held out; square (m,): sums of squares of
-    `dims` values of each stretch."""
+    """Nats that two spreads save over one on held-out pieces; square (m,): sums of squares of `dims` values of each
+    stretch."""
     gain = 0.0
     for fold in range(FOLDS):
         out = piece % FOLDS == fold
@@ -275,7 +271,7 @@ def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:
 
 
 def _density(square: Array, dims: int, spread: float) -> Array:
-    """Its logarithm, but for what both models share."""
+    """Log density, without common terms."""
     return np.asarray(-0.5 * dims * np.log(spread) - 0.5 * square / spread)
 
 
@@ -286,7 +282,7 @@ def _is_loud(square: Array, dims: int, share: float, quiet: float, loud: float) 
 
 
 def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
-    """Share of loud stretches and both spreads, by expectation and maximisation (Dempster, Laird and Rubin 1977)."""
+    """Share of loud stretches and both spreads, by expectation maximisation (Dempster, Laird and Rubin 1977)."""
     mean = max(float(np.mean(square)) / dims, 1e-300)
     share, quiet, loud = 0.1, 0.7 * mean, 3.0 * mean
     for _ in range(ROUNDS):
@@ -298,7 +294,7 @@ def _fitted(square: Array, dims: int) -> tuple[float, float, float]:
 
 
 def scores(innovations: AxisInnovations, left: Array) -> Array:
-    """(n,): of the mean force in every step of an axis, how much one newton of it goes with rows `left` (rows,)."""
+    """(n,): derivative of the log likelihood of rows `left` (rows,) by the mean force of each step."""
     freed = left.copy()
     for autoregression in innovations.autoregressions:
         for lag, share in enumerate(autoregression.by_lag.tolist(), 1):

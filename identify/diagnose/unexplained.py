@@ -284,11 +284,8 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
     form."""
     if axis.dof in LEVELLED:
         return []
-    found = [
-        one
-        for one in clusters(axis.innovations, axis.left, course)
-        if not (at_sea and one.clock.by == "time")
-    ]
+    lines = clusters(axis.innovations, axis.left, course)
+    found = [line for line in lines if not (at_sea and line.clock.by == "time")]
     if not found:
         return []
     forces = [one.forces() for one in found]
@@ -313,11 +310,9 @@ def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
         return []
     force = best.force(course.time_s)
     size = float(np.std(force))
-    return (
-        [_Weighed(GenericForce(best.dof, "time", None, force / size, "intermittent"), best.gain, size)]
-        if size
-        else []
-    )
+    if size == 0:
+        return []
+    return [_Weighed(GenericForce(best.dof, "time", None, force / size, "intermittent"), best.gain, size)]
 
 
 def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:

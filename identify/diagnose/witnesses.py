@@ -1,7 +1,7 @@
-"""Readings that take no part in the filters and yet tell of some effects at once: shafts, heading, accelerometer.
+"""Sensors outside the filters that show some effects at once: shafts, heading, accelerometer.
 
-Each is compared with what it would read if nothing were hidden. What is left is averaged, divided by its own spread and
-freed of its own memory of first order, and stands in the regression below the filters' innovations.
+Each is compared with its prediction by the nominal model. The residual is averaged in bins, normalised, freed of its
+first-order autocorrelation, and added to the regression below the filters' innovations.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -22,47 +22,47 @@ Array = NDArray[np.float64]
 
 EACH_S = 0.3
 WINDOW_S = 5.0
-"""Over so long heading and gyro, accelerometer and attitude are compared."""
+"""Averaging time of heading against gyro, and of accelerometer against attitude."""
 
 LATE_S, SLOWER_S = (-0.05, 0.05, 0.1, 0.2), 0.1
-"""A speed controller's telemetry is dated late, held and filtered, each by its own: what a thruster's thrust was so
-much earlier or later, or would be by a lag so much longer, is nobody's evidence."""
+"""A speed controller's telemetry is late, held and filtered by unknown amounts. Shifts of thrust by these times, and
+lags longer by this, are nuisances."""
 
 JITTER_S = 0.03
-"""By how much a reading's date goes astray on its own, beside what is so in the mean."""
+"""Random error of a reading's time, beside its mean delay."""
 
 ROUNDED_S = (-JITTER_S, JITTER_S)
-"""A course holds a thrust by its own instants, between which pulses fall: of a lag that is another by less than a step
-or two, shafts would tell by that rounding alone."""
+"""A course samples thrust at its own instants, between the pulses' edges. Shifts within this are nuisances: rounding
+alone would otherwise show a lag off by a step or two."""
 
 MOST_MEMORY = 0.98
 LEAST_ROWS = 20
 LEAST_SHARE = 0.01
-"""A spread is taken to be at least this share of the readings' own size."""
+"""Least standard deviation, relative to the readings' size."""
 
 
 @dataclass(frozen=True)
 class Bins:
-    """Times (n,) of readings, the bin (n,) in which each lies, and how many each of the m bins holds (m,)."""
+    """Times (n,) of readings, the bin (n,) of each, and counts (m,) of the bins."""
 
     time_s: Array
     of: NDArray[np.intp]
     count: Array
 
     def mean(self, values: Array) -> Array:
-        """The means (m,) of values (n,) at the times."""
+        """Means (m,) of values (n,) at the times."""
         return np.asarray(np.bincount(self.of, values) / self.count)
 
     def along(self, course: Course, values: Array) -> Array:
-        """The means (m,) of what is given along a course."""
+        """Means (m,) of values along a course."""
         return self.mean(np.interp(self.time_s, course.time_s, values))
 
 
 @dataclass(frozen=True)
 class Witness:
-    """What one sensor reads beyond the nominal, averaged in bins, `off` (m,). known (m, q): columns that are nobody's
-    evidence, each known to be small by `precision` (q,); size (m,): what its spread may grow with; astray (m,): a
-    spread that it has for sure. kind and number say which part of an act it sees."""
+    """One sensor's residual beyond the nominal model, averaged in bins, `off` (m,). known (m, q): nuisance columns with
+    prior precision (q,); size (m,): scale of a proportional error; astray (m,): known part of its standard deviation.
+    kind and number select the part of an act it measures."""
 
     kind: Literal["shaft", "heading", "specific_force"]
     number: int
@@ -78,7 +78,7 @@ class Witness:
         return self.bins.mean(self.bins.time_s)
 
     def of(self, act: Act, course: Course) -> Array | None:
-        """What an act would add to `off`; None for nothing."""
+        """An act's contribution to `off`; None for none."""
         if self.kind == "heading":
             # A gyro that reads too much turns further than the heading does.
             return None if act.gyro is None else -WINDOW_S * self.bins.along(course, act.gyro[:, 2])
@@ -88,21 +88,21 @@ class Witness:
 
 @dataclass(frozen=True)
 class WeighedWitness:
-    """A witness with what its rows are divided by (m,), and the memory that is taken out of them."""
+    """A witness with the standard deviations of its rows (m,), and its first-order autocorrelation."""
 
     witness: Witness
     std: Array
     memory: float
 
     def whitened(self, values: Array) -> Array:
-        """Values (m, k) freed of memory, in standard deviations."""
+        """Values (m, k), prewhitened and normalised."""
         out = values / self.std[:, None]
         out[1:] -= self.memory * out[:-1].copy()
         return np.asarray(out / np.sqrt(1.0 - self.memory**2))
 
 
 def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> WeighedWitness:
-    """A witness weighed by what the acts leave of it."""
+    """A witness weighed by its residual beside the acts."""
     witness = _with_acts(witness, acts, course)
     left = witness.off.copy()
     for act in acts:
@@ -129,7 +129,7 @@ def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> We
 
 
 def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
-    """A shaft's with what telemetry may make of the thrusts that acts add, too: it dates and filters the whole."""
+    """A shaft's witness with nuisance columns for the acts' thrust, which telemetry delays and filters as well."""
     shafts = [act.shaft_n[:, [witness.number]] for act in acts if act.shaft_n is not None]
     if witness.kind != "shaft" or not shafts:
         return witness
@@ -144,14 +144,14 @@ def _with_acts(witness: Witness, acts: Sequence[Act], course: Course) -> Witness
 
 
 def witnesses(dive: Dive, file: VehicleFile, course: Course) -> tuple[Witness, ...]:
-    """All that a dive has."""
+    """All witnesses of a dive."""
     found = (*_shafts(dive, file, course), *_heading(dive, course), *_accelerometer(dive, course))
     return tuple(one for one in found if len(one.off) >= LEAST_ROWS)
 
 
 def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
-    """Thrust by shaft speed beyond that by pulse and lag. By how much either curve is off ahead or astern, and how late
-    the speeds are told, nothing tells: of a thruster's timing it is the vehicle's motion that speaks."""
+    """Thrust by shaft speed less thrust by pulse and lag. Scales of either curve ahead and astern, and the telemetry's
+    delay, are nuisances: a thruster's timing shows in the vehicle's motion."""
     if dive.rpm is None or dive.pwm is None:
         return
     curve = file.vehicle.thrust_curve
@@ -179,8 +179,8 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
 
 
 def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Callable[[Array], Array]:
-    """What the thrusters give by their curve and a lag at any times, (n, k): it has corners between a course's
-    instants, and shaft speeds are read there."""
+    """The thrusters' output by curve and lag at any times, (n, k): it has edges between a course's instants, at which
+    shafts are read."""
     curve = file.vehicle.thrust_curve
     pulses = np.where(pwm.value[:, :count] > 0, pwm.value[:, :count], NEUTRAL_US)
     asked = thrust_curve(curve, file.path.parent).thrust(pulses)
@@ -198,7 +198,7 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Call
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
-    """How far the heading turned in a window beyond what the gyros say."""
+    """Turn of the heading in a window, less the gyros'."""
     turn = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
     if dive.attitude is None or turn is None or len(turn) < LEAST_ROWS:
         return
@@ -229,7 +229,7 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
 
 
 def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
-    """Specific force ahead and aside beyond that of motion and gravity."""
+    """Specific force ahead and aside, less that of motion and gravity."""
     if dive.specific_force is None or dive.attitude is None:
         return
     bins, read = _binned(dive.specific_force, WINDOW_S, course)
@@ -248,7 +248,7 @@ def _bare(kind: Literal["heading", "specific_force"], number: int, bins: Bins, o
 
 
 def _binned(signal: Signal, each_s: float, course: Course) -> tuple[Bins, Array]:
-    """The bins of the readings within the course that tell, and these (n, k)."""
+    """Bins of the valid readings within the course, and these (n, k)."""
     began_s, ended_s = float(course.time_s[0]), float(course.time_s[-1])
     inside = (signal.time_s >= began_s) & (signal.time_s < ended_s) & np.isfinite(signal.value).all(axis=1)
     time_s = signal.time_s[inside]

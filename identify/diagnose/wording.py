@@ -1,4 +1,4 @@
-"""Causes, their parameters and shares in words: what every sentence of a diagnosis is made of."""
+"""Causes, their parameters and shares in words: the building blocks of a diagnosis' sentences."""
 
 import math
 import re
@@ -9,7 +9,7 @@ from identify.diagnose.result import Diagnosis, Found, Next, Value
 from identify.report.text import fixed, significant, unit, with_interval
 
 DRIFT_S = 5.0
-"""The horizon of the drift that sentences speak of."""
+"""Horizon of the drift in sentences."""
 
 CAPITALS = {"dvl": "DVL", "imu": "IMU", "cg": "CG"}
 
@@ -18,16 +18,16 @@ UNITLESS = ("", "1")
 OF_THRUSTER = re.compile(r" of thruster (\d+)")
 
 SINCE = "since it was accepted"
-"""The variant of an effect whose parameters are by how much an accepted one has changed."""
+"""Variant of an effect that is the change of an accepted one."""
 
 
 def cause_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """A line a cause: name and probability, what it is, its parameters, and what it can't be told from."""
+    """A line per cause: name, probability, description, parameters and ambiguity."""
     return tuple(_cause_line(one) for one in diagnosis.found)
 
 
 def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What the feed-forward alone would gain by each cause that it can make up for."""
+    """The feed-forward's gain by each cause that it can compensate."""
     return tuple(
         f"{capital(name_of(one))}: the feed-forward alone would track to {mm_s(one.feedforward.after_m_s)} "
         f"instead of {mm_s(one.feedforward.before_m_s)} (typical velocity error)."
@@ -37,28 +37,28 @@ def gain_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def next_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What to dive or to fit next; empty where nothing is left to split."""
+    """The next dive or sensor; empty without ambiguity."""
     return () if diagnosis.next is None else _next(diagnosis.next)
 
 
 def name_of(found: Found) -> str:
-    """The cause and those that it can't be told from: `thruster lag or command delay`."""
+    """The cause and its ambiguity group: `thruster lag or command delay`."""
     return " or ".join((effect_words(found.cause.effect), *map(words, found.also)))
 
 
 def effect_words(effect: Effect) -> str:
-    """Its name in words, with the thruster's number where it is about one."""
+    """Its name in words, with its thruster's number if it has one."""
     name = _of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     return f"a change of {name}" if effect.variant == SINCE else name
 
 
 def words(name: str) -> str:
-    """The name of an effect as a reader has it: `dvl_bias` is a DVL bias."""
+    """The name of an effect in words: `dvl_bias` is a DVL bias."""
     return " ".join(CAPITALS.get(part, part) for part in name.split("_"))
 
 
 def label_words(name: str, label: str) -> str:
-    """The label of a candidate as a reader has it: the name in words, then what its label says beyond the name."""
+    """A candidate's label in words: the name, then the rest of the label."""
     number = OF_THRUSTER.match(label.removeprefix(name))
     if number is None:
         return f"{words(name)}{label.removeprefix(name)}"
@@ -72,13 +72,13 @@ def _of_thruster(name: str, number: int) -> str:
 
 
 def percents(low: float, high: float) -> str:
-    """An interval of shares in per cent, "" where there is none, or none to speak of."""
+    """An interval of shares in per cent; "" if unknown or too narrow to show."""
     ends = percent(low), percent(high)
     return f"{ends[0]} to {ends[1]}" if math.isfinite(high - low) and ends[0] != ends[1] else ""
 
 
 def value_words(name: str, value: Value) -> str:
-    """`X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)`; angles in degrees too, rates of change by the minute too."""
+    """`X_uu 12.3 N s²/m² (95 %: 10.1 to 14.5)`; with degrees for angles, and rates per minute."""
     number, interval = with_interval(value.value, value.low95, value.high95)
     known = math.isfinite(value.low95) and math.isfinite(value.high95)
     sure = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
@@ -86,23 +86,23 @@ def value_words(name: str, value: Value) -> str:
 
 
 def parameter(name: str) -> str:
-    """Its name as a reader has it: a word without its underscores, a symbol as it is."""
+    """A parameter's name in words: without underscores; symbols unchanged."""
     return name.replace("_", " ") if name.islower() else name
 
 
 def told_parameters(found: Found) -> dict[str, Value]:
-    """Its parameters without the thruster's number, which its name says."""
+    """Its parameters without the thruster's number, which is in its name."""
     return {name: one for name, one in found.parameters.items() if name != "thruster"}
 
 
 def cause_sentence(found: Found) -> str:
-    """What a cause is, and how probable."""
+    """A cause, its probability and description."""
     effect = found.cause.effect
     return f"{capital(effect_words(effect))}, {percent_sure(found.probability)} probable: {effect.sentence}."
 
 
 def alike_sentence(found: Found) -> str:
-    """What this dive can't tell a cause from."""
+    """A cause's ambiguity group, and how to resolve it."""
     alike = " or ".join(
         f"{words(name)} (likeness {fixed(found.likeness[name], 2)})"
         if name in found.likeness
@@ -113,7 +113,7 @@ def alike_sentence(found: Found) -> str:
 
 
 def unit_after(text: str) -> str:
-    """A unit as it follows a number; nothing for a bare number."""
+    """A unit after a number; empty for a bare number."""
     return "" if text in UNITLESS else f" {unit(text)}"
 
 
@@ -133,7 +133,7 @@ def _cause_line(found: Found) -> str:
 
 
 def percent_sure(probability: float) -> str:
-    """A probability in per cent that never says that anything is certain."""
+    """A probability in per cent, never 0 or 100."""
     if probability >= 0.995:
         return "over 99 %"
     return "under 1 %" if probability < 0.005 else percent(probability)

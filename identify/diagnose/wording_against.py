@@ -1,4 +1,4 @@
-"""What a simulator must gain, in sentences."""
+"""The changes to a simulator, in sentences."""
 
 from collections.abc import Sequence
 
@@ -9,12 +9,11 @@ from identify.diagnose.result import Found
 from identify.report.text import significant
 
 NAMED = 3
-"""So many numbers that must change are named in the verdict, those that are off by most."""
+"""Numbers named in the verdict, those with the largest error."""
 
 
 def verdict_sentence(one: Against) -> str:
-    """Which effects the simulator must gain, which of its numbers must change, and what that makes of its drift; under
-    what provisos."""
+    """Effects to add, numbers to change, and the drift they cost, with provisos."""
     both = (*one.simulator.first, *one.simulator.provisos)
     its = (f"Of the simulator: {proviso}" for proviso in both)
     return " ".join((*one.vehicle.first, _verdict(one), *one.vehicle.provisos, *its))
@@ -57,14 +56,14 @@ def _verdict(one: Against) -> str:
 
 
 def cause_lines(one: Against) -> tuple[str, ...]:
-    """What the real dive shows, cause by cause, and which of it the simulator has already."""
+    """The causes of the real dive, each marked if the simulator has it."""
     has = {found.cause.key: found.probability for found in one.has}
     told = zip(one.vehicle.found, wording.cause_lines(one.vehicle), strict=True)
     return tuple(_already(has.get(found.cause.key)) + line for found, line in told)
 
 
 def _already(probability: float | None) -> str:
-    """What stands before a cause that the simulator has, or may have; None for one that it lacks."""
+    """Prefix for a cause that the simulator has, or may have; "" for a missing one."""
     if probability is None:
         return ""
     if probability < LIKELY:
@@ -73,7 +72,7 @@ def _already(probability: float | None) -> str:
 
 
 def lines(one: Against) -> tuple[str, ...]:
-    """What else there is to say: each number that must change, effects that the dive does not show, axes untold."""
+    """All further remarks: numbers to change, effects that the dive does not show, undetermined axes."""
     untold = (
         [
             f"In {wording.listed(one.untold)} nothing is said of masses and dampings: one of the recordings "

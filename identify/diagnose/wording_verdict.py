@@ -1,7 +1,4 @@
-"""Where a gap lies, in sentences.
-
-The verdict of a diagnosis in sentences, with how far the gap shrinks.
-"""
+"""The verdict of a diagnosis in sentences: causes, location of the gap, shrink, character of the unexplained."""
 
 import math
 from collections.abc import Sequence
@@ -25,13 +22,13 @@ from identify.diagnose.wording import (
 from identify.report.text import fixed, significant
 
 MOST_OF_IT = 0.75
-"""Of a degree of freedom's gap, what counts as most of it."""
+"""Share of a degree of freedom's gap above a speed, for `mostly above`."""
 
 MOST_OF_THAT = 0.5
-"""Of a degree of freedom's gap, above what one phase's is called most of that."""
+"""Share of a degree of freedom's gap in one phase, for `most of that`."""
 
 STANDS_OUT = 0.4
-"""The share of the gap from which one degree of freedom in one phase is named together."""
+"""Share of the gap from which a degree of freedom and a phase are named together."""
 
 PHASES: dict[Phase, str] = {
     "rest": "at rest",
@@ -43,7 +40,7 @@ PHASES: dict[Phase, str] = {
 }
 
 BY_CHANCE = f"1 ({1 - CHANCE:g} to {1 + CHANCE:g} by chance)"
-"""What noise alone makes of a drift, in floors."""
+"""Drift by noise alone, in floors."""
 
 NO_SHRINK = "there is too little gap to shrink"
 
@@ -63,7 +60,7 @@ PARITIES = {
 
 
 def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
-    """The largest parts of the squared gap, `71 % surge, steady`, no more than `most` of them."""
+    """The largest parts of the squared gap, `71 % surge, steady`, at most `most`."""
     largest = sorted(diagnosis.gap.where, key=lambda one: -one.share)[:most]
     return tuple(
         f"{percent(one.share)} {one.dof}, {PHASES[one.phase]}" for one in largest if one.share >= 0.005
@@ -71,7 +68,7 @@ def where_lines(diagnosis: Diagnosis, most: int = 3) -> tuple[str, ...]:
 
 
 def gap_sentence(gap: Gap, whole: str = "it") -> str:
-    """Where the gap lies: by drift, which it is measured by, where that is another degree of freedom than by force."""
+    """Location of the gap: by drift, its measure, if that lies in another degree of freedom than by force."""
     by_force = where_sentence(gap, whole)
     if not drifts_elsewhere(gap):
         return by_force
@@ -80,7 +77,7 @@ def gap_sentence(gap: Gap, whole: str = "it") -> str:
 
 
 def where_sentence(gap: Gap, whole: str = "it") -> str:
-    """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` says of what."""
+    """`71 % of it is in surge, steady, mostly above 0.3 m/s`; `whole` names the total."""
     if not gap.where:
         return "no degree of freedom was compared"
     first = max(gap.where, key=lambda one: one.share)
@@ -95,8 +92,8 @@ def where_sentence(gap: Gap, whole: str = "it") -> str:
 
 
 def drifts_elsewhere(gap: Gap) -> bool:
-    """Whether the model drifts most in another degree of freedom than in that which lacks most force; where it drifts
-    no more than noise may, it does so nowhere."""
+    """Whether the largest drift is in another degree of freedom than the largest missing force; never for drift within
+    noise."""
     by_force, by_drift = shares_by_dof(gap.where), shares_by_dof(gap.drifted)
     if not by_force or not by_drift or gap.before <= 1.0 + CHANCE:
         return False
@@ -104,7 +101,7 @@ def drifts_elsewhere(gap: Gap) -> bool:
 
 
 def where_note(gap: Gap) -> str:
-    """That the gap by drift is in another degree of freedom than by force; "" where both agree."""
+    """A note on drift in another degree of freedom than force; "" if both agree."""
     if not drifts_elsewhere(gap):
         return ""
     by_drift = shares_by_dof(gap.drifted)
@@ -116,7 +113,7 @@ def where_note(gap: Gap) -> str:
 
 
 def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
-    """The share of each degree of freedom, in the order in which they come."""
+    """The share of each degree of freedom, in their given order."""
     out: dict[str, float] = {}
     for one in where:
         out[one.dof] = out.get(one.dof, 0.0) + one.share
@@ -124,8 +121,7 @@ def shares_by_dof(where: Sequence[Share]) -> dict[str, float]:
 
 
 def _above(gap: Gap, dof: str) -> str:
-    """The speed above which most of a degree of freedom's gap lies, where there is such a one: not below that at which
-    a vehicle counts as at rest."""
+    """The speed above which most of a degree of freedom's gap lies, if above rest."""
     slices = sorted(
         (one for one in gap.slices if one.dof == dof and one.by == "speed"), key=lambda one: -one.low
     )
@@ -139,8 +135,7 @@ def _above(gap: Gap, dof: str) -> str:
 
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """The verdict, where the gap lies and how far it shrinks, and under what provisos; before it what would make all of
-    that worthless."""
+    """The verdict with the gap's location and shrink, after warnings that invalidate it and before provisos."""
     return " ".join((*diagnosis.first, _verdict(diagnosis), *diagnosis.provisos))
 
 
@@ -177,7 +172,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
 
 
 def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
-    """Causes that are told as such, and those that are told as possible."""
+    """Likely causes, and possible ones."""
     likely = tuple(one for one in found if one.probability >= LIKELY)
     return likely, tuple(one for one in found if one.probability < LIKELY)
 
@@ -187,14 +182,13 @@ def _explain(found: Sequence[Found], what: str) -> str:
 
 
 def _may_explain(found: Sequence[Found], what: str) -> str:
-    """A cause less probable than not: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
+    """A possible cause: `thrust bias or DVL bias (42 % probable) may explain some of it, too`."""
     named = listed([f"{name_of(one)} ({percent_sure(one.probability)} probable)" for one in found])
     return f"{named} may explain {what}"
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What the drift is over the whole dive, and how far it shrinks on pieces held out, and on the check dive where one
-    was given."""
+    """Drift over the whole dive, and shrink on held-out pieces and on the check dive."""
     fitted = _whole(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
     told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
@@ -202,7 +196,7 @@ def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """What is known of that which no candidate explains."""
+    """The character of the unexplained remainder."""
     one = diagnosis.character
     if one is None:
         return ()
@@ -218,7 +212,7 @@ def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def variable(name: str) -> str:
-    """What a force goes with, as a reader has it."""
+    """A variable's name in words."""
     return VARIABLES.get(name, name)
 
 
@@ -237,7 +231,7 @@ def _shrink(one: Shrink) -> str:
 
 
 def _whole(diagnosis: Diagnosis) -> str:
-    """The drift that the gap is told by, with what the causes leave of it; empty without causes."""
+    """The drift of the gap, before and after; empty without causes."""
     after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
     if not after or not diagnosis.found:
         return ""
@@ -245,8 +239,7 @@ def _whole(diagnosis: Diagnosis) -> str:
 
 
 def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
-    """What drifts before and after, and where: by the best evidence there is, the check dive, pieces held out, the dive
-    itself."""
+    """Drift before and after, and its source by best evidence: check dive, held-out pieces, the dive itself."""
     if diagnosis.check is not None:
         return diagnosis.check, " on the check dive"
     if diagnosis.heldout is not None:
@@ -258,7 +251,7 @@ def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
 
 
 def _opens_none(diagnosis: Diagnosis) -> bool:
-    """Whether what was found makes no drift that noise alone would not, so that there is nothing to shrink."""
+    """Whether the causes' drift is within noise, so that there is no gap to shrink."""
     found = _drifts(diagnosis)
     if found is None or max(found[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
         return False
@@ -266,7 +259,7 @@ def _opens_none(diagnosis: Diagnosis) -> bool:
 
 
 def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
-    """What the drift falls to."""
+    """The change of the drift."""
     found = _drifts(diagnosis)
     if found is None:
         return ""
@@ -289,7 +282,7 @@ def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
 
 
 def _no_more(before: float) -> str:
-    """That a drift is no larger than noise alone may make it, where it is not."""
+    """A clause on drift within noise."""
     return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
 
 
