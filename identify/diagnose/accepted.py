@@ -81,7 +81,7 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
     drag = {dof: one.drag for dof, one in found.items() if one.lacks_drag}
     beside = {dof: one for dof, one in drag.items() if dof in quadratic}
     lacking = {dof: one for dof, one in drag.items() if dof not in beside}
-    # One step from none is as far as the form of these forces, which is a guess, is worth following.
+    # A single step from none: the form of these forces is a guess.
     steps = [one.size * one.leaning for one in (*drag.values(), *late.values())]
     off = np.sqrt(np.sum(np.square([np.zeros(12), *steps, *timing_of(found)]), axis=0))
     return Misfit(
@@ -108,16 +108,16 @@ def _not_apart(dof: int, one: Tested) -> Doubt:
 def accepted_of(found: Sequence[Found], now: Nominal, shape: Configuration) -> Accepted:
     """What accepting these causes comes to; `now` is the nominal model fitted beside them, which includes causes
     absorbed by a refit."""
-    quadratic = _braked(found)
+    quadratic = _quadratic_dofs(found)
     misfit = misfit_of(now, quadratic)
     values, sentences = _linear([one.cause for one in found], now, shape, misfit, quadratic)
     of_effects: dict[str, Value] = {}
     for one in found:
         coefficients = _coefficients(one, now.course)
         if not coefficients:
-            sentences.append(_not_made_up(one))
+            sentences.append(_uncompensated_note(one))
         of_effects |= coefficients
-        sentences += _partly(one)
+        sentences += _remarks(one)
     fit = {one.name: one for one in effect_coefficients(shape)}
     for name, value in of_effects.items():
         fault = fit[name].fault(value.value) if name in fit else f"{name} is of no thruster of this vehicle"
@@ -135,7 +135,7 @@ def beside_all(found: Explanation, shape: Configuration) -> dict[str, Value]:
     return _linear(found.causes, found.now, shape)[0]
 
 
-def _braked(found: Sequence[Found]) -> tuple[int, ...]:
+def _quadratic_dofs(found: Sequence[Found]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
     told = {name for one in found if one.name == "quadratic_drag" for name in one.parameters}
     return tuple(dof for dof, name in enumerate(QUADRATIC) if name in told)
@@ -178,7 +178,7 @@ def _linear(
     kept = {c.name: bounds(c, shape) for c in COEFFICIENTS}
     unheard = [problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.doubted]
     if unheard:
-        sentences.append(_unheard(unheard))
+        sentences.append(_unrecorded_note(unheard))
     for problem, stds in zip(now.joint.problems, log_stds(causes, now), strict=True):
         dof = problem.axis.dof
         axis = {MASSES[dof]: (mass[dof], stds[0]), DAMPINGS[dof]: (damping[dof], stds[1])}
@@ -204,7 +204,7 @@ def _linear(
     return values, sentences
 
 
-def _unheard(dofs: Sequence[int]) -> str:
+def _unrecorded_note(dofs: Sequence[int]) -> str:
     """A sentence that an axis keeps its values, because an unrecorded reading closed its loop."""
     names = listed([group[dof].name for dof in dofs for group in (MASSES, DAMPINGS)])
     used = listed(list(dict.fromkeys(READINGS[dof] for dof in dofs)))
@@ -241,7 +241,7 @@ def _coefficients(one: Found, course: Course) -> dict[str, Value]:
 def _offset(one: Found, course: Course) -> dict[str, Value]:
     mass_kg = course.configuration.dry_mass_kg
     return {
-        f"S_{axis}": _changed(value, lambda metres: metres * mass_kg, "kg m")
+        f"S_{axis}": _converted(value, lambda metres: metres * mass_kg, "kg m")
         for axis, value in one.parameters.items()
     }
 
@@ -249,7 +249,7 @@ def _offset(one: Found, course: Course) -> dict[str, Value]:
 def _munk(one: Found, course: Course) -> dict[str, Value]:
     """The missing moment in yaw is -(g - 1) (M_v - M_u) u v."""
     arm = float(course.mass[1] - course.mass[0])
-    return {"N_munk": _changed(one.parameters["gain"], lambda gain: (gain - 1.0) * arm, "kg")}
+    return {"N_munk": _converted(one.parameters["gain"], lambda gain: (gain - 1.0) * arm, "kg")}
 
 
 def _sag(one: Found, course: Course) -> dict[str, Value]:
@@ -258,7 +258,7 @@ def _sag(one: Found, course: Course) -> dict[str, Value]:
     if not (np.isfinite(begun_v) and rate > 0):
         return {}
     nan = float("nan")
-    share = _changed(one.parameters["rate"], lambda found: found / rate, "1")
+    share = _converted(one.parameters["rate"], lambda found: found / rate, "1")
     return {VOLTAGE: Value(begun_v, "V", nan, nan), VOLTAGE_SHARE: share}
 
 
@@ -278,12 +278,12 @@ COEFFICIENTS_OF: dict[str, Callable[[Found, Course], dict[str, Value]]] = {
 }
 
 
-def _changed(value: Value, change: Callable[[float], float], unit: str) -> Value:
+def _converted(value: Value, change: Callable[[float], float], unit: str) -> Value:
     low, high = sorted((change(value.low95), change(value.high95)))
     return Value(change(value.value), unit, low, high)
 
 
-def _not_made_up(one: Found) -> str:
+def _uncompensated_note(one: Found) -> str:
     what = _capital(name_of(one))
     if one.cause.effect.feedforward and one.cause.effect.refit_absorbs:
         return f"{what} is in the masses and dampings of this dive, which are sent."
@@ -294,7 +294,7 @@ def _not_made_up(one: Found) -> str:
     return f"{what} is in the model, but the feed-forward can't make up for it."
 
 
-def _partly(one: Found) -> list[str]:
+def _remarks(one: Found) -> list[str]:
     told = []
     quadratic = one.parameters if one.name == "quadratic_drag" else {}
     held = [name for name in HELD_BY_PID if name in quadratic and not _includes(quadratic[name], 0.0)]

@@ -121,7 +121,7 @@ def against(
 def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     """The differences between the two."""
     structural = [one for one in vehicle.found if not one.cause.effect.refit_absorbs]
-    both = [(mine, _same(mine, simulator.found)) for mine in structural]
+    both = [(mine, _matching(mine, simulator.found)) for mine in structural]
     lacks = tuple(mine for mine, its in both if its is None)
     pairs = [(mine, its) for mine, its in both if its is not None]
     has = tuple(replace(mine, probability=min(mine.probability, its.probability)) for mine, its in pairs)
@@ -181,7 +181,10 @@ def plain(one: Against) -> dict[str, Any]:
 
 def differ(one: Value, other: Value) -> bool:
     """Whether two values differ significantly and by enough to matter."""
-    apart, spread = abs(one.value - other.value), math.hypot(_half(one, other), _half(other, one))
+    apart, spread = (
+        abs(one.value - other.value),
+        math.hypot(_half_interval(one, other), _half_interval(other, one)),
+    )
     return bool(Z95 * apart > SIGNIFICANT * spread and apart > LEAST_SHARE * abs(other.value))
 
 
@@ -194,12 +197,12 @@ def _costs(vehicle: Diagnosis) -> list[bool]:
     ]
 
 
-def _half(one: Value, towards: Value) -> float:
+def _half_interval(one: Value, towards: Value) -> float:
     """The half of its 95 % interval on the other value's side."""
     return one.high95 - one.value if towards.value > one.value else one.value - one.low95
 
 
-def _same(mine: Found, others: Sequence[Found]) -> Found | None:
+def _matching(mine: Found, others: Sequence[Found]) -> Found | None:
     """The matching or ambiguous cause of the other recording."""
     number = mine.cause.effect.number
     names = {mine.name, *mine.also}

@@ -90,11 +90,11 @@ def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
     now = nominal
     for _ in range(PASSES):
         now = refitted(nominal, [cause.act(now.course) for cause in causes])
-    seen = tuple(_without(one, now.acts, now.course) for one in nominal.witnesses)
+    seen = tuple(_witness_without(one, now.acts, now.course) for one in nominal.witnesses)
     return replace(now, acts=(), witnesses=seen, accepted=tuple(causes))
 
 
-def _without(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
+def _witness_without(witness: Witness, acts: Sequence[Act], course: Course) -> Witness:
     off = witness.off.copy()
     for act in acts:
         if (seen := witness.of(act, course)) is not None:
@@ -143,11 +143,11 @@ def _change(cause: Cause) -> Effect:
 def all_accepted(found: Sequence[Found], causes: Sequence[Cause]) -> tuple[Found, ...]:
     """The effects of a model with causes accepted beside its earlier ones, each with its change included."""
     changes = {one.cause.key: one for one in found if one.cause.effect.variant == SINCE}
-    mine = tuple(_summed(cause, changes.get(cause.key)) for cause in causes)
+    mine = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
     return (*mine, *(one for one in found if one.cause.effect.variant != SINCE))
 
 
-def _summed(cause: Cause, change: Found | None) -> Found:
+def _with_change(cause: Cause, change: Found | None) -> Found:
     values = cause.values if change is None else cause.values + change.cause.values
     whole = Cause(cause.effect, values)
     absent = {p.name: p.none for p in cause.effect.parameters} if cause.effect.telling is None else {}
@@ -157,7 +157,7 @@ def _summed(cause: Cause, change: Found | None) -> Found:
         if by is not None:
             ends = value + by.low95 - by.value, value + by.high95 - by.value
         else:
-            # How well it was known when it was accepted stands with its file; what is absent surely is.
+            # The interval at acceptance is in its own file; an absent parameter is certain.
             ends = (value, value) if value == absent.get(name) else (np.nan, np.nan)
         parameters[name] = Value(value, unit, *ends)
     if change is None:
@@ -205,9 +205,9 @@ class Shift:
 def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of masses and dampings known both from the dive and from acceptance."""
     weighing, now = found.weighing, found.now
-    covariance, places = _known(weighing, found.fit)
+    covariance, places = _nominal_covariance(weighing, found.fit)
     names, at, prior = [], [], []
-    for name, place in _named(now):
+    for name, place in _coefficient_places(now):
         if name in accepted:
             names.append(name)
             at.append(places.index(place))
@@ -217,8 +217,12 @@ def shift_of(found: Explanation, accepted: Mapping[str, Prior], library: Sequenc
     value, std = np.array([p.value for p in prior]), np.array([p.std for p in prior])
     both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
     effects = tuple(one for one in library if one.refit_absorbs and len(one.parameters) == 1)
-    patterns = [_pattern(one, weighing, covariance)[at] if _is_push(one, now.course) else _own(one, now, names)
-                for one in effects]  # fmt: skip
+    patterns = [
+        _pattern(one, weighing, covariance)[at]
+        if _is_push(one, now.course)
+        else _direct_pattern(one, now, names)
+        for one in effects
+    ]
     precision = np.asarray(np.linalg.inv(both), dtype=np.float64)
     return Shift(value / fitted - 1.0, precision, effects, np.array(patterns))
 
@@ -280,7 +284,7 @@ def _likeness(shift: Shift, one: int, other: int) -> float:
     return float(abs(a @ p @ b) / max(np.sqrt((a @ p @ a) * (b @ p @ b)), 1e-300))
 
 
-def _known(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
+def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
     """Covariance of the nominal parameters beside the causes' parameters, and their places in theta."""
     joint = weighing.now.joint
     places = sorted({*joint.mass_places, *mean_places(joint)})
@@ -289,7 +293,7 @@ def _known(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
     return inverse(columns.T @ columns + np.diag(known))[: len(places), : len(places)], places
 
 
-def _named(now: Nominal) -> list[tuple[str, int]]:
+def _coefficient_places(now: Nominal) -> list[tuple[str, int]]:
     """Name and place in theta of each mass and damping; a mass from its own axis' equation."""
     out = []
     for problem, place in zip(now.joint.problems, now.joint.places, strict=True):
@@ -311,7 +315,7 @@ def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
     return np.asarray(inverse @ (weighing.rows.nominal[:, : len(inverse)].T @ column))
 
 
-def _own(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
+def _direct_pattern(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
     """Relative shift by removal of one unit of a direct change of masses and dampings."""
     act = effect.act(now.course, effect.none() + 1.0)
     share = {}

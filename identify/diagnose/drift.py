@@ -100,7 +100,7 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         table, variance = problem.transition_table(own), problem.noise_variance(own)
         sigma = float(np.exp(own[DISTURBANCE]))
         normal = rng.normal(size=(len(axis.time_s), 4))
-        true, angle, pushed, reading = _walk(
+        true, angle, pushed, reading = _coloured_motion(
             table, axis.step, problem.reading, axis.state_read, np.sqrt(variance), sigma, normal
         )
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
@@ -128,7 +128,7 @@ def _steps(model: Simulation) -> list[int]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _walk(
+def _coloured_motion(
     table: Array,
     step: NDArray[np.int64],
     reading: Array,
@@ -144,7 +144,7 @@ def _walk(
     for i in range(n):
         if step[i] >= 0:
             t = table[step[i]]
-            # The lower root of the step's noise (Cholesky), its six numbers row by row in the table.
+            # The lower Cholesky root of the step's noise, with six numbers in the table, by rows.
             a = np.sqrt(max(t[11], 0.0))
             b, c = (t[12] / a, t[13] / a) if a > 0 else (0.0, 0.0)
             e = np.sqrt(max(t[14] - b * b, 0.0))

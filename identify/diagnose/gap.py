@@ -108,11 +108,13 @@ def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every:
     wrench, power, course = missing.wrench.copy(), missing.power.copy(), noise.course
     force, _ = _levels(noise)
     told: set[int] = set()
-    seconds, memory_s = float(missing.time_s[-1] - missing.time_s[0]), _memory_s(noise)
+    seconds, memory_s = float(missing.time_s[-1] - missing.time_s[0]), _time_constants_s(noise)
     for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
-        own = size * _beyond(shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))]))
+        own = size * _least_squares_residual(
+            shape.force[::every], np.column_stack([nu, nu_dot, np.ones(len(nu))])
+        )
         square = (own / force[dof]) ** 2
         most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
         power[:, dof] += square * min(1.0, most / max(float(np.mean(square)), 1e-300))
@@ -133,7 +135,7 @@ def _levels(noise: Nominal) -> tuple[Array, Array]:
     return force, sensor
 
 
-def _memory_s(noise: Nominal) -> dict[int, float]:
+def _time_constants_s(noise: Nominal) -> dict[int, float]:
     """Time constants of the disturbance by degree of freedom."""
     return {
         problem.axis.dof: float(np.exp(noise.theta[place][TIME_CONSTANT]))
@@ -141,7 +143,7 @@ def _memory_s(noise: Nominal) -> dict[int, float]:
     }
 
 
-def _beyond(value: Array, columns: Array) -> Array:
+def _least_squares_residual(value: Array, columns: Array) -> Array:
     fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
     return np.asarray(value - columns @ fitted)
 
@@ -183,7 +185,7 @@ def shares_of(power: Array, phases: NDArray[np.intp]) -> tuple[Share, ...]:
     total = float(table.sum())
     if total <= 0:
         return ()
-    # What is less than a tenth of a per cent is left out, and what is left told so that it sums to 1.
+    # Shares below a tenth of a per cent are dropped, the others normalised to 1.
     kept = table > LEAST_SHARE * total
     shares = table * kept / float(table[kept].sum())
     found = [
@@ -242,7 +244,7 @@ def power_of_drift(drift: Drift, time_s: Array, dofs: Sequence[int]) -> Array:
     each, and the whole drift if none exceeds its floor."""
     square = np.nan_to_num((drift.off / drift.floor) ** 2)
     square *= np.isin(np.arange(6), list(dofs))
-    over = _over(square)
+    over = _excess(square)
     return (over if over.any() else square)[_nearest(drift, time_s)]
 
 
@@ -255,10 +257,10 @@ def power_of_remainder(after: Drift, time_s: Array, dofs: Sequence[int]) -> Arra
     usual = np.median(np.abs(after.off), axis=0) / NORMAL
     quiet = np.clip(usual, LEAST_QUIET * after.floor, after.floor)
     square = np.nan_to_num((after.off / quiet) ** 2) * np.isin(np.arange(6), list(dofs))
-    return _over(square)[_nearest(after, time_s)]
+    return _excess(square)[_nearest(after, time_s)]
 
 
-def _over(square: Array) -> Array:
+def _excess(square: Array) -> Array:
     """Squares (w, 6), reduced so that their means keep only the excess over 1."""
     mean = np.mean(square, axis=0)
     return np.asarray(square * np.maximum(mean - 1.0, 0.0) / np.maximum(mean, 1e-300))

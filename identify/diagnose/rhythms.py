@@ -151,7 +151,7 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
     inside = (rate > 2 * np.pi / high) & (rate < 2 * np.pi / low)
     rate, power = rate[inside], power[inside]
     reach = FINER * AROUND
-    # Half of what chance gives lies below ln 2 of its mean.
+    # The median of chance power is ln 2 of its mean.
     middles = np.arange(0, len(power), max(reach // 4, 1))
     usual = [np.median(power[max(0, i - reach) : i + reach + 1]) for i in middles.tolist()]
     around = np.interp(np.arange(len(power)), middles, usual) if len(middles) else np.ones(0)
@@ -160,7 +160,7 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
 
 
 @dataclass(frozen=True)
-class _Told:
+class _StretchScores:
     """One axis' score by stretch: `total` (m, dims) over its standard deviation, with the newtons of one such unit in
     `unit`."""
 
@@ -181,20 +181,26 @@ class _Told:
 
 @dataclass(frozen=True)
 class Burst:
-    """A candidate burst in stretches of `long_s`. dof: its strongest axis, with the score `told`. gain: nats on
+    """A candidate burst in stretches of `long_s`. dof: its strongest axis, with the score `stretches`. gain: nats on
     held-out stretches. square (m,): sums of squares of `dims` values of each stretch."""
 
     dof: int
     gain: float
-    told: _Told
+    stretches: _StretchScores
     square: Array
     dims: int
     long_s: float
 
     def force(self, time_s: Array) -> Array:
         """Likely push (n,), N or N m, of the loud stretches; of a beat, its amplitude."""
-        sizes = self.told.total[:, 0] if self.told.total.shape[1] == 1 else np.sqrt(self.told.square)
-        pushes = _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.told.unit
+        sizes = (
+            self.stretches.total[:, 0]
+            if self.stretches.total.shape[1] == 1
+            else np.sqrt(self.stretches.square)
+        )
+        pushes = (
+            _is_loud(self.square, self.dims, *_fitted(self.square, self.dims)) * sizes * self.stretches.unit
+        )
         place = ((time_s - time_s[0]) / self.long_s).astype(np.intp)
         return np.asarray(pushes[np.minimum(place, len(pushes) - 1)])
 
@@ -209,14 +215,18 @@ def bursts(left: Mapping[int, tuple[AxisInnovations, Array]], time_s: Array) -> 
     for long_s in BLOWS_S:
         if whole_s / long_s < LEAST_STRETCHES:
             return
-        told = {dof: _stretches(*one, time_s, long_s, 0.0) for dof, one in clipped.items()}
-        for dof, one in told.items():
+        stretches = {dof: _stretches(*one, time_s, long_s, 0.0) for dof, one in clipped.items()}
+        for dof, one in stretches.items():
             yield from _weighed(dof, one, one.square, one.total.shape[1], long_s)
-        if len(told) > 1:
-            # What hits a vehicle pushes it in several axes at once.
-            dof = max(told, key=lambda one: told[one].uneven)
+        if len(stretches) > 1:
+            # A blow pushes several axes at once.
+            dof = max(stretches, key=lambda one: stretches[one].uneven)
             yield from _weighed(
-                dof, told[dof], np.sum([one.square for one in told.values()], axis=0), len(told), long_s
+                dof,
+                stretches[dof],
+                np.sum([one.square for one in stretches.values()], axis=0),
+                len(stretches),
+                long_s,
             )
     for long_s in BEATS_S:
         if whole_s / long_s < LEAST_STRETCHES:
@@ -236,21 +246,21 @@ def _periods_s(long_s: float) -> list[float]:
     return [float(1.0 / rate) for rate in rates]
 
 
-def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: float) -> _Told:
+def _stretches(at_s: Array, score: Array, time_s: Array, long_s: float, rate: float) -> _StretchScores:
     count = int((time_s[-1] - time_s[0]) / long_s)
     place = np.clip(((at_s - time_s[0]) / long_s).astype(np.intp), 0, count)
     waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
     total = np.column_stack([np.bincount(place, wave, minlength=count + 1)[:count] for wave in waves])
     spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
-    # The score of a push has as its variance the precision with which that push is known.
-    return _Told(total / spread, 1.0 / spread)
+    # The variance of a push's score is the precision of that push.
+    return _StretchScores(total / spread, 1.0 / spread)
 
 
-def _weighed(dof: int, told: _Told, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
+def _weighed(dof: int, stretches: _StretchScores, square: Array, dims: int, long_s: float) -> Iterator[Burst]:
     """None if the strongest axis is no more uneven than noise."""
-    if told.uneven > 0:
+    if stretches.uneven > 0:
         piece = (np.arange(len(square)) * long_s / PIECE_S).astype(np.intp)
-        yield Burst(dof, mixture_gain(square, dims, piece), told, square, dims, long_s)
+        yield Burst(dof, mixture_gain(square, dims, piece), stretches, square, dims, long_s)
 
 
 def mixture_gain(square: Array, dims: int, piece: NDArray[np.intp]) -> float:

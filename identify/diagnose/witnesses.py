@@ -61,7 +61,7 @@ class Bins:
 @dataclass(frozen=True)
 class Witness:
     """One sensor's residual beyond the nominal model, averaged in bins, `off` (m,). known (m, q): nuisance columns with
-    prior precision (q,); size (m,): scale of a proportional error; astray (m,): known part of its standard deviation.
+    prior precision (q,); size (m,): scale of a proportional error; timing_std (m,): its part by jitter.
     kind and number select the part of an act it measures."""
 
     kind: Literal["shaft", "heading", "specific_force"]
@@ -71,7 +71,7 @@ class Witness:
     known: Array
     precision: Array
     size: Array
-    astray: Array
+    timing_std: Array
 
     @property
     def time_s(self) -> Array:
@@ -80,7 +80,7 @@ class Witness:
     def of(self, act: Act, course: Course) -> Array | None:
         """An act's contribution to `off`; None for none."""
         if self.kind == "heading":
-            # A gyro that reads too much turns further than the heading does.
+            # A gyro that reads high turns further than the heading.
             return None if act.gyro is None else -WINDOW_S * self.bins.along(course, act.gyro[:, 2])
         part = act.shaft_n if self.kind == "shaft" else act.specific_force
         return None if part is None else self.bins.along(course, part[:, self.number])
@@ -119,7 +119,7 @@ def weighed_witness(witness: Witness, acts: Sequence[Act], course: Course) -> We
         else 0.0
     )
     std = np.maximum(np.hypot(base, large * witness.size), floor)
-    std = np.hypot(std, witness.astray)
+    std = np.hypot(std, witness.timing_std)
     scaled = np.clip(left / std, -4.0, 4.0)
     std = std * max(float(np.std(scaled)), 0.5)
     memory = float(
@@ -171,10 +171,10 @@ def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
         late += [bins.along(course, one[:, 0]) for one in rounded]
         before = thrust_n(bins.time_s - JITTER_S)[:, k]
         after = thrust_n(bins.time_s + JITTER_S)[:, k]
-        astray = bins.mean(0.5 * np.abs(after - before))
+        timing_std = bins.mean(0.5 * np.abs(after - before))
         known = np.column_stack([np.maximum(nominal, 0.0), np.minimum(nominal, 0.0), *late])
         yield Witness(
-            "shaft", k, bins, thrust - nominal, known, np.zeros(known.shape[1]), np.abs(nominal), astray
+            "shaft", k, bins, thrust - nominal, known, np.zeros(known.shape[1]), np.abs(nominal), timing_std
         )
 
 
@@ -225,7 +225,7 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     number = np.cumsum(good) - 1
     of = number[window[kept]].astype(np.intp)
     bins = Bins(time_s[kept], of, np.bincount(of, minlength=int(good.sum())).astype(np.float64))
-    yield _bare("heading", 2, bins, off[good])
+    yield _plain_witness("heading", 2, bins, off[good])
 
 
 def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
@@ -238,10 +238,12 @@ def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
     ahead = course.nu_dot[:, 0] + w * q - v * r - GRAVITY_M_S2 * down[:, 0]
     aside = course.nu_dot[:, 1] + u * r - w * p - GRAVITY_M_S2 * down[:, 1]
     for i, expected in enumerate((ahead, aside)):
-        yield _bare("specific_force", i, bins, bins.mean(read[:, i]) - bins.along(course, expected))
+        yield _plain_witness("specific_force", i, bins, bins.mean(read[:, i]) - bins.along(course, expected))
 
 
-def _bare(kind: Literal["heading", "specific_force"], number: int, bins: Bins, off: Array) -> Witness:
+def _plain_witness(
+    kind: Literal["heading", "specific_force"], number: int, bins: Bins, off: Array
+) -> Witness:
     return Witness(
         kind, number, bins, off, np.zeros((len(off), 0)), np.zeros(0), np.zeros(len(off)), np.zeros(len(off))
     )

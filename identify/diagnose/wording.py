@@ -82,7 +82,7 @@ def value_words(name: str, value: Value) -> str:
     number, interval = with_interval(value.value, value.low95, value.high95)
     known = math.isfinite(value.low95) and math.isfinite(value.high95)
     sure = f" (95 %: {interval})" if known and value.high95 > value.low95 else ""
-    return f"{parameter(name)} {number}{unit_after(value.unit)}{sure}{_else(value)}"
+    return f"{parameter(name)} {number}{unit_after(value.unit)}{sure}{_in_other_units(value)}"
 
 
 def parameter(name: str) -> str:
@@ -150,7 +150,7 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
-def _else(value: Value) -> str:
+def _in_other_units(value: Value) -> str:
     if value.unit == "rad":
         return f", {significant(math.degrees(value.value), 2)}°"
     if value.unit == "1/s":

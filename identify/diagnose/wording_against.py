@@ -21,21 +21,21 @@ def verdict_sentence(one: Against) -> str:
 
 def _verdict(one: Against) -> str:
     gap = one.vehicle.gap
-    numbers = _numbers(one.off)
+    numbers = _number_words(one.off)
     lacks, possible = wording_verdict.sorted_by_likelihood(one.lacks)
     may_lack = wording.listed([_with_probability(found) for found in possible])
     where = wording_verdict.gap_sentence(gap, "the gap")
     if lacks:
         causes = wording.listed([wording.name_of(found) for found in lacks])
-        told = f"Your simulator must gain {causes}: {where}{_falls(one)}."
+        told = f"Your simulator must gain {causes}: {where}{_drift_clause(one)}."
         told += f" {_capital(numbers)}." if numbers else ""
         told += f" It may lack {may_lack}, too." if possible else ""
     elif numbers:
         shows = "surely shows" if possible else "shows"
-        told = f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_falls(one)}."
+        told = f"Your simulator lacks no effect that this dive {shows}, but {numbers}{_drift_clause(one)}."
         told += f" It may lack {may_lack}, too." if possible else ""
     elif possible:
-        told = f"Your simulator may lack {may_lack}: {where}{_falls(one)}."
+        told = f"Your simulator may lack {may_lack}: {where}{_drift_clause(one)}."
     elif one.vehicle.verdict == "unknown":
         there = wording_verdict.where_sentence(gap, "the gap")
         return f"Your simulator lacks something that no candidate explains: {there}."
@@ -48,7 +48,7 @@ def _verdict(one: Against) -> str:
         told = (
             "Your simulator lacks no effect that this dive shows, and of its numbers none is off beyond doubt, but its "
             f"{wording.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
-            f"{_falls(one)}: give longer recordings of both, with the same manoeuvres."
+            f"{_drift_clause(one)}: give longer recordings of both, with the same manoeuvres."
         )
     if one.vehicle.verdict == "unknown":
         told += " Something else is there that no candidate explains."
@@ -82,10 +82,10 @@ def lines(one: Against) -> tuple[str, ...]:
         else []
     )
     numbers = [f"{_capital(difference_sentence(each))}." for each in one.differences]
-    return (*numbers, *map(_story, one.stories), *map(_spare, one.spare), *untold)
+    return (*numbers, *map(_story_sentence, one.stories), *map(_spare_sentence, one.spare), *untold)
 
 
-def _story(found: Found) -> str:
+def _story_sentence(found: Found) -> str:
     would = (
         f"{wording.name_of(found)} would make"
         if found.probability >= LIKELY
@@ -97,7 +97,7 @@ def _story(found: Found) -> str:
     return f"{_capital(would)} masses and dampings differ so: {found.cause.effect.sentence} ({values})."
 
 
-def _spare(found: Found) -> str:
+def _spare_sentence(found: Found) -> str:
     shows = (
         f"shows {wording.name_of(found)}"
         if found.probability >= LIKELY
@@ -114,12 +114,12 @@ def difference_sentence(one: Difference) -> str:
     """`its M_u is 12 % too small: 105 kg, the vehicle's is 119 kg`."""
     unit = wording.unit_after(one.vehicle.unit)
     return (
-        f"{_off(one)}: {significant(one.simulator.value)}{unit}, the vehicle's is "
+        f"{_error_words(one)}: {significant(one.simulator.value)}{unit}, the vehicle's is "
         f"{significant(one.vehicle.value)}{unit}"
     )
 
 
-def _off(one: Difference) -> str:
+def _error_words(one: Difference) -> str:
     whose = f"its {wording.words(one.of)}'s {wording.parameter(one.name)}" if one.of else f"its {one.name}"
     off = f"{wording.percent(abs(one.share))} too {'large' if one.share > 0 else 'small'}"
     if one.probability >= LIKELY:
@@ -129,14 +129,14 @@ def _off(one: Difference) -> str:
     )
 
 
-def _numbers(differences: Sequence[Difference]) -> str:
+def _number_words(differences: Sequence[Difference]) -> str:
     order = sorted(differences, key=lambda each: -abs(each.share))
-    named = [_off(each) for each in order[:NAMED]]
+    named = [_error_words(each) for each in order[:NAMED]]
     more = len(order) - NAMED
     return wording.listed([*named, f"{more} more of its numbers are off"] if more > 0 else named)
 
 
-def _falls(one: Against) -> str:
+def _drift_clause(one: Against) -> str:
     after = [drift.total for drift in one.vehicle.gap.after if drift.horizon_s == wording.DRIFT_S]
     if not after:
         return ""

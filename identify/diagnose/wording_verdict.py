@@ -151,11 +151,11 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part = f" {capital(_explain(likely, 'part of the gap'))}." if likely else ""
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
-        told = f"; {_told(diagnosis.character)}" if diagnosis.character else ""
+        told = f"; {_character_clause(diagnosis.character)}" if diagnosis.character else ""
         where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
         return f"Something is there that no candidate explains: {where}{told}.{part}"
-    doubt = "".join(f", but this dive can't tell {_told_from(one)}" for one in likely if one.also)
-    no_gap = _opens_none(diagnosis)
+    doubt = "".join(f", but this dive can't tell {_ambiguity_clause(one)}" for one in likely if one.also)
+    no_gap = _opens_no_gap(diagnosis)
     if not likely:
         causes = _may_explain(possible, "what shows" if no_gap else "the gap")
     else:
@@ -166,7 +166,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
         if possible:
             causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
     causes += contradiction_clause(diagnosis.heldout, diagnosis.check)
-    shrink = _falls(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
+    shrink = _drift_clause(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
     return f"{capital(causes)}: {where}{shrink}."
 
@@ -189,7 +189,7 @@ def _may_explain(found: Sequence[Found], what: str) -> str:
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Drift over the whole dive, and shrink on held-out pieces and on the check dive."""
-    fitted = _whole(diagnosis)
+    fitted = _whole_dive(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
     told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
     return (*whole, *(f"{where}: {_shrink(one)}." for where, one in told if one is not None))
@@ -216,7 +216,7 @@ def variable(name: str) -> str:
     return VARIABLES.get(name, name)
 
 
-def _told(one: Character) -> str:
+def _character_clause(one: Character) -> str:
     goes = f", and goes with {listed([variable(v) for v in one.depends_on])}" if one.depends_on else ""
     return f"it is {FRAMES[one.frame]}, {PARITIES[one.parity].split(':')[0]}, {one.timing}{goes}"
 
@@ -230,7 +230,7 @@ def _shrink(one: Shrink) -> str:
     return f"{falls}, {percent(one.value)}{sure} of what can be closed"
 
 
-def _whole(diagnosis: Diagnosis) -> str:
+def _whole_dive(diagnosis: Diagnosis) -> str:
     """The drift of the gap, before and after; empty without causes."""
     after = [one.total for one in diagnosis.gap.after if one.horizon_s == DRIFT_S]
     if not after or not diagnosis.found:
@@ -250,7 +250,7 @@ def _drifts(diagnosis: Diagnosis) -> tuple[Shrink, str] | None:
     return (Shrink(before, at[0], closed / (before - 1.0), math.nan, math.nan), "") if at else None
 
 
-def _opens_none(diagnosis: Diagnosis) -> bool:
+def _opens_no_gap(diagnosis: Diagnosis) -> bool:
     """Whether the causes' drift is within noise, so that there is no gap to shrink."""
     found = _drifts(diagnosis)
     if found is None or max(found[0].before, diagnosis.gap.before) > 1.0 + CHANCE:
@@ -258,7 +258,7 @@ def _opens_none(diagnosis: Diagnosis) -> bool:
     return not math.isfinite(found[0].value)
 
 
-def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
+def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     """The change of the drift."""
     found = _drifts(diagnosis)
     if found is None:
@@ -268,20 +268,20 @@ def _falls(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     if all(one.cause.effect.place == "log" for one in diagnosis.found):
         return (
             f"; it shows in what is recorded, not in the motion: with {causes} or without, the model's {DRIFT_S:g} s "
-            f"drift is {_floors(after)}{where}{_no_more(before)}"
+            f"drift is {_floors(after)}{where}{_within_noise(before)}"
         )
     if told[0] == told[1]:
-        drift = f"{_floors(after)}{where}{_no_more(before)}"
+        drift = f"{_floors(after)}{where}{_within_noise(before)}"
         return f"; with {causes} or without, the model's {DRIFT_S:g} s drift is {drift}"
     if no_gap:
-        drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_no_more(before)}"
+        drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_within_noise(before)}"
         return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
     goes = "falls" if after < before else "goes"
-    change = f"{goes} from {told[0]} to {_floors(after)}{where}{_no_more(before)}"
+    change = f"{goes} from {told[0]} to {_floors(after)}{where}{_within_noise(before)}"
     return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
 
 
-def _no_more(before: float) -> str:
+def _within_noise(before: float) -> str:
     """A clause on drift within noise."""
     return f", where noise alone would give {BY_CHANCE}" if before <= 1.0 + CHANCE else ""
 
@@ -290,7 +290,7 @@ def _all(found: Sequence[Found]) -> str:
     return listed([name_of(one) for one in found])
 
 
-def _told_from(one: Found) -> str:
+def _ambiguity_clause(one: Found) -> str:
     return f"{effect_words(one.cause.effect)} from {' or '.join(map(words, one.also))}"
 
 

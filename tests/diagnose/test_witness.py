@@ -123,10 +123,10 @@ def test_a_reading_goes_astray_by_what_the_thrust_changes_by_within_its_dates_ji
     one = stepped.shafts[0]
     time_s = one.bins.time_s
     changed = stepped.thrust_n(time_s + JITTER_S) - stepped.thrust_n(time_s - JITTER_S)
-    np.testing.assert_allclose(one.astray, one.bins.mean(0.5 * np.abs(changed)), atol=1e-9)
-    assert one.astray.max() > 0.1
+    np.testing.assert_allclose(one.timing_std, one.bins.mean(0.5 * np.abs(changed)), atol=1e-9)
+    assert one.timing_std.max() > 0.1
     weights = weighed_witness(one, [], nominal.course)
-    assert np.all(weights.std >= 0.5 * one.astray)
+    assert np.all(weights.std >= 0.5 * one.timing_std)
 
 
 def beyond(known, values):
