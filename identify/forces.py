@@ -5,7 +5,7 @@ acts on the wrench: between two commands it is W + (w - W) exp(-s / lag), with W
 w the wrench at the command and s the time since. That is exact, and so is its integral.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import CONFIGS, Vehicle, VehicleFile
+from bridge.vehicle.config import CONFIGS, ThrustCurve, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
 from identify.ingest.commands import held_commands, never_known
@@ -22,14 +22,18 @@ from identify.ingest.commands import held_commands, never_known
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
 
+LAST = 9
+"""So many commands make a level: half a second of a stock autopilot's log."""
+
 
 @dataclass(frozen=True)
 class WrenchHistory:
     """The thrusters' wrench about the body's origin, N and N m, at any time.
 
-    `time_s` (n,) command times; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
+    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
     wrench at each command; `integral` (n, 6) from the first command on, `moment` (n, 6) the integral of
-    that. Before the first command it is held.
+    that. Before the first command it is held. `rounded` (6,): white force in N (N m) over the root of 1/s that whole
+    microseconds hide of the commands, 0 where these are not rounded.
     """
 
     time_s: Array
@@ -40,6 +44,7 @@ class WrenchHistory:
     lag_s: float
     source: Literal["pwm", "tau_cmd"]
     notes: tuple[str, ...] = ()
+    rounded: Array = field(default_factory=lambda: np.zeros(6))
 
     def at(self, time_s: Array) -> Array:
         """(m, 6) at the times (m,)."""
@@ -99,18 +104,55 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         directory = CONFIGS / "thrusters"
     commanded = dive.tau_cmd if dive.tau_cmd is not None and len(dive.tau_cmd) else None
     from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name, commanded)
-    lag_s = vehicle.thrust_curve.lag_s
-    if from_pwm is not None:
-        if commanded is None:
-            return _history(from_pwm, lag_s, "pwm", notes)
-        differs = _rms_difference(from_pwm, commanded)
-        return _history(from_pwm, lag_s, "pwm", notes + _said_of(differs, commanded))
+    curve = vehicle.thrust_curve
+    if from_pwm is not None and dive.pwm is not None:
+        if commanded is not None:
+            notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
+        variance = _rounding(dive.pwm, vehicle, directory, configuration_name)
+        history = _history(Signal(from_pwm.time_s, unrounded(from_pwm.value, variance)), curve, "pwm", notes)
+        held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
+        return replace(history, rounded=np.sqrt(variance.mean(axis=0) * held_s))
     if commanded is None:
         raise FitError(
             f"{dive.source}: neither thruster commands that fit the vehicle nor wrenches are recorded; "
             "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters"
         )
-    return _history(commanded, lag_s, "tau_cmd", (*notes, "The wrench is TAU_CMD as recorded."))
+    return _history(commanded, curve, "tau_cmd", (*notes, "The wrench is TAU_CMD as recorded."))
+
+
+def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Array:
+    """(n, 6): the variance of what whole microseconds hide of each command's wrench, an error of a uniform microsecond
+    through the curve's slope; zero where pulses are not rounded."""
+    configuration = vehicle.configurations[name]
+    pulses = pwm.value[:, : len(configuration.thrusters)]
+    known = np.isfinite(pulses)
+    if len(pwm) < 2 or not np.array_equal(pulses[known], np.round(pulses[known])):
+        return np.zeros((len(pwm), 6))
+    curve = thrust_curve(vehicle.thrust_curve, directory)
+    sent = np.where(known & (pulses > 0), pulses, NEUTRAL_US)
+    slope = 0.5 * (curve.thrust(sent + 1.0) - curve.thrust(sent - 1.0))
+    return np.asarray(slope**2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
+
+
+def unrounded(asked: Array, variance: Array) -> Array:
+    """The likeliest wrench (n, 6) behind a rounded one, whose rounding has a variance (n, 6).
+
+    A recorded force that is partly rounding would be an error in a regressor, and a mass by it too large (Fuller 1987,
+    section 1.1). What a command adds to the median of the last ones is taken for as much as its spread is beyond that of
+    rounding (Wiener 1949), and for whole where it is far larger than rounding ever is. No command that comes later is
+    looked at: it answers readings that are yet to be explained.
+    """
+    out = asked.copy()
+    for column in np.flatnonzero(variance.any(axis=0)).tolist():
+        own, hidden = asked[:, column], np.mean(variance[:, column])
+        past = np.lib.stride_tricks.sliding_window_view(np.pad(own, (LAST - 1, 0), mode="edge"), LAST)
+        level = np.median(past, axis=1)
+        beyond = own - level
+        spread = (1.4826 * float(np.median(np.abs(beyond)))) ** 2
+        believed = max(1.0 - hidden / max(spread, hidden, 1e-300), 0.0)
+        whole = 1.0 - hidden / np.maximum(beyond**2, hidden if hidden > 0 else 1e-300)
+        out[:, column] = level + np.maximum(believed, whole) * beyond
+    return out
 
 
 def _asked_by_pwm(
@@ -170,10 +212,11 @@ def _commands(count: int, verb: str) -> str:
 
 def _history(
     asked: Signal,
-    lag_s: float,
+    curve: ThrustCurve,
     source: Literal["pwm", "tau_cmd"],
     notes: tuple[str, ...],
 ) -> WrenchHistory:
+    asked, lag_s = Signal(asked.time_s + curve.delay_s, asked.value), curve.lag_s
     step_s = np.diff(asked.time_s)
     decay = _decay(step_s, lag_s)
     state = _lagged(asked.value, decay)

@@ -1,6 +1,6 @@
 """What a vehicle did, instant by instant: all that an effect can depend on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,9 @@ class Course:
     and heading, which runs on past pi. depth_m, altitude_m, voltage_v (n,), NaN where nothing tells. position_m (n, 2):
     north and east of where it began. asked_n (n, k): what each thruster is asked for by its nominal curve; rpm (n, k):
     signed shaft speeds, NaN where nothing tells. lag_s: the thrusters' nominal lag. mass, damping (6,): of the nominal
-    model, total. Arrays are held column by column: most of what is made of them is of one column.
+    model, total. quadratic (6,): drag by the square of the speed, as far as it is known. water (n, 3): the water's own
+    velocity, body axes, as far as it is known. Arrays are held column by column: most of what is made of them is of one
+    column.
     """
 
     configuration: Configuration
@@ -39,6 +41,8 @@ class Course:
     lag_s: float
     mass: Array
     damping: Array
+    quadratic: Array = field(default_factory=lambda: np.zeros(6))
+    water: Array | None = None
 
     @property
     def step_s(self) -> float:
@@ -64,6 +68,19 @@ class Course:
         """(6,): what the water adds to the rigid body by the nominal model."""
         rigid = [self.configuration.dry_mass_kg] * 3 + list(self.configuration.inertia_kgm2)
         return np.asarray(self.mass - np.array(rigid))
+
+    @cached_property
+    def through_water(self) -> Array:
+        """(n, 6): the velocity through the water."""
+        if self.water is None:
+            return self.nu
+        out = self.nu.copy()
+        out[:, :3] -= self.water
+        return out
+
+    def drag_of(self, nu: Array) -> Array:
+        """What brakes the hull at velocities (n, 6) through the water, (n, 6)."""
+        return np.asarray((self.damping + self.quadratic * np.abs(nu)) * nu)
 
     def wrench_of(self, thrust_n: Array) -> Array:
         """(n, 6) of thrusts (n, k)."""

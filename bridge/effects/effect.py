@@ -29,7 +29,9 @@ class Act:
 
     A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
     what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
-    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds.
+    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,) and
+    `water` (n, 3) are what other effects have to know of it: a drag by the square of the speed, and the water's velocity
+    in body axes.
     """
 
     wrench: Array | None = None
@@ -40,6 +42,8 @@ class Act:
     attitude: Array | None = None
     specific_force: Array | None = None
     shaft_n: Array | None = None
+    quadratic: Array | None = None
+    water: Array | None = None
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""

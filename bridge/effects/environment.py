@@ -38,7 +38,8 @@ def water_moves(course: Course, water: Array, rising: Array) -> Array:
     turning = [q * z - r * y, r * x - p * z, p * y - q * x]
     out = np.stack(carried).T
     rising_too = course.added_mass[:3] + course.configuration.dry_mass_kg
-    out[:, :3] += course.damping[:3] * water + rising_too * rising
+    braked = course.damping[:3] + 2.0 * course.quadratic[:3] * np.abs(course.through_water[:, :3])
+    out[:, :3] += braked * water + rising_too * rising
     out[:, :3] -= course.added_mass[:3] * np.stack(turning).T
     return np.asarray(out)
 
@@ -48,8 +49,21 @@ def _steady(course: Course, values: Array) -> Act:
     water = course.in_body(float(values[0]), float(values[1]))
     alone = np.zeros_like(course.nu)
     alone[:, :3] = water
-    first = water_moves(course, water, np.zeros_like(water))
-    return Act(wrench=first - course.coriolis_of(course.added_mass, alone))
+    whole = water_moves(course, water, np.zeros_like(water)) - course.coriolis_of(course.added_mass, alone)
+    whole[:, :3] += _beyond_first_order(course, water)
+    return Act(wrench=whole, water=water)
+
+
+def _beyond_first_order(course: Course, water: Array) -> Array:
+    """What the square of the speed makes of water that moves by `water` (n, 3), less its first order, (n, 3).
+
+    The drag by the velocity through the water that is known already is in the model: this is a change of it.
+    """
+    if not course.quadratic[:3].any():
+        return np.zeros_like(water)
+    known, through = course.through_water[:, :3], course.nu[:, :3] - water
+    change = np.abs(known) * known - np.abs(through) * through - 2.0 * np.abs(known) * water
+    return np.asarray(course.quadratic[:3] * change)
 
 
 STEADY_CURRENT = Effect(

@@ -63,7 +63,7 @@ class ThrustCurve:
 
     kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
     kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
-    `lag_s` is the first-order lag between command and thrust; `max_n` also scales the quadratic law.
+    `delay_s` passes between a command and the first of its thrust, `lag_s` is the first-order lag after it; `max_n` also scales the quadratic law.
     `scale_std`: how far all thrust may be off by one factor, relative. 0.1 is the geometric middle of the 5 to 20 %
     that published curves are off by; a bollard pull of the vehicle's own thrusters makes it 0.02 or so.
     `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, where shaft speed is needed.
@@ -73,6 +73,7 @@ class ThrustCurve:
     file: str = "t200.csv"
     voltage_v: float = 16.0
     lag_s: float = 0.0
+    delay_s: float = 0.0
     max_n: float = 50.0
     span_us: float = 400.0
     dead_band_us: float = 0.0
@@ -83,7 +84,9 @@ class ThrustCurve:
     def __post_init__(self) -> None:
         _above_zero(max_n=self.max_n, span_us=self.span_us)
         _above_zero(forward_n_s2=self.forward_n_s2, reverse_n_s2=self.reverse_n_s2)
-        _not_negative(lag_s=self.lag_s, dead_band_us=self.dead_band_us, scale_std=self.scale_std)
+        _not_negative(
+            lag_s=self.lag_s, delay_s=self.delay_s, dead_band_us=self.dead_band_us, scale_std=self.scale_std
+        )
 
 
 def dive_mark(sha256: str) -> str:
@@ -120,6 +123,9 @@ class Prior:
         return tuple(dict.fromkeys((*own, *self.earlier_dives)))
 
 
+Damping = Literal["linear", "quadratic", "both"]
+
+
 @dataclass(frozen=True)
 class Configuration:
     """One shape of the vehicle. `veh_cfg` is the VEH_CFG value that means it (its place in the list if left out).
@@ -127,7 +133,8 @@ class Configuration:
     `inertia_kgm2`: rigid body, about x y z. `model` holds coefficients by name (`M_u` ... `D_r`): what the
     feed-forward starts from; `priors` what is known of them, with its width, before a dive is identified.
     `dry_mass_std_kg`, `inertia_std_kgm2`: how well the rigid body is known; 1 % and 5 % where not given, as a hanging
-    scale and a drawing are good for. `gains` names the controller's gain table.
+    scale and a drawing are good for. `gains` names the controller's gain table. `damping`: which drag the hull's own
+    model has; what it lacks and a dive shows is a cause to be named.
     """
 
     dry_mass_kg: float
@@ -137,6 +144,7 @@ class Configuration:
     net_buoyancy_n: float = 0.0
     thruster_limit_n: float = 40.0
     veh_cfg: int | None = None
+    damping: Damping = "linear"
     model: dict[str, float] = field(default_factory=dict)
     gains: str = "conservative"
     priors: dict[str, Prior] = field(default_factory=dict)

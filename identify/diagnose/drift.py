@@ -100,13 +100,23 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         table, variance = problem.transition_table(own), problem.noise_variance(own)
         sigma = float(np.exp(own[DISTURBANCE]))
         normal = rng.normal(size=(len(axis.time_s), 4))
+        slow, _ = problem.coloured(own)
+        coloured = rng.normal(size=len(axis.time_s)) if axis.is_coloured else np.zeros(len(axis.time_s))
         true, angle, pushed, reading = _coloured_motion(
-            table, axis.step, problem.reading, axis.state_read, np.sqrt(variance), sigma, normal
+            table,
+            axis.step,
+            problem.reading,
+            axis.state_read,
+            np.sqrt(variance),
+            sigma,
+            slow,
+            normal,
+            coloured,
         )
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
         no_force = np.zeros((len(true), 2))
         found = smoothed_velocity(
-            table, axis.step, no_force, reading, axis.state_read, variance, sigma, still
+            table, axis.step, no_force, reading, axis.state_read, variance, sigma, slow, still
         )
         errors[:, axis.dof] = np.interp(time_s, axis.time_s, found - true)
         force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)
@@ -135,12 +145,14 @@ def _coloured_motion(
     state_read: NDArray[np.int64],
     noise: Array,
     sigma_d: float,
+    sigma_c: float,
     normal: Array,
+    coloured: Array,
 ) -> tuple[Array, Array, Array, Array]:
     """Velocity, its integral, disturbance and readings (n,) of a body under a coloured force alone, from rest."""
     n = step.shape[0]
     true, place, pushed, read = np.empty(n), np.empty(n), np.empty(n), np.full(n, np.nan)
-    nu, x, d = 0.0, 0.0, sigma_d * normal[0, 2]
+    nu, x, d, slow = 0.0, 0.0, sigma_d * normal[0, 2], sigma_c * coloured[0]
     for i in range(n):
         if step[i] >= 0:
             t = table[step[i]]
@@ -155,11 +167,11 @@ def _coloured_motion(
                 t[3] * nu + t[4] * x + t[5] * d + b * normal[i, 0] + e * normal[i, 1],
                 t[6] * d + c * normal[i, 0] + f * normal[i, 1] + g * normal[i, 2],
             )
+            slow = t[17] * slow + np.sqrt(t[18]) * coloured[i]
         true[i], place[i], pushed[i] = nu, x, d
         if np.isfinite(reading[i]):
-            read[i] = (x if state_read[i] == INCREMENT or state_read[i] == POSITION else nu) + noise[
-                i
-            ] * normal[i, 3]
+            placed = state_read[i] == INCREMENT or state_read[i] == POSITION
+            read[i] = (x if placed else nu + slow) + noise[i] * normal[i, 3]
         if state_read[i] == INCREMENT:
             x = 0.0
     return true, place, pushed, read

@@ -19,6 +19,7 @@ from bridge.effects.effect import Act
 from identify.diagnose.evidence import Block
 from identify.diagnose.predicted import mean_before, means_before, value_before
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
+from identify.estimators.lateness import behind_filter
 from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.scoring import slopes
 
@@ -142,6 +143,7 @@ class AxisInnovations:
         """Prewhitened response to forces (k, t) along a course."""
         time_s = self.problem.axis.time_s
         before = np.concatenate([time_s[:1], time_s[:-1]])
+        forces = behind_filter(forces.T, course.step_s, self.problem.axis.smoothing_s).T
         return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
 
     def block(self, acts: Sequence[Act], course: Course) -> Block:
@@ -201,33 +203,35 @@ def _responses(
     count = force.shape[1]
     pushed, wrong = len(force) > 0, len(off) > 0
     out = np.empty((std.shape[0], count))
-    x0, x1, x2 = np.zeros(count), np.zeros(count), np.zeros(count)
+    x0, x1, x2, x3 = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count)
     row = 0
     for i in range(step.shape[0]):
         if step[i] >= 0:
             t = table[step[i]]
-            t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
+            t0, t1, t2, t3, t4, t5, t6, keep = t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[17]
             for c in range(count):
                 a, b, d = x0[c], x1[c], x2[c]
                 x0[c] = t0 * a + t1 * b + t2 * d
                 x1[c] = t3 * a + t4 * b + t5 * d
                 x2[c] = t6 * d
+                x3[c] *= keep
             if pushed:
                 to_nu, to_x = t[7] + t[9], t[8] + t[10]
                 for c in range(count):
                     x0[c] += to_nu * force[i, c]
                     x1[c] += to_x * force[i, c]
         if read[i]:
-            k0, k1, k2, scale = gain[i, 0], gain[i, 1], gain[i, 2], 1.0 / std[row]
+            k0, k1, k2, k3, scale = gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3], 1.0 / std[row]
             velocity = state_read[i] == VELOCITY
             for c in range(count):
-                e = x0[c] if velocity else x1[c]
+                e = x0[c] + x3[c] if velocity else x1[c]
                 if wrong:
                     e += off[i, c]
                 out[row, c] = scale * e
                 x0[c] -= k0 * e
                 x1[c] -= k1 * e
                 x2[c] -= k2 * e
+                x3[c] -= k3 * e
             row += 1
         if state_read[i] == INCREMENT:
             x1[:] = 0.0

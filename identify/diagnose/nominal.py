@@ -23,9 +23,11 @@ from identify.diagnose.predicted import course_of, mean_before, predicted
 from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
+from identify.estimators.autopilot_velocity import dated
 from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.lateness import behind_filter
+from identify.estimators.likelihood_axis import DAMPING, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.pinn.start import Filters, filters_of
@@ -53,6 +55,9 @@ NEARLY = 0.05
 """Tolerance of the joint maximum likelihood, nats."""
 
 PASSES = 2
+
+SEA_S, SEA_SPREAD = 1.5, 0.1
+"""How long a disturbance remembers, and how far, in its logarithm, it may well be from that."""
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
@@ -206,6 +211,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
 
     Raises FitError for a recording without a usable axis.
     """
+    dive = dated(dive, file, configuration)
     built = _without_still(build_axes(thinned(dive), file, configuration), dive)
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
@@ -223,11 +229,13 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         replace(one, reading=one.axis.reading) if one.axis.dof in filtered else one
         for one in start.joint.problems
     )
+    problems = tuple(_bounded(problem) for problem in problems)
     joint, theta = _maximised(replace(start.joint, problems=problems), start.theta, built.motion, filtered)
     doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)
     mass, damping = _coefficients(joint, theta)
     course = course_of(dive, file, configuration, predicted(joint, theta, motion), mass, damping)
+    course = _known_course(course, joint, theta, ())
     seen = witnesses(dive, file, course)
     return Nominal(
         built,
@@ -241,6 +249,14 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         mirrored=against,
         swapped=crossed,
     )
+
+
+def _bounded(problem: AxisLikelihood) -> AxisLikelihood:
+    """With a disturbance that remembers no longer than the sea does: a slower one would take up what causes do, and a
+    model that lacks them would seem to lack nothing."""
+    mean, precision = problem.prior_mean.copy(), problem.prior_precision.copy()
+    mean[TIME_CONSTANT], precision[TIME_CONSTANT] = np.log(SEA_S), SEA_SPREAD**-2.0
+    return replace(problem, prior_mean=mean, prior_precision=precision)
 
 
 def _without_quick(start: Filters, built: Axes) -> Axes:
@@ -281,6 +297,7 @@ def refitted(nominal: Nominal, acts: Sequence[Act], near: Nominal | None = None)
     motion = _smoothed(joint, theta, nominal.motion)
     at = predicted(joint, theta, motion)
     course = replace(nominal.course, nu=at.nu, nu_dot=at.nu_dot, mass=mass, damping=damping)
+    course = _known_course(course, joint, theta, acts)
     theta = _without_trims(joint, theta)
     return replace(nominal, joint=joint, theta=theta, motion=motion, course=course, acts=tuple(acts))
 
@@ -314,14 +331,17 @@ def _maximised(
 def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course) -> AxisLikelihood:
     axis = problem.axis
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
-    force, reading = axis.force.copy(), problem.reading.copy()
+    force, reading, water = axis.force.copy(), problem.reading.copy(), axis.water
     for act in acts:
+        if act.water is not None and axis.dof < 3:
+            water = water + mean_before(course.time_s, act.water[:, axis.dof], before, axis.time_s)
         if act.wrench is not None:
-            force += mean_before(course.time_s, act.wrench[:, axis.dof], before, axis.time_s)[:, None]
+            own = behind_filter(act.wrench[:, [axis.dof]], course.step_s, axis.smoothing_s)[:, 0]
+            force += mean_before(course.time_s, own, before, axis.time_s)[:, None]
         off = reading_error(problem, act, course)
         if off is not None:
             reading -= off
-    return replace(problem, axis=replace(axis, force=force), reading=reading)
+    return replace(problem, axis=replace(axis, force=force, water=water), reading=reading)
 
 
 def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
@@ -329,6 +349,23 @@ def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
         nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.time_s, problem.speed(theta[place]))
     return Motion(motion.time_s, nu)
+
+
+def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
+    """The quadratic dampings (6,) that the filters' own model has."""
+    out = np.zeros(6)
+    for problem, place in zip(joint.problems, joint.places, strict=True):
+        out[problem.axis.dof] = problem.quadratic(theta[place])
+    return out
+
+
+def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Sequence[Act]) -> Course:
+    """The course with the quadratic drag and the water that the filters' model and the acts make known."""
+    quadratic = quadratic_of(joint, theta) + sum(
+        (act.quadratic for act in acts if act.quadratic is not None), 0.0
+    )
+    moving = [act.water for act in acts if act.water is not None]
+    return replace(course, quadratic=np.asarray(quadratic), water=np.asarray(sum(moving)) if moving else None)
 
 
 def _coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:

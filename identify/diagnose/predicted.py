@@ -15,8 +15,7 @@ from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.innovations import INCREMENT
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.places import down_axis
@@ -45,7 +44,7 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
     step_s = float(motion.time_s[1] - motion.time_s[0])
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
         own, dof = theta[place], problem.axis.dof
-        state = _means(problem, own)
+        state = problem.means(own)
         time_s = problem.axis.time_s
         just_before = motion.time_s - APART_S
         last = np.maximum(np.searchsorted(time_s, just_before, side="left") - 1, 0)
@@ -59,17 +58,6 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)
         nu[:, dof], nu_dot[:, dof] = speed + rate * since, rate
     return Predicted(motion.time_s, np.asfortranarray(nu), np.asfortranarray(nu_dot))
-
-
-def _means(problem: AxisLikelihood, theta: Array) -> Array:
-    """The filter's mean (n, 3) of velocity, its integral and the disturbance after each event."""
-    table, force = problem.transition_table(theta), problem.mean_force(theta)
-    error, _, gain = problem.run_filter(theta, table, force, np.inf)
-    axis = problem.axis
-    means = _filtered_means(
-        table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial
-    )
-    return np.asarray(means, dtype=np.float64)
 
 
 def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
@@ -122,34 +110,6 @@ def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, 
                     for at in range(i, j):
                         area += 0.5 * step_s * (own[at] + own[at + 1])
                     out[k, c] = area / span_s
-    return out
-
-
-@njit(cache=True, nogil=True)
-def _filtered_means(
-    table: Array,
-    step: NDArray[np.int64],
-    force: Array,
-    error: Array,
-    gain: Array,
-    state_read: NDArray[np.int64],
-    initial: Array,
-) -> Array:
-    out = np.empty((step.shape[0], 3))
-    nu, x, d = initial[0], initial[1], 0.0
-    for i in range(step.shape[0]):
-        if step[i] >= 0:
-            t = table[step[i]]
-            early, late = force[i, 0], force[i, 1]
-            nu, x, d = (
-                t[0] * nu + t[1] * x + t[2] * d + t[7] * early + t[9] * late,
-                t[3] * nu + t[4] * x + t[5] * d + t[8] * early + t[10] * late,
-                t[6] * d,
-            )
-        nu, x, d = nu + gain[i, 0] * error[i], x + gain[i, 1] * error[i], d + gain[i, 2] * error[i]
-        out[i, 0], out[i, 1], out[i, 2] = nu, x, d
-        if state_read[i] == INCREMENT:
-            x = 0.0
     return out
 
 

@@ -134,7 +134,9 @@ def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) 
             for k in range(len(axis.channels))
         )
         innovations = AxisInnovations(problem, own_theta, table, gain, error[read], std, autoregressions)
-        forces = np.column_stack([problem.shapes, axis.coriolis[:, all_dofs] * problem.masses[all_dofs]])
+        forces = np.column_stack(
+            [problem.by_theta(own_theta), axis.coriolis[:, all_dofs] * problem.masses[all_dofs]]
+        )
         # A force in the model subtracts its response from the innovations.
         by_theta = innovations.prewhitened(
             np.hstack([innovations.by_motion(), -innovations.by_force(forces)])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bridge.effects.course import Course
 from bridge.effects.effect import Act
 from identify.diagnose.candidates import Cause
-from identify.diagnose.nominal import Nominal
+from identify.diagnose.nominal import Nominal, quadratic_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
@@ -204,6 +204,7 @@ def simulation_of(
     still = slope_of(model.accepted, course)[grid]
     if slope is not None:
         still = still + slope[grid]
+    still[:, range(6), range(6)] -= 2.0 * quadratic_of(model.joint, theta) * np.abs(nu[grid])
     return Simulation(
         course.time_s[grid], dofs, mass, damping, stiffness, nu[grid], nu_dot[grid], lacking[grid], still
     )
@@ -276,7 +277,9 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
     force, stiffness = np.zeros((len(time_s), 6)), np.zeros(6)
     for problem, place in zip(model.joint.problems, model.joint.places, strict=True):
         axis = problem.axis
-        shapes = problem.shapes @ theta[place][FORCES : problem.noise_place]
+        # When readings are told, and how smooth, is nothing that pushes the vehicle.
+        pushing = problem.noise_place - len(axis.timing)
+        shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
         force[:, axis.dof] = between(time_s, axis.time_s, axis.step_s, axis.force.mean(axis=1) + shapes)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimators.doubts import LATER_S, Doubts, by_drag, by_lateness, coefficients
+from identify.estimators.doubts import Doubts, by_drag, coefficients
+from identify.estimators.lateness import LATER_S, by_lateness
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.multiplier import Force, Wider, with_forces
 from identify.estimators.scoring import climb
@@ -88,7 +89,8 @@ def admitted(
     for _ in range(TURNS):
         before = coefficient
         lateness = [
-            Force(dof, by_lateness(axes[dof], LATER_S + max(by_s, 0.0))) for dof, by_s in size.items()
+            Force(dof, by_lateness(axes[dof].force, 0.5 * axes[dof].step_s, LATER_S + max(by_s, 0.0)))
+            for dof, by_s in size.items()
         ]
         wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
         found = climb(wider.problem, wider.start, score=JointLikelihood.score)

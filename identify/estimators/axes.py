@@ -15,11 +15,10 @@ from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.lasting import lasting, too_short
+from identify.estimators.lateness import FilteredForce, Timing, timing_of
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
 from identify.estimators.readings import FEWEST, PITCH, ROLL, YAW, Channel, channels
-from identify.estimators.shared import shared
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 
@@ -52,7 +51,9 @@ class Axis:
     coriolis (n, 6): force for each unit of each total mass. reading: NaN where the event only divides a step.
     scale: standard deviation of a reading over its channel's noise. channel: which of `channels` was read.
     stiffness: restoring moment by angle, for roll and pitch. initial (4,): first speed and angle or depth, and
-    their variances.
+    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of, less that of the `water` (n,). white_force: N (N m)
+    over the root of 1/s, what pulses in whole microseconds hide; 0 where they are not rounded. timing, smoothing_s: of the readings of an autopilot's own
+    filter.
     """
 
     dof: int
@@ -69,6 +70,16 @@ class Axis:
     channels: tuple[Channel, ...]
     stiffness: float
     initial: Array
+    speed: Array
+    water: Array | float = 0.0
+    white_force: float = 0.0
+    timing: tuple[Timing, ...] = ()
+    smoothing_s: float = 0.0
+
+    @property
+    def is_coloured(self) -> bool:
+        """Whether the velocity readings have a slow error of their own, as those of an autopilot's filter have."""
+        return self.channels[0].coloured > 0.0
 
 
 @dataclass(frozen=True)
@@ -138,6 +149,9 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
                 unpushed[dof] = f"the thrusters never pushed in {DOFS[dof]}{righted}"
             held[dof] = restoring_force(configuration, dof, motion, attitude, place)
             axis = coupled(_pushed(events, configuration, forces, motion, held[dof]), motion)
+            axis = replace(axis, white_force=float(forces.rounded[dof]))
+            if axis.is_coloured:
+                axis = _behind_filter(axis, forces, grid, held[dof], dive.velocity_smoothing_s)
             if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
                 axes.append(axis)
             else:
@@ -226,6 +240,7 @@ def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis
         tuple(found),
         0.0,
         initial,
+        np.zeros(len(time_s)),
     )
 
 
@@ -249,8 +264,23 @@ def _pushed(
     return replace(events, force=force - held[:, None], stiffness=stiffness(configuration, events.dof))
 
 
+def _behind_filter(
+    axis: Axis, forces: WrenchHistory, grid: Array, restoring_n: Array, smoothing_s: float
+) -> Axis:
+    """The axis with its force as the readings of an autopilot's own filter show it, which smooths them so."""
+    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    own = FilteredForce(grid, forces.at(grid)[:, axis.dof] - restoring_n)
+    force = own.behind(smoothing_s).mean_between(before, axis.time_s)
+    return replace(
+        axis,
+        force=np.column_stack([force, force]),
+        timing=timing_of(own, smoothing_s, before, axis.time_s),
+        smoothing_s=smoothing_s,
+    )
+
+
 def coupled(axis: Axis, motion: Motion) -> Axis:
-    """The axis with the Coriolis forces of a motion, each step's mean."""
+    """The axis with the Coriolis forces and the own speed of a motion, each step's mean."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
     columns = []
     # C(nu) nu is linear in the masses: what each contributes is what a mass of one alone would.
@@ -259,23 +289,11 @@ def coupled(axis: Axis, motion: Motion) -> Axis:
         columns.append(
             -motion.mean_between(force, before, axis.time_s) if force.any() else np.zeros(len(before))
         )
-    return replace(axis, coriolis=np.column_stack(columns))
+    speed = motion.mean_between(motion.nu[:, axis.dof], before, axis.time_s)
+    return replace(axis, coriolis=np.column_stack(columns), speed=speed)
 
 
 def _initial(value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
     speed = (value / scale)[(state != POSITION) & np.isfinite(value)]
     place = value[state == POSITION][:1].sum()
     return np.array([speed[0], place, max(float(np.std(speed)), 1e-4) ** 2, FIRST_POSITION_STD**2])
-
-
-def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """Those that were read for long enough to be identified; raises FitError where none was, and as `build_axes`."""
-    lasting(dive)
-    built = build_axes(dive, file, name)
-    short = {axis.dof: reason for axis in built.axes if (reason := too_short(dive, axis.dof))}
-    kept = tuple(axis for axis in built.axes if axis.dof not in short)
-    return replace(built, axes=kept, missing=built.missing | short)
-
-
-shared_axes = shared(lasting_axes)
-"""Of a dive, a vehicle file and a configuration: its `Axes`, for all methods that hold them."""

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from identify.estimators.axes import Axis
 from identify.estimators.innovations import POSITION
+from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.multiplier import Force, Tested, with_forces
@@ -17,9 +16,6 @@ Array = NDArray[np.float64]
 
 DOUBTFUL_SCORE = 5.0
 DEAF_NOISE = 1e6
-
-LATER_S = 0.03
-"""Short beside what moves a vehicle, and of the size of a thruster's lag."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +46,7 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
         forces += [
             Force(problem.axis.dof, by_drag(simulated_speed(problem, theta[place]))),
-            Force(problem.axis.dof, by_lateness(problem.axis)),
+            Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s)),
         ]
     rows, where = coefficients(joint)
     tested = [_of_all(one, rows, where) for one in with_forces(joint, theta, forces).tested()]
@@ -76,35 +72,11 @@ def by_drag(speed: Array) -> Array:
     return np.asarray(-speed * np.abs(speed))
 
 
-def by_lateness(axis: Axis, lag_s: float = LATER_S) -> Array:
-    """What each step's mean force (n,) changes by, per second that the forces come later.
-
-    Less the slope of the forces behind a first-order lag: where that is a thruster's whole lag, exactly what the lag's
-    last part of any size changes. It is made of what came before alone: a force that came sooner would answer, through
-    the controller, to noise in readings that were yet to be.
-    """
-    return np.asarray(_slope(axis.force, 0.5 * axis.step_s, lag_s))
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
-    out = np.zeros(len(half_s))
-    after = force[0, 0]
-    for i in range(len(half_s)):
-        if half_s[i] > 0:
-            before = after
-            keep = np.exp(-half_s[i] / lag_s)
-            for k in range(2):
-                after = force[i, k] + (after - force[i, k]) * keep
-            out[i] = (before - after) / (2 * half_s[i])
-    return out
-
-
 def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
     """Speed (n,) at the events as the model alone gives it from the forces: it shares no noise with the readings."""
     axis = problem.axis
     theta = theta.copy()
-    theta[problem.noise_place :] = np.log(DEAF_NOISE)
+    theta[problem.noise_place : problem.white_place] = np.log(DEAF_NOISE)
     error, _ = problem.filtered(theta, np.inf)
     moving = np.isfinite(error) & (axis.state_read != POSITION)
     said = ((problem.reading - error) / axis.scale)[moving]

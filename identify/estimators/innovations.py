@@ -1,12 +1,15 @@
 """Kalman innovations of one degree of freedom with a first-order coloured force: the compiled inner loop.
 
-State (nu, x, d) of   m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
-so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion).
+State (nu, x, d, c), with   m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
+so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). Two things
+that a stock autopilot's recording needs stand beside it: a white force (pulses in whole microseconds, and what they did
+between two messages), and a first-order coloured error c of the velocity readings (its own filter's), c_dot = -c/T_c +
+white noise, which no force moves. Both are zero where a recording has none.
 Events are measurements in time order: of nu, of x (an angle, or depth), or of how far x came since the last such
 event (an INCREMENT: what a gyro that integrates between its messages tells). A NaN reading is none.
 
 Steps come as indices into a table of the few different ones that a recording has. `transitions` works out each
-once; everything after is arithmetic on scalars, with the covariance's six numbers.
+once; everything after is arithmetic on scalars, with the covariance's ten numbers.
 """
 
 import numpy as np
@@ -15,25 +18,37 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Mean = tuple[float, float, float]
-Covariance = tuple[float, float, float, float, float, float]
-"""The upper triangle, row by row: 00 01 02 11 12 22."""
+Mean = tuple[float, float, float, float]
+Covariance = tuple[float, float, float, float, float, float, float, float, float, float]
+"""The upper triangle, row by row, 00 01 02 11 12 22, and then what c has with all: 03 13 23 33."""
+
+Gain = tuple[float, float, float, float]
 
 VELOCITY, POSITION, INCREMENT = 0, 1, 2
 LONGEST_STEP_S = 0.1
 """Longer steps are divided by whoever makes the events: the series of the exponential is exact up to here."""
 
-COLUMNS = 17
+COLUMNS = 19
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def transitions(
-    different_s: Array, mass: float, damping: float, stiffness: float, sigma_d: float, time_constant_s: float
+    different_s: Array,
+    mass: float,
+    damping: float,
+    stiffness: float,
+    sigma_d: float,
+    time_constant_s: float,
+    white_force: float,
+    sigma_c: float,
+    coloured_s: float,
 ) -> Array:
     """For each of the steps (k,) one row of COLUMNS numbers.
 
     Transition (00 01 02 10 11 12 22), response of nu and x to a unit force held over the first and over the second
-    half of the step, process noise (00 01 02 11 12 22).
+    half of the step, process noise (00 01 02 11 12 22), transition and process noise of c.
+    white_force: N over the root of 1/s (N m in rotation); sigma_c: standard deviation of c, in the reading's unit;
+    coloured_s: its time constant.
     """
     out = np.empty((different_s.shape[0], COLUMNS))
     rate = np.zeros((3, 3))
@@ -43,6 +58,7 @@ def transitions(
     rate[1, 0] = 1.0
     rate[2, 2] = -1.0 / time_constant_s
     white = 2.0 * sigma_d * sigma_d / time_constant_s
+    direct = (white_force / mass) ** 2
     for i in range(different_s.shape[0]):
         h = different_s[i]
         quarter = _series(rate, 0.25 * h)
@@ -62,6 +78,11 @@ def transitions(
                 total = start + 4.0 * half[r, 2] * half[c, 2] + full[r, 2] * full[c, 2]
                 out[i, place] = h / 6.0 * white * total
                 place += 1
+        out[i, 11] += h / 6.0 * direct * (1.0 + 4.0 * half[0, 0] ** 2 + full[0, 0] ** 2)
+        out[i, 12] += h / 6.0 * direct * (4.0 * half[0, 0] * half[1, 0] + full[0, 0] * full[1, 0])
+        out[i, 14] += h / 6.0 * direct * (4.0 * half[1, 0] ** 2 + full[1, 0] ** 2)
+        keep = np.exp(-h / coloured_s)
+        out[i, 17], out[i, 18] = keep, sigma_c * sigma_c * (1.0 - keep * keep)
     return out
 
 
@@ -85,10 +106,11 @@ def innovations(
     state_read: Indices,
     variance: Array,
     sigma_d: float,
+    sigma_c: float,
     initial: Array,
     gate_sigma: float,
 ) -> tuple[Array, Array, Array]:
-    """Innovations and their variances, (n,), NaN where a reading is NaN, and the gains (n, 3).
+    """Innovations and their variances, (n,), NaN where a reading is NaN, and the gains (n, 4).
 
     table (k, COLUMNS) of `transitions`; step (n,) its row for the time since the event before, -1 for none; force
     (n, 2) N, held over the first and the second half of that step; reading (n,) in SI units; state_read (n,)
@@ -97,9 +119,11 @@ def innovations(
     zero, also where its reading is NaN.
     """
     n = step.shape[0]
-    error, spread, gain = np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 3))
-    mean = (initial[0], initial[1], 0.0)
-    p = (initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d)
+    error, spread, gain = np.full(n, np.nan), np.full(n, np.nan), np.zeros((n, 4))
+    mean = (initial[0], initial[1], 0.0, 0.0)
+    p = (
+        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
+    )  # fmt: skip
     for i in range(n):
         if step[i] >= 0:
             row = table[step[i]]
@@ -107,18 +131,18 @@ def innovations(
             p = _spread(row, p)
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
-            e = reading[i] - (mean[0] if velocity else mean[1])
-            total, k0, k1, k2 = _gain(p, velocity, variance[i])
+            e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
+            total, k = _gain(p, velocity, variance[i])
             limit = gate_sigma * np.sqrt(total)
             spread[i] = total
             error[i] = min(max(e, -limit), limit)
             if abs(e) <= limit:
-                gain[i, 0], gain[i, 1], gain[i, 2] = k0, k1, k2
-                mean = (mean[0] + k0 * e, mean[1] + k1 * e, mean[2] + k2 * e)
-                p = _told(p, velocity, k0, k1, k2)
+                gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3] = k
+                mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
+                p = _told(p, velocity, k)
         if state_read[i] == INCREMENT:
-            mean = (mean[0], 0.0, mean[2])
-            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5])
+            mean = (mean[0], 0.0, mean[2], mean[3])
+            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
     return error, spread, gain
 
 
@@ -128,21 +152,47 @@ def responses(
 ) -> Array:
     """What each of the forces (n, k), held over each step, adds to the innovations: (k, n), 0 where none is read.
 
-    The filter is linear in force and its gains (n, 3) do not depend on it.
+    The filter is linear in force and its gains (n, 4) do not depend on it.
     """
     n, count = forces.shape
     out = np.zeros((count, n))
     for c in range(count):
-        x0, x1, x2 = 0.0, 0.0, 0.0
+        x0, x1, x2, x3 = 0.0, 0.0, 0.0, 0.0
         for i in range(n):
             if step[i] >= 0:
-                x0, x1, x2 = _moved(table[step[i]], (x0, x1, x2), forces[i, c], forces[i, c])
+                x0, x1, x2, x3 = _moved(table[step[i]], (x0, x1, x2, x3), forces[i, c], forces[i, c])
             if np.isfinite(reading[i]):
-                e = -x0 if state_read[i] == VELOCITY else -x1
+                e = -x0 - x3 if state_read[i] == VELOCITY else -x1
                 out[c, i] = e
-                x0, x1, x2 = x0 + gain[i, 0] * e, x1 + gain[i, 1] * e, x2 + gain[i, 2] * e
+                x0, x1, x2, x3 = (
+                    x0 + gain[i, 0] * e, x1 + gain[i, 1] * e, x2 + gain[i, 2] * e, x3 + gain[i, 3] * e,
+                )  # fmt: skip
             if state_read[i] == INCREMENT:
                 x1 = 0.0
+    return out
+
+
+@njit(cache=True, nogil=True)
+def filtered_means(
+    table: Array,
+    step: Indices,
+    force: Array,
+    error: Array,
+    gain: Array,
+    state_read: Indices,
+    initial: Array,
+) -> Array:
+    """The means of nu, x and d after each event (n, 3), by the innovations (n,), 0 where none is, and gains of a filter
+    that was run."""
+    out = np.empty((step.shape[0], 3))
+    nu, x, d = initial[0], initial[1], 0.0
+    for i in range(step.shape[0]):
+        if step[i] >= 0:
+            nu, x, d, _ = _moved(table[step[i]], (nu, x, d, 0.0), force[i, 0], force[i, 1])
+        nu, x, d = nu + gain[i, 0] * error[i], x + gain[i, 1] * error[i], d + gain[i, 2] * error[i]
+        out[i, 0], out[i, 1], out[i, 2] = nu, x, d
+        if state_read[i] == INCREMENT:
+            x = 0.0
     return out
 
 
@@ -155,6 +205,7 @@ def smoothed_velocity(
     state_read: Indices,
     variance: Array,
     sigma_d: float,
+    sigma_c: float,
     initial: Array,
 ) -> Array:
     """The mean of nu (n,) at every event given all readings, before and after it.
@@ -163,43 +214,49 @@ def smoothed_velocity(
     does not mind that an INCREMENT makes x certain.
     """
     n = step.shape[0]
-    means, spreads = np.empty((n, 3)), np.empty((n, 6))
-    surprise, gain = np.zeros(n), np.zeros((n, 3))
-    mean = (initial[0], initial[1], 0.0)
-    p = (initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d)
+    means, spreads = np.empty(n), np.empty((n, 4))
+    surprise, gain = np.zeros(n), np.zeros((n, 4))
+    mean = (initial[0], initial[1], 0.0, 0.0)
+    p = (
+        initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_c * sigma_c,
+    )  # fmt: skip
     for i in range(n):
         if step[i] >= 0:
             row = table[step[i]]
             mean = _moved(row, mean, force[i, 0], force[i, 1])
             p = _spread(row, p)
-        means[i, 0], means[i, 1], means[i, 2] = mean
-        spreads[i, 0], spreads[i, 1], spreads[i, 2], spreads[i, 3], spreads[i, 4], spreads[i, 5] = p
+        means[i] = mean[0]
+        spreads[i, 0], spreads[i, 1], spreads[i, 2], spreads[i, 3] = p[0], p[1], p[2], p[6]
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
-            e = reading[i] - (mean[0] if velocity else mean[1])
-            total, k0, k1, k2 = _gain(p, velocity, variance[i])
-            gain[i, 0], gain[i, 1], gain[i, 2] = k0, k1, k2
+            e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
+            total, k = _gain(p, velocity, variance[i])
+            gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3] = k
             surprise[i] = e / total
-            mean = (mean[0] + k0 * e, mean[1] + k1 * e, mean[2] + k2 * e)
-            p = _told(p, velocity, k0, k1, k2)
+            mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
+            p = _told(p, velocity, k)
         if state_read[i] == INCREMENT:
-            mean = (mean[0], 0.0, mean[2])
-            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5])
+            mean = (mean[0], 0.0, mean[2], mean[3])
+            p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
     out = np.empty(n)
-    a0, a1, a2 = 0.0, 0.0, 0.0
+    a0, a1, a2, a3 = 0.0, 0.0, 0.0, 0.0
     for i in range(n - 1, -1, -1):
         if state_read[i] == INCREMENT:
             a1 = 0.0
         if np.isfinite(reading[i]):
-            told = gain[i, 0] * a0 + gain[i, 1] * a1 + gain[i, 2] * a2 + surprise[i]
+            told = gain[i, 0] * a0 + gain[i, 1] * a1 + gain[i, 2] * a2 + gain[i, 3] * a3 + surprise[i]
             if state_read[i] == VELOCITY:
                 a0 -= told
+                a3 -= told
             else:
                 a1 -= told
-        out[i] = means[i, 0] - (spreads[i, 0] * a0 + spreads[i, 1] * a1 + spreads[i, 2] * a2)
+        out[i] = means[i] - (
+            spreads[i, 0] * a0 + spreads[i, 1] * a1 + spreads[i, 2] * a2 + spreads[i, 3] * a3
+        )
         if step[i] >= 0:
             t = table[step[i]]
             a0, a1, a2 = t[0] * a0 + t[3] * a1, t[1] * a0 + t[4] * a1, t[2] * a0 + t[5] * a1 + t[6] * a2
+            a3 *= t[17]
     return out
 
 
@@ -210,6 +267,7 @@ def _moved(t: Array, x: Mean, early: float, late: float) -> Mean:
         t[0] * x[0] + t[1] * x[1] + t[2] * x[2] + t[7] * early + t[9] * late,
         t[3] * x[0] + t[4] * x[1] + t[5] * x[2] + t[8] * early + t[10] * late,
         t[6] * x[2],
+        t[17] * x[3],
     )
 
 
@@ -229,24 +287,41 @@ def _spread(t: Array, p: Covariance) -> Covariance:
         b0 * t[3] + b1 * t[4] + b2 * t[5] + t[14],
         b2 * t[6] + t[15],
         t[6] * t[6] * p[5] + t[16],
+        t[17] * (t[0] * p[6] + t[1] * p[7] + t[2] * p[8]),
+        t[17] * (t[3] * p[6] + t[4] * p[7] + t[5] * p[8]),
+        t[17] * t[6] * p[8],
+        t[17] * t[17] * p[9] + t[18],
     )
 
 
 @njit(cache=True, inline="always")
-def _gain(p: Covariance, velocity: bool, variance: float) -> tuple[float, float, float, float]:
-    """The innovation's variance, and the gain of nu, x and d."""
+def _gain(p: Covariance, velocity: bool, variance: float) -> tuple[float, Gain]:
+    """The innovation's variance, and the gain of nu, x, d and c."""
     if velocity:
-        total = p[0] + variance
-        return total, p[0] / total, p[1] / total, p[2] / total
-    total = p[3] + variance
-    return total, p[1] / total, p[3] / total, p[4] / total
+        r0, r1, r2, r3 = p[0] + p[6], p[1] + p[7], p[2] + p[8], p[6] + p[9]
+        total = r0 + r3 + variance
+    else:
+        r0, r1, r2, r3 = p[1], p[3], p[4], p[7]
+        total = r1 + variance
+    return total, (r0 / total, r1 / total, r2 / total, r3 / total)
 
 
 @njit(cache=True, inline="always")
-def _told(p: Covariance, velocity: bool, k0: float, k1: float, k2: float) -> Covariance:
+def _told(p: Covariance, velocity: bool, k: Gain) -> Covariance:
     """The covariance after a reading."""
     if velocity:
-        r0, r1, r2 = p[0], p[1], p[2]
+        r0, r1, r2, r3 = p[0] + p[6], p[1] + p[7], p[2] + p[8], p[6] + p[9]
     else:
-        r0, r1, r2 = p[1], p[3], p[4]
-    return (p[0] - k0 * r0, p[1] - k0 * r1, p[2] - k0 * r2, p[3] - k1 * r1, p[4] - k1 * r2, p[5] - k2 * r2)
+        r0, r1, r2, r3 = p[1], p[3], p[4], p[7]
+    return (
+        p[0] - k[0] * r0,
+        p[1] - k[0] * r1,
+        p[2] - k[0] * r2,
+        p[3] - k[1] * r1,
+        p[4] - k[1] * r2,
+        p[5] - k[2] * r2,
+        p[6] - k[0] * r3,
+        p[7] - k[1] * r3,
+        p[8] - k[2] * r3,
+        p[9] - k[3] * r3,
+    )

@@ -17,7 +17,8 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted, timing_of
-from identify.estimators.axes import Axes, shared_axes
+from identify.estimators.autopilot_velocity import shared_axes
+from identify.estimators.axes import Axes
 from identify.estimators.crossed import crossed, crossed_doubts
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION

@@ -6,9 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.config import Configuration
+from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, coupled
-from identify.estimators.innovations import innovations, responses, smoothed_velocity, transitions
+from identify.estimators.innovations import (
+    filtered_means,
+    innovations,
+    responses,
+    smoothed_velocity,
+    transitions,
+)
 from identify.estimators.motion import Motion
 from identify.estimators.scoring import Maximum, slopes
 
@@ -24,9 +30,23 @@ MASS_RATIO, DAMPING_RATIO, DISTURBANCE_SHARE, TIME_S = 1.4, 0.7, 7e-3, 2.0
 UNMEASURED_SHARE = 0.5
 """Standard deviation of a mass that nothing in the dive weighs, as a share of the rigid body's."""
 
+SMALL = 0.01
 NOTICEABLE = 0.05
 TRIM_SHARE = 0.05
 """Standard deviation of the trim force as a share of one thruster's limit."""
+
+WHITE_SPREAD = 1.0
+"""How far, in its logarithm, a white force may well be from what rounded pulses make."""
+
+COLOURED_S, COLOURED_SPREAD = 1.0, 0.7
+"""Where the memory of an autopilot's velocity error is looked for, and how far from there it may well be."""
+
+QUADRATIC_RATIO, QUADRATIC_SPREAD = 4.0, 1.5
+"""A quadratic drag beforehand: so many rigid-body masses a metre, or inertias a radian, and how far from there, in its
+logarithm, it may well be."""
+
+NO_DAMPING = 1e-3
+"""Of the rigid body's mass or inertia: the linear damping of a hull whose model has none."""
 
 GATE_SIGMA = 6.0
 """A reading further off than this from what the fit expects is wild."""
@@ -40,8 +60,11 @@ class AxisLikelihood:
     """The `scoring.Problem` of one axis.
 
     theta: log M, log D, log disturbance std (N or N m), log its time constant (s), a factor of each column of
-    `shapes` (n, k), then the log noise std of each channel. `masses` (6,) of all axes make the Coriolis forces.
-    The first shape is a constant: the trim force; the others are the Coriolis forces of the `unmeasured` masses.
+    `shapes` (n, k), then the log noise std of each channel; then, where the axis has them, log white force, and log
+    std and log time constant of the velocity readings' coloured error. `masses` (6,) of all axes make the Coriolis
+    forces. The first shape is a constant: the trim force; then come the Coriolis forces of the `unmeasured` masses,
+    the drag of a unit of `quadratic` damping, whose factor stands in theta as its logarithm, and what later readings
+    would make of thrust (`timing`).
     `reading` (n,) is the axis's, NaN where it is not to be used. `word`: what the other axes' Coriolis forces say of
     the mass, and its precision, both of the mass itself, for that is what their forces are linear in.
     """
@@ -55,6 +78,7 @@ class AxisLikelihood:
     prior_precision: Array
     difference: Array
     word: tuple[float, float] = (0.0, 0.0)
+    damped: Damping = "linear"
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
         """Those of the readings, and last how far the mass is from the others' word."""
@@ -85,7 +109,9 @@ class AxisLikelihood:
             e, s, _ = self.run_filter(moved, self.transition_table(moved), force, np.inf)
             return e[read], s[read]
 
-        columns = np.column_stack([self.shapes, axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
+        columns = np.column_stack(
+            [self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]]
+        )
         linear = responses(table, axis.step, columns, self.reading, axis.state_read, gain)[:, read]
         curved = [*range(FORCES), *range(noise, len(theta))]
         size = len(theta) + len(dofs), int(np.count_nonzero(read))
@@ -109,15 +135,37 @@ class AxisLikelihood:
         return np.asarray(
             smoothed_velocity(
                 self.transition_table(theta), axis.step, self.mean_force(theta), self.reading, axis.state_read,
-                self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), axis.initial,
+                self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial,
             )
         )  # fmt: skip
 
-    def moving(self, motion: Motion) -> "AxisLikelihood":
-        """The same with the Coriolis forces of another motion."""
-        axis = coupled(self.axis, motion)
-        shapes = np.column_stack([self.shapes[:, :1], axis.coriolis[:, list(self.unmeasured)]])
-        return replace(self, axis=axis, shapes=shapes)
+    def means(self, theta: Array) -> Array:
+        """The filter's mean of velocity, its integral and the disturbance after each event, (n, 3)."""
+        table, force, axis = self.transition_table(theta), self.mean_force(theta), self.axis
+        error, _, gain = self.run_filter(theta, table, force, np.inf)
+        means = filtered_means(
+            table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial
+        )
+        return np.asarray(means, dtype=np.float64)
+
+    def expected_speed(self, theta: Array) -> Array:
+        """The velocity (n,) over each step as the readings before it let expect it.
+
+        What brakes a vehicle must not know the readings that are to be explained: a velocity smoothed over the whole
+        dive does, and the drag made of it would seem too small.
+        """
+        after = self.means(theta)[:, 0]
+        return np.concatenate([after[:1], after[:-1]])
+
+    def slowed(self, theta: Array) -> "AxisLikelihood":
+        """The same with the drag of the speed that is expected at theta."""
+        axis = replace(self.axis, speed=self.expected_speed(theta))
+        return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
+
+    def moving(self, motion: Motion, speed: Array) -> "AxisLikelihood":
+        """The same with the Coriolis forces of another motion, and the drag of an own speed (n,)."""
+        axis = replace(coupled(self.axis, motion), speed=speed)
+        return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
     @property
     def noise_place(self) -> int:
@@ -127,19 +175,63 @@ class AxisLikelihood:
     def transition_table(self, theta: Array) -> Array:
         """One transition for each of the axis's different steps; an event's is the row that `axis.step` names."""
         mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
-        different_s = self.axis.different_s
+        axis, coloured = self.axis, self.coloured(theta)
         return np.asarray(
-            transitions(different_s, mass, damping, self.axis.stiffness, disturbance, time_constant)
-        )
+            transitions(
+                axis.different_s, mass, damping, axis.stiffness, disturbance, time_constant,
+                self.white_force(theta), *coloured,
+            )
+        )  # fmt: skip
 
     def mean_force(self, theta: Array) -> Array:
         """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
-        by_shapes = self.shapes @ theta[FORCES : self.noise_place]
+        by_shapes = self.shapes @ self.factors(theta)
         return np.asarray(self.axis.force + (self.axis.coriolis @ self.masses + by_shapes)[:, None])
+
+    @property
+    def quadratic_place(self) -> int:
+        """Where in theta the logarithm of the quadratic damping stands; -1 where the model has none."""
+        return -1 if self.damped == "linear" else FORCES + 1 + len(self.unmeasured)
+
+    def quadratic(self, theta: Array) -> float:
+        """N/(m/s)2 or N m/(rad/s)2."""
+        return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_place]))
+
+    def factors(self, theta: Array) -> Array:
+        """Of the shapes, (k,)."""
+        out = theta[FORCES : self.noise_place].copy()
+        if self.damped != "linear":
+            out[self.quadratic_place - FORCES] = self.quadratic(theta)
+        return out
+
+    def by_theta(self, theta: Array) -> Array:
+        """What the forces of the shapes change by with their part of theta, (n, k)."""
+        if self.damped == "linear":
+            return self.shapes
+        out = self.shapes.copy()
+        out[:, self.quadratic_place - FORCES] *= self.quadratic(theta)
+        return out
 
     def noise_variance(self, theta: Array) -> Array:
         """Of the noise of every event's reading (n,), in its own unit squared."""
-        return np.asarray(np.exp(2 * theta[self.noise_place :])[self.axis.channel] * self.axis.scale**2)
+        noise = theta[self.noise_place : self.white_place]
+        return np.asarray(np.exp(2 * noise)[self.axis.channel] * self.axis.scale**2)
+
+    @property
+    def white_place(self) -> int:
+        """Where in theta the white force stands, if the axis has one."""
+        return self.noise_place + len(self.axis.channels)
+
+    def white_force(self, theta: Array) -> float:
+        """N (N m) over the root of 1/s; 0 where pulses are not rounded."""
+        return float(np.exp(theta[self.white_place])) if self.axis.white_force else 0.0
+
+    def coloured(self, theta: Array) -> tuple[float, float]:
+        """Standard deviation of the velocity readings' coloured error, and its time constant in s."""
+        if not self.axis.is_coloured:
+            return 0.0, COLOURED_S
+        std, time_s = np.exp(theta[-2:]).tolist()
+        return std, time_s
 
     def run_filter(
         self, theta: Array, table: Array, force: Array, gate_sigma: float
@@ -148,7 +240,7 @@ class AxisLikelihood:
         axis = self.axis
         error, variance, gain = innovations(
             table, axis.step, force, self.reading, axis.state_read, self.noise_variance(theta),
-            float(np.exp(theta[DISTURBANCE])), axis.initial, gate_sigma,
+            float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial, gate_sigma,
         )  # fmt: skip
         return error, variance, gain
 
@@ -176,7 +268,11 @@ def rigid_mass(configuration: Configuration, dof: int) -> float:
 
 
 def likelihood_of(
-    axis: Axis, configuration: Configuration, masses: Array, unmeasured: Sequence[int]
+    axis: Axis,
+    configuration: Configuration,
+    masses: Array,
+    unmeasured: Sequence[int],
+    damped: Damping = "linear",
 ) -> AxisLikelihood:
     """The likelihood of an axis, `masses` (6,) in its Coriolis forces; its prior's mean is where to start.
 
@@ -184,27 +280,49 @@ def likelihood_of(
     """
     rigid = rigid_mass(configuration, axis.dof)
     disturbance = DISTURBANCE_SHARE * rigid
-    shapes = [np.ones(len(axis.force))]
     width = [max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)]
     loose = []
     for dof in unmeasured:
         spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
         if spread * np.std(axis.coriolis[:, dof]) > NOTICEABLE * disturbance:
             loose.append(dof)
-            shapes.append(axis.coriolis[:, dof])
             width.append(spread)
-    noises = [channel.noise for channel in axis.channels]
-    motion = [np.log(MASS_RATIO * rigid), np.log(DAMPING_RATIO * rigid), np.log(disturbance), np.log(TIME_S)]
-    start = [*motion, *np.zeros(len(shapes)), *np.log(noises)]
+    middle = [0.0] * len(width)
+    if damped != "linear":
+        width.append(QUADRATIC_SPREAD)
+        middle.append(float(np.log(QUADRATIC_RATIO * rigid)))
+    width += [timing.spread for timing in axis.timing]
+    middle += [0.0] * len(axis.timing)
+    shapes = _shapes(axis, tuple(loose), damped)
+    noises = [(channel.noise, channel.noise_spread) for channel in axis.channels]
+    if axis.white_force:
+        noises.append((axis.white_force, WHITE_SPREAD))
+    if axis.is_coloured:
+        noises += [(axis.channels[0].coloured, COLOURED_SPREAD), (COLOURED_S, COLOURED_SPREAD)]
+    linear = NO_DAMPING if damped == "quadratic" else DAMPING_RATIO
+    motion = [np.log(MASS_RATIO * rigid), np.log(linear * rigid), np.log(disturbance), np.log(TIME_S)]
+    start = [*motion, *middle, *(np.log(noise) for noise, _ in noises)]
     difference = [*[1e-4] * len(motion), *(1e-3 * np.array(width)), *[1e-4] * len(noises)]
-    prior_std = [*PRIOR_STD, *width, *(channel.noise_spread for channel in axis.channels)]
+    known = list(PRIOR_STD)
+    if damped == "quadratic":
+        known[DAMPING] = SMALL
+    prior_std = [*known, *width, *(spread for _, spread in noises)]
     return AxisLikelihood(
         axis,
         masses,
-        np.column_stack(shapes),
+        shapes,
         tuple(loose),
         axis.reading,
         np.array(start),
         np.array(prior_std) ** -2.0,
         np.array(difference),
+        damped=damped,
     )
+
+
+def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
+    """(n, k): the forces of unit factors, in the order that theta has them."""
+    through = axis.speed - axis.water
+    drag = [] if damped == "linear" else [-through * np.abs(through)]
+    late = [timing.force for timing in axis.timing]
+    return np.column_stack([np.ones(len(axis.force)), axis.coriolis[:, list(unmeasured)], *drag, *late])

@@ -70,9 +70,16 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
     problems, thetas = [], []
     for axis in built.axes:
         loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
-        problem = likelihood_of(axis, configuration, masses, loose)
+        damped = "linear" if axis.dof in built.unpushed else configuration.damping
+        problem = likelihood_of(axis, configuration, masses, loose, damped)
+        theta = climb(problem, problem.prior_mean, ROUGHLY, alone).theta
+        if damped != "linear":
+            # The measured speed knows what it is to explain, and drag made of it seems too small.
+            problem = problem.slowed(theta)
+            theta[problem.quadratic_place] = problem.prior_mean[problem.quadratic_place]
+            theta = climb(problem, theta, ROUGHLY, alone).theta
         problems.append(problem)
-        thetas.append(climb(problem, problem.prior_mean, ROUGHLY, alone).theta)
+        thetas.append(theta)
     joint = _joined(problems, doubted)
     return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
 

@@ -125,7 +125,10 @@ class JointLikelihood:
             nu[:, problem.axis.dof] = np.interp(motion.time_s, times_s, problem.speed(theta[place]))
         better = Motion(motion.time_s, nu)
         moved = tuple(
-            replace(problem.moving(better), reading=problem.without_wild(theta[place]))
+            replace(
+                problem.moving(better, problem.expected_speed(theta[place])),
+                reading=problem.without_wild(theta[place]),
+            )
             for problem, place in zip(problems, self.places, strict=True)
         )
         return replace(self, problems=moved)

@@ -9,10 +9,13 @@ from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
 from identify.estimators.motion import Motion
-from identify.estimators.readings import HEAVE, PITCH, ROLL
+from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.smoothing import FEWEST, smoothed, smoothed_velocity
 
 Array = NDArray[np.float64]
+
+LEAST_COSINE = 0.1
+"""Of pitch: nearer to upright than that no heading tells how a vehicle turns."""
 
 
 def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, Motion]:
@@ -40,7 +43,7 @@ class Place:
 
 
 def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
-    """Depth, roll and pitch by degree of freedom, as far as they are recorded (Fossen 2011, eqs 2.18 and 2.26)."""
+    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, eqs 2.18 and 2.26)."""
     depth = dive.depth_by(file.vehicle.water)
     found: dict[int, tuple[Signal, Array]] = {}
     still = np.zeros(len(motion.time_s))
@@ -57,6 +60,10 @@ def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | N
         turned = q * np.sin(roll) + r * np.cos(roll)
         found[ROLL] = Signal(dive.attitude.time_s, np.arctan2(y, z)[:, None]), turned * np.tan(pitch)
         level = q * (np.cos(roll) - 1.0) - r * np.sin(roll)
+        w, i, j, k = dive.attitude.value.T
+        heading = np.unwrap(np.arctan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k)))
+        turning = (q * np.sin(roll) + r * np.cos(roll)) / np.maximum(np.cos(pitch), LEAST_COSINE)
+        found[YAW] = Signal(dive.attitude.time_s, heading[:, None]), turning - r
         found[PITCH] = Signal(dive.attitude.time_s, np.arcsin(np.clip(-x, -1.0, 1.0))[:, None]), level
     out = {}
     for dof, (read, rate) in found.items():

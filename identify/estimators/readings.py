@@ -17,9 +17,9 @@ LEAST_NOISE = 1e-6
 MOST_HZ = 100.0
 """Faster readings are averaged down to about this rate: a vehicle does nothing within 10 ms that they would miss."""
 
-FILTERED_M_S, FILTERED_SPREAD, FILTERED_HZ = 0.01, 1e-3, 10.0
-"""What an autopilot's own velocity is off by looks like no noise at all, so it is set, not fitted, and the
-velocity is thinned: one reading says little that the one 20 ms before it did not."""
+FILTERED_M_S, FILTERED_COLOURED_M_S, FILTERED_HZ = 2e-3, 0.015, 10.0
+"""What an autopilot's own velocity is off by is mostly a slow error of its filter: where a fit of it starts, beside a
+little white noise; and the velocity is thinned, for one reading says little that the one 20 ms before it did not."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Channel:
     """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
     A NaN reading only marks where increments start anew. `noise` is where a fit of the noise starts, and how far
-    from it, in its logarithm, the fit may well go.
+    from it, in its logarithm, the fit may well go. coloured: where a fit of a slow error of its velocity starts, 0 where
+    it has none.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Channel:
     state_read: int
     noise: float
     noise_spread: float = NOISE_SPREAD
+    coloured: float = 0.0
 
 
 def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None) -> list[Channel]:
@@ -54,9 +56,15 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None
             found.append(_direct("depth", place, 0, POSITION))
     else:
         found = [_rate(dive, dof)]
-        if dof in (ROLL, PITCH):
+        if dof in (ROLL, PITCH) or steers_unheard(dive):
             found.append(_direct("attitude", place, 0, POSITION))
     return [channel for channel in found if channel is not None] if found[0] is not None else []
+
+
+def steers_unheard(dive: Dive) -> bool:
+    """Whether nothing says what the controller in yaw used: then it may have been the heading, which has to be among
+    the readings."""
+    return dive.nu_fb is None and (dive.fog is None or not len(dive.fog))
 
 
 def noise_std(values: Array) -> float:
@@ -105,7 +113,7 @@ def _filtered(velocity: Signal | None, dof: int) -> Channel | None:
     every = max(1, round(velocity.rate_hz / FILTERED_HZ))
     thin = Signal(velocity.time_s[::every], velocity.value[::every])
     read = _direct("filter", thin, dof, VELOCITY)
-    return None if read is None else replace(read, noise=FILTERED_M_S, noise_spread=FILTERED_SPREAD)
+    return None if read is None else replace(read, noise=FILTERED_M_S, coloured=FILTERED_COLOURED_M_S)
 
 
 def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> Channel | None:

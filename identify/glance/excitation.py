@@ -19,7 +19,7 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Array, Dive, Signal
 from identify.estimators.admitted import timing_of
-from identify.estimators.axes import lasting_axes
+from identify.estimators.autopilot_velocity import lasting_axes
 from identify.estimators.doubts import by_drag, by_lateness, coefficients, doubts_of
 from identify.estimators.lasting import common_s
 from identify.estimators.likelihood_fit import Begun, rough_fit

@@ -27,6 +27,9 @@ MILLI_G = GRAVITY_M_S2 * 1e-3
 
 _ARRAYS = {"TAU_PID": 6, "TAU_FF": 6, "TAU_CMD": 6, "NU_FB": 6, "NU_REF": 14}
 
+AS_OFTEN = 0.9
+"""Messages of one rate differ so little in number, some of each being lost."""
+
 
 def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     """The fields of a Dive (all but its name, source and hash) that the files of one recording hold.
@@ -174,14 +177,15 @@ def _attitude(messages: Messages) -> Signal | None:
 
 
 def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
-    """Gyro and specific force of the fastest of SCALED_IMU2, SCALED_IMU, RAW_IMU; else ATTITUDE's rates."""
+    """Rates of ATTITUDE, by which the autopilot steers, or of an IMU that is told faster; and the specific force of the
+    fastest of SCALED_IMU2, SCALED_IMU, RAW_IMU."""
     candidates = [messages.get("SCALED_IMU2"), messages.get("SCALED_IMU"), messages.get("RAW_IMU", id=0)]
     # A second IMU that the board lacks is reported as zeros.
     batches = [b for b in candidates if b is not None and b.columns("xacc", "yacc", "zacc").any()]
     imu = max(batches, key=lambda batch: len(batch.time_s), default=None)
     force = _columns(imu, ("xacc", "yacc", "zacc"), MILLI_G)
     attitude = messages.get("ATTITUDE")
-    if attitude is not None and (imu is None or len(attitude.time_s) > 1.5 * len(imu.time_s)):
+    if attitude is not None and (imu is None or len(attitude.time_s) > AS_OFTEN * len(imu.time_s)):
         return _columns(attitude, ("rollspeed", "pitchspeed", "yawspeed")), force
     return _columns(imu, ("xgyro", "ygyro", "zgyro"), 1e-3), force
 

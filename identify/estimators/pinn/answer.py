@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, Coeffic
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.admitted import NOTHING, Admitted, admitted, timing_of
-from identify.estimators.axes import shared_axes
+from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.crossed import crossed, crossed_doubts
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION

@@ -114,7 +114,7 @@ class Filters:
         first = [place.start for place in self.joint.places]
         own = [[start + at for start in first] for at in (MASS, DAMPING, FORCES, DISTURBANCE, TIME_CONSTANT)]
         sensors = [
-            range(place.start + problem.noise_place, place.stop)
+            range(place.start + problem.noise_place, place.start + problem.white_place)
             for problem, place in zip(self.joint.problems, self.joint.places, strict=True)
         ]
         return np.array([place for group in (*own, *sensors) for place in group])
@@ -135,6 +135,9 @@ def _levels(joint: JointLikelihood, theta: Array) -> Levels:
     mass, damping, disturbance, time_s = (
         np.array([np.exp(own[at]) for own in found]) for at in (MASS, DAMPING, DISTURBANCE, TIME_CONSTANT)
     )
-    sensor = [np.exp(own[problem.noise_place :]) for own, problem in zip(found, joint.problems, strict=True)]
+    sensor = [
+        np.exp(own[problem.noise_place : problem.white_place])
+        for own, problem in zip(found, joint.problems, strict=True)
+    ]
     trim = np.array([own[FORCES] for own in found])
     return Levels(mass, damping, trim, disturbance, time_s, np.concatenate(sensor))

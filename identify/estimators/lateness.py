@@ -1,0 +1,101 @@
+"""What a force changes by, the later it acts: of thrust behind a velocity that is told late, or smoothed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+Array = NDArray[np.float64]
+
+LATER_S = 0.03
+"""Short beside what moves a vehicle, and of the size of a thruster's lag."""
+
+APART_S = 0.03
+LATENESS_SPREAD_S, SMOOTHING_SPREAD_S = 0.03, 0.03
+"""How far an autopilot's lateness may be from what was found of it, in one axis; and the time constant by which its
+filter smooths."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """The force (n,) that a second of lateness or of smoothing makes of an axis's own; `spread`: how many seconds there
+    may well be."""
+
+    force: Array
+    spread: float
+
+
+def by_lateness(force: Array, half_s: Array, lag_s: float = LATER_S) -> Array:
+    """What each step's mean force (n,) changes by, per second that the forces (n, 2) of its halves come later.
+
+    half_s (n,): of half a step. Less the slope of the forces behind a first-order lag: where that is a thruster's whole
+    lag, exactly what the lag's last part of any size changes. It is made of what came before alone: a force that came
+    sooner would answer, through the controller, to noise in readings that were yet to be.
+    """
+    return np.asarray(_slope(force, half_s, lag_s))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
+    out = np.zeros(len(half_s))
+    after = force[0, 0]
+    for i in range(len(half_s)):
+        if half_s[i] > 0:
+            before = after
+            keep = np.exp(-half_s[i] / lag_s)
+            for k in range(2):
+                after = force[i, k] + (after - force[i, k]) * keep
+            out[i] = (before - after) / (2 * half_s[i])
+    return out
+
+
+def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
+    """What a first-order filter makes of values (n, k) at uniform times, dated `smoothing_s` back to make up for it."""
+    if smoothing_s <= 0:
+        return values
+    share = 1.0 - float(np.exp(-step_s / smoothing_s))
+    smooth = np.asarray(
+        lfilter([share], [1.0, share - 1.0], values, axis=0, zi=(1.0 - share) * values[:1])[0]
+    )
+    at = np.minimum(np.arange(len(values)) + smoothing_s / step_s, len(values) - 1.0)
+    low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
+    part = (at - low)[:, None]
+    return np.asarray(smooth[low] + part * (smooth[low + 1] - smooth[low]))
+
+
+@dataclass(frozen=True)
+class FilteredForce:
+    """An axis's force (m,) at the uniform times (m,), as the readings of an autopilot's own filter show it."""
+
+    time_s: Array
+    force: Array
+
+    def behind(self, smoothing_s: float, later_s: float = 0.0) -> "FilteredForce":
+        """The same as a filter of that time constant shows it, so much later."""
+        step_s = float(self.time_s[1] - self.time_s[0])
+        smooth = behind_filter(self.force[:, None], step_s, smoothing_s)[:, 0]
+        return FilteredForce(self.time_s, np.interp(self.time_s - later_s, self.time_s, smooth))
+
+    def mean_between(self, start_s: Array, end_s: Array) -> Array:
+        """(n,) over each interval; the value itself where that is empty."""
+        step_s = float(self.time_s[1] - self.time_s[0])
+        total = np.concatenate([[0.0], np.cumsum(0.5 * step_s * (self.force[1:] + self.force[:-1]))])
+        span_s = end_s - start_s
+        area = np.interp(end_s, self.time_s, total) - np.interp(start_s, self.time_s, total)
+        here = np.interp(end_s, self.time_s, self.force)
+        return np.asarray(np.where(span_s > 0, area / np.where(span_s > 0, span_s, 1.0), here))
+
+
+def timing_of(force: FilteredForce, smoothing_s: float, start_s: Array, end_s: Array) -> tuple[Timing, ...]:
+    """What a second more of lateness, and of smoothing, makes of an axis's force over each step."""
+    late, early = (
+        force.behind(smoothing_s, by_s).mean_between(start_s, end_s) for by_s in (APART_S, -APART_S)
+    )
+    low_s = max(smoothing_s - APART_S, 0.0)
+    high, low = (force.behind(t).mean_between(start_s, end_s) for t in (smoothing_s + APART_S, low_s))
+    return (
+        Timing((late - early) / (2.0 * APART_S), LATENESS_SPREAD_S),
+        Timing((high - low) / (smoothing_s + APART_S - low_s), SMOOTHING_SPREAD_S),
+    )
