@@ -6,6 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from soak import rest_in_soak
 
 from bench.accuracy_trials import SOURCES
 from bench.forms.judge import OF_FORMS
@@ -41,7 +42,9 @@ def _read(work: str) -> set[Path]:
     return own
 
 
-@pytest.mark.parametrize("method", [name for name in OWN if "SINDy" not in name or find_spec("pysindy")])
+@pytest.mark.parametrize(
+    "method", rest_in_soak(name for name in OWN if "SINDy" not in name or find_spec("pysindy"))
+)
 def test_a_baseline_reads_nothing_outside_its_sources(method: str) -> None:
     found = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
     assert found - set(files(*SOURCES["own"])) == set()
