@@ -25,10 +25,11 @@ FULL_US = 380.0
 
 
 class Autopilot(NamedTuple):
-    """Gains in N and N m by each axis's unit. held (k_z, k_heading): rate by error; damp, gather (6,): wrench by error of
-    rate and by its integral, of heave and yaw; bound (6,): of the integral's share; level (2,), still (2,): of roll and
-    pitch by angle and by rate. matrix (6, k), inverse (k, 6), reach (6,): N and N m of one newton of every thruster.
-    straight: 1 where the mixer adds up pulses, as the stock one does, 0 where it turns thrust into pulses.
+    """Gains in N and N m by each axis's unit. held (2,): rate by error of depth and of heading; damp, gather (6,):
+    wrench by error of rate and by its integral, of heave and yaw; bound (6,): of the integral's share; level (2,),
+    still (2,): of roll and pitch by angle and by rate. matrix (6, k), inverse (k, 6), reach (6,): N and N m of one
+    newton of every thruster. straight: 1 where the mixer adds up pulses, as the stock one does, `us_per_n` of them for
+    what is held, 0 where it turns thrust into pulses.
     """
 
     held: Array

@@ -1,4 +1,4 @@
-"""What the autopilot's own filter makes of a velocity: late, smoothed, with coloured noise; position reckoned from it."""
+"""What the autopilot's own filter makes of a velocity, late, smooth and noisy, and the position reckoned from it."""
 
 from dataclasses import dataclass
 
@@ -13,8 +13,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class VelocityFilter:
-    """late_s: how old what it reads is; smooth_s: of a first-order smoothing; noise_m_s (3,): standard deviation of what
-    it gets wrong, with a memory of `memory_s`."""
+    """late_s: how old what it reads is; smooth_s: of a first-order smoothing; noise_m_s: standard deviation of what it
+    gets wrong along each axis, with a memory of `memory_s`."""
 
     late_s: float
     smooth_s: float
@@ -31,7 +31,9 @@ def draw_filter(rng: np.random.Generator) -> VelocityFilter:
     )
 
 
-def estimated(moving: Array, step_s: float, every: int, one: VelocityFilter, rng: np.random.Generator) -> Array:
+def estimated(
+    moving: Array, step_s: float, every: int, one: VelocityFilter, rng: np.random.Generator
+) -> Array:
     """(m, 3) m/s at every so many steps, of what the vehicle does at each, (n, 3)."""
     steps = np.arange(len(moving), dtype=np.float64)
     late = np.column_stack([np.interp(steps - one.late_s / step_s, steps, column) for column in moving.T])

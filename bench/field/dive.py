@@ -44,8 +44,9 @@ class Supply(NamedTuple):
 
 
 class Ticks(NamedTuple):
-    """A row a tick, filled by the dive: state (STATES,), nu_dot (6,), push (6,) as the pulse (k,) is given; nominal (k,):
-    thrust by the file's curve and lag; supply (2,): V and A. And a row a step: moving (3,) over ground, NED, m/s."""
+    """A row a tick, filled by the dive: state (STATES,), nu_dot (6,), push (6,) as the pulse (k,) is given; nominal
+    (k,): thrust by the file's curve and lag; supply (2,): V and A. And a row a step: moving (3,) over ground, NED,
+    m/s."""
 
     state: Array
     nu_dot: Array

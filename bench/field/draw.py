@@ -1,4 +1,4 @@
-"""`draw(seed, number)`: one field dive of a plan, with a drawn vehicle, filter and sea, and at most one hidden effect."""
+"""`draw(seed, number, effect)`: one field dive, with a drawn vehicle, filter and sea, and at most one hidden effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -135,31 +135,44 @@ def effects_of(seed: int, count: int) -> list[str]:
     return [whole[place] for place in rng.permutation(count)]
 
 
-def draw(seed: int, number: int, effect: str, size: float | None = None) -> FieldCase:
-    """The case of that number. What is felt too little is drawn larger, unless the `size` is given."""
+def draw(
+    seed: int, number: int, effect: str, size: float | None = None, seconds: float | None = None
+) -> FieldCase:
+    """The case of that number. What is felt too little is drawn larger, unless the `size` is given; what would come to
+    the surface or over is drawn anew. seconds: how long both dives are, drawn where None."""
     for vehicle in range(VEHICLES):
-        found = _drawn(seed, number, effect, size, vehicle)
+        found = _drawn(seed, number, effect, size, seconds, vehicle)
         shows = effect == NONE or size is not None or found.felt().size >= LEAST_OVER_SEA
         if shows and all(stays_down(found.flown(which)) for which in (0, 1)):
             break
     return found
 
 
-def _drawn(seed: int, number: int, effect: str, size: float | None, which: int) -> FieldCase:
+def _drawn(
+    seed: int, number: int, effect: str, size: float | None, seconds: float | None, which: int
+) -> FieldCase:
     rng = np.random.default_rng([seed, number, 31, which])
     vehicle = draw_vehicle(rng, f"rov-{number:03d}")
     pilot = draw_pilot(rng, vehicle)
     autopilot = draw_autopilot(rng, vehicle, pilot)
-    parts = (vehicle, pilot, autopilot, draw_sea(rng, vehicle, pilot, autopilot), draw_sensors(rng), draw_filter(rng))
-    seconds = rng.uniform(*DIVE_S), rng.uniform(*CHECK_S)
+    parts = (
+        vehicle,
+        pilot,
+        autopilot,
+        draw_sea(rng, vehicle, pilot, autopilot),
+        draw_sensors(rng),
+        draw_filter(rng),
+    )
+    drawn_s = rng.uniform(*DIVE_S), rng.uniform(*CHECK_S)
+    both_s = drawn_s if seconds is None else (seconds, seconds)
     drawn = float(np.exp(rng.uniform(np.log(SMALLEST), np.log(LARGEST))))
     if effect == NONE:
-        return FieldCase(seed, number, *parts, seconds, None, 0.0)
-    case = _planted(seed, number, parts, seconds, effect, drawn if size is None else size)
+        return FieldCase(seed, number, *parts, both_s, None, 0.0)
+    case = _planted(seed, number, parts, both_s, effect, drawn if size is None else size)
     for _ in range(TRIES if size is None else 0):
         if case.felt().size >= LEAST_OVER_SEA:
             break
-        case = _planted(seed, number, parts, seconds, effect, LARGER * case.size)
+        case = _planted(seed, number, parts, both_s, effect, LARGER * case.size)
     return case
 
 
@@ -188,7 +201,9 @@ def plan(seed: int, count: int) -> Sequence[tuple[int, str]]:
 
 def _fly(case: FieldCase, which: int) -> Flown:
     # Missions, sea and what an effect draws each have a stream of their own: an effect of no size changes nothing.
-    rng, of_sea, of_effect = (np.random.default_rng([case.seed, case.number, part, which]) for part in (34, 35, 36))
+    rng, of_sea, of_effect = (
+        np.random.default_rng([case.seed, case.number, part, which]) for part in (34, 35, 36)
+    )
     ticks = int(case.seconds[which] / TICK_S)
     depth_m, heading = rng.uniform(2.0, 4.0), rng.uniform(-np.pi, np.pi)
     sticks = sticks_of(rng, draw_mission(rng, case.seconds[which]), case.pilot, ticks)

@@ -77,7 +77,14 @@ def told(flown: Flown, sensors: Sensors, own: VelocityFilter, rng: np.random.Gen
     supply[:, 0] += sensors.volts * rng.standard_normal(len(supply))
     force = force + sensors.force * rng.standard_normal(force.shape)
     return Told(
-        attitude, ticks.pwm, force, gyro, position, velocity, ticks.state[::SLOW, 2] + noise[::SLOW, 6], supply
+        attitude,
+        ticks.pwm,
+        force,
+        gyro,
+        position,
+        velocity,
+        ticks.state[::SLOW, 2] + noise[::SLOW, 6],
+        supply,
     )
 
 
@@ -135,4 +142,6 @@ def _slow(heard: Told, row: int, boot_ms: int) -> Iterator[object]:
     )
     water = Water()
     pascal = water.density_kg_m3 * water.gravity_m_s2 * float(heard.depth[row])
-    yield dialect.MAVLink_scaled_pressure2_message(boot_ms, water.surface_pressure_hpa + pascal / 100.0, 0.0, 1850)
+    yield dialect.MAVLink_scaled_pressure2_message(
+        boot_ms, water.surface_pressure_hpa + pascal / 100.0, 0.0, 1850
+    )

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from bench.field.export import down
 from bench.field.simulate import Flown
-from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.challenge.gap import nominal_columns
 
@@ -16,12 +16,13 @@ Array = NDArray[np.float64]
 
 
 TILT = 0.01
+"""rad: less is not seen for sure."""
 
 
 @dataclass(frozen=True)
 class Felt:
-    """By degree of freedom, (6,) each: rms of the planted wrench over that of the thrust; rms of what a refit of masses,
-    linear and quadratic dampings leaves of it over the standard deviation of the sea."""
+    """By degree of freedom, (6,) each: rms of the planted wrench over that of the thrust; rms of what a refit of
+    masses, linear and quadratic dampings leaves of it over the standard deviation of the sea."""
 
     of_thrust: Array
     over_sea: Array
@@ -51,7 +52,7 @@ def missing_wrench(flown: Flown) -> Array:
 
 
 def felt(flown: Flown, std: Array) -> Felt:
-    """Of a dive in a sea of that standard deviation (6,); in roll and pitch of what tilts it by 0.01 rad at the least."""
+    """Of a dive in a sea of that standard deviation (6,); in roll and pitch at least of what tilts it by TILT."""
     shape = flown.site.vehicle.configuration
     tilts = TILT * shape.dry_mass_kg * GRAVITY_M_S2 * shape.centre_of_gravity_below_buoyancy_m
     std = np.maximum(std, np.array([0.0, 0.0, 0.0, tilts, tilts, 0.0]))

@@ -56,7 +56,9 @@ class Sticks:
 
 def draw_pilot(rng: np.random.Generator, vehicle: FieldVehicle) -> Pilot:
     """One that goes at 0.3 to 0.65 m/s, where the thrusters can."""
-    reach = np.abs(allocation_matrix(vehicle.configuration)).sum(axis=1) * vehicle.configuration.thruster_limit_n
+    reach = (
+        np.abs(allocation_matrix(vehicle.configuration)).sum(axis=1) * vehicle.configuration.thruster_limit_n
+    )
     surge_n = min(vehicle.drag(0, rng.uniform(0.3, 0.65)), MOST * float(reach[0]))
     sway_n = min(vehicle.drag(1, rng.uniform(0.25, 0.5)), MOST * float(reach[1]))
     turn = rng.uniform(0.3, 0.6)

@@ -15,7 +15,9 @@ def sign(rng: np.random.Generator) -> float:
     return float(rng.choice([-1.0, 1.0]))
 
 
-def lines(rng: np.random.Generator, time_s: Array, low_s: float, high_s: float, count: int) -> tuple[Array, Array]:
+def lines(
+    rng: np.random.Generator, time_s: Array, low_s: float, high_s: float, count: int
+) -> tuple[Array, Array]:
     """A sum of `count` sines with drawn periods, of variance 1, and its rate; (n,) each."""
     value, rate = np.zeros_like(time_s), np.zeros_like(time_s)
     for period_s in rng.uniform(low_s, high_s, count):
@@ -76,7 +78,7 @@ def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float
     return Planted("waves", {"force_amplitude": force, "period": period_s}, apply)
 
 
-def tether(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
+def tether(rng: np.random.Generator, _: FieldVehicle, pilot: Pilot, size: float) -> Planted:
     """A spring to an anchor some metres off, level; told as its pull where the dive begins and its stiffness."""
     stiffness = 0.012 * pilot.surge_n * size
     far, angle = rng.uniform(1.0, 6.0), rng.uniform(-np.pi, np.pi)
@@ -134,7 +136,15 @@ def cross_flow_lift(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, s
 def coupled_damping(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
     """Damping that grows a little with speed; told as it is in the middle of the dive's speeds."""
     y_r = sign(rng) * 0.5 * pilot.sway_n / pilot.turn * size * rng.uniform(0.6, 1.4)
-    n_v = float(np.sign(y_r)) * 0.08 * pilot.sway_n * vehicle.share ** (1 / 3) / 0.3 * size * rng.uniform(0.6, 1.4)
+    n_v = (
+        float(np.sign(y_r))
+        * 0.08
+        * pilot.sway_n
+        * vehicle.share ** (1 / 3)
+        / 0.3
+        * size
+        * rng.uniform(0.6, 1.4)
+    )
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
         site.hull = site.hull._replace(y_r=y_r, n_v=n_v)

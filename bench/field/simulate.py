@@ -94,7 +94,14 @@ def fly(
     """Dive the sticks. `rng` draws sea and noise."""
     count, k = len(sticks.asked), site.prop.way.shape[0]
     drawn = coloured(rng, len(site.time_s), kernel.STEP_S, sea.memory_s, 1, sea.std)
-    spread = [sensors.tilt, sensors.tilt, sensors.heading, *[sensors.rates] * 3, sensors.depth, sensors.height]
+    spread = [
+        sensors.tilt,
+        sensors.tilt,
+        sensors.heading,
+        *[sensors.rates] * 3,
+        sensors.depth,
+        sensors.height,
+    ]
     noise = rng.standard_normal((count, 8)) * np.array(spread)
     start = np.zeros(STATES)
     start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
@@ -109,7 +116,9 @@ def fly(
         site.felt_ohm,
         site.felt_fall,
     )
-    water = kernel.Water(np.zeros((1, 12)) if site.moved is None else site.moved, site.push + drawn, site.grown)
+    water = kernel.Water(
+        np.zeros((1, 12)) if site.moved is None else site.moved, site.push + drawn, site.grown
+    )
     kernel.dive(
         site.body(), site.hull, site.prop, autopilot, fresh(site.depth_m, heading), water, supply, sticks.asked,
         sticks.leg, site.pilot.leash_m, noise, LAG_S, start, ticks,

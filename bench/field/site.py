@@ -23,9 +23,9 @@ FLOOR_M = 60.0
 class FieldSite:
     """One dive's own copy of everything that can hide something; a plant changes it in place.
 
-    time_s (n,): of the steps and one more; push (n, 6): wrench in time alone; moved (n, 12): as `world.rates` has water,
-    None where it is still; grown: share by which all drag grows a second; felt_ohm, felt_fall: as `dive.Supply` has
-    them. rigid, added, linear (6, 6).
+    time_s (n,): of the steps and one more; push (n, 6): wrench in time alone; moved (n, 12): as `world.rates` has
+    water, None where it is still; grown: share by which all drag grows a second; felt_ohm, felt_fall: as `dive.Supply`
+    has them. rigid, added, linear (6, 6).
     """
 
     vehicle: FieldVehicle

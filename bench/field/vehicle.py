@@ -114,7 +114,9 @@ def _thrusters(rng: np.random.Generator, size: float, eight: bool) -> tuple[Thru
     x, y = round(0.156 * size * rng.uniform(0.9, 1.2), 3), round(0.111 * size * rng.uniform(0.9, 1.1), 3)
     level = [(sin, x, -y), (-sin, x, y), (-sin, -x, -y), (sin, -x, y)]
     up_x, up_y = round(0.13 * size, 3), round(0.21 * size, 3)
-    places = [(up_x, up_y), (up_x, -up_y), (-up_x, up_y), (-up_x, -up_y)] if eight else [(0.0, up_y), (0.0, -up_y)]
+    places = (
+        [(up_x, up_y), (up_x, -up_y), (-up_x, up_y), (-up_x, -up_y)] if eight else [(0.0, up_y), (0.0, -up_y)]
+    )
     return (
         *(Thruster((cos, side, 0.0), (at_x, at_y, 0.0)) for side, at_x, at_y in level),
         *(Thruster((0.0, 0.0, 1.0), (at_x, at_y, 0.0)) for at_x, at_y in places),
