@@ -84,11 +84,11 @@ def saturation(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size
 
 
 def thrust_curve(_: np.random.Generator, __: FieldVehicle, ___: Pilot, size: float) -> Planted:
-    """A loss that falls exponentially with thrust."""
+    """A loss that falls in a straight line, to none where a thruster gives all that it can."""
     loss = min(0.35 * size, 0.9)
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
-        site.prop = site.prop._replace(low_end=loss)
+        site.prop = site.prop._replace(low_line=loss)
 
     return Planted("thrust_curve", {"low_end_loss": loss}, apply)
 
@@ -151,14 +151,16 @@ def load_sag(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: 
     return Planted("load_sag", {"resistance": resistance}, apply)
 
 
-def propeller_torque(_: np.random.Generator, vehicle: FieldVehicle, __: Pilot, size: float) -> Planted:
-    """Propellers that all turn the same way, with a torque that grows a little faster than thrust."""
+def propeller_torque(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
+    """Propellers that all turn the same way, with a torque that grows a little faster than thrust; told as it is at
+    half of full stick."""
     torque = 0.03 * vehicle.share ** (1 / 3) * size
+    told = torque * (0.5 * _top_n(vehicle, pilot)) ** 0.1
 
     def apply(site: FieldSite, _: np.random.Generator) -> None:
         site.prop = site.prop._replace(torque=torque)
 
-    return Planted("propeller_torque", {"K": 1.05 * torque, "N": 1.05 * torque}, apply)
+    return Planted("propeller_torque", {"K": told, "N": told}, apply)
 
 
 PLANTS: dict[str, Plant] = {

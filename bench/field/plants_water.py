@@ -11,6 +11,9 @@ from bridge.vehicle.config import GRAVITY_M_S2
 Array = NDArray[np.float64]
 
 
+USUAL_M_S = 0.15
+
+
 def sign(rng: np.random.Generator) -> float:
     return float(rng.choice([-1.0, 1.0]))
 
@@ -74,7 +77,9 @@ def waves(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float
             water[:, 11] -= part * w * cos
         site.hull = site.hull._replace(wave_number=omega**2 / GRAVITY_M_S2)
 
-    force = float(vehicle.mass[:2].mean() * omega * speed)
+    # Of water past a body that moves through it at USUAL_M_S: inertia, and drag a quarter of a period behind.
+    drag = float(np.mean([vehicle.drag(axis, USUAL_M_S) / USUAL_M_S for axis in (0, 1)]))
+    force = float(np.hypot(vehicle.mass[:2].mean() * omega, drag) * speed)
     return Planted("waves", {"force_amplitude": force, "period": period_s}, apply)
 
 
