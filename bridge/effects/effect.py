@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,9 @@ class Act:
 
     A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
     what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
-    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,) and
-    `water` (n, 3) are what other effects have to know of it: a drag by the square of the speed, and the water's velocity
-    in body axes. `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
+    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. Other effects have to know
+    of `quadratic` (6,), drag by the square of the speed, and of `water` (n, 3), the water's velocity in body axes.
+    `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
     """
 
     wrench: Array | None = None
@@ -59,13 +59,15 @@ class Act:
             one, two = getattr(self, name), getattr(other, name)
             return None if one is None else one - two
 
-        return replace(self, **{name: apart(name) for name in ARRAYS})
+        parts: dict[str, Any] = {name: apart(name) for name in ARRAYS}
+        return replace(self, **parts)
 
     def times(self, size: float) -> "Act":
         """So many times what it adds."""
-        return replace(
-            self, **{name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None}
-        )
+        parts: dict[str, Any] = {
+            name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None
+        }
+        return replace(self, **parts)
 
 
 ARRAYS = tuple(field.name for field in fields(Act) if field.name != "by_thrust")

@@ -52,9 +52,9 @@ class Axis:
     coriolis (n, 6): force for each unit of each total mass. reading: NaN where the event only divides a step.
     scale: standard deviation of a reading over its channel's noise. channel: which of `channels` was read.
     stiffness: restoring moment by angle, for roll and pitch. initial (4,): first speed and angle or depth, and
-    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of, less that of the `water` (n,). white_force: N (N m)
-    over the root of 1/s, what pulses in whole microseconds hide; 0 where they are not rounded. timing, smoothing_s: of the readings of an autopilot's own
-    filter.
+    their variances. speed (n,): the axis's own over each step, of which, less the `water`'s (n,), quadratic drag is
+    made. white_force: N (N m) over the root of 1/s, what pulses in whole microseconds hide; 0 where they are not
+    rounded. timing, smoothing_s: of the readings of an autopilot's own filter.
     """
 
     dof: int
