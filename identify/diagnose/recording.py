@@ -27,11 +27,11 @@ from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
 from identify.fed_velocity import stamp_doubts
 from identify.feedback import frozen_doubts
-from identify.forces import WrenchHistory, wrench
 from identify.identification import Z95, Doubt
 from identify.levelling import levelling_doubts
 from identify.report.text import significant
 from identify.turning import turning_doubts
+from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 
@@ -44,15 +44,6 @@ ENOUGH_CHECK_S = 60.0
 
 MOST_STILL = 0.5
 """Largest share of a dive with a frozen velocity."""
-
-BRAKED_S = 10.0
-"""Longest time constant of a vehicle, mass over damping; without added mass it overestimates speed."""
-
-LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
-"""Least speed by thrust that a DVL or a gyro resolves."""
-
-DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 5: LEAST_RAD_S}
-"""Degrees of freedom driven by thrust: roll and pitch right themselves."""
 
 BESIDE = 2
 """Neighbours on either side of a reading."""
@@ -161,38 +152,6 @@ def _wild(nominal: Nominal) -> tuple[str, ...]:
     return (
         f"Readings that are far off from those before and after, spikes, were left out: {', '.join(told)}.",
     )
-
-
-def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
-    """Raises FitError if no thruster pushed enough to move the vehicle."""
-    shape = file.vehicle.configurations[configuration]
-    forces = wrench(dive, file, configuration)
-    if not np.nanmax(np.abs(forces.asked), initial=0.0) > 0.0:
-        raise FitError(
-            f"{dive.name}: no thruster pushed in all the dive: every command is neutral, or too small to turn a "
-            "propeller, so nothing can be told of what thrust does; dive again with starts, stops and turns under "
-            "thrust, or check which outputs were recorded"
-        )
-    mass = np.array([shape.rigid_body(dof)[0] for dof in range(6)])
-    fastest = np.max(np.abs(_driven(forces, mass)), axis=0)
-    if all(fastest[dof] < least for dof, least in DRIVEN.items()):
-        raise FitError(
-            f"{dive.name}: the thrusters hardly pushed: by them alone the vehicle never goes faster than "
-            f"{1000 * max(fastest[:3]):.1f} mm/s, less than its sensors tell, so nothing can be told of what thrust "
-            "does; dive again with starts, stops and turns under thrust"
-        )
-
-
-def _driven(forces: WrenchHistory, mass: Array) -> Array:
-    """(m, 6): speeds by the commands alone for mass (6,) and the longest time constant."""
-    held_s = np.diff(forces.time_s)
-    keep = np.exp(-held_s / BRAKED_S)
-    push = BRAKED_S * (1.0 - keep)[:, None] * np.nan_to_num(forces.asked[:-1]) / mass
-    out, speed = np.zeros((len(forces.time_s), 6)), np.zeros(6)
-    for k, one in enumerate(keep.tolist()):
-        speed = one * speed + push[k]
-        out[k + 1] = speed
-    return out
 
 
 @dataclass(frozen=True)
