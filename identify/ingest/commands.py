@@ -28,6 +28,9 @@ CHANGED, REGULAR, OFF_BEAT = 0.95, 0.8, 0.15
 """Share of messages that change something where changes alone are logged; share of steps between messages that are a
 multiple of the usual one where a clock sends them, and how far off, in such steps, they may be."""
 
+FEWEST = 10
+"""Fewer messages show no clock that sends them."""
+
 SPREAD_HZ = 10.0
 
 Span = tuple[float, float]
@@ -49,7 +52,7 @@ def logged_at_changes(commands: Signal) -> bool:
 
 def sampled_slowly(commands: Signal) -> bool:
     """Whether what was commanded between two messages is unknown."""
-    return len(commands) > 1 and commands.rate_hz < SLOW_HZ and not logged_at_changes(commands)
+    return len(commands) >= FEWEST and commands.rate_hz < SLOW_HZ and not logged_at_changes(commands)
 
 
 def spread(commands: Signal, end_s: float) -> Signal:
