@@ -34,7 +34,7 @@ class Act:
     what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
     `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,) and
     `water` (n, 3) are what other effects have to know of it: a drag by the square of the speed, and the water's velocity
-    in body axes.
+    in body axes. `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
     """
 
     wrench: Array | None = None
@@ -47,6 +47,7 @@ class Act:
     shaft_n: Array | None = None
     quadratic: Array | None = None
     water: Array | None = None
+    by_thrust: bool = False
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
@@ -61,12 +62,16 @@ class Act:
             one, two = getattr(self, name), getattr(other, name)
             return None if one is None else one - two
 
-        return Act(*(apart(field.name) for field in fields(self)))
+        return replace(self, **{name: apart(name) for name in ARRAYS})
 
     def times(self, size: float) -> "Act":
         """So many times what it adds."""
-        return Act(*(None if (part := getattr(self, f.name)) is None else size * part for f in fields(self)))
+        return replace(
+            self, **{name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None}
+        )
 
+
+ARRAYS = tuple(field.name for field in fields(Act) if field.name != "by_thrust")
 
 ALONG = ("wrench", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
 """The parts of an act that go with time."""

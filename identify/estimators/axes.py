@@ -4,6 +4,7 @@ Coriolis forces couple the axes through products of velocities; they are formed 
 leaves six filters of one axis each instead of one of twelve states. `coupled` makes them anew from better ones.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -115,8 +116,8 @@ class Axes:
         return tuple(c.name for c in COEFFICIENTS if c.dof in (ROLL, PITCH) and c.dof in self.unpushed)
 
 
-def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """The axes that this dive has readings and forces for.
+def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = range(6)) -> Axes:
+    """The axes, among these degrees of freedom, that this dive has readings and forces for.
 
     Raises FitError where the dive holds no thruster command at all, or no reading that does not stand still.
     """
@@ -137,7 +138,7 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     motion = with_rates_of_places(dive, file, motion)
     places = places_of(dive, file, motion, attitude)
     axes, missing, unpushed, held = [], {}, {}, {}
-    for dof in range(6):
+    for dof in dofs:
         place = places.get(dof)
         found = channels(dive, dof, velocity, None if place is None else place.reading)
         least_n = LEAST_DRIVE * configuration.thruster_limit_n
