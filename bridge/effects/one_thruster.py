@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import PULSES, Act, Effect, Parameter
 from bridge.vehicle.config import Configuration, Thruster
 
 Array = NDArray[np.float64]
@@ -31,6 +31,7 @@ def weak(number: int) -> Effect:
         (Parameter("gain", "1", 0.8, low=0.0, high=2.0, none=1.0),),
         act,
         "pulses of one thruster at a time; current beside shaft speed",
+        needs=(PULSES,),
         number=number,
         feedforward="thruster_gain",
     )
@@ -55,6 +56,7 @@ def turned(number: int, about: str) -> Effect:
         act,
         "pulses in each degree of freedom at low speed",
         linear=False,
+        needs=(PULSES,),
         number=number,
         variant=f"turned about {about}",
     )
@@ -78,6 +80,7 @@ def shifted(number: int, thruster: Thruster) -> Effect:
         tuple(Parameter(way, "m", 0.02, -1.0, 1.0) for way in ways),
         act,
         "pulses in each degree of freedom at low speed",
+        needs=(PULSES,),
         number=number,
         variant="sits elsewhere",
         # An answer has a place for the angle alone.

@@ -17,6 +17,7 @@ from identify.estimators.readings import YAW
 from identify.estimators.scoring import climb
 from identify.estimators.shared import shared
 from identify.ingest.rotation import attitude_at, to_body
+from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 
@@ -134,8 +135,10 @@ def _fitted(dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tupl
 
 
 def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """Those that were read for long enough to be identified; raises FitError where none was, and as `build_axes`."""
+    """Those that were read for long enough to be identified; raises FitError where none was, where nothing was pushed, and as
+    `build_axes`."""
     lasting(dive)
+    refuse_unpushed(dive, file, name)
     built = build_axes(dated(dive, file, name), file, name)
     short = {axis.dof: reason for axis in built.axes if (reason := too_short(dive, axis.dof))}
     kept = tuple(axis for axis in built.axes if axis.dof not in short)

@@ -20,7 +20,6 @@ from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.recording import refuse_unpushed
 from identify.diagnose.wording import percent_sure
 from identify.dive import Signal
 from tui.cli import main
