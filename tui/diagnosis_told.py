@@ -3,7 +3,7 @@
 from typing import Any
 
 from identify.diagnose import wording, wording_verdict
-from identify.diagnose.answer import plain
+from identify.diagnose.answer import by_axis, plain
 from identify.diagnose.result import Diagnosis, Found
 
 
@@ -25,7 +25,11 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         ],
         "heldout": None
         if found.heldout is None
-        else {"before": found.heldout.before, "after": found.heldout.after},
+        else {
+            "before": found.heldout.before,
+            "after": found.heldout.after,
+            "by_axis": by_axis(found.heldout),
+        },
         "character": wording_verdict.character_lines(found),
         "next": wording.next_lines(found),
         "notes": found.notes,
