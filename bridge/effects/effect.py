@@ -51,9 +51,10 @@ class Act:
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
-        return replace(
-            self, **{name: change(part) for name in ALONG if (part := getattr(self, name)) is not None}
-        )
+        parts: dict[str, Any] = {
+            name: change(part) for name in ALONG if (part := getattr(self, name)) is not None
+        }
+        return replace(self, **parts)
 
     def less(self, other: "Act") -> "Act":
         """What it adds less what another of the same effect does."""
