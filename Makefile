@@ -1,12 +1,12 @@
 # make install   the environment, in .venv
 # make demo      one dive end to end with the simulated vehicle
-# make test      every test
+# make test      every test, of the long ones a short form
 # make check     format, lint, types, import rules, then every test
 # make docs      docs/reference and docs/reliability.md, from the code and what was measured
 # make pictures  docs/images, from dives of the simulated vehicle
 # make bench     every benchmark, into docs/benchmarks.md; resumes where it stopped
 # make bundle    one archive in dist/ that installs without a net; docs/offline.md
-# make soak      the long form of every test that injects faults: hours, into docs/reliability.md
+# make soak      the long form of every test, and what `make test` leaves out: hours, into docs/reliability.md
 # make power     how large each hidden effect has to be to be named: hours, into docs/benchmarks.md; resumes where it stopped
 
 PYTHON ?= python3
@@ -17,6 +17,8 @@ PYTEST_FLAGS ?= -n 2 --dist loadfile --no-loadscope-reorder
 
 BIN := .venv/bin
 STAMP := .venv/.installed
+COMPILED := .venv/.compiled
+KERNELS := $(shell grep -rl --include='*.py' '^@njit' bench bridge identify)
 TORCH := $(shell sed -n 's/^ *"torch==\([0-9.]*\)".*/\1/p' pyproject.toml)
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet $(PIP_FLAGS)
 
@@ -41,8 +43,12 @@ demo: $(STAMP)
 	@$(BIN)/seatrial demo
 
 # Libraries that each take every core would mostly wait for each other: two workers, a thread each.
-test: $(STAMP)
+test: $(COMPILED)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
+
+$(COMPILED): $(STAMP) $(KERNELS) tests/kernels.py
+	@OMP_NUM_THREADS=1 $(BIN)/python tests/kernels.py
+	@touch $(COMPILED)
 
 lint: $(STAMP)
 	$(BIN)/ruff format --check .

@@ -19,6 +19,7 @@ from bench import (
     tracking,
 )
 from bench.diagnosis import sources as of_diagnosis
+from bench.field.sources import SECTION as FIELD
 from bench.forms import judge
 from bench.forms import page as forms_page
 from bench.stamp import stamp
@@ -96,6 +97,12 @@ def _diagnosis(run: Run) -> str:
     return page.section(run.cache / "bench", run.short)
 
 
+def _field(run: Run) -> str:
+    from bench.field import section
+
+    return section.section(run.cache / "bench", run.short)
+
+
 def _power(run: Run) -> str:
     from bench.diagnosis import power
 
@@ -131,5 +138,6 @@ SECTIONS = {
     "coverage": Measurement(_coverage, coverage.SOURCES),
     "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
     "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
+    "field": Measurement(_field, FIELD),
     "power": Measurement(_power, of_diagnosis.POWER, asked=True),
 }

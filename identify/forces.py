@@ -3,6 +3,8 @@
 A command holds from its own time to the next one's. All thrusters share one first-order lag, so the lag
 acts on the wrench: between two commands it is W + (w - W) exp(-s / lag), with W what the command asks for,
 w the wrench at the command and s the time since. That is exact, and so is its integral.
+
+Slow samples of quick commands are taken to change evenly from one to the next; what they did instead is a white force.
 """
 
 from dataclasses import dataclass, field, replace
@@ -14,13 +16,16 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import CONFIGS, ThrustCurve, Vehicle, VehicleFile
+from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, allocation_matrix, thrust_curve
 from identify.dive import Array, Dive, Signal
-from identify.ingest.commands import held_commands, never_known
+from identify.ingest.commands import held_commands, never_known, sampled_slowly
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
+
+BETWEEN = 8
+"""Steps from one slow sample to the next."""
 
 LAST = 9
 """So many commands make a level: half a second of a stock autopilot's log."""
@@ -30,10 +35,11 @@ LAST = 9
 class WrenchHistory:
     """The thrusters' wrench about the body's origin, N and N m, at any time.
 
-    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
-    wrench at each command; `integral` (n, 6) from the first command on, `moment` (n, 6) the integral of
-    that. Before the first command it is held. `rounded` (6,): white force in N (N m) over the root of 1/s that whole
-    microseconds hide of the commands, 0 where these are not rounded.
+    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command
+    comes to after the lag; `state` (n, 6) the wrench at each command; `integral` (n, 6) from the first command on,
+    `moment` (n, 6) the integral of that. Before the first command it is held. `hidden` (6,): white force in N (N m)
+    over the root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do.
+    `sampled_s`: how far apart slow samples of the commands are, 0 where they are known all the time.
     """
 
     time_s: Array
@@ -44,7 +50,8 @@ class WrenchHistory:
     lag_s: float
     source: Literal["pwm", "tau_cmd"]
     notes: tuple[str, ...] = ()
-    rounded: Array = field(default_factory=lambda: np.zeros(6))
+    hidden: Array = field(default_factory=lambda: np.zeros(6))
+    sampled_s: float = 0.0
 
     def at(self, time_s: Array) -> Array:
         """(m, 6) at the times (m,)."""
@@ -109,15 +116,56 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
         if commanded is not None:
             notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
         variance = _rounding(dive.pwm, vehicle, directory, configuration_name)
-        history = _history(Signal(from_pwm.time_s, unrounded(from_pwm.value, variance)), curve, "pwm", notes)
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
-        return replace(history, rounded=np.sqrt(variance.mean(axis=0) * held_s))
+        rounded = variance.mean(axis=0) * held_s
+        if sampled_slowly(dive.pwm):
+            return _sampled(from_pwm, curve, "pwm", notes, rounded)
+        history = _history(Signal(from_pwm.time_s, unrounded(from_pwm.value, variance)), curve, "pwm", notes)
+        return replace(history, hidden=np.sqrt(rounded))
     if commanded is None:
         raise FitError(
             f"{dive.source}: neither thruster commands that fit the vehicle nor wrenches are recorded; "
             "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters"
         )
-    return _history(commanded, curve, "tau_cmd", (*notes, "The wrench is TAU_CMD as recorded."))
+    notes = (*notes, "The wrench is TAU_CMD as recorded.")
+    if sampled_slowly(commanded):
+        return _sampled(commanded, curve, "tau_cmd", notes, np.zeros(6))
+    return _history(commanded, curve, "tau_cmd", notes)
+
+
+def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
+    """Whether a recording has an output for every thruster of a configuration."""
+    outputs = 0 if dive.pwm is None or not len(dive.pwm) else dive.pwm.value.shape[1]
+    return 0 < len(configuration.thrusters) <= outputs
+
+
+def evenly_between(samples: Signal) -> Signal:
+    """Slow samples with steps that lead evenly from each to the next."""
+    at = np.arange(BETWEEN * (len(samples) - 1) + 1) / BETWEEN
+    number = np.arange(len(samples))
+    # A step holds until the next one: its middle lies half a step later.
+    value = [np.interp(at + 0.5 / BETWEEN, number, column) for column in samples.value.T]
+    return Signal(np.interp(at, number, samples.time_s), np.column_stack(value))
+
+
+def _sampled(
+    asked: Signal,
+    curve: ThrustCurve,
+    source: Literal["pwm", "tau_cmd"],
+    notes: tuple[str, ...],
+    rounded: Array,
+) -> WrenchHistory:
+    """The history of slow samples. A change at any time between two of them is off by its size times the root of a
+    twelfth of the time between, over the root of that time."""
+    step_s = 1.0 / asked.rate_hz
+    changes = np.diff(asked.value, axis=0)
+    hidden = np.sqrt(rounded + np.nanmean(changes**2, axis=0) * step_s / 12.0)
+    note = (
+        f"Thruster commands are known every {step_s:.2g} s alone: a delay or a lag of the thrusters can't be judged; "
+        "record them at 10 Hz or more for that."
+    )
+    history = _history(evenly_between(asked), curve, source, (*notes, note))
+    return replace(history, hidden=hidden, sampled_s=step_s)
 
 
 def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Array:
@@ -138,19 +186,19 @@ def unrounded(asked: Array, variance: Array) -> Array:
     """The likeliest wrench (n, 6) behind a rounded one, whose rounding has a variance (n, 6).
 
     A recorded force that is partly rounding would be an error in a regressor, and a mass by it too large (Fuller 1987,
-    section 1.1). What a command adds to the median of the last ones is taken for as much as its spread is beyond that of
-    rounding (Wiener 1949), and for whole where it is far larger than rounding ever is. No command that comes later is
-    looked at: it answers readings that are yet to be explained.
+    section 1.1). What a command adds to the median of the last ones is taken for as much as its spread is beyond that
+    of rounding (Wiener 1949), and for whole where it is far larger than rounding ever is. No command that comes later
+    is looked at: it answers readings that are yet to be explained.
     """
     out = asked.copy()
     for column in np.flatnonzero(variance.any(axis=0)).tolist():
-        own, hidden = asked[:, column], np.mean(variance[:, column])
+        own, hidden = asked[:, column], float(np.mean(variance[:, column]))
         past = np.lib.stride_tricks.sliding_window_view(np.pad(own, (LAST - 1, 0), mode="edge"), LAST)
         level = np.median(past, axis=1)
         beyond = own - level
         spread = (1.4826 * float(np.median(np.abs(beyond)))) ** 2
-        believed = max(1.0 - hidden / max(spread, hidden, 1e-300), 0.0)
-        whole = 1.0 - hidden / np.maximum(beyond**2, hidden if hidden > 0 else 1e-300)
+        believed = 1.0 - hidden / max(spread, hidden)
+        whole = 1.0 - hidden / np.maximum(beyond**2, hidden)
         out[:, column] = level + np.maximum(believed, whole) * beyond
     return out
 

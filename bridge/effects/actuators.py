@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, delayed, lagged
-from bridge.effects.effect import SIZES, Act, Effect, Parameter
+from bridge.effects.effect import PULSES, QUICK_COMMANDS, SIZES, Act, Effect, Parameter
 from bridge.effects.pushing import before_the_shaft, past_the_shaft
 
 Array = NDArray[np.float64]
@@ -41,6 +41,7 @@ THRUST_CURVE = Effect(
     (Parameter("low_end_loss", "1", 0.2, low=0.0, high=1.0),),
     _low_end,
     "a staircase of thrust ahead and astern; shaft speeds",
+    needs=(PULSES,),
 )
 
 
@@ -55,6 +56,7 @@ REVERSE_THRUST_LOSS = Effect(
     (Parameter("gain", "1", 0.8, low=0.0, none=1.0),),
     _astern,
     "steps ahead and astern; a spin both ways",
+    needs=(PULSES,),
     feedforward="reverse_loss",
 )
 
@@ -78,6 +80,7 @@ DEAD_ZONE, DEAD_ZONE_SHIFTED = (
         "a slow ramp through zero; shaft speeds",
         linear=False,
         sizes=SIZES,
+        needs=(PULSES,),
         seen_in_rpm=True,
         feedforward="dead_zone",
         variant=variant,
@@ -100,6 +103,7 @@ SATURATION = Effect(
     "a ladder of amplitudes; shaft speeds",
     linear=False,
     sizes=SIZES,
+    needs=(PULSES,),
     seen_in_rpm=True,
 )
 
@@ -120,6 +124,7 @@ def thruster_lag(nominal_s: float) -> Effect:
         "shaft speeds, and fast steps in a log of 50 Hz",
         linear=False,
         sizes=SIZES,
+        needs=(QUICK_COMMANDS,),
         seen_in_rpm=True,
     )
 
@@ -138,6 +143,7 @@ COMMAND_DELAY = Effect(
     "shaft speeds beside the pulses",
     linear=False,
     sizes=SIZES,
+    needs=(QUICK_COMMANDS,),
     seen_in_rpm=True,
 )
 

@@ -23,8 +23,9 @@ class Course:
     north and east of where it began. asked_n (n, k): what each thruster is asked for by its nominal curve; rpm (n, k):
     signed shaft speeds, NaN where nothing tells. lag_s: the thrusters' nominal lag. mass, damping (6,): of the nominal
     model, total. quadratic (6,): drag by the square of the speed, as far as it is known. water (n, 3): the water's own
-    velocity, body axes, as far as it is known. Arrays are held column by column: most of what is made of them is of one
-    column.
+    velocity, body axes, as far as it is known. by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself,
+    as if of one thruster in each degree of freedom. Arrays are held column by column: most of what is made of them is
+    of one column.
     """
 
     configuration: Configuration
@@ -43,6 +44,7 @@ class Course:
     damping: Array
     quadratic: Array = field(default_factory=lambda: np.zeros(6))
     water: Array | None = None
+    by_wrench: bool = False
 
     @property
     def step_s(self) -> float:
@@ -61,7 +63,7 @@ class Course:
     @cached_property
     def allocation(self) -> Array:
         """(6, k): the wrench of one newton of each thruster."""
-        return allocation_matrix(self.configuration)
+        return np.eye(6) if self.by_wrench else allocation_matrix(self.configuration)
 
     @cached_property
     def added_mass(self) -> Array:

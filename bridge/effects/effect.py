@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ FeedForward = Literal[
 """The groups of parameters by which the feed-forward on board makes up for an effect."""
 
 
+PULSES, QUICK_COMMANDS = "pulses", "quick commands"
+"""What effects need of the thruster commands: each thruster's own, and known all the time."""
+
 SIZES = (0.5, 1.0, 2.0, 4.0)
 """Of an effect whose shape changes with its size."""
 
@@ -29,9 +32,9 @@ class Act:
 
     A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
     what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
-    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,) and
-    `water` (n, 3) are what other effects have to know of it: a drag by the square of the speed, and the water's velocity
-    in body axes.
+    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. Other effects know of
+    `quadratic` (6,), drag by the square of the speed, and of `water` (n, 3), the water's velocity in body axes.
+    `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
     """
 
     wrench: Array | None = None
@@ -44,12 +47,14 @@ class Act:
     shaft_n: Array | None = None
     quadratic: Array | None = None
     water: Array | None = None
+    by_thrust: bool = False
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
-        return replace(
-            self, **{name: change(part) for name in ALONG if (part := getattr(self, name)) is not None}
-        )
+        parts: dict[str, Any] = {
+            name: change(part) for name in ALONG if (part := getattr(self, name)) is not None
+        }
+        return replace(self, **parts)
 
     def less(self, other: "Act") -> "Act":
         """What it adds less what another of the same effect does."""
@@ -58,12 +63,18 @@ class Act:
             one, two = getattr(self, name), getattr(other, name)
             return None if one is None else one - two
 
-        return Act(*(apart(field.name) for field in fields(self)))
+        parts: dict[str, Any] = {name: apart(name) for name in ARRAYS}
+        return replace(self, **parts)
 
     def times(self, size: float) -> "Act":
         """So many times what it adds."""
-        return Act(*(None if (part := getattr(self, f.name)) is None else size * part for f in fields(self)))
+        parts: dict[str, Any] = {
+            name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None
+        }
+        return replace(self, **parts)
 
+
+ARRAYS = tuple(field.name for field in fields(Act) if field.name != "by_thrust")
 
 ALONG = ("wrench", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
 """The parts of an act that go with time."""
@@ -93,7 +104,8 @@ class Effect:
 
     sentence: what it is, for a crew. told_apart: what tells it from those that look like it. linear: what it adds is
     proportional to its parameters less what they are at `none`. number: which thruster it is about, from 1; 0 for all.
-    needs: what the recording must hold beside velocity and thrust. seen_in_rpm: it happens before the shaft, which
+    needs: what the recording must hold beside motion and thrust; `PULSES`, `QUICK_COMMANDS`: without it the effect
+    is not tried. seen_in_rpm: it happens before the shaft, which
     turns otherwise than its pulse asks for (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds alone.
     feedforward: by which parameters the feed-forward makes up for it, "" where it can't. variant: which of several
     forms under one name; they are one cause. refit_absorbs: a refit of the nominal model takes it up, all but nothing

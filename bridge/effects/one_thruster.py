@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect, Parameter
+from bridge.effects.effect import PULSES, Act, Effect, Parameter
 from bridge.vehicle.config import Configuration, Thruster
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ def _level(thruster: Thruster) -> bool:
 def weak(number: int) -> Effect:
     def act(course: Course, values: Array) -> Act:
         lost = (values[0] - 1.0) * course.allocation[:, number - 1]
-        return Act(wrench=np.outer(course.thrust_n[:, number - 1], lost))
+        return Act(wrench=np.outer(course.thrust_n[:, number - 1], lost), by_thrust=True)
 
     return Effect(
         "weak_thruster",
@@ -31,6 +31,7 @@ def weak(number: int) -> Effect:
         (Parameter("gain", "1", 0.8, low=0.0, high=2.0, none=1.0),),
         act,
         "pulses of one thruster at a time; current beside shaft speed",
+        needs=(PULSES,),
         number=number,
         feedforward="thruster_gain",
     )
@@ -45,7 +46,7 @@ def turned(number: int, about: str) -> Effect:
         cos, sin = np.cos(values[0]), np.sin(values[0])
         to = way * cos + np.cross(axis, way) * sin + axis * (axis @ way) * (1.0 - cos)
         change = thruster.gain * np.concatenate([to - way, np.cross(thruster.position_m, to - way)])
-        return Act(wrench=np.outer(course.thrust_n[:, number - 1], change))
+        return Act(wrench=np.outer(course.thrust_n[:, number - 1], change), by_thrust=True)
 
     return Effect(
         "thruster_misalignment",
@@ -55,6 +56,7 @@ def turned(number: int, about: str) -> Effect:
         act,
         "pulses in each degree of freedom at low speed",
         linear=False,
+        needs=(PULSES,),
         number=number,
         variant=f"turned about {about}",
     )
@@ -69,7 +71,7 @@ def shifted(number: int, thruster: Thruster) -> Effect:
         way = np.array(thruster.direction)
         by = np.array([*values, 0.0]) if len(values) == 2 else values[0] * np.cross(AXES["z"], way)
         change = thruster.gain * np.concatenate([np.zeros(3), np.cross(by, way)])
-        return Act(wrench=np.outer(course.thrust_n[:, number - 1], change))
+        return Act(wrench=np.outer(course.thrust_n[:, number - 1], change), by_thrust=True)
 
     return Effect(
         "thruster_misalignment",
@@ -78,6 +80,7 @@ def shifted(number: int, thruster: Thruster) -> Effect:
         tuple(Parameter(way, "m", 0.02, -1.0, 1.0) for way in ways),
         act,
         "pulses in each degree of freedom at low speed",
+        needs=(PULSES,),
         number=number,
         variant="sits elsewhere",
         # An answer has a place for the angle alone.

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, lagged
-from bridge.effects.effect import SIZES, Act, Effect, Parameter
+from bridge.effects.effect import PULSES, SIZES, Act, Effect, Parameter
 from bridge.effects.pushing import before_the_shaft
 from bridge.vehicle.supply import SLOW_S
 from bridge.vehicle.thruster_losses import AHEAD_A_N15, ASTERN_A_N15, NOMINAL_V
@@ -102,6 +102,7 @@ LOAD_SAG = Effect(
     "surge alone against surge and heave at once; shaft speeds",
     linear=False,
     sizes=SIZES,
+    needs=(PULSES,),
     seen_in_rpm=True,
     feedforward="voltage",
 )

@@ -12,9 +12,10 @@ Array = NDArray[np.float64]
 class Hull(NamedTuple):
     """Zero everywhere is a hull that hides nothing. SI units.
 
-    drag (6,): N s^n/m^n of -drag |nu|^drag_power sign(nu). asymmetry: more surge drag astern. lift_y, lift_n: -lift
-    |u| v that stalls at large drift. y_r, n_v: damping that couples. munk: more Munk moment, as a share. grip, slack_m,
-    anchor_n, anchor_e: a tether's stiffness near its anchor, the distance over which it doubles. buoyancy_n, squeeze:
+    drag (6,): N s^n/m^n of -drag |nu|^drag_power sign(nu). asymmetry: more linear surge drag astern; astern: the share
+    by which `drag` is more there. lift_y, lift_n: -lift |u| v that stalls at large drift, by `stall`. y_r, n_v: damping
+    that couples. munk: more Munk moment, as a share. grip, slack_m, anchor_n, anchor_e: a tether's stiffness near its
+    anchor, the distance over which it doubles; rise: the share of its pull that goes up as well. buoyancy_n, squeeze:
     less weight, falling with depth. surface, surface_m, bottom, bottom_m, floor_m: added mass near a boundary, on the
     degrees of freedom of near_share (6,). wave_number, wave_ref: how waves fade below a depth.
     shed_n, shed_k: side force by speed squared, radians of its phase by metre. swirl: drag by turn rate and depth.
@@ -51,6 +52,9 @@ class Hull(NamedTuple):
     trail_n: float = 0.0
     chain_n: float = 0.0
     chain_m: float = 0.0
+    astern: float = 0.0
+    stall: float = 0.15
+    rise: float = 0.15
 
 
 def bare_hull(floor_m: float) -> Hull:
@@ -90,9 +94,12 @@ def hull_wrench(
             out[i] -= hull.drag[i] * np.abs(through[i]) ** hull.drag_power * np.sign(through[i])
     if hull.asymmetry != 0.0:
         out[0] -= hull.asymmetry * u * 0.5 * (1.0 - np.tanh(u / 0.04))
+    if hull.astern != 0.0:
+        more = hull.astern * hull.drag[0] * np.abs(u) ** hull.drag_power * np.sign(u)
+        out[0] -= more * 0.5 * (1.0 - np.tanh(u / 0.04))
     if hull.lift_y != 0.0 or hull.lift_n != 0.0:
         drift = np.abs(v) / (np.abs(u) + 0.02)
-        lift = np.abs(u) * v / (1.0 + 0.15 * drift * drift)
+        lift = np.abs(u) * v / (1.0 + hull.stall * drift * drift)
         out[1] -= hull.lift_y * lift
         out[5] -= hull.lift_n * lift
     if hull.y_r != 0.0 or hull.n_v != 0.0:
@@ -118,4 +125,4 @@ def hull_wrench(
     north, east = state[0] - hull.anchor_n, state[1] - hull.anchor_e
     far = np.sqrt(north * north + east * east)
     pull = hull.grip * (1.0 + (far / hull.slack_m) ** 2)
-    return -pull * north, -pull * east, -0.15 * pull * far
+    return -pull * north, -pull * east, -hull.rise * pull * far

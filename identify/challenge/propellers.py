@@ -19,8 +19,9 @@ class Propellers(NamedTuple):
     way, place (k, 3): the true direction and position. each (k,): gain of each. lag_s, second_s: a cascade of two lags.
     delay (n,): s, by control tick. dead_n: half-width of the soft dead zone. limit_n: soft limit, 0 for none. sag:
     share of the voltage lost by the end, over `sag_s`, thrust going as its power 1.9. load: voltage lost by full load.
-    full_n: what a thruster can do. low_end: share lost at low thrust. reverse: share lost astern. inflow, inflow_2:
-    loss by sqrt(T) ua and by ua |ua|. wash: share lost where the wash meets the hull. torque: m. play_n: backlash.
+    full_n: what a thruster can do. low_end: share lost at low thrust, falling exponentially; low_line: in a straight
+    line to full_n. reverse: share lost astern, which sets in over reverse_n. inflow, inflow_2: loss by sqrt(T) ua and
+    by ua |ua|. wash: share lost where the wash meets the hull, from about wash_n on. torque: m. play_n: backlash.
     stuck: the thruster that sticks, -1 for none; stuck_when (steps,) or (1,), 1 while it does.
     """
 
@@ -45,6 +46,9 @@ class Propellers(NamedTuple):
     torque: float = 0.0
     play_n: float = 0.0
     stuck: int = -1
+    reverse_n: float = 0.3
+    wash_n: float = 1.0
+    low_line: float = 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -101,10 +105,12 @@ def add_wrench(shaft: Array, nu: Array, prop: Propellers, out: Array) -> None:
         x, y, z = prop.place[i, 0], prop.place[i, 1], prop.place[i, 2]
         if prop.low_end != 0.0:
             thrust *= 1.0 - prop.low_end * np.exp(-np.abs(thrust) / (0.35 * prop.full_n))
+        if prop.low_line != 0.0:
+            thrust *= 1.0 - prop.low_line * max(1.0 - np.abs(thrust) / prop.full_n, 0.0)
         if prop.reverse != 0.0:
-            thrust *= 1.0 - prop.reverse * 0.5 * (1.0 - np.tanh(thrust / 0.3))
+            thrust *= 1.0 - prop.reverse * 0.5 * (1.0 - np.tanh(thrust / prop.reverse_n))
         if prop.wash != 0.0 and x * dx * thrust > 0.0:
-            thrust *= 1.0 - prop.wash * (1.0 - np.exp(-np.abs(thrust)))
+            thrust *= 1.0 - prop.wash * (1.0 - np.exp(-np.abs(thrust) / prop.wash_n))
         if prop.inflow != 0.0:
             ax = nu[0] + nu[4] * z - nu[5] * y
             ay = nu[1] + nu[5] * x - nu[3] * z

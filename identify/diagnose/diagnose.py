@@ -1,7 +1,7 @@
 """The diagnosis of a dive: where its gap lies, its causes, how far it shrinks. No I/O."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -48,14 +48,17 @@ from identify.diagnose.recording import (
     MANY,
     Spikes,
     fitted_nominal,
+    lacking_commands,
     mass_hints,
     recording_notes,
-    refuse_poor,
+    refuse_short,
     short_check_note,
     short_dive_note,
     spikes_sentence,
+    unjudged_causes,
     unjudged_notes,
     without_spikes,
+    without_still_velocity,
 )
 from identify.diagnose.result import Diagnosis, Found, Gap, Share, Value
 from identify.diagnose.search import Explanation, explain
@@ -112,30 +115,37 @@ def diagnose(
     `accepted` earlier, of the nominal model at these values, and changes since then are among the causes. With
     `effects_accepted` the model also holds these effects.
 
-    Raises FitError for a recording that can't be diagnosed: no velocity, no pulses, no push, too short, or of another
-    vehicle.
+    Raises FitError for a recording that can't be diagnosed: nothing was pushed, or read, it is too short, or of another
+    vehicle. Degrees of freedom and effects that it does not tell of are left out, and named.
     """
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
-    refuse_poor(dive, LEAST_S)
+    refuse_short(dive, LEAST_S)
+    dive, still = without_still_velocity(dive)
     dive, spiky = without_spikes(dive)
     other_spiky: tuple[Spikes, ...] = ()
     if check is not None:
-        refuse_poor(check, LEAST_CHECK_S)
+        refuse_short(check, LEAST_CHECK_S)
+        check, _ = without_still_velocity(check)
         check, other_spiky = without_spikes(check)
     progress(0.0, "fitting the nominal model")
     shape = file.vehicle.configurations[configuration]
-    whole = library(shape, file.vehicle.thrust_curve.lag_s)
+    dives = [one for one in (dive, check) if one is not None]
+    lacks = lacking_commands(dives, shape)
+    whole = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks)
     holds, not_held = accepted_causes(effects_accepted, whole)
     nominal = with_accepted(fitted_nominal(dive, file, configuration), holds)
     other = None if check is None else with_accepted(fitted_nominal(check, file, configuration), holds)
-    tried = library_with_changes(effects or whole, holds)
+    tried = library_with_changes(_judged(effects or (), lacks) or whole, holds)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
     found, covariance = without_doubtful(found, nominal, tried)
     progress(0.7, "looking at what is left")
     left = unexplained_of(found.weighing, found.fit)
     progress(0.8, "measuring the gap")
     before_it = simulator or Simulator(_values(accepted or {}), ())
+    before_it = replace(
+        before_it, causes=tuple(one for one in before_it.causes if not lacks & {*one.effect.needs})
+    )
     plain = before_it.beside(nominal) if simulator or accepted else nominal
     models = beside(found, plain)
     wrong, felt = (
@@ -201,11 +211,18 @@ def diagnose(
         beside_all(found, shape),
         (
             *unjudged_notes(nominal),
+            *unjudged_causes(lacks),
+            *still,
             *((spikes_sentence(spiky),) if many else ()),
         ),
         mounted_otherwise(nominal.mirrored, nominal.swapped),
         held,
     )
+
+
+def _judged(effects: Sequence[Effect], lacks: Collection[str]) -> tuple[Effect, ...]:
+    """The effects that need nothing of the thruster commands that is lacking."""
+    return tuple(effect for effect in effects if not {*lacks} & {*effect.needs})
 
 
 def beside(found: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:

@@ -20,7 +20,6 @@ from identify.diagnose.search import (
     MOST_CAUSES,
     Explanation,
     ranked_candidates,
-    remainder_nats,
     required_gain,
 )
 from identify.diagnose.seas import SEAS, period_interval
@@ -121,9 +120,7 @@ def findings_of(
     for k, cause in enumerate(found.causes):
         others = _without(found, k)
         alike = ambiguity_of(found, k)
-        # The form remainder of the others is no evidence, nor is what an unknown force may lend.
-        margin_nats = alike.margin_nats - remainder_nats(FormRemainder(found.weighing, others), cause)
-        margin_nats -= TAKEN_UP * unexplained_nats
+        margin_nats = alike.margin_nats - TAKEN_UP * unexplained_nats
         out.append(
             Found(
                 cause,

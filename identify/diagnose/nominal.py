@@ -336,7 +336,9 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course) 
         if act.water is not None and axis.dof < 3:
             water = water + mean_before(course.time_s, act.water[:, axis.dof], before, axis.time_s)
         if act.wrench is not None:
-            own = behind_filter(act.wrench[:, [axis.dof]], course.step_s, axis.smoothing_s)[:, 0]
+            own = act.wrench[:, axis.dof]
+            if act.by_thrust:
+                own = behind_filter(own[:, None], course.step_s, axis.smoothing_s)[:, 0]
             force += mean_before(course.time_s, own, before, axis.time_s)[:, None]
         off = reading_error(problem, act, course)
         if off is not None:

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.errors import FitError
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.places import down_axis
+from identify.forces import evenly_between, tells_thrusters
+from identify.ingest.commands import sampled_slowly
 from identify.ingest.rotation import attitude_at
 
 Array = NDArray[np.float64]
@@ -116,19 +118,13 @@ def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, 
 def course_of(
     dive: Dive, file: VehicleFile, configuration: str, at: Predicted, mass: Array, damping: Array
 ) -> Course:
-    """The course of the predicted motion; `mass`, `damping` (6,) of the nominal model.
-
-    Raises FitError if the recording lacks pulses for some thruster.
+    """The course of the predicted motion, without thrusters where no pulses tell of each; `mass`, `damping` (6,) of the
+    nominal model.
     """
     shape = file.vehicle.configurations[configuration]
-    time_s, count = at.time_s, len(shape.thrusters)
-    if dive.pwm is None or dive.pwm.value.shape[1] < count or not len(dive.pwm):
-        raise FitError(
-            f"{dive.name}: no thruster pulses are recorded for the {count} thrusters of '{configuration}'; record "
-            "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW, so that a thruster can be told from the hull"
-        )
-    pulses = np.where(dive.pwm.value[:, :count] > 0, dive.pwm.value[:, :count], NEUTRAL_US)
-    asked = Signal(dive.pwm.time_s, thrust_curve(file.vehicle.thrust_curve, file.path.parent).thrust(pulses))
+    time_s, asked = at.time_s, _asked(dive, file, shape)
+    count = asked.value.shape[1]
+    by_wrench = not tells_thrusters(dive, shape)
     # A step ago: an angle must not explain its own reading.
     euler = _euler(dive, time_s - (time_s[1] - time_s[0]))
     depth = dive.depth_by(file.vehicle.water)
@@ -142,12 +138,32 @@ def course_of(
         _at(dive.altitude, time_s),
         _position(Motion(time_s, at.nu), euler),
         _mean_ahead(asked, time_s),
-        np.full((len(time_s), count), np.nan) if dive.rpm is None else dive.rpm.at(time_s)[:, :count],
+        np.full((len(time_s), count), np.nan)
+        if by_wrench or dive.rpm is None
+        else dive.rpm.at(time_s)[:, :count],
         _at(dive.voltage, time_s),
         file.vehicle.thrust_curve.lag_s,
         mass,
         damping,
+        by_wrench=by_wrench,
     )
+
+
+def _asked(dive: Dive, file: VehicleFile, shape: Configuration) -> Signal:
+    """What each thruster is asked for (n, k); the wrench (n, 6) where no pulses tell of each."""
+    if dive.pwm is not None and tells_thrusters(dive, shape):
+        pulses = dive.pwm.value[:, : len(shape.thrusters)]
+        sent = np.where(pulses > 0, pulses, NEUTRAL_US)
+        curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+        asked = Signal(dive.pwm.time_s, curve.thrust(sent))
+    elif dive.tau_cmd is not None and len(dive.tau_cmd):
+        asked = dive.tau_cmd
+    else:
+        raise FitError(
+            f"{dive.name}: neither pulses for the {len(shape.thrusters)} thrusters nor a wrench are recorded; record "
+            "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW"
+        )
+    return evenly_between(asked) if sampled_slowly(asked) else asked
 
 
 def _mean_ahead(held: Signal, time_s: Array) -> Array:

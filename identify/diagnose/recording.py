@@ -6,13 +6,14 @@ velocity spikes are removed first: readings that no motion links to their neighb
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from bridge.effects.effect import PULSES, QUICK_COMMANDS
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile, Water
@@ -27,11 +28,13 @@ from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
 from identify.fed_velocity import stamp_doubts
 from identify.feedback import frozen_doubts
-from identify.forces import WrenchHistory, wrench
+from identify.forces import tells_thrusters
 from identify.identification import Z95, Doubt
+from identify.ingest.commands import sampled_slowly
 from identify.levelling import levelling_doubts
 from identify.report.text import significant
 from identify.turning import turning_doubts
+from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 
@@ -43,16 +46,7 @@ ENOUGH_CHECK_S = 60.0
 """A shorter check dive is simulated, but a dozen windows of 5 s are too few."""
 
 MOST_STILL = 0.5
-"""Largest share of a dive with a frozen velocity."""
-
-BRAKED_S = 10.0
-"""Longest time constant of a vehicle, mass over damping; without added mass it overestimates speed."""
-
-LEAST_M_S, LEAST_RAD_S = 0.005, 0.01
-"""Least speed by thrust that a DVL or a gyro resolves."""
-
-DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 5: LEAST_RAD_S}
-"""Degrees of freedom driven by thrust: roll and pitch right themselves."""
+"""Share of a dive with a frozen velocity from which on the rest of it is not believed."""
 
 BESIDE = 2
 """Neighbours on either side of a reading."""
@@ -73,19 +67,8 @@ NORMAL = 0.6745
 """Median magnitude of a standard normal variable."""
 
 
-def refuse_poor(dive: Dive, least_s: float) -> None:
-    """Raises FitError for a recording with too little velocity or too short."""
-    if dive.velocity is None or not np.isfinite(dive.velocity.value).any():
-        raise FitError(
-            f"{dive.source}: no velocity was recorded, so there is nothing to compare a model with; record the DVL"
-        )
-    still_s = sum(end_s - start_s for start_s, end_s in dive.frozen.get("velocity", ()))
-    if still_s > MOST_STILL * dive.duration_s:
-        raise FitError(
-            f"{dive.source}: the velocity repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s while the "
-            "vehicle goes on: a diagnosis would tell of the sensor, not of the vehicle; check the DVL, and what passes "
-            "its readings on, and dive again"
-        )
+def refuse_short(dive: Dive, least_s: float) -> None:
+    """Raises FitError for a recording that is too short."""
     if dive.duration_s < least_s:
         cut = "ends in the middle of a record, and what comes before " if dive.counts.get("cut") else ""
         mend = "copy the whole file, or " if cut else ""
@@ -93,6 +76,40 @@ def refuse_poor(dive: Dive, least_s: float) -> None:
             f"{dive.source}: {cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
             f"{mend}record {least_s:.0f} s or more, with starts, stops and turns"
         )
+
+
+def without_still_velocity(dive: Dive) -> tuple[Dive, tuple[str, ...]]:
+    """The dive without a velocity that stands still for most of it, and a sentence on that."""
+    still_s = sum(end_s - start_s for start_s, end_s in dive.frozen.get("velocity", ()))
+    if dive.velocity is None or still_s <= MOST_STILL * dive.duration_s:
+        return dive, ()
+    return replace(dive, velocity=None), (
+        f"The velocity repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s while the vehicle goes on, and "
+        "was left out whole; check the DVL, and what passes its readings on.",
+    )
+
+
+def lacking_commands(dives: Sequence[Dive], shape: Configuration) -> frozenset[str]:
+    """What effects need of the thruster commands (`Effect.needs`) and some dive lacks."""
+    pulses = all(tells_thrusters(dive, shape) for dive in dives)
+    quick = not any(_seldom(dive, shape) for dive in dives)
+    return frozenset(name for name, has in ((PULSES, pulses), (QUICK_COMMANDS, quick)) if not has)
+
+
+def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
+    """Sentences on the causes that can't be judged without these commands, and what to record."""
+    words = {
+        PULSES: "No pulses tell what each thruster did: causes in a single thruster, or in the thrusters' curve, were "
+        "not judged; record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW.",
+        QUICK_COMMANDS: "Thruster commands come too seldom: a delay or a lag of the thrusters was not judged; record "
+        "them at 10 Hz or more.",
+    }
+    return tuple(sentence for name, sentence in words.items() if name in lacks)
+
+
+def _seldom(dive: Dive, shape: Configuration) -> bool:
+    commands = dive.pwm if tells_thrusters(dive, shape) else dive.tau_cmd
+    return commands is not None and sampled_slowly(commands)
 
 
 def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
@@ -142,9 +159,16 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
-    """Degrees of freedom with thrust that were not judged, and why: the verdict does not cover them."""
-    why = nominal.built.missing
-    return tuple(f"{DOFS[dof].capitalize()} was not judged: {why[dof]}." for dof in PUSHED if dof in why)
+    """Degrees of freedom that were not judged, why, and what to record: the verdict does not cover them.
+
+    Roll and pitch right themselves: without thrust there nobody misses them.
+    """
+    built = nominal.built
+    return tuple(
+        f"{DOFS[dof].capitalize()} was not judged: {why}."
+        for dof, why in sorted(built.missing.items())
+        if dof in PUSHED or dof not in built.unpushed
+    )
 
 
 def _wild(nominal: Nominal) -> tuple[str, ...]:
@@ -161,38 +185,6 @@ def _wild(nominal: Nominal) -> tuple[str, ...]:
     return (
         f"Readings that are far off from those before and after, spikes, were left out: {', '.join(told)}.",
     )
-
-
-def refuse_unpushed(dive: Dive, file: VehicleFile, configuration: str) -> None:
-    """Raises FitError if no thruster pushed enough to move the vehicle."""
-    shape = file.vehicle.configurations[configuration]
-    forces = wrench(dive, file, configuration)
-    if not np.nanmax(np.abs(forces.asked), initial=0.0) > 0.0:
-        raise FitError(
-            f"{dive.name}: no thruster pushed in all the dive: every command is neutral, or too small to turn a "
-            "propeller, so nothing can be told of what thrust does; dive again with starts, stops and turns under "
-            "thrust, or check which outputs were recorded"
-        )
-    mass = np.array([shape.rigid_body(dof)[0] for dof in range(6)])
-    fastest = np.max(np.abs(_driven(forces, mass)), axis=0)
-    if all(fastest[dof] < least for dof, least in DRIVEN.items()):
-        raise FitError(
-            f"{dive.name}: the thrusters hardly pushed: by them alone the vehicle never goes faster than "
-            f"{1000 * max(fastest[:3]):.1f} mm/s, less than its sensors tell, so nothing can be told of what thrust "
-            "does; dive again with starts, stops and turns under thrust"
-        )
-
-
-def _driven(forces: WrenchHistory, mass: Array) -> Array:
-    """(m, 6): speeds by the commands alone for mass (6,) and the longest time constant."""
-    held_s = np.diff(forces.time_s)
-    keep = np.exp(-held_s / BRAKED_S)
-    push = BRAKED_S * (1.0 - keep)[:, None] * np.nan_to_num(forces.asked[:-1]) / mass
-    out, speed = np.zeros((len(forces.time_s), 6)), np.zeros(6)
-    for k, one in enumerate(keep.tolist()):
-        speed = one * speed + push[k]
-        out[k + 1] = speed
-    return out
 
 
 @dataclass(frozen=True)

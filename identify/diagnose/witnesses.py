@@ -153,7 +153,7 @@ def witnesses(dive: Dive, file: VehicleFile, course: Course) -> tuple[Witness, .
 def _shafts(dive: Dive, file: VehicleFile, course: Course) -> Iterator[Witness]:
     """Thrust by shaft speed less thrust by pulse and lag. Scales of either curve ahead and astern, and the telemetry's
     delay, are nuisances: a thruster's timing shows in the vehicle's motion."""
-    if dive.rpm is None or dive.pwm is None:
+    if dive.rpm is None or dive.pwm is None or course.by_wrench:
         return
     curve = file.vehicle.thrust_curve
     count, lag_s = course.asked_n.shape[1], max(curve.lag_s, 1e-6)

@@ -1,7 +1,7 @@
 """The velocity of an autopilot's own filter: how late it is told and how smooth, found from the dive; and the axes of a
 dive with it dated back."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +10,30 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.axes import Axes, build_axes
 from identify.estimators.lasting import lasting, too_short
+from identify.estimators.lateness import Timing, by_lateness
 from identify.estimators.likelihood_axis import MASS_RATIO, likelihood_of, rigid_mass
 from identify.estimators.likelihood_joint import alone
+from identify.estimators.readings import YAW
 from identify.estimators.scoring import climb
 from identify.estimators.shared import shared
 from identify.ingest.rotation import attitude_at, to_body
+from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 
-USUAL, MOST = np.array([0.15, 0.08]), np.array([0.8, 0.5])
-"""Lateness and smoothing, s: where the search begins, and the most that a filter is believed to have."""
+USUAL = np.array([0.15, 0.08])
+"""Lateness and smoothing, s, where the search begins."""
+
+MOST = np.array([0.8, 0.5, 1.0])
+"""Lateness, smoothing and delay, s, that are believed at most."""
+
+DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
+"""Of the thrust: where the search for it begins, by yaw, which no filter of velocities hides."""
+
+SURGE, SWAY = 0, 1
+
+DELAY_SPREAD_S = 0.1
+"""How far from where it is taken to be the thrust's delay may well be."""
 
 ENOUGH = 0.5
 """Nats: as far as an axis is climbed here."""
@@ -30,8 +44,8 @@ TURNS, SETTLED_S = 5, 0.005
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     """The dive with the velocity of an autopilot's own filter at the times at which it was so, and its smoothing.
 
-    Both are what makes surge and sway agree best with the thrust and with their own turning; what is left of them is
-    fitted with each axis (`lateness.timing_of`).
+    Both are what makes surge and sway agree best with the thrust and with their own turning; by how much the thrust
+    itself is late yaw tells. What is left of them is fitted with each axis (`lateness.timing_of`).
     """
     if (
         not dive.velocity_is_filtered
@@ -40,13 +54,13 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         or not len(dive.velocity)
     ):
         return dive
-    timing = USUAL
+    timing = np.array([*USUAL, _rough_delay_s(dive, file, name)])
     for _ in range(TURNS):
-        further = _further(dated_back(dive, *timing.tolist()), file, name)
+        further = _further(dive, timing, file, name)
         timing = np.clip(timing + further, 0.0, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
-    return dated_back(dive, *timing.tolist())
+    return dated_back(dive, *timing[:2].tolist())
 
 
 def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
@@ -66,25 +80,65 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
     )
 
 
-def _further(dive: Dive, file: VehicleFile, name: str) -> Array:
-    """By how much later still, and smoother, than it is taken to be the velocity is, (2,) in s, by surge and sway."""
+def _rough_delay_s(dive: Dive, file: VehicleFile, name: str) -> float:
+    """The delay of the thrust among DELAYS_S that yaw agrees with best."""
+    found = [(_fitted(dive, delay_s, file, name, (YAW,)), delay_s) for delay_s in DELAYS_S]
+    likely = [(fits[0].log_likelihood, delay_s) for fits, delay_s in found if fits]
+    return max(likely, default=(0.0, 0.0))[1]
+
+
+def _further(dive: Dive, timing: Array, file: VehicleFile, name: str) -> Array:
+    """By how much more than `timing` (3,) the lateness and the smoothing of the velocity, by surge and sway, and the
+    delay of the thrust, by yaw, are, in s."""
+    late_s, smoothing_s, delay_s = timing.tolist()
+    found, precision = np.zeros(2), 1e-9 * np.eye(2)
+    fits = _fitted(dated_back(dive, late_s, smoothing_s), delay_s, file, name, (SURGE, SWAY, YAW))
+    later_s = 0.0
+    for fit in fits:
+        own = np.linalg.inv(fit.covariance)
+        if len(own) == 1:
+            later_s = float(fit.timing[0])
+        else:
+            found, precision = found + own @ fit.timing, precision + own
+    velocity = np.linalg.solve(precision, found)
+    # Thrust that comes later makes the velocity seem less late.
+    return np.array([velocity[0] - later_s, velocity[1], later_s])
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """What an axis alone says of its timing (k,), in s, with its covariance."""
+
+    log_likelihood: float
+    timing: Array
+    covariance: Array
+
+
+def _fitted(dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tuple[int, ...]) -> list[_Fit]:
+    """Each of the axes alone under thrust so late; none of those that the recording lacks."""
+    curve = replace(file.vehicle.thrust_curve, delay_s=file.vehicle.thrust_curve.delay_s + delay_s)
+    late = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     shape = file.vehicle.configurations[name]
     masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
-    found, precision = np.zeros(2), 1e-9 * np.eye(2)
-    for axis in build_axes(dive, file, name).axes:
-        if axis.dof < 2 and axis.timing:
-            problem = likelihood_of(axis, shape, masses, (), "both")
-            theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
-            maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
-            place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
-            own = np.linalg.inv(np.linalg.inv(maximum.precision)[place, place])
-            found, precision = found + own @ maximum.theta[place], precision + own
-    return np.asarray(np.linalg.solve(precision, found))
+    out = []
+    for axis in build_axes(dive, late, name, dofs).axes:
+        if not axis.timing:
+            own = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
+            axis = replace(axis, timing=(own,))
+        problem = likelihood_of(axis, shape, masses, (), "both")
+        theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
+        maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
+        place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
+        covariance = np.linalg.inv(maximum.precision)[place, place]
+        out.append(_Fit(maximum.log_likelihood, maximum.theta[place], np.asarray(covariance)))
+    return out
 
 
 def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """Those that were read for long enough to be identified; raises FitError where none was, and as `build_axes`."""
+    """Those that were read for long enough to be identified; raises FitError where none was, where nothing was pushed,
+    and as `build_axes`."""
     lasting(dive)
+    refuse_unpushed(dive, file, name)
     built = build_axes(dated(dive, file, name), file, name)
     short = {axis.dof: reason for axis in built.axes if (reason := too_short(dive, axis.dof))}
     kept = tuple(axis for axis in built.axes if axis.dof not in short)

@@ -4,6 +4,7 @@ Coriolis forces couple the axes through products of velocities; they are formed 
 leaves six filters of one axis each instead of one of twelve states. `coupled` makes them anew from better ones.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,8 +18,8 @@ from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import FilteredForce, Timing, timing_of
 from identify.estimators.motion import NO_MOTION, Motion
-from identify.estimators.places import at_origin, places_of, restoring_force, stiffness
-from identify.estimators.readings import FEWEST, PITCH, ROLL, YAW, Channel, channels
+from identify.estimators.places import at_origin, places_of, restoring_force, stiffness, with_rates_of_places
+from identify.estimators.readings import FEWEST, HEAVE, PITCH, ROLL, YAW, Channel, channels
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
 
@@ -33,7 +34,11 @@ TIME_DIGITS = 5
 
 FIRST_POSITION_STD = 0.1
 LEAST_START_S = 0.5
-LEAST_COMMANDS_HZ = 4.0
+LEAST_FIRST_M_S = 1e-3
+LATE_SHARE = 0.3
+"""Commands that are sampled slowly may act earlier or later than is taken: its standard deviation, over the time from
+one sample to the next."""
+
 STRANGE_SHARE, TELLING_SHARE, FEWEST_TELLING = 0.2, 0.15, 20
 """A thrust curve is known to 10 % as a rule: twice that between PWM and TAU_CMD is another vehicle's. A wrench below
 the other share of a thruster's limit (N, or N m) may lie in the dead band. So many commands above it tell."""
@@ -51,9 +56,9 @@ class Axis:
     coriolis (n, 6): force for each unit of each total mass. reading: NaN where the event only divides a step.
     scale: standard deviation of a reading over its channel's noise. channel: which of `channels` was read.
     stiffness: restoring moment by angle, for roll and pitch. initial (4,): first speed and angle or depth, and
-    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of, less that of the `water` (n,). white_force: N (N m)
-    over the root of 1/s, what pulses in whole microseconds hide; 0 where they are not rounded. timing, smoothing_s: of the readings of an autopilot's own
-    filter.
+    their variances. speed (n,): the axis's own over each step, of which, less the `water`'s (n,), quadratic drag is
+    made. white_force: N (N m) over the root of 1/s, what pulses in whole microseconds hide; 0 where they are not
+    rounded. timing, smoothing_s: of the readings of an autopilot's own filter.
     """
 
     dof: int
@@ -89,7 +94,7 @@ class Axes:
     motion: the velocities that the Coriolis forces were made of. restoring: by degree of freedom, (m,) at the times
     of the motion, but for what the stiffness makes of an axis's own integral. strange: why the recording can hardly
     be one of this vehicle in this configuration, empty where it can. unpushed: the axes that no thruster pushed, in a
-    sentence: what moved them is what the others did to them, and what rights them.
+    sentence: what moved them, if anything, is what the others did to them, and what rights them.
     """
 
     axes: tuple[Axis, ...]
@@ -111,8 +116,8 @@ class Axes:
         return tuple(c.name for c in COEFFICIENTS if c.dof in (ROLL, PITCH) and c.dof in self.unpushed)
 
 
-def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """The axes that this dive has readings and forces for.
+def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = range(6)) -> Axes:
+    """The axes, among these degrees of freedom, that this dive has readings and forces for.
 
     Raises FitError where the dive holds no thruster command at all, or no reading that does not stand still.
     """
@@ -124,34 +129,35 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     vehicle = file.vehicle
     configuration = vehicle.configurations[name]
     forces = wrench(dive, file, name)
-    rate_hz = 1.0 / max(float(np.median(np.diff(forces.time_s))), 1e-9) if len(forces.time_s) > 1 else 0.0
-    if rate_hz < LEAST_COMMANDS_HZ:
-        reason = f"thruster commands come at {rate_hz:.1f} Hz, too rarely to know the force between them"
-        return Axes((), dict.fromkeys(range(6), reason), forces.notes)
     # What the thrusters did before the first command is unknown; ten lags later it no longer matters.
     start, end = float(forces.time_s[0]) + max(10 * forces.lag_s, LEAST_START_S), float(forces.time_s[-1])
     grid = np.arange(start, max(end, start + 10 * GRID_S) + 2 * GRID_S, GRID_S)
     attitude = None if dive.attitude is None else attitude_at(dive.attitude, grid)
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     velocity, motion = at_origin(dive, grid, np.asarray(lever))
+    motion = with_rates_of_places(dive, file, motion)
     places = places_of(dive, file, motion, attitude)
     axes, missing, unpushed, held = [], {}, {}, {}
-    for dof in range(6):
+    for dof in dofs:
         place = places.get(dof)
         found = channels(dive, dof, velocity, None if place is None else place.reading)
+        least_n = LEAST_DRIVE * configuration.thruster_limit_n
+        if np.std(forces.asked[:, dof]) <= least_n:
+            unpushed[dof] = _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
         if not found:
             missing[dof] = _unread(dive, dof)
+        elif dof in unpushed and found[0].state_read == POSITION and not forces.asked[:, dof].any():
+            missing[dof] = f"{unpushed[dof]}, and {found[0].name} alone was read there"
         elif (events := _events(dof, found, (start, end))) is None:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
-            if np.std(forces.asked[:, dof]) <= LEAST_DRIVE * configuration.thruster_limit_n:
-                righted = ", its righting moment alone did" if dof in (ROLL, PITCH) else ""
-                unpushed[dof] = f"the thrusters never pushed in {DOFS[dof]}{righted}"
             held[dof] = restoring_force(configuration, dof, motion, attitude, place)
             axis = coupled(_pushed(events, configuration, forces, motion, held[dof]), motion)
-            axis = replace(axis, white_force=float(forces.rounded[dof]))
+            axis = replace(axis, white_force=float(forces.hidden[dof]))
             if axis.is_coloured:
                 axis = _behind_filter(axis, forces, grid, held[dof], dive.velocity_smoothing_s)
+            if forces.sampled_s:
+                axis = _late_or_early(axis, forces)
             if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
                 axes.append(axis)
             else:
@@ -162,12 +168,26 @@ def build_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
     return Axes(tuple(axes), missing, forces.notes, strange, motion, held, unpushed)
 
 
+def _unpushed(dof: int, steadily: bool) -> str:
+    if steadily:
+        return f"the thrusters pushed in {DOFS[dof]} all the dive alike"
+    righted = ", its righting moment alone did" if dof in (ROLL, PITCH) else ""
+    return f"the thrusters never pushed in {DOFS[dof]}{righted}"
+
+
 def _unread(dive: Dive, dof: int) -> str:
-    """Why a dive has no readings of an axis."""
+    """Why a dive has no readings of an axis, and what to record."""
     what = f"{'velocity' if dof < 3 else 'rate of turn'} in {DOFS[dof]}"
+    sensor = "DVL" if dof < 3 else "gyro"
     if ("velocity" if dof < 3 else "gyro") in dive.frozen:
-        return f"the recorded {what} stands still at one value while the vehicle goes on"
-    return f"no {what} was recorded"
+        return (
+            f"the recorded {what} stands still at one value while the vehicle goes on; check the {sensor}, and what "
+            "passes its readings on"
+        )
+    place = {2: dive.depth if dive.depth is not None else dive.pressure}.get(dof, dive.attitude)
+    told = "depth" if dof == HEAVE else "attitude"
+    beside = "" if dof < 2 or place is None else f", and {told} alone says too little of it"
+    return f"no {what} was recorded{beside}; record the {sensor}"
 
 
 def _strange(dive: Dive, forces: WrenchHistory, vehicle: Vehicle, name: str) -> str:
@@ -213,12 +233,12 @@ def _events(dof: int, found: list[Channel], span_s: tuple[float, float]) -> Axis
     keep = np.flatnonzero((time_s >= span_s[0]) & (time_s <= span_s[1]))
     order = keep[np.argsort(time_s[keep], kind="stable")]
     time_s, value, scale, state, channel = (a[order] for a in (time_s, value, scale, state, channel))
-    if np.count_nonzero(np.isfinite(value) & (state != POSITION)) < FEWEST:
+    if np.count_nonzero(np.isfinite(value) & (state == found[0].state_read)) < FEWEST:
         return None
     # An increment that began before the first event is no whole one.
     whole = state != INCREMENT
     value = np.where(whole | (np.cumsum(~whole) > 1), value, np.nan)
-    initial = _initial(value, scale, state)
+    initial = _initial(time_s, value, scale, state)
     between = np.round(_dividing(time_s), TIME_DIGITS).astype(np.float64)
     before = np.searchsorted(time_s, between)
     time_s = np.insert(time_s, before, between)
@@ -279,6 +299,19 @@ def _behind_filter(
     )
 
 
+def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
+    """The axis with what slow samples of the commands leave open: when, on the whole, these act."""
+    before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+    apart_s, spread_s = 0.5 * forces.sampled_s, LATE_SHARE * forces.sampled_s
+    early, late = (
+        forces.mean_between(before + by_s, axis.time_s + by_s)[:, axis.dof] for by_s in (apart_s, -apart_s)
+    )
+    if axis.timing:
+        first, *others = axis.timing
+        return replace(axis, timing=(replace(first, spread=float(np.hypot(first.spread, spread_s))), *others))
+    return replace(axis, timing=(Timing((late - early) / (2.0 * apart_s), spread_s),))
+
+
 def coupled(axis: Axis, motion: Motion) -> Axis:
     """The axis with the Coriolis forces and the own speed of a motion, each step's mean."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
@@ -293,7 +326,15 @@ def coupled(axis: Axis, motion: Motion) -> Axis:
     return replace(axis, coriolis=np.column_stack(columns), speed=speed)
 
 
-def _initial(value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
-    speed = (value / scale)[(state != POSITION) & np.isfinite(value)]
-    place = value[state == POSITION][:1].sum()
-    return np.array([speed[0], place, max(float(np.std(speed)), 1e-4) ** 2, FIRST_POSITION_STD**2])
+def _initial(time_s: Array, value: Array, scale: Array, state: NDArray[np.int64]) -> Array:
+    moving = (state != POSITION) & np.isfinite(value)
+    place = value[state == POSITION]
+    speed = (value / scale)[moving] if moving.any() else _rate_of(time_s, value)
+    least = 1e-4 if moving.any() else LEAST_FIRST_M_S
+    return np.array([speed[0], place[:1].sum(), max(float(np.std(speed)), least) ** 2, FIRST_POSITION_STD**2])
+
+
+def _rate_of(time_s: Array, place: Array) -> Array:
+    """The speeds between readings of a place."""
+    step_s = np.diff(time_s)
+    return np.asarray(np.diff(place)[step_s > 0] / step_s[step_s > 0])

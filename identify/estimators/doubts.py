@@ -79,6 +79,8 @@ def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:
     theta[problem.noise_place : problem.white_place] = np.log(DEAF_NOISE)
     error, _ = problem.filtered(theta, np.inf)
     moving = np.isfinite(error) & (axis.state_read != POSITION)
+    if not moving.any():
+        return problem.means(theta)[:, 0]
     said = ((problem.reading - error) / axis.scale)[moving]
     speed: Array = np.interp(axis.time_s, axis.time_s[moving], said)
     return speed

@@ -7,7 +7,7 @@ import numpy as np
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from identify.dive import Dive
-from identify.estimators.readings import YAW
+from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.said import SHORTEST_DIVE_S
 
 
@@ -37,7 +37,8 @@ def too_short(dive: Dive, dof: int) -> str:
 
 
 def common_s(dive: Dive, dof: int) -> float:
-    """How long a dive has both thruster commands and readings of an axis's velocity; NaN where either lacks."""
+    """How long a dive has both thruster commands and readings of an axis's velocity, or where nothing read that, of its
+    place; NaN where either lacks."""
     commands = [signal.time_s for signal in (dive.pwm, dive.tau_cmd) if signal is not None and len(signal)]
     columns = (
         [(dive.velocity, dof)]
@@ -45,6 +46,14 @@ def common_s(dive: Dive, dof: int) -> float:
         else [(dive.gyro, dof - 3), *([(dive.fog, 0)] if dof == YAW else [])]
     )
     known = [s.time_s[np.isfinite(s.value[:, column])] for s, column in columns if s is not None]
+    if not any(len(read) for read in known):
+        places = {
+            HEAVE: (dive.depth, dive.pressure),
+            ROLL: (dive.attitude,),
+            PITCH: (dive.attitude,),
+            YAW: (dive.attitude,),
+        }
+        known = [s.time_s[np.isfinite(s.value[:, 0])] for s in places.get(dof, ()) if s is not None]
     return max(
         (
             float(min(given[-1], read[-1]) - max(given[0], read[0]))

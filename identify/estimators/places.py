@@ -31,6 +31,35 @@ def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, M
     return velocity, Motion(time_s, nu)
 
 
+def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:
+    """The motion with what depth and attitude tell of the velocities that nothing else read (Fossen 2011, eq. 2.28)."""
+    nu = motion.nu.copy()
+    depth = dive.depth_by(file.vehicle.water)
+    if depth is not None and len(depth) >= FEWEST and not nu[:, HEAVE].any():
+        nu[:, HEAVE] = _rate(depth, 0, motion.time_s)
+    if dive.attitude is not None and len(dive.attitude) >= FEWEST and not nu[:, 3:].all(axis=1).any():
+        w, x, y, z = dive.attitude.value.T
+        down_x, down_y, down_z = down_axis(dive.attitude.value)
+        heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+        euler = np.column_stack([np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0)), heading])
+        angles = Signal(dive.attitude.time_s, euler)
+        roll, pitch = (np.interp(motion.time_s, angles.time_s, euler[:, i]) for i in range(2))
+        by_roll, by_pitch, by_heading = (_rate(angles, i, motion.time_s) for i in range(3))
+        body = (
+            by_roll - np.sin(pitch) * by_heading,
+            np.cos(roll) * by_pitch + np.cos(pitch) * np.sin(roll) * by_heading,
+            np.cos(pitch) * np.cos(roll) * by_heading - np.sin(roll) * by_pitch,
+        )
+        for dof, rate in enumerate(body, start=ROLL):
+            if not nu[:, dof].any():
+                nu[:, dof] = rate
+    return Motion(motion.time_s, nu)
+
+
+def _rate(place: Signal, column: int, time_s: Array) -> Array:
+    return np.asarray(np.gradient(smoothed(place, column, time_s), time_s))
+
+
 @dataclass(frozen=True)
 class Place:
     """The integral of one axis's own velocity: what was read, (n, 1), less what the other axes added to it.
@@ -43,7 +72,7 @@ class Place:
 
 
 def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
-    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, eqs 2.18 and 2.26)."""
+    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18, 2.26)."""
     depth = dive.depth_by(file.vehicle.water)
     found: dict[int, tuple[Signal, Array]] = {}
     still = np.zeros(len(motion.time_s))

@@ -17,6 +17,9 @@ LEAST_NOISE = 1e-6
 MOST_HZ = 100.0
 """Faster readings are averaged down to about this rate: a vehicle does nothing within 10 ms that they would miss."""
 
+TELLING = 3.0
+"""A place that moves in a second by so many times its noise tells of the speed."""
+
 FILTERED_M_S, FILTERED_COLOURED_M_S, FILTERED_HZ = 2e-3, 0.015, 10.0
 """What an autopilot's own velocity is off by is mostly a slow error of its filter: where a fit of it starts, beside a
 little white noise; and the velocity is thinned, for one reading says little that the one 20 ms before it did not."""
@@ -27,8 +30,8 @@ class Channel:
     """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
     A NaN reading only marks where increments start anew. `noise` is where a fit of the noise starts, and how far
-    from it, in its logarithm, the fit may well go. coloured: where a fit of a slow error of its velocity starts, 0 where
-    it has none.
+    from it, in its logarithm, the fit may well go. coloured: where a fit of its velocity's slow error starts, 0 if it
+    has none.
     """
 
     name: str
@@ -42,10 +45,11 @@ class Channel:
 
 
 def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None) -> list[Channel]:
-    """All that measures an axis, the one that reads its velocity first; none where that is missing.
+    """All that measures an axis, the one that reads its velocity first; where that is missing, its place alone, if that
+    tells of the velocity; none where nothing does.
 
-    `velocity` (n, 3) at the body's origin; `place` (n, 1) the integral of the axis's own velocity: depth, roll or
-    pitch.
+    `velocity` (n, 3) at the body's origin; `place` (n, 1) the integral of the axis's own velocity: depth, roll, pitch
+    or heading.
     """
     if dof < 3:
         found = [
@@ -58,7 +62,20 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, place: Signal | None
         found = [_rate(dive, dof)]
         if dof in (ROLL, PITCH) or steers_unheard(dive):
             found.append(_direct("attitude", place, 0, POSITION))
-    return [channel for channel in found if channel is not None] if found[0] is not None else []
+    if found[0] is None:
+        alone = _direct("depth" if dof < 3 else "attitude", place, 0, POSITION)
+        return [alone] if alone is not None and _tells_of_speed(alone) else []
+    return [channel for channel in found if channel is not None]
+
+
+def _tells_of_speed(place: Channel) -> bool:
+    """Whether a place moves in a second by clearly more than its noise."""
+    after = np.searchsorted(place.time_s, place.time_s + 1.0)
+    inside = after < len(after)
+    if np.median(np.diff(place.time_s)) > 1.0 or not inside.any():
+        return False
+    moved = place.value[after[inside]] - place.value[inside]
+    return bool(np.sqrt(np.mean(moved**2)) > TELLING * np.sqrt(2.0) * place.noise)
 
 
 def steers_unheard(dive: Dive) -> bool:

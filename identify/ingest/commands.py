@@ -3,6 +3,9 @@
 For a moment it did what it was told before. Where it is unknown for longer, TAU_CMD stands in for the thrust (see
 `identify.forces`); without that, what moved the vehicle is unknown, and only the longest part of the dive in which all
 commands are known is used.
+
+How a command was logged tells what is known between two messages. Where messages come as commands change, each holds
+until the next. Where a quick loop's commands are sampled slowly, nobody knows when they changed in between.
 """
 
 from dataclasses import replace
@@ -15,7 +18,73 @@ from identify.dive import Dive, Signal
 HELD_S = 0.5
 """Between two known commands of a thruster: short beside the seconds in which a vehicle changes its speed."""
 
+SLOW_HZ = 4.0
+"""Commands that come as often hold until the next: a vehicle hardly moves before that."""
+
+LONE_S = 2.0
+"""Nobody samples so seldom: commands further apart are logged as they change, regular or not."""
+
+CHANGED, REGULAR, OFF_BEAT = 0.95, 0.8, 0.15
+"""Share of messages that change something where changes alone are logged; share of steps between messages that are a
+multiple of the usual one where a clock sends them, and how far off, in such steps, they may be."""
+
+FEWEST = 10
+"""Fewer messages show no clock that sends them."""
+
+SPREAD_HZ = 10.0
+
 Span = tuple[float, float]
+
+
+def logged_at_changes(commands: Signal) -> bool:
+    """Whether commands (n, k) that come seldom were logged as they changed."""
+    if len(commands) < 2 or commands.rate_hz >= SLOW_HZ:
+        return False
+    before, after = commands.value[:-1], commands.value[1:]
+    same = (before == after) | (np.isnan(before) & np.isnan(after))
+    if np.mean(~same.all(axis=1)) < CHANGED:
+        return False
+    steps = np.diff(commands.time_s) * commands.rate_hz
+    multiple = np.maximum(np.round(steps), 1.0)
+    regular = np.mean(np.abs(steps - multiple) < OFF_BEAT) >= REGULAR
+    return bool(1.0 / commands.rate_hz > LONE_S or not regular)
+
+
+def sampled_slowly(commands: Signal) -> bool:
+    """Whether what was commanded between two messages is unknown."""
+    return len(commands) >= FEWEST and commands.rate_hz < SLOW_HZ and not logged_at_changes(commands)
+
+
+def spread(commands: Signal, end_s: float) -> Signal:
+    """Commands that hold until the next, told as often as a log that repeats them would, up to the end of a dive."""
+    ends_s = np.append(commands.time_s[1:], max(end_s, float(commands.time_s[-1])))
+    times = np.maximum(np.ceil((ends_s - commands.time_s) * SPREAD_HZ - 1e-6).astype(np.int64), 1)
+    of = np.repeat(np.arange(len(commands)), times)
+    place = np.arange(len(of)) - np.repeat(np.cumsum(times) - times, times)
+    time_s = commands.time_s[of] + place / SPREAD_HZ
+    last = ends_s[-1:][ends_s[-1:] > time_s[-1]]
+    return Signal(
+        np.append(time_s, last), np.vstack([commands.value[of], commands.value[of[-1:]][: len(last)]])
+    )
+
+
+def with_spread_commands(dive: Dive) -> Dive:
+    """The dive with commands that were logged only as they changed told throughout, with a note."""
+    signals = {"pwm": dive.pwm, "tau_cmd": dive.tau_cmd}
+    changed = {
+        name: spread(one, dive.span_s[1])
+        for name, one in signals.items()
+        if one is not None and logged_at_changes(one)
+    }
+    if not changed:
+        return dive
+    note = "Thruster commands were logged as they changed: each is taken to hold until the next."
+    return replace(
+        dive,
+        pwm=changed.get("pwm", dive.pwm),
+        tau_cmd=changed.get("tau_cmd", dive.tau_cmd),
+        notes=(*dive.notes, note),
+    )
 
 
 def held_commands(pwm: Signal) -> Signal:

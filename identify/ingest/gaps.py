@@ -4,9 +4,9 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS
 from identify.dive import Array, Dive, Signal
+from identify.ingest.commands import sampled_slowly
 from identify.ingest.frozen import axis_key
 
-SLOWEST_COMMAND_HZ = 5.0
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
@@ -21,7 +21,12 @@ def _velocity(dive: Dive) -> list[str]:
     signal = dive.velocity
     if signal is None or not np.isfinite(signal.value).any():
         lacks = "left" if "velocity" in dive.frozen else "recorded"
-        return [f"No velocity is {lacks}: mass and damping in surge, sway and heave can't be identified."]
+        if dive.depth is None and dive.pressure is None:
+            return [f"No velocity is {lacks}: mass and damping in surge, sway and heave can't be identified."]
+        return [
+            f"No velocity is {lacks}: mass and damping in surge and sway can't be identified, those in heave by depth "
+            "alone."
+        ]
     notes = []
     if signal.rate_hz < SLOWEST_VELOCITY_HZ:
         notes.append(f"Velocity comes at {signal.rate_hz:.1f} Hz, too slow to identify masses.")
@@ -46,8 +51,8 @@ def _rates(dive: Dive) -> list[str]:
     if fastest == 0.0:
         if dive.attitude is not None:
             return [
-                f"No rate of turn is {lacks}, and heading at {dive.attitude.rate_hz:.1f} Hz can't stand in "
-                "for it: inertia and damping in yaw can't be identified."
+                f"No rate of turn is {lacks}: inertias and dampings in roll, pitch and yaw are identified by the "
+                f"attitude alone, at {dive.attitude.rate_hz:.1f} Hz."
             ]
         return [f"No rate of turn is {lacks}: inertia and damping in yaw can't be identified."]
     if fastest < SLOWEST_GYRO_HZ:
@@ -61,10 +66,10 @@ def _forces(dive: Dive) -> list[str]:
     notes = []
     signal = dive.pwm if dive.pwm is not None else dive.tau_cmd
     assert signal is not None
-    if signal.rate_hz < SLOWEST_COMMAND_HZ:
+    if sampled_slowly(signal):
         notes.append(
-            f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: "
-            "masses can't be identified. Ask the vehicle for 10 Hz or more."
+            f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them: what they "
+            "did there is taken for a noise. Ask the vehicle for 10 Hz or more."
         )
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):

@@ -11,7 +11,7 @@ from bridge.ring.made_since import lacked, lacked_words
 from bridge.ring.whole import standing_for
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.ingest.commands import with_known_commands
+from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.dataflash import read_dataflash
 from identify.ingest.frozen import without_frozen
 from identify.ingest.gaps import gaps
@@ -48,7 +48,7 @@ def read_dive(path: Path, columns: Path | None = None, vehicle: VehicleFile | No
             f"{path}: its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
             f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive"
         )
-    possible = with_known_commands(without_impossible(whole), _thrusters(vehicle))
+    possible = with_known_commands(with_spread_commands(without_impossible(whole)), _thrusters(vehicle))
     dive = without_frozen(without_repeated(possible))
     return replace(dive, notes=(*_unread(path), *dive.notes, *gaps(dive), *_misfits(dive, vehicle)))
 

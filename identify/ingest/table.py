@@ -15,6 +15,7 @@ from bridge.tlog import load_bytes
 from bridge.vehicle.config import CONFIGS, GRAVITY_M_S2
 from identify.dive import Array, Signal
 from identify.ingest import rotation
+from identify.ingest.commands import spread
 
 Mask = NDArray[np.bool_]
 
@@ -82,7 +83,10 @@ class Columns:
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Which column holds what. Body axes FRD; `euler` is roll, pitch, yaw; `notes` go to the user."""
+    """Which column holds what. Body axes FRD; `euler` is roll, pitch, yaw; `notes` go to the user.
+
+    `commands_hold`: each thruster command, or wrench, holds until the next that is told, however much later that is.
+    """
 
     time: TimeColumn
     velocity: Columns | None = None
@@ -100,6 +104,7 @@ class ColumnMap:
     tau_cmd: Columns | None = None
     armed: Columns | None = None
     velocity_is_filtered: bool = False
+    commands_hold: bool = False
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -156,6 +161,10 @@ def read_table(path: Path, columns: ColumnMap) -> dict[str, Any]:
     quaternion = signals.pop("quaternion", None)
     if quaternion is not None:
         signals["attitude"] = quaternion
+    if columns.commands_hold:
+        end_s = max((float(one.time_s[-1]) for one in signals.values() if len(one)), default=0.0)
+        for name in {"pwm", "tau_cmd"} & signals.keys():
+            signals[name] = spread(signals[name], end_s)
     return {
         **signals,
         "velocity_is_filtered": columns.velocity_is_filtered,

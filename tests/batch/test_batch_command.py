@@ -106,6 +106,7 @@ def test_the_same_batch_again_takes_every_result_from_where_it_is_kept(dives, do
     assert json.loads((tmp_path / "all.json").read_text(encoding="utf-8")) == done[2]
 
 
+@pytest.mark.soak
 def test_a_cluster_finds_the_very_same(dives, done, tmp_path):
     with cluster(tmp_path, workers=2) as running:
         words = ["batch", str(dives), "--vehicle", "ruvifist", "--out", str(tmp_path / "out")]

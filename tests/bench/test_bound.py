@@ -88,6 +88,7 @@ def test_the_gradient_is_the_slope_of_the_likelihood(mission: Mission) -> None:
             assert found.gradient[place] / spread[place] == pytest.approx(slope / spread[place], abs=0.15)
 
 
+@pytest.mark.soak
 def test_over_many_repeats_one_scoring_step_from_the_truth_errs_as_much_as_the_bound_says() -> None:
     errors = []
     for repeat in range(40):

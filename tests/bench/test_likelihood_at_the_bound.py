@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from soak import rest_in_soak
 
 from bench.bound import cramer_rao
 from bench.missions.mission import draw_one
@@ -19,7 +20,7 @@ def mission(seed, seconds=None, kind=None):
     return draw_one(seed, seconds=seconds, kind=kind)
 
 
-@pytest.mark.parametrize("seed", [100000, 100010, 100034])
+@pytest.mark.parametrize("seed", rest_in_soak([100010, 100000, 100034]))
 def test_intervals_are_as_wide_as_the_bound_and_hold_the_truth(seed):
     dived = mission(seed)
     found, bound = estimate(dived.dive, dived.file, dived.configuration, quiet), cramer_rao(dived)

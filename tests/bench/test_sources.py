@@ -6,6 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from soak import rest_in_soak, rows_rest_in_soak
 
 from bench.accuracy_trials import SOURCES
 from bench.forms.judge import OF_FORMS
@@ -41,7 +42,9 @@ def _read(work: str) -> set[Path]:
     return own
 
 
-@pytest.mark.parametrize("method", [name for name in OWN if "SINDy" not in name or find_spec("pysindy")])
+@pytest.mark.parametrize(
+    "method", rest_in_soak(name for name in OWN if "SINDy" not in name or find_spec("pysindy"))
+)
 def test_a_baseline_reads_nothing_outside_its_sources(method: str) -> None:
     found = _read(MISSION + f"from {OWN[method]} import estimate\n{ASKED}")
     assert found - set(files(*SOURCES["own"])) == set()
@@ -56,6 +59,7 @@ def test_the_products_methods_load_nothing_outside_their_sources() -> None:
     assert _read(MISSION + PRODUCT) - set(files(*SOURCES["product"])) == set()
 
 
+@pytest.mark.soak
 def test_the_networks_other_forms_load_nothing_outside_their_sources() -> None:
     forms = (
         "from bench.forms import lstm, neural_ode, shooting, strong\nfrom bench.forms.task import task_of\n"
@@ -73,12 +77,18 @@ def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_cov
     assert _read(work) - keeping - set(files(*coverage.SOURCES)) == set()
 
 
-def test_a_diagnosis_and_its_rivals_load_nothing_outside_their_sources() -> None:
+@pytest.mark.parametrize(
+    ("work", "kept"),
+    rows_rest_in_soak(
+        [
+            ("import bench.diagnosis.trials", "ANSWERS"),
+            ("from bench.diagnosis.rivals.trials import available\navailable()", "RIVALS"),
+        ]
+    ),
+)
+def test_a_diagnosis_and_its_rivals_load_nothing_outside_their_sources(work: str, kept: str) -> None:
     from bench.diagnosis import sources
 
     keeping = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py")}
     keeping.add(ROOT / "bench" / "diagnosis" / "sources.py")
-    answers = _read("import bench.diagnosis.trials")
-    assert answers - keeping - set(files(*sources.ANSWERS)) == set()
-    rivals = _read("from bench.diagnosis.rivals.trials import available\navailable()")
-    assert rivals - keeping - set(files(*sources.RIVALS)) == set()
+    assert _read(work) - keeping - set(files(*getattr(sources, kept))) == set()

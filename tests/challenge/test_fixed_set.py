@@ -1,6 +1,7 @@
 """A small fixed set of hidden effects, large ones in short dives: each is named, and nothing is where nothing hides."""
 
 import pytest
+from soak import rest_in_soak, rows_rest_in_soak
 
 from identify.challenge.answers import answer_of
 from identify.challenge.case import dive_of, draw_case
@@ -17,7 +18,7 @@ def judged(seed: int, *names: str) -> Judged:
     return Judged(case.truth(), answer_of(plain(found)))
 
 
-@pytest.mark.parametrize("seed", [391_000, 391_011])
+@pytest.mark.parametrize("seed", rest_in_soak([391_000, 391_011]))
 def test_where_nothing_hides_there_is_no_gap(seed: int) -> None:
     found = judged(seed)
     assert found.verdict == "no_gap"
@@ -26,14 +27,17 @@ def test_where_nothing_hides_there_is_no_gap(seed: int) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "name"),
-    [
-        (391_001, "quadratic_drag"),
-        (391_002, "steady_current"),
-        (391_003, "dead_zone"),
-        (391_004, "net_buoyancy"),
-        (391_005, "dvl_lever_arm"),
-        (391_006, "coupled_damping"),
-    ],
+    rows_rest_in_soak(
+        [
+            (391_001, "quadratic_drag"),
+            (391_003, "dead_zone"),
+            (391_002, "steady_current"),
+            (391_004, "net_buoyancy"),
+            (391_005, "dvl_lever_arm"),
+            (391_006, "coupled_damping"),
+        ],
+        keep=2,
+    ),
 )
 def test_an_effect_that_hides_is_named_first(seed: int, name: str) -> None:
     found = judged(seed, name)

@@ -20,9 +20,9 @@ from identify.challenge.recording import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.answer import plain
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.recording import refuse_unpushed
 from identify.diagnose.wording import percent_sure
 from identify.dive import Signal
+from identify.unpushed import refuse_unpushed
 from tui.cli import main
 
 SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"

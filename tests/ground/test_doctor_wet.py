@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from soak import rest_in_soak
 from wet_dive import turned, wet_check
 
 from bridge.errors import ConfigError, LogError
@@ -55,7 +56,7 @@ def test_a_vehicle_with_nothing_wrong_gets_no_complaint(right, key):
     assert min(f.confidence for f in found) > 0.95
 
 
-@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
 def test_every_pair_of_swapped_thrusters_is_named(key):
     for a, b in itertools.combinations(EIGHT, 2):
         wiring = list(EIGHT)
@@ -65,7 +66,7 @@ def test_every_pair_of_swapped_thrusters_is_named(key):
         assert f"thruster {a + 1} and thruster {b + 1} are swapped" in wrong[f"thruster {a + 1}"]
 
 
-@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
 @pytest.mark.parametrize(("sign", "words"), [(-1.0, "pushes backwards"), (0.0, "moved nothing")])
 def test_every_reversed_and_every_dead_thruster_is_named(key, sign, words):
     for channel in EIGHT:
@@ -76,7 +77,7 @@ def test_every_reversed_and_every_dead_thruster_is_named(key, sign, words):
         assert words in wrong[f"thruster {channel + 1}"]
 
 
-@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
 @pytest.mark.parametrize("sensor", ["dvl", "imu"])
 def test_every_turn_and_mirror_of_a_sensor_is_named(right, key, sensor):
     for turn in turns.TURNS[1:]:
@@ -94,7 +95,7 @@ def test_a_gyro_of_the_wrong_sign_is_named(right):
     assert wrong == {"fog": "fibre-optic gyro: its sign is wrong; turn its mounting over"}
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", rest_in_soak(range(12), keep=3))
 def test_several_faults_at_once_are_told_apart(seed):
     key = VEHICLES[seed % 3]
     rng = np.random.default_rng(seed)
@@ -133,7 +134,7 @@ def test_euler_angles_are_those_of_the_rotation():
         )
 
 
-@pytest.mark.parametrize("key", VEHICLES)
+@pytest.mark.parametrize("key", rest_in_soak(VEHICLES))
 @pytest.mark.parametrize(
     "late", [{"dvl": 0.12, "imu": 0.01, "fog": 0.03}, {"dvl": 0.25, "imu": 0.08, "fog": 0.0}]
 )

@@ -2,6 +2,7 @@
 
 import pytest
 from diving_vehicle import BAD, Dive
+from soak import rest_in_soak
 
 from bridge.errors import LinkError, LinkTimeout, LogError
 from bridge.framing import Encoder
@@ -44,7 +45,7 @@ def is_mirrored(mirror, dive, listing):
     return bool(listing)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", rest_in_soak(range(5)))
 def test_a_ring_is_fetched_whole_over_a_link_that_loses_doubles_reorders_and_delays(tmp_path, seed) -> None:
     dive, mirror = Dive(tmp_path / "ring", seed), Mirror(tmp_path / "mirror")
     dive.dive(20.0)
@@ -204,7 +205,7 @@ def span(dive):
     return sent[places[0] : places[-1] + 1]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", rest_in_soak(range(3)))
 def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed) -> None:
     dive, folder, beat = a_dive_under_water(tmp_path, seed=seed, **BAD)
     before = [path.read_bytes() for path in folder.heard()]

@@ -2,6 +2,7 @@
 
 import pytest
 from lossy_vehicle import SOURCE, Faults, LossyVehicle
+from soak import rest_in_soak
 
 from gcs_plugin.params.deadline import Timing, attempts_needed, deadline_s, is_past, retry_delay_s
 from gcs_plugin.params.listing import Listing
@@ -26,7 +27,7 @@ def never_false(vehicle, transfer):
             assert vehicle.values[name] == TARGETS[name]
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", rest_in_soak(range(60), keep=10))
 def test_forty_values_arrive_over_a_link_that_loses_a_third_each_way(seed):
     vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), Faults(**BAD_LINK), seed)
     transfer = transfer_to(vehicle)
@@ -34,7 +35,7 @@ def test_forty_values_arrive_over_a_link_that_loses_a_third_each_way(seed):
     assert vehicle.values == TARGETS | {n: v for n, v in vehicle.values.items() if n not in TARGETS}
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", rest_in_soak(range(30), keep=10))
 def test_a_vehicle_that_echoes_one_value_and_stores_another_is_found_out(seed):
     faults = Faults(**BAD_LINK, stores_other={"P_03": 127.0, "P_20": 0.0}, coalesces=True)
     vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), faults, seed)
@@ -44,7 +45,7 @@ def test_a_vehicle_that_echoes_one_value_and_stores_another_is_found_out(seed):
     assert transfer.results["P_03"].sentence == "P_03 = 4.5 refused: the vehicle keeps 127"
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", rest_in_soak(range(30), keep=10))
 @pytest.mark.parametrize("errors", [False, True])
 def test_a_refused_write_that_is_echoed_as_taken_is_no_success(seed, errors):
     faults = Faults(**BAD_LINK, refuses={"P_05"}, errors=errors)
@@ -55,7 +56,7 @@ def test_a_refused_write_that_is_echoed_as_taken_is_no_success(seed, errors):
     assert sum(r.outcome is Outcome.APPLIED for r in transfer.results.values()) == 39
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", rest_in_soak(range(20), keep=6))
 @pytest.mark.parametrize("forgets", [False, True])
 def test_a_reboot_in_the_middle_is_survived(seed, forgets):
     faults = Faults(**BAD_LINK, reboots_s=(1.0 + 0.4 * seed,), forgets_staging=forgets)
@@ -69,7 +70,7 @@ def test_a_reboot_in_the_middle_is_survived(seed, forgets):
 
 
 @pytest.mark.parametrize("loss", [{}, BAD_LINK], ids=["good link", "bad link"])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", rest_in_soak(range(20), keep=6))
 def test_a_vehicle_that_stores_writes_and_never_echoes_them_is_read_back(seed, loss):
     vehicle = LossyVehicle(dict.fromkeys(NAMES, 0.0), Faults(**loss, mute=set(NAMES)), seed)
     transfer = transfer_to(vehicle)
@@ -187,7 +188,7 @@ def test_two_tasks_of_one_name_are_a_mistake_of_the_caller():
         Transfer([write("A", 1.0), write("A", 2.0)], SOURCE, 0.0, Timing())
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", rest_in_soak(range(30), keep=10))
 def test_the_whole_list_is_read_over_a_bad_link(seed):
     vehicle = LossyVehicle(TARGETS, Faults(**BAD_LINK), seed, commits=False)
     listing = Listing(SOURCE, 0.0, PATIENT)

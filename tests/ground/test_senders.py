@@ -4,6 +4,7 @@ import tracemalloc
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from soak import rest_in_soak
 
 from bridge.framing import Encoder, Framer
 from gcs_plugin.fleet import LINE_GONE_S, Fleet
@@ -11,7 +12,7 @@ from gcs_plugin.senders import GONE_S, MOST_SENDERS, Senders
 from gcs_plugin.twins import Twins
 from gcs_plugin.watch.watcher import Watcher
 
-FULL, MORE = 3000, 10_000
+FULL, MORE = 3000, (4000, 10_000)
 A_MEGABYTE = 1_000_000
 
 
@@ -61,10 +62,11 @@ def watcher():
     return lambda frame, time_s: heard.feed(frame, time_s, "udpin:1")
 
 
+@pytest.mark.parametrize("more", rest_in_soak(MORE))
 @pytest.mark.parametrize(
     "make", [fleet, watcher, lambda: Twins(Line()).on_frame], ids=["fleet", "watcher", "twins"]
 )
-def test_made_up_addresses_fill_no_memory(make):
+def test_made_up_addresses_fill_no_memory(make, more):
     hear = make()
     now_s = 0.0
     for frame in made_up(0, FULL):
@@ -72,7 +74,7 @@ def test_made_up_addresses_fill_no_memory(make):
         hear(frame, now_s)
     tracemalloc.start()
     try:
-        for frame in made_up(FULL, MORE):
+        for frame in made_up(FULL, more):
             now_s += 0.001
             hear(frame, now_s)
         frame = None

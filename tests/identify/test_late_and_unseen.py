@@ -7,6 +7,7 @@ import closed_loop
 import network_tasks
 import numpy as np
 import pytest
+from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
@@ -67,7 +68,7 @@ def test_late_thrust_makes_data_and_model_disagree_and_says_by_how_much_and_what
 @pytest.mark.skipif(
     not OPEN_1.exists(), reason="the dives made elsewhere are not beside this checkout (shared)"
 )
-@pytest.mark.parametrize("method", ["likelihood", "pinn"])
+@pytest.mark.parametrize("method", rest_in_soak(["likelihood", "pinn"]))
 def test_a_lag_20_ms_off_is_doubted_in_yaw_on_a_dive_made_elsewhere_and_its_own_lag_is_not(method):
     """Its own lag is 30 ms, its yaw inertia 16.0 kg m2; 20 ms more take 3.6 % off that, seven standard errors."""
     file, dive = load_vehicle(str(ROOT / "tests/data/vehicles/hovering.yaml")), read_dive(OPEN_1)

@@ -7,6 +7,7 @@ from pathlib import Path
 import fitted
 import numpy as np
 import pytest
+from soak import rest_in_soak
 from turned_dives import turned
 
 from bench.missions.mission import draw_one
@@ -168,7 +169,7 @@ def test_rates_as_loud_as_the_motion_leave_the_scale_open_and_not_the_sign():
     assert "roll turns by -" in said_by(levelling_doubts(mirrored(loud, 1, 2)))
 
 
-@pytest.mark.parametrize("seed", range(100_321, 100_341))
+@pytest.mark.parametrize("seed", rest_in_soak(range(100_321, 100_341), keep=5))
 def test_a_scale_that_rests_on_rates_of_noise_alone_is_not_doubted(seed):
     still = level(0.01 * DEGREE, 0.01 * DEGREE)
     rng = np.random.default_rng(seed)
@@ -195,7 +196,7 @@ def test_a_hole_in_the_readings_and_a_vehicle_on_its_nose_are_left_out():
     assert levelling_doubts(holed) == ()
 
 
-@pytest.mark.parametrize("seed", [100_301, 100_302, 100_303])
+@pytest.mark.parametrize("seed", rest_in_soak([100_301, 100_302, 100_303]))
 @pytest.mark.parametrize("kind", ["lawnmower", "spin", "together", "rocking", "depth steps"])
 def test_an_honest_dive_is_not_doubted_and_a_spoilt_one_is(seed, kind):
     dive = mission(seed, kind)

@@ -3,13 +3,14 @@
 import network_tasks
 import pytest
 import torch
+from soak import rows_rest_in_soak
 
 MOVE = 1e-3
 
 
 @pytest.mark.parametrize(
     ("seed", "kind", "fog_gap_s"),
-    [(100_002, "rocking", (10.0, 12.0)), (100_009, "spin", None)],
+    rows_rest_in_soak([(100_002, "rocking", (10.0, 12.0)), (100_009, "spin", None)]),
     ids=["all axes, a FOG with a gap", "all axes, gyros alone"],
 )
 def test_the_slope_in_coefficients_and_noise_levels_is_that_of_central_differences(seed, kind, fog_gap_s):

@@ -1,11 +1,13 @@
 """Dives whose equations have no solution: refused in a sentence that names the axes, whatever broke them."""
 
 from dataclasses import replace
+from itertools import product
 
 import closed_loop
 import network_tasks
 import numpy as np
 import pytest
+from soak import rows_rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.errors import FitError
@@ -87,15 +89,14 @@ def mission():
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@pytest.mark.parametrize("method", BY_ITSELF)
-@pytest.mark.parametrize("spoil", SPOILT.values(), ids=list(SPOILT))
+@pytest.mark.parametrize(("method", "spoilt"), rows_rest_in_soak(product(BY_ITSELF, SPOILT), len(SPOILT) + 3))
 def test_whatever_a_recording_holds_the_answer_is_in_numbers_or_a_refusal_that_names_axes(
-    mission, spoil, method
+    mission, method, spoilt
 ):
     """No other error reaches the user, and nothing is told that is no number."""
     try:
         found = estimator(method)(
-            spoil(mission.dive), mission.file, mission.configuration, network_tasks.quiet
+            SPOILT[spoilt](mission.dive), mission.file, mission.configuration, network_tasks.quiet
         )
     except FitError as refused:
         assert any(axis in str(refused) for axis in ("surge", "roll"))  # noqa: PT017

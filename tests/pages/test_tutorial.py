@@ -7,7 +7,7 @@ import socket
 import pytest
 from page_runner import Typist
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.soak
 
 ELSEWHERE = (
     "seatrial simulate --vehicle ruvifist:hovering --mission hovering",  # the tutorial's dive stands in for it

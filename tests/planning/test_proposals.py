@@ -1,19 +1,19 @@
 """Which manoeuvres are proposed: within the limits, and where they tell most."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from soak import rest_in_soak
 
 from bridge.errors import FitError
-from bridge.simulator.missions import Leg, load_mission
+from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from identify.estimators.admitted import STAMPED_S
 from identify.planning.knowledge import NAMES, Knowledge, before_any_dive
-from identify.planning.limits import Limits, Tank, Trial
+from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import HEAVE, SURGE, SWAY, YAW, Drive, coast_down, laps, square, sweep
 from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
 from identify.planning.writing import instruction, mission_text, needs, pulses
@@ -24,22 +24,6 @@ KNOWN = replace(before_any_dive(FILE, "hovering"), values=dict(TRUTH.model))
 TANK = Tank(FILE, "hovering", KNOWN)
 PUSH = Drive(SURGE, "push_surge_n", 24.0)
 SPIN = Drive(YAW, "yaw_rad_s", 0.3)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _a_trial_is_dived_once() -> Iterator[None]:
-    """Proposals try mostly the same trials, and one of the same legs in the same tank comes to the same."""
-    dive, dived = Tank.dive, {}
-
-    def once(tank: Tank, legs: list[Leg]) -> Trial:
-        key = repr((tank._file.vehicle, tank._configuration, tank._truth, legs))
-        if key not in dived:
-            dived[key] = dive(tank, legs)
-        return dived[key]
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(Tank, "dive", once)
-        yield
 
 
 def known_to(widths: dict[str, float]) -> Knowledge:
@@ -84,7 +68,7 @@ def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
     assert found.trial.thrust_share <= 0.52
 
 
-@pytest.mark.parametrize("space_m", [0.6, 3.0])
+@pytest.mark.parametrize("space_m", rest_in_soak([0.6, 3.0]))
 def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
     found = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 300.0, [SURGE, SWAY])
     assert 250.0 < found.duration_s <= 300.0

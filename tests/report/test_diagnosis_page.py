@@ -2,7 +2,7 @@
 
 import re
 
-from made_diagnoses import NAN, Text, diagnosis, gap, read
+from made_diagnoses import NAN, Text, diagnosis, gap, page_of, read
 
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.result import Gap, Next, Shrink, Tried
@@ -24,7 +24,7 @@ def test_where_there_is_no_gap_the_page_shows_no_shares_of_it_and_no_empty_pictu
 
 
 def test_a_table_of_many_columns_breaks_its_headings_before_it_leaves_the_page():
-    assert ".scroll thead th { white-space: normal; }" in diagnosis_page(diagnosis())
+    assert ".scroll thead th { white-space: normal; }" in page_of(diagnosis())
 
 
 def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_of():
@@ -37,7 +37,7 @@ def test_the_drift_of_the_whole_dive_stands_beside_those_that_the_verdict_tells_
 
 
 def test_the_page_stands_alone_and_runs_nothing():
-    page = Text(diagnosis_page(diagnosis()))
+    page = Text(page_of(diagnosis()))
     tags = {tag for tag, _ in page.attributes}
     assert not {"script", "link", "img", "iframe", "object", "form"} & tags
     assert not [

@@ -10,6 +10,7 @@ from made_dives import dive
 from made_view import FixedViews
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
+from soak import rest_in_soak
 
 from bridge.framing import Encoder
 from tui.app.jobs import Jobs
@@ -51,7 +52,7 @@ async def ended(app, pilot):
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_diagnose_looks_as_it_was_kept(theme, size, tmp_path):
     async def look(app, pilot):
         await pressed(pilot, "4")
@@ -60,7 +61,7 @@ def test_diagnose_looks_as_it_was_kept(theme, size, tmp_path):
     run(made(FixedViews(), theme=theme, desk=desk_with(tmp_path)), size, look)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_diagnose_without_colour_looks_as_it_was_kept(size, monkeypatch, tmp_path):
     monkeypatch.setenv("NO_COLOR", "1")
 

@@ -9,6 +9,7 @@ from made_dives import DECK, DIVES, HOVERING, FakeVerbs, desk
 from made_view import FixedViews, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
+from soak import rest_in_soak
 from textual import events
 from textual.widgets import Input
 
@@ -38,7 +39,7 @@ async def shown(app, pilot):
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_dives_look_as_they_were_kept(theme, size):
     async def look(app, pilot):
         await opened(app, pilot)
@@ -47,7 +48,7 @@ def test_dives_look_as_they_were_kept(theme, size):
     run(made(FixedViews(), theme=theme, desk=desk()), size, look)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_dives_without_colour_look_as_they_were_kept(size, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 

@@ -11,6 +11,7 @@ from made_dives import DECK, HOVERING, FakeVerbs, desk
 from made_identified import PAGE, answer, leave, passes
 from made_view import UNIX_S, FixedViews
 from screen_text import check, made, pressed, run, text
+from soak import rest_in_soak
 
 from gcs_plugin.folder import About, DiveFolder
 from tui import exit_codes
@@ -62,7 +63,7 @@ async def ended(app, pilot):
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_a_run_and_its_result_look_as_they_were_kept(theme, size, identified):
     async def look(app, pilot):
         await pressed(pilot, "3")
@@ -75,7 +76,7 @@ def test_a_run_and_its_result_look_as_they_were_kept(theme, size, identified):
     run(made(FixedViews(), theme=theme, desk=desk(WAITING(), dive=identified)), size, look)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_it_looks_without_colour_as_it_was_kept(size, identified, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 

@@ -4,13 +4,14 @@ import pytest
 from made_parameters import FakeVehicle, desk, plan, told_lines
 from parameters_shown import NARROW, SIZES, done, line_of, on_screen, typed, views
 from screen_text import check, made, pressed, run, text
+from soak import rest_in_soak
 
 from gcs_plugin.watch.picture import Armed
 from tui.app.themes import ORDER
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_parameters_look_as_they_were_kept(theme, size):
     async def look(app, pilot):
         await typed(app, pilot, "5", "down", "down")
@@ -19,7 +20,7 @@ def test_parameters_look_as_they_were_kept(theme, size):
     run(made(views(), theme=theme, desk=desk()), size, look)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_without_colour_they_look_as_they_were_kept(size, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 
@@ -30,7 +31,7 @@ def test_without_colour_they_look_as_they_were_kept(size, monkeypatch):
     run(made(views(), desk=desk()), size, look)
 
 
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_what_is_asked_of_an_armed_vehicle_looks_as_it_was_kept(theme):
     async def look(app, pilot):
         await typed(app, pilot, "5", "u", "7")

@@ -10,6 +10,7 @@ from made_replay import StillReplay, replayed
 from made_view import FixedViews, picture
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import check, made, pressed, run, text
+from soak import rest_in_soak
 
 from bridge.framing import Encoder
 from bridge.tlog import TlogWriter
@@ -144,7 +145,7 @@ def test_the_line_is_as_wide_as_the_screen_and_inverse_throughout(cells):
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_a_replay_looks_as_it_was_kept(theme, size):
     async def look(app, pilot):
         app._show()

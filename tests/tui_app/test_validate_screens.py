@@ -9,6 +9,7 @@ from made_dives import dive
 from made_validation import validated_desk, validation
 from made_view import FixedViews
 from screen_text import check, made, pressed, run, text
+from soak import rest_in_soak
 
 from tui.app.jobs import Jobs
 from tui.app.themes import ORDER
@@ -46,7 +47,7 @@ def seen(app):
 
 
 @pytest.mark.parametrize("size", [NARROW, WIDE])
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_validate_looks_as_it_was_kept(theme, size, tmp_path):
     async def look(app, pilot):
         await pressed(pilot, "6")
@@ -55,7 +56,7 @@ def test_validate_looks_as_it_was_kept(theme, size, tmp_path):
     run(made(FixedViews(), theme=theme, desk=validated_desk(tmp_path)), size, look)
 
 
-@pytest.mark.parametrize("size", [NARROW, WIDE])
+@pytest.mark.parametrize("size", rest_in_soak([NARROW, WIDE]))
 def test_validate_without_colour_looks_as_it_was_kept(size, monkeypatch, tmp_path):
     monkeypatch.setenv("NO_COLOR", "1")
 

@@ -1,0 +1,62 @@
+"""`python -m bench.field make` writes field dives as folders, `score` diagnoses such folders and prints the tables."""
+
+import argparse
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+
+from bench.remembered import Remembered
+from bench.stamp import stamp
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m bench.field", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="make | score")
+    make = commands.add_parser("make", help="write dives as folders")
+    make.add_argument("--seed", type=int, required=True)
+    make.add_argument("--count", type=int, required=True)
+    make.add_argument("--out", type=Path, required=True)
+    make.set_defaults(run=_make)
+    score = commands.add_parser(
+        "score", help="diagnose dives in folders, two at a time, and print the tables"
+    )
+    score.add_argument(
+        "folders", type=Path, nargs="+", metavar="DIR", help="a dive's folder, or one that holds such"
+    )
+    score.add_argument("--kept", type=Path, help="a file of JSON lines: what is in it is not diagnosed again")
+    score.set_defaults(run=_score)
+    arguments = parser.parse_args()
+    arguments.run(arguments)
+
+
+def _make(arguments: argparse.Namespace) -> None:
+    from bench.field.draw import draw, plan
+
+    for number, effect in plan(arguments.seed, arguments.count):
+        case = draw(arguments.seed, number, effect)
+        folder = arguments.out / case.name
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in case.files().items():
+            (folder / name).write_bytes(data)
+        over = case.felt().size if case.planted else 0.0
+        sys.stdout.write(f"{case.name} {case.effect}: {over:.2f} over the sea\n")
+        sys.stdout.flush()
+
+
+def _score(arguments: argparse.Namespace) -> None:
+    from bench.field.diagnosed import folder_job
+    from bench.field.score import judged
+    from bench.field.section import lines
+    from bench.field.sources import ANSWERS
+
+    folders = [place.parent for one in arguments.folders for place in sorted(one.glob("**/truth.yaml"))]
+    with tempfile.TemporaryDirectory() as spare:
+        kept = Remembered(arguments.kept or Path(spare) / "kept.jsonl")
+        jobs = {f"{one.resolve()}:{stamp(*ANSWERS)}": partial(folder_job, one) for one in folders}
+        cases = [judged(data) for data in kept.fill(jobs, "field dives").values()]
+        sys.stdout.write("\n".join([*lines(cases), ""]))
+
+
+if __name__ == "__main__":
+    main()

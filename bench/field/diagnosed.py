@@ -1,0 +1,93 @@
+"""What `seatrial diagnose` says of a field dive, as a crew runs it: the command, its JSON and its CSV."""
+
+import contextlib
+import io
+import json
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from bench.field.beside import NAMES, Foretold, drifts_of, foretold_by
+from bench.field.draw import draw
+from bench.remembered import Data
+
+Array = NDArray[np.float64]
+
+SYMBOLS = "uvwpqr"
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One dive of a plan."""
+
+    seed: int
+    number: int
+    effect: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.seed} {self.number:03d} {self.effect}"
+
+
+def planned_job(one: Planned) -> Data:
+    """Make a dive of the plan, diagnose it, and say what came of it."""
+    case = draw(one.seed, one.number, one.effect)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, data in case.files().items():
+            (Path(folder) / name).write_bytes(data)
+        return folder_job(Path(folder))
+
+
+def folder_job(folder: Path) -> Data:
+    """A dive in a folder, diagnosed: its truth, the answer (None where refused, and why), the processor's seconds, and
+    the drifts of each method on the check dive."""
+    from tui.cli import main
+
+    truth = yaml.safe_load((folder / "truth.yaml").read_text(encoding="utf-8"))
+    said, heard = io.StringIO(), io.StringIO()
+    with tempfile.TemporaryDirectory() as out:
+        answer, foretold = Path(out) / "answer.json", Path(out) / "check.csv"
+        words = ["diagnose", str(folder / "dive.tlog.gz"), "--vehicle", str(folder / "vehicle.yaml")]
+        words += ["--check", str(folder / "check.tlog.gz"), "--json", str(answer), "--predict", str(foretold)]
+        began, began_s = time.process_time(), time.perf_counter()
+        with contextlib.redirect_stdout(heard), contextlib.redirect_stderr(said):
+            code = main(words)
+        seconds, wall_s = time.process_time() - began, time.perf_counter() - began_s
+        refusal = said.getvalue().strip().rpartition("\n")[2] if code else ""
+        own = read_foretold(foretold.read_text(encoding="utf-8")) if foretold.exists() else None
+        return {
+            "truth": truth,
+            "answer": json.loads(answer.read_text(encoding="utf-8")) if answer.exists() else None,
+            "refusal": refusal,
+            "seconds": seconds,
+            "wall_s": wall_s,
+            "drifts": {} if own is None else _drifts(folder, own, truth),
+        }
+
+
+def _drifts(folder: Path, own: Foretold, truth: Data) -> Data:
+    """By method: rms drift of each axis after 1 s and after 5 s, None where it ran away or was not flown."""
+    ways = {NAMES[0]: own.after, NAMES[1]: own.before} | foretold_by(folder, own, truth)
+    return {name: drifts_of(own, way) for name, way in ways.items()}
+
+
+def read_foretold(text: str) -> Foretold:
+    """The CSV of the check dive; an axis that was not flown is NaN."""
+    rows = [line for line in text.splitlines() if not line.startswith("#")]
+    columns = rows[0].split(",")
+    values = np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]])
+
+    def way(what: str) -> Array:
+        out = np.full((len(values), 6), np.nan)
+        for dof, symbol in enumerate(SYMBOLS):
+            if f"{what}_{symbol}" in columns:
+                out[:, dof] = values[:, columns.index(f"{what}_{symbol}")]
+        return out
+
+    window = values[:, columns.index("window")].astype(np.int64)
+    return Foretold(values[:, 0], window, way("measured"), way("before"), way("after"))

@@ -1,0 +1,169 @@
+"""One dive under the autopilot, compiled: `world.rates` with the challenge's thrusters and hull, pulses twenty times
+a second."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bench.field.autopilot import NEUTRAL, Autopilot, Memory, pulses, wrench
+from identify.challenge.hull import Hull
+from identify.challenge.propellers import Propellers, add_wrench, shafts_want, turn
+from identify.challenge.world import STATES, WORK, Body, rates
+
+Array = NDArray[np.float64]
+
+STEP_S = 0.005
+EACH = 10
+"""Steps to a tick of the autopilot."""
+
+CURRENT_S = 0.05
+AHEAD_A_N15, ASTERN_A_N15, HOTEL_A = 0.062, 0.095, 1.2
+"""Current of a T200 over |thrust|^1.5, and of all that is not a thruster."""
+
+
+class Water(NamedTuple):
+    """moved (steps + 1, 12) or (1, 12): as `world.rates` has it; push (steps + 1, 6): wrench of what is in time alone;
+    grown: share by which all drag grows a second."""
+
+    moved: Array
+    push: Array
+    grown: float
+
+
+class Supply(NamedTuple):
+    """volts, ohm: of the battery; fall: share of the square of its voltage lost a second; felt_ohm, felt_fall: of these
+    what the thrusters feel."""
+
+    volts: float
+    ohm: float
+    fall: float
+    felt_ohm: float
+    felt_fall: float
+
+
+class Ticks(NamedTuple):
+    """A row a tick, filled by the dive: state (STATES,), nu_dot (6,), push (6,) as the pulse (k,) is given; nominal
+    (k,): thrust by the file's curve and lag; supply (2,): V and A. And a row a step: moving (3,) over ground, NED,
+    m/s."""
+
+    state: Array
+    nu_dot: Array
+    push: Array
+    pwm: Array
+    nominal: Array
+    supply: Array
+    moving: Array
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def dive(
+    body: Body, hull: Hull, prop: Propellers, pilot: Autopilot, memory: Memory, water: Water, supply: Supply,
+    asked: Array, leg: NDArray[np.int64], leash_m: float, noise: Array, lag_s: float, start: Array, ticks: Ticks,
+) -> None:  # fmt: skip
+    """Dive the sticks (n, 5) of the legs (n,), filling `ticks`: fourth-order Runge-Kutta at STEP_S.
+
+    noise (n, 8): of what the autopilot sees. prop.delay (n,) is of each tick's pulses. lag_s: the file's.
+    """
+    h = STEP_S
+    count, k = len(asked) * EACH, pilot.matrix.shape[1]
+    state, trial, work, tau = start.copy(), np.empty(STATES), np.empty(WORK), np.zeros(6)
+    k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
+    given, wanted, plain, nothing = np.zeros((len(asked), k)), np.zeros(k), np.zeros(k), np.zeros(k)
+    first, second, middle, before = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros((2, k))
+    seen, want, places, now_asked = np.zeros(9), np.zeros(6), np.zeros(k), np.zeros(5)
+    clean = hull.drag.copy()
+    keep = np.exp(-0.5 * h / prop.lag_s) if prop.lag_s > 0 else 0.0
+    keep_second = np.exp(-0.5 * h / prop.second_s) if prop.second_s > 0 else 0.0
+    keep_plain = np.exp(-h / lag_s) if lag_s > 0 else 0.0
+    amps, way, tick, late = HOTEL_A, 1.0, 0, -1
+    for step in range(count):
+        time_s = step * h
+        grown = water.grown * time_s
+        hull.drag[:] = (1.0 + grown) * clean
+        if step % EACH == 0:
+            look(state, noise[tick], seen)
+            now_asked[:] = asked[tick]
+            if tick == 0 or leg[tick] != leg[tick - 1]:
+                way = homewards(state, seen[2], asked, tick, leash_m)
+            now_asked[0] *= way
+            now_asked[1] *= way
+            wrench(now_asked, seen, pilot, memory, want)
+            pulses(want, pilot, places)
+            for i in range(k):
+                ticks.pwm[tick, i] = 1500.0 + places[i] - NEUTRAL
+                given[tick, i] = pilot.thrust_at[int(places[i])]
+            tick += 1
+        while late + 1 < tick and (late + 1) * EACH * h + prop.delay[late + 1] <= time_s + 1e-9:
+            late += 1
+        told = given[late] if late >= 0 else nothing
+        shafts_want(told, time_s, False, prop, before, 0.0, wanted)
+        drawn = HOTEL_A
+        for i in range(k):
+            drawn += (AHEAD_A_N15 if wanted[i] > 0 else ASTERN_A_N15) * np.abs(wanted[i]) ** 1.5
+        amps += h / CURRENT_S * (drawn - amps)
+        left = 1.0 - supply.felt_fall * time_s
+        left *= max(1.0 - supply.felt_ohm * (amps - HOTEL_A) / supply.volts, 0.3) ** 2
+        for i in range(k):
+            wanted[i] *= left
+        here = water.moved[min(step, len(water.moved) - 1)]
+        ahead = water.moved[min(step + 1, len(water.moved) - 1)]
+        tau[:] = water.push[step]
+        add_wrench(second, state[7:13], prop, tau)
+        rates(state, tau, here, grown, body, hull, 0.0, 0.0, k1, work)
+        ticks.moving[step] = k1[0:3]
+        if step % EACH == 0:
+            ticks.state[tick - 1] = state
+            ticks.nu_dot[tick - 1] = k1[7:13]
+            ticks.push[tick - 1] = water.push[step]
+            ticks.nominal[tick - 1] = plain
+            volts = supply.volts * np.sqrt(1.0 - supply.fall * time_s) - supply.ohm * amps
+            ticks.supply[tick - 1, 0] = max(volts, 0.3 * supply.volts)
+            ticks.supply[tick - 1, 1] = amps
+        turn(wanted, first, second, keep, keep_second)
+        middle[:] = second
+        turn(wanted, first, second, keep, keep_second)
+        for i in range(k):
+            plain[i] = given[tick - 1, i] + keep_plain * (plain[i] - given[tick - 1, i])
+        trial[:] = state + 0.5 * h * k1
+        tau[:] = 0.5 * (water.push[step] + water.push[step + 1])
+        add_wrench(middle, trial[7:13], prop, tau)
+        rates(trial, tau, here, grown, body, hull, 0.0, 0.0, k2, work)
+        trial[:] = state + 0.5 * h * k2
+        tau[:] = 0.5 * (water.push[step] + water.push[step + 1])
+        add_wrench(middle, trial[7:13], prop, tau)
+        rates(trial, tau, here, grown, body, hull, 0.0, 0.0, k3, work)
+        trial[:] = state + h * k3
+        tau[:] = water.push[step + 1]
+        add_wrench(second, trial[7:13], prop, tau)
+        rates(trial, tau, ahead, grown, body, hull, 0.0, 0.0, k4, work)
+        state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        state[3:7] /= np.sqrt(np.sum(state[3:7] ** 2))
+    hull.drag[:] = clean
+
+
+@njit(cache=True, error_model="numpy")
+def look(state: Array, noise: Array, out: Array) -> None:
+    """Fill what the autopilot sees (9,): roll, pitch, heading, p, q, r, depth, sinking, each with its noise (8,)."""
+    qw, qx, qy, qz = state[3], state[4], state[5], state[6]
+    out[0] = np.arctan2(2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
+    out[1] = np.arcsin(min(max(2 * (qw * qy - qx * qz), -1.0), 1.0))
+    out[2] = np.arctan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
+    out[3:6] = state[10:13]
+    out[6] = state[2]
+    u, v, w = state[7], state[8], state[9]
+    down = 2 * (qx * qz - qw * qy) * u + 2 * (qy * qz + qw * qx) * v
+    out[7] = down + (1 - 2 * (qx * qx + qy * qy)) * w
+    for i in range(8):
+        out[i] += noise[i]
+
+
+@njit(cache=True, error_model="numpy")
+def homewards(state: Array, heading: float, asked: Array, tick: int, leash_m: float) -> float:
+    """-1 where this leg would lead on away from where the dive began, farther off than the leash; else 1."""
+    soon = asked[min(tick + 20, len(asked) - 1)]
+    north = np.cos(heading) * soon[0] - np.sin(heading) * soon[1]
+    east = np.sin(heading) * soon[0] + np.cos(heading) * soon[1]
+    far = np.sqrt(state[0] ** 2 + state[1] ** 2)
+    return -1.0 if far > leash_m and state[0] * north + state[1] * east > 0.0 else 1.0

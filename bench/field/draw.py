@@ -1,0 +1,213 @@
+"""`draw(seed, number, effect)`: one field dive, with a drawn vehicle, filter and sea, and at most one hidden effect."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from bench.field.autopilot import Autopilot, draw_autopilot
+from bench.field.autopilot_filter import VelocityFilter, draw_filter
+from bench.field.export import down, packed, tlog_of, told
+from bench.field.felt import Felt, felt
+from bench.field.mission import TICK_S, Pilot, draw_mission, draw_pilot, sticks_of
+from bench.field.plants import PLANTS
+from bench.field.simulate import Flown, Sea, Sensors, draw_sea, draw_sensors, fly
+from bench.field.site import Planted, site_of
+from bench.field.vehicle import FieldVehicle, draw_vehicle
+
+Array = NDArray[np.float64]
+
+NONE = "none"
+EMPTY_EACH = 8
+"""One dive in so many hides nothing."""
+
+SMALLEST, LARGEST = 0.45, 2.2
+"""Of the middling size, evenly in logarithms."""
+
+LEAST_OVER_SEA, LARGER, TRIES, VEHICLES = 0.5, 1.6, 2, 6
+"""An effect that a refit leaves less of than this, over the sea, is drawn so many times larger, this often at most, and
+then for another vehicle, of at most so many."""
+
+LOST = 0.003
+HIGHEST_M, MOST_TILT = 0.3, 0.6
+DIVE_S, CHECK_S = (300.0, 600.0), (200.0, 400.0)
+
+
+@dataclass(frozen=True)
+class FieldCase:
+    """One vehicle with what it hides. which: 0 for the dive to diagnose, 1 for the check."""
+
+    seed: int
+    number: int
+    vehicle: FieldVehicle
+    pilot: Pilot
+    autopilot: Autopilot
+    sea: Sea
+    sensors: Sensors
+    filter: VelocityFilter
+    seconds: tuple[float, float]
+    planted: Planted | None
+    size: float
+
+    @property
+    def name(self) -> str:
+        return f"{self.number:03d}"
+
+    @property
+    def effect(self) -> str:
+        return NONE if self.planted is None else self.planted.name
+
+    @cached_property
+    def _flown(self) -> dict[int, Flown]:
+        return {}
+
+    def flown(self, which: int) -> Flown:
+        """The dive as it was, simulated when first asked for."""
+        if which not in self._flown:
+            self._flown[which] = _fly(self, which)
+        return self._flown[which]
+
+    def felt(self) -> Felt:
+        return felt(self.flown(0), self.sea.std)
+
+    def recording(self, which: int) -> bytes:
+        """The `.tlog` of a dive."""
+        rng = np.random.default_rng([self.seed, self.number, 33, which])
+        return tlog_of(told(self.flown(which), self.sensors, self.filter, rng), LOST, rng)
+
+    def files(self) -> dict[str, bytes]:
+        """All that a folder of it holds, by name."""
+        truth = yaml.safe_dump(self.truth(), sort_keys=False)
+        return {
+            "dive.tlog.gz": packed(self.recording(0)),
+            "check.tlog.gz": packed(self.recording(1)),
+            "vehicle.yaml": self.vehicle.text.encode(),
+            "truth.yaml": truth.encode(),
+        }
+
+    def truth(self) -> dict[str, Any]:
+        """What is hidden and what the vehicle, its filter and its sea truly are, in plain data."""
+        by, vehicle, own = self.felt(), self.vehicle, self.filter
+        return {
+            "name": self.name,
+            "effect": [self.effect],
+            "effect_parameters": {} if self.planted is None else _plain(self.planted.parameters),
+            "drawn_size": _digits(self.size),
+            "size_over_sea": _digits(by.size if self.planted else 0.0),
+            "where": by.where if self.planted else "",
+            "rms_over_thrust": [_digits(value) for value in by.of_thrust] if self.planted else [0.0] * 6,
+            "total_mass_and_inertia": [_digits(value) for value in vehicle.mass],
+            "linear_damping": [_digits(value) for value in vehicle.linear],
+            "quadratic_damping": [_digits(value) for value in vehicle.quadratic],
+            "velocity_filter": {
+                "late_s": _digits(own.late_s), "smooth_s": _digits(own.smooth_s),
+                "noise_m_s": _digits(own.noise_m_s), "memory_s": _digits(own.memory_s),
+            },
+            "sea": {
+                "standard_deviation": [_digits(value) for value in self.sea.std],
+                "memory_s": _digits(self.sea.memory_s),
+            },
+            "seconds": [_digits(value) for value in self.seconds],
+        }  # fmt: skip
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _plain(values: dict[str, float]) -> dict[str, float]:
+    return {name: _digits(value) for name, value in values.items()}
+
+
+def effects_of(seed: int, count: int) -> list[str]:
+    """What each of so many dives hides: every effect as often as any other, as nearly as that goes, and one in
+    EMPTY_EACH nothing; in a drawn order."""
+    empty = round(count / EMPTY_EACH)
+    rng = np.random.default_rng([seed, 30])
+    names: list[str] = []
+    while len(names) < count - empty:
+        names += [str(name) for name in rng.permutation(list(PLANTS))]
+    whole = [NONE] * empty + names[: count - empty]
+    return [whole[place] for place in rng.permutation(count)]
+
+
+def draw(
+    seed: int, number: int, effect: str, size: float | None = None, seconds: float | None = None
+) -> FieldCase:
+    """The case of that number. What is felt too little is drawn larger, unless the `size` is given; what would come to
+    the surface or over is drawn anew. seconds: how long both dives are, drawn where None."""
+    for vehicle in range(VEHICLES):
+        found = _drawn(seed, number, effect, size, seconds, vehicle)
+        shows = effect == NONE or size is not None or found.felt().size >= LEAST_OVER_SEA
+        if shows and all(stays_down(found.flown(which)) for which in (0, 1)):
+            break
+    return found
+
+
+def _drawn(
+    seed: int, number: int, effect: str, size: float | None, seconds: float | None, which: int
+) -> FieldCase:
+    rng = np.random.default_rng([seed, number, 31, which])
+    vehicle = draw_vehicle(rng, f"rov-{number:03d}")
+    pilot = draw_pilot(rng, vehicle)
+    autopilot = draw_autopilot(rng, vehicle, pilot)
+    parts = (
+        vehicle,
+        pilot,
+        autopilot,
+        draw_sea(rng, vehicle, pilot, autopilot),
+        draw_sensors(rng),
+        draw_filter(rng),
+    )
+    drawn_s = rng.uniform(*DIVE_S), rng.uniform(*CHECK_S)
+    both_s = drawn_s if seconds is None else (seconds, seconds)
+    drawn = float(np.exp(rng.uniform(np.log(SMALLEST), np.log(LARGEST))))
+    if effect == NONE:
+        return FieldCase(seed, number, *parts, both_s, None, 0.0)
+    case = _planted(seed, number, parts, both_s, effect, drawn if size is None else size)
+    for _ in range(TRIES if size is None else 0):
+        if case.felt().size >= LEAST_OVER_SEA:
+            break
+        case = _planted(seed, number, parts, both_s, effect, LARGER * case.size)
+    return case
+
+
+def stays_down(flown: Flown) -> bool:
+    """Whether a dive is one that a pilot would have gone on with: under water, and not on its side."""
+    level = down(flown.ticks.state)[:, 2]
+    return float(flown.ticks.state[:, 2].min()) > HIGHEST_M and float(level.min()) > np.cos(MOST_TILT)
+
+
+def _planted(
+    seed: int,
+    number: int,
+    parts: tuple[FieldVehicle, Pilot, Autopilot, Sea, Sensors, VelocityFilter],
+    seconds: tuple[float, float],
+    effect: str,
+    size: float,
+) -> FieldCase:
+    planted = PLANTS[effect](np.random.default_rng([seed, number, 32]), parts[0], parts[1], size)
+    return FieldCase(seed, number, *parts, seconds, planted, size)
+
+
+def plan(seed: int, count: int) -> Sequence[tuple[int, str]]:
+    """Numbers and effects of so many dives."""
+    return list(enumerate(effects_of(seed, count)))
+
+
+def _fly(case: FieldCase, which: int) -> Flown:
+    # Missions, sea and what an effect draws each have a stream of their own: an effect of no size changes nothing.
+    rng, of_sea, of_effect = (
+        np.random.default_rng([case.seed, case.number, part, which]) for part in (34, 35, 36)
+    )
+    ticks = int(case.seconds[which] / TICK_S)
+    depth_m, heading = rng.uniform(2.0, 4.0), rng.uniform(-np.pi, np.pi)
+    sticks = sticks_of(rng, draw_mission(rng, case.seconds[which]), case.pilot, ticks)
+    site = site_of(case.vehicle, case.pilot, ticks, depth_m)
+    if case.planted is not None:
+        case.planted.apply(site, of_effect)
+    return fly(site, case.autopilot, sticks, case.sea, case.sensors, heading, of_sea)

@@ -1,0 +1,126 @@
+"""A site and a mission -> one dive: what moved, what was commanded, what pushed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.field import dive as kernel
+from bench.field.autopilot import NEUTRAL, Autopilot, fresh
+from bench.field.mission import Pilot, Sticks
+from bench.field.site import FieldSite
+from bench.field.vehicle import LAG_S, FieldVehicle
+from identify.challenge.disturbance import coloured
+from identify.challenge.world import STATES
+
+Array = NDArray[np.float64]
+
+STICK_US = 200
+"""A full stick, as ArduSub has it at its default gain of a half."""
+
+
+@dataclass(frozen=True)
+class Sea:
+    """A stationary first-order disturbance: standard deviation (6,), N and N m, and memory."""
+
+    std: Array
+    memory_s: float
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """Standard deviations: tilt (roll and pitch), heading rad, rates rad/s, force m/s2, depth m, position_z m, volts.
+    ohm: of a battery whose voltage gives way that no thruster feels; fall: share of its square lost a second."""
+
+    tilt: float
+    heading: float
+    rates: float
+    force: float
+    depth: float
+    height: float
+    volts: float
+    full_v: float
+    ohm: float
+    fall: float
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One dive: `ticks` as the kernel filled them, the noise (n, 8) that the autopilot saw, and the sea's wrench
+    (n, 6) at the ticks."""
+
+    site: FieldSite
+    ticks: kernel.Ticks
+    noise: Array
+    sea: Array
+
+
+def draw_sea(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, autopilot: Autopilot) -> Sea:
+    """0.5 to 3 % of full thrust, a sixth of it in N m, with a memory of 0.7 to 4 s. Full thrust is between what a full
+    stick ahead gives at the autopilot's own gain and what this pilot uses (their geometric mean)."""
+    one_n = float(autopilot.thrust_at[NEUTRAL + STICK_US])
+    full_n = float(np.sqrt(one_n * autopilot.reach[0] * vehicle.share * pilot.surge_n))
+    force = float(np.exp(rng.uniform(np.log(0.005), np.log(0.03)))) * full_n
+    moment = force / 6.0 * vehicle.share ** (1 / 3)
+    unequal = np.exp(0.15 * rng.standard_normal(6))
+    std = unequal * np.array([force, force, force, 0.1 * moment, 0.1 * moment, moment])
+    return Sea(std, float(np.exp(rng.uniform(np.log(0.7), np.log(4.0)))))
+
+
+def draw_sensors(rng: np.random.Generator) -> Sensors:
+    return Sensors(
+        tilt=rng.uniform(0.0003, 0.001),
+        heading=rng.uniform(0.0003, 0.002),
+        rates=rng.uniform(0.002, 0.005),
+        force=rng.uniform(0.02, 0.07),
+        depth=rng.uniform(0.002, 0.006),
+        height=rng.uniform(0.004, 0.012),
+        volts=rng.uniform(0.01, 0.06),
+        full_v=rng.uniform(15.8, 16.6),
+        ohm=rng.uniform(0.01, 0.04),
+        fall=rng.uniform(1e-5, 8e-5),
+    )
+
+
+def fly(
+    site: FieldSite,
+    autopilot: Autopilot,
+    sticks: Sticks,
+    sea: Sea,
+    sensors: Sensors,
+    heading: float,
+    rng: np.random.Generator,
+) -> Flown:
+    """Dive the sticks. `rng` draws sea and noise."""
+    count, k = len(sticks.asked), site.prop.way.shape[0]
+    drawn = coloured(rng, len(site.time_s), kernel.STEP_S, sea.memory_s, 1, sea.std)
+    spread = [
+        sensors.tilt,
+        sensors.tilt,
+        sensors.heading,
+        *[sensors.rates] * 3,
+        sensors.depth,
+        sensors.height,
+    ]
+    noise = rng.standard_normal((count, 8)) * np.array(spread)
+    start = np.zeros(STATES)
+    start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
+    ticks = kernel.Ticks(
+        np.zeros((count, STATES)), np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, k)),
+        np.zeros((count, k)), np.zeros((count, 2)), np.zeros((count * kernel.EACH, 3)),
+    )  # fmt: skip
+    supply = kernel.Supply(
+        sensors.full_v,
+        site.felt_ohm or sensors.ohm,
+        site.felt_fall or sensors.fall,
+        site.felt_ohm,
+        site.felt_fall,
+    )
+    water = kernel.Water(
+        np.zeros((1, 12)) if site.moved is None else site.moved, site.push + drawn, site.grown
+    )
+    kernel.dive(
+        site.body(), site.hull, site.prop, autopilot, fresh(site.depth_m, heading), water, supply, sticks.asked,
+        sticks.leg, site.pilot.leash_m, noise, LAG_S, start, ticks,
+    )  # fmt: skip
+    return Flown(site, ticks, noise, drawn[:: kernel.EACH][:count])

@@ -1,0 +1,25 @@
+"""The code that the figures of the field dives hang on (`bench.stamp`)."""
+
+from bench.stamp import reached
+
+MADE = tuple(
+    f"bench/field/{name}.py"
+    for name in (
+        "autopilot", "autopilot_filter", "dive", "draw", "export", "felt", "mission", "plants", "plants_water",
+        "simulate", "site", "vehicle",
+    )
+)  # fmt: skip
+ANSWERS = (
+    *reached(
+        *MADE,
+        "bench/field/beside.py",
+        "bench/field/diagnosed.py",
+        "identify/diagnose/answer.py",
+        "identify/diagnose/diagnose.py",
+        "identify/ingest/open.py",
+    ),
+    "configs/thrusters/*.csv",
+)
+"""What makes the dives, answers them and foretells them; the words around an answer change nothing of it."""
+
+SECTION = (*ANSWERS, *(f"bench/field/{name}.py" for name in ("score", "section", "tables")))

@@ -1,0 +1,180 @@
+"""Field dives: drawn vehicles, planted effects, and the messages of a stock autopilot, from seeds."""
+
+import gzip
+import struct
+from collections import Counter
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+from bench.field.autopilot_filter import VelocityFilter, estimated, reckoned
+from bench.field.dive import EACH, STEP_S
+from bench.field.draw import NONE, FieldCase, draw, effects_of
+from bench.field.export import BOOT_S, UNIX_US, euler, tlog_of, told
+from bench.field.felt import felt, missing_wrench
+from bench.field.plants import PLANTS
+from bench.field.simulate import Sensors
+from bench.field.vehicle import HEAVIEST_KG, LIGHTEST_KG, draw_vehicle
+from bridge.vehicle.config import GRAVITY_M_S2, Water, load_vehicle
+from identify.ingest.open import read_dive
+
+QUIET = Sensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 16.0, 0.02, 0.0)
+HONEST = VelocityFilter(0.0, 0.0, 0.0, 1.0)
+SECONDS = 25.0
+
+
+@cache
+def case(effect: str = NONE, size: float | None = 1.0) -> FieldCase:
+    return draw(7, 3, effect, size, SECONDS)
+
+
+def messages(recording: bytes) -> dict[str, list[tuple[int, Any]]]:
+    """By type, with the microseconds of the stamp."""
+    decoder, at, found = dialect.MAVLink(None), 0, {}
+    while at < len(recording):
+        (stamp,) = struct.unpack_from(">Q", recording, at)
+        length = recording[at + 9] + 12
+        message = decoder.decode(bytearray(recording[at + 8 : at + 8 + length]))
+        found.setdefault(message.get_type(), []).append((stamp, message))
+        at += 8 + length
+    return found
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
+    one, again, other = (draw(seed, 2, "tether", 1.0, 8.0).files() for seed in (5, 5, 6))
+    assert one == again
+    assert set(one) == {"dive.tlog.gz", "check.tlog.gz", "vehicle.yaml", "truth.yaml"}
+    assert all(one[name] != other[name] for name in one)
+    assert one["dive.tlog.gz"] != one["check.tlog.gz"]
+
+
+def test_without_noise_the_messages_hold_the_dive_as_it_was() -> None:
+    flown = case().flown(0)
+    flown = type(flown)(flown.site, flown.ticks, np.zeros_like(flown.noise), flown.sea)
+    rng = np.random.default_rng(0)
+    found = messages(tlog_of(told(flown, QUIET, HONEST, rng), 0.0, rng))
+    ticks, nu = flown.ticks, flown.ticks.state[:, 7:13]
+    attitude = [m for _, m in found["ATTITUDE"]]
+    read = np.array(
+        [[m.roll, m.pitch, m.yaw, m.rollspeed, m.pitchspeed, m.yawspeed] for m in attitude], np.float32
+    )
+    assert np.array_equal(read, np.column_stack([euler(ticks.state), nu[:, 3:]]).astype(np.float32))
+    k = ticks.pwm.shape[1]
+    servo = [m for _, m in found["SERVO_OUTPUT_RAW"]]
+    assert np.array_equal([[getattr(m, f"servo{i + 1}_raw") for i in range(k)] for m in servo], ticks.pwm)
+    local = [m for _, m in found["LOCAL_POSITION_NED"]]
+    assert np.array_equal(
+        np.array([[m.vx, m.vy, m.vz] for m in local], np.float32),
+        ticks.moving[:: 2 * EACH].astype(np.float32),
+    )
+    assert [m.z for m in local] == pytest.approx(ticks.state[::2, 2], abs=1e-6)
+    pascal = Water().density_kg_m3 * GRAVITY_M_S2 * ticks.state[::2, 2]
+    assert [m.press_abs for _, m in found["SCALED_PRESSURE2"]] == pytest.approx(
+        1013.25 + pascal / 100, abs=1e-3
+    )
+    gyro = np.array([[m.xgyro, m.ygyro, m.zgyro] for _, m in found["SCALED_IMU2"]])
+    assert np.array_equal(gyro, np.round(1000 * nu[:, 3:]))
+    volts = [m.voltages[0] / 1000 for _, m in found["BATTERY_STATUS"]]
+    assert volts == pytest.approx(ticks.supply[::20, 0], abs=6e-4)
+
+
+def test_messages_come_as_often_as_a_stock_autopilot_sends_them_and_no_others() -> None:
+    found = messages(case().recording(0))
+    rates = {name: round(len(rows) / SECONDS) for name, rows in found.items()}
+    once = dict.fromkeys(("HEARTBEAT", "SYSTEM_TIME", "BATTERY_STATUS"), 1)
+    fast = dict.fromkeys(("ATTITUDE", "SERVO_OUTPUT_RAW", "SCALED_IMU2"), 20)
+    assert rates == once | fast | dict.fromkeys(("LOCAL_POSITION_NED", "SCALED_PRESSURE2"), 10)
+    stamp, first = found["SERVO_OUTPUT_RAW"][0]
+    assert first.time_usec == 1_000_000 * BOOT_S
+    assert 0 <= stamp - UNIX_US < 10_000
+
+
+def test_three_frames_in_a_thousand_are_lost() -> None:
+    one, rng = case(), np.random.default_rng(1)
+    heard = told(one.flown(0), one.sensors, one.filter, rng)
+    whole = sum(map(len, messages(tlog_of(heard, 0.0, rng)).values()))
+    kept = sum(map(len, messages(tlog_of(heard, 0.3, rng)).values()))
+    assert kept == pytest.approx(0.7 * whole, rel=0.05)
+    assert sum(map(len, messages(one.recording(0)).values())) == pytest.approx(0.997 * whole, rel=0.003)
+
+
+@pytest.mark.parametrize("effect", PLANTS)
+def test_an_effect_of_no_size_changes_nothing(effect: str) -> None:
+    assert all(
+        np.array_equal(a, b)
+        for a, b in zip(case().flown(0).ticks, draw(7, 3, effect, 0.0, SECONDS).flown(0).ticks, strict=True)
+    )
+
+
+def test_where_nothing_hides_the_true_model_explains_every_newton() -> None:
+    assert np.abs(missing_wrench(case().flown(0))).max() < 1e-9
+
+
+@pytest.mark.parametrize("effect", PLANTS)
+def test_an_effect_of_middling_size_pushes(effect: str) -> None:
+    one = case(effect)
+    assert felt(one.flown(0), one.sea.std).of_thrust.max() > 0.01
+    assert one.truth()["effect"] == [effect]
+    assert one.truth()["effect_parameters"].keys() == one.planted.parameters.keys() if one.planted else False
+
+
+def test_the_command_delay_is_told_as_it_acts() -> None:
+    one = case("command_delay", 1.0)
+    assert one.truth()["effect_parameters"] == {"delay": 0.15}
+    plain, late = (case(effect).flown(0).ticks.state[:, 7:10] for effect in (NONE, "command_delay"))
+    first = [int(np.argmax(np.abs(motion[:, 0] - motion[0, 0]) > 0)) for motion in (plain, late)]
+    assert first[0] <= first[1]
+    assert not np.array_equal(plain, late)
+
+
+def test_the_filter_is_late_by_what_it_says_and_smooths() -> None:
+    steps = np.arange(4000) * STEP_S
+    ramp = np.column_stack([steps, 2 * steps, 0 * steps])
+    late = estimated(ramp, STEP_S, 20, VelocityFilter(0.1, 0.0, 0.0, 1.0), np.random.default_rng(0))
+    assert late[50:, 0] == pytest.approx(ramp[::20, 0][50:] - 0.1, abs=1e-9)
+    smooth = estimated(ramp, STEP_S, 20, VelocityFilter(0.1, 0.2, 0.0, 1.0), np.random.default_rng(0))
+    assert smooth[50:, 1] == pytest.approx(ramp[::20, 1][50:] - 2 * 0.3, abs=0.01)
+
+
+def test_the_filter_adds_coloured_noise_and_position_is_reckoned_from_what_it_tells() -> None:
+    still = np.zeros((200_000, 3))
+    seen = estimated(still, STEP_S, 20, VelocityFilter(0.1, 0.2, 0.02, 1.0), np.random.default_rng(0))
+    assert seen.std() == pytest.approx(0.02, rel=0.1)
+    assert np.corrcoef(seen[:-1, 0], seen[1:, 0])[0, 1] == pytest.approx(np.exp(-0.1), abs=0.02)
+    assert np.diff(reckoned(seen, 0.1), axis=0) == pytest.approx(0.05 * (seen[1:] + seen[:-1]))
+
+
+def test_vehicles_are_small_rovs_whose_file_is_read_back_and_knows_no_drag(tmp_path: Any) -> None:
+    for number in range(12):
+        one = draw_vehicle(np.random.default_rng(number), f"rov-{number}")
+        (tmp_path / "vehicle.yaml").write_text(one.text, encoding="utf-8")
+        read = load_vehicle(str(tmp_path / "vehicle.yaml")).vehicle.configurations
+        assert next(iter(read.values())).thrusters == one.configuration.thrusters
+        assert len(one.configuration.thrusters) in (6, 8)
+        assert not next(iter(read.values())).model
+        assert LIGHTEST_KG <= one.configuration.dry_mass_kg <= HEAVIEST_KG
+        assert (one.mass > one.rigid).all()
+        assert one.quadratic[0] * 0.4 > one.linear[0]
+
+
+def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_eight() -> None:
+    counts = Counter(effects_of(1, 240))
+    assert counts.pop(NONE) == 30
+    assert set(counts) == set(PLANTS)
+    assert max(counts.values()) - min(counts.values()) <= 1
+    assert effects_of(1, 240) != effects_of(2, 240)
+
+
+def test_a_written_dive_is_read_as_any_other_recording(tmp_path: Any) -> None:
+    one = case()
+    (tmp_path / "vehicle.yaml").write_text(one.vehicle.text, encoding="utf-8")
+    (tmp_path / "dive.tlog").write_bytes(gzip.decompress(one.files()["dive.tlog.gz"]))
+    dive = read_dive(tmp_path / "dive.tlog", None, load_vehicle(str(tmp_path / "vehicle.yaml")))
+    assert dive.velocity_is_filtered
+    assert dive.tau_cmd is None
+    assert dive.nu_fb is None
+    assert dive.pwm is not None
+    assert dive.pwm.value.shape[1] == len(one.vehicle.configuration.thrusters)

@@ -1,0 +1,82 @@
+"""Compiles what the tests run through, once and before they begin: else each worker of theirs would, all of it.
+
+`make test` runs it where a kernel is newer than when it last did. A kernel that is left out here is compiled by the
+test that needs it first.
+"""
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+SEED, SECONDS = 100_010, 80.0
+LEGS = "name: short\nlegs:\n  - {name: surge, duration_s: 2, push_surge_n: 24, alternate: 2}\n"
+
+
+def identified() -> None:
+    """A mission, what is identified of it, and a diagnosis."""
+    from bench.missions.mission import draw_one
+    from identify.challenge.case import dive_of, draw_case
+    from identify.diagnose.diagnose import diagnose
+    from identify.estimators.table import estimator
+
+    mission = draw_one(SEED, seconds=SECONDS)
+    estimator("likelihood")(mission.dive, mission.file, mission.configuration, _quiet)
+    case = draw_case(391_001, names=["quadratic_drag"], size=0.9, seconds=SECONDS)
+    diagnose(dive_of(case), case.file, case.configuration, progress=_quiet)
+
+
+def compared() -> None:
+    """A dive of the simulated vehicle, read; and what the benchmarks compare with."""
+    import torch
+
+    from bench.forms.integration import integrated
+    from identify.ingest.open import read_dive
+    from tui import cli
+
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["XDG_STATE_HOME"] = folder
+        legs = Path(folder) / "legs.yaml"
+        legs.write_text(LEGS, encoding="utf-8")
+        words = [
+            "simulate",
+            "--vehicle",
+            "ruvifist:hovering",
+            "--mission",
+            str(legs),
+            "--out",
+            f"{folder}/dives",
+        ]
+        assert cli.main(words) == 0
+        (dive,) = (Path(folder) / "dives").iterdir()
+        read_dive(dive)
+    start = torch.zeros(1, 1, dtype=torch.float64, requires_grad=True)
+    axes = torch.ones(6, dtype=torch.float64)
+    steps = torch.zeros(1, 3, 6, dtype=torch.float64)
+    integrated(start, steps[..., :1], axes, axes[:1], steps, (0,), 0.1).sum().backward()
+
+    from bench.bound import cramer_rao
+    from bench.missions.mission import draw_one
+
+    cramer_rao(draw_one(SEED, seconds=SECONDS))
+
+
+def _quiet(_share: float, _words: str) -> None:
+    pass
+
+
+def _alone(work: Callable[[], None]) -> None:
+    # What a dive's making tells is for a terminal.
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+        os.dup2(nowhere.fileno(), sys.stderr.fileno())
+    work()
+
+
+if __name__ == "__main__":
+    sys.stdout.write("compiling what the tests run through ...\n")
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        list(pool.map(_alone, (identified, compared)))

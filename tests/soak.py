@@ -1,0 +1,16 @@
+"""Which of the values of a long test stay in `make test`; `make soak` runs the others."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+
+
+def rest_in_soak(values: Iterable[Any], keep: int = 1) -> list[Any]:
+    """For `parametrize` with one name: the first `keep` values as they are, the rest for `make soak`."""
+    return [one if n < keep else pytest.param(one, marks=pytest.mark.soak) for n, one in enumerate(values)]
+
+
+def rows_rest_in_soak(rows: Iterable[tuple[Any, ...]], keep: int = 1) -> list[Any]:
+    """The same for `parametrize` with several names."""
+    return [one if n < keep else pytest.param(*one, marks=pytest.mark.soak) for n, one in enumerate(rows)]
