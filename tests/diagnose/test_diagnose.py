@@ -8,7 +8,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from bridge.effects.actuators import DEAD_ZONE, THRUST_GAIN
+from bridge.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
@@ -133,14 +133,35 @@ def refused(case, dive, check=None):
     return sentence
 
 
-def test_a_dive_without_velocity_is_refused(case):
-    assert "no velocity" in refused(case, replace(dive_of(case), velocity=None))
+def told(case, dive, effects=SMALL):
+    return diagnose(dive, case.file, case.configuration, effects=effects, progress=quiet)
+
+
+def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
     lost = Signal(dive_of(case).velocity.time_s, np.full_like(dive_of(case).velocity.value, np.nan))
-    assert "no velocity" in refused(case, replace(dive_of(case), velocity=lost))
+    for velocity in (None, lost):
+        said = told(case, replace(dive_of(case), velocity=velocity), effects=(QUADRATIC_DRAG,))
+        assert [one.split(" was")[0] for one in said.provisos] == ["Surge", "Sway", "Heave"]
+        assert "depth alone says too little of it" in said.provisos[2]
+        assert all("no velocity" in one and "record the DVL" in one for one in said.provisos)
+        assert "I_r" in said.numbers
 
 
-def test_a_dive_without_thruster_pulses_is_refused(case):
-    assert "no thruster pulses" in refused(case, replace(dive_of(case), pwm=None))
+def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_curve(case):
+    said = told(case, replace(dive_of(case), pwm=None, rpm=None), effects=(DEAD_ZONE, QUADRATIC_DRAG))
+    assert {one.name for one in said.tried} == {"quadratic_drag"}
+    (proviso,) = said.provisos
+    assert "record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW" in proviso
+    assert [one.name for one in said.found] == ["quadratic_drag"]
+
+
+def test_commands_sampled_seldom_leave_a_delay_and_a_lag_unjudged(case):
+    dive = dive_of(case)
+    every = round(dive.pwm.rate_hz / 2.0)
+    seldom = replace(dive, pwm=Signal(dive.pwm.time_s[::every], dive.pwm.value[::every]), tau_cmd=None)
+    said = told(case, seldom, effects=(COMMAND_DELAY, QUADRATIC_DRAG))
+    assert {one.name for one in said.tried} == {"quadratic_drag"}
+    assert any("a delay or a lag of the thrusters was not judged" in one for one in said.provisos)
 
 
 def with_pulses(dive, of_neutral):
@@ -152,6 +173,12 @@ def with_pulses(dive, of_neutral):
 def test_a_dive_in_which_no_thruster_pushed_is_refused(case):
     for still in (np.zeros_like, lambda off: np.sign(off)):
         assert "no thruster pushed in all the dive" in refused(case, with_pulses(dive_of(case), still))
+
+
+def test_a_vehicle_that_was_never_armed_is_refused(case):
+    dive = dive_of(case)
+    unarmed = Signal(dive.pwm.time_s[:1], np.zeros((1, 1)))
+    assert "the vehicle was never armed" in refused(case, replace(dive, armed=unarmed))
 
 
 def test_a_check_dive_in_which_no_thruster_pushed_is_refused(case):

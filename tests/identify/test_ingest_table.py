@@ -144,6 +144,18 @@ def test_a_table_needs_a_map(tmp_path: Path) -> None:
         read_dive(data)
 
 
+def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) -> None:
+    map_text = "time: {column: t}\ndepth: {columns: [z], unit: m}\npwm: {columns: [a], unit: us}\ncommands_hold: true\n"
+    rows = "t,z,a\n0,0,1500\n0.5,0.1,\n1,0.2,1600\n1.5,0.3,\n4,0.6,\n"
+    data, columns = tmp_path / "held.csv", tmp_path / "held.yaml"
+    data.write_text(rows)
+    columns.write_text(map_text)
+    pwm = read_dive(data, columns).pwm
+    assert pwm is not None
+    assert pwm.held_at(np.array([0.0, 0.95, 1.0, 3.9, 4.0]))[:, 0].tolist() == [1500, 1500, 1600, 1600, 1600]
+    assert pwm.rate_hz == pytest.approx(10.0)
+
+
 @pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])
 def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
     path = SHARED / "data" / "bolt_auv" / name
@@ -154,7 +166,7 @@ def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
     assert dive.pwm.value.shape[1] == 8
     notes = " ".join(dive.notes)
     assert "No velocity is recorded" in notes
-    assert "inertia and damping in yaw can't be identified" in notes
+    assert "roll, pitch and yaw are identified by the attitude alone" in notes
 
 
 def test_fossen_runs_give_motion_but_no_force() -> None:

@@ -1,0 +1,159 @@
+"""What a recording without velocity, without pulses, of one axis or with slow commands still tells: dives whose mass and
+damping are known, and whose readings have next to no noise."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.errors import FitError
+from bridge.vehicle.config import Configuration, ThrustCurve, Vehicle, VehicleFile
+from identify.answer import answered
+from identify.dive import Dive, Signal
+from identify.estimators.axes import build_axes
+from identify.estimators.innovations import POSITION
+from identify.estimators.likelihood import estimate
+from identify.forces import wrench
+from identify.ingest.commands import logged_at_changes, sampled_slowly, spread, with_spread_commands
+from identify.ingest.rotation import quaternions_from_euler
+
+HEAVE, YAW = 2, 5
+MASS, DAMPING = {HEAVE: 40.0, YAW: 6.0}, {HEAVE: 30.0, YAW: 4.0}
+SHAPE = Configuration(dry_mass_kg=25.0, inertia_kgm2=(2.0, 4.0, 5.0), thrusters=(), thruster_limit_n=20.0)
+FILE = VehicleFile(
+    Path("still.yaml"), Vehicle("still", {"only": SHAPE}, thrust_curve=ThrustCurve(lag_s=0.0)), None, "0" * 64
+)
+SECONDS, FINE_S = 80.0, 0.01
+
+
+def moved(dof: int, changes_s: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, speed and place of one axis under forces (k,) from the times of their changes on, without noise."""
+    time_s = np.arange(0.0, SECONDS, FINE_S)
+    push = force[np.searchsorted(changes_s, time_s + 1e-9, side="right") - 1]
+    keep = np.exp(-FINE_S * DAMPING[dof] / MASS[dof])
+    speed = np.zeros(len(time_s))
+    for k in range(1, len(time_s)):
+        speed[k] = keep * speed[k - 1] + (1.0 - keep) * push[k - 1] / DAMPING[dof]
+    place = np.concatenate([[0.0], np.cumsum(0.5 * FINE_S * (speed[1:] + speed[:-1]))])
+    return time_s, speed, place
+
+
+def steps(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Irregular times of changes, and forces."""
+    changes_s = np.concatenate([[0.0], np.cumsum(rng.uniform(1.0, 4.0, 60))])
+    changes_s = changes_s[changes_s < SECONDS - 5.0]
+    return changes_s, rng.choice([-4.0, -2.0, 0.0, 2.0, 4.0], len(changes_s)) + rng.uniform(-0.5, 0.5, len(changes_s))
+
+
+def commanded(dof: int, changes_s: np.ndarray, force: np.ndarray) -> Signal:
+    six = np.zeros((len(changes_s), 6))
+    six[:, dof] = force
+    return Signal(changes_s, six)
+
+
+def one_axis(dof: int, every: int = 10, noise: float = 1e-4, rate: bool = False) -> Dive:
+    """A dive of one axis: depth alone, heading alone, or rate of turn alone, and the wrench as it changed."""
+    rng = np.random.default_rng(4)
+    changes_s, force = steps(rng)
+    time_s, speed, place = (part[::every] for part in moved(dof, changes_s, force))
+    read = (speed if rate else place) + noise * rng.normal(size=len(time_s))
+    dive = Dive("one axis", Path("one.csv"), "1" * 64, tau_cmd=commanded(dof, changes_s, force))
+    if dof == HEAVE:
+        return replace(dive, depth=Signal(time_s, read[:, None]))
+    if rate:
+        return replace(dive, gyro=Signal(time_s, np.column_stack([0.0 * read, 0.0 * read, read])))
+    level = 0.0 * read
+    return replace(dive, attitude=Signal(time_s, quaternions_from_euler(level, level, read)))
+
+
+def fit(dive: Dive):
+    told = with_spread_commands(dive)
+    return answered(estimate(told, FILE, "only", lambda *_: None), told, FILE)
+
+
+@pytest.mark.parametrize(
+    ("dof", "rate", "names"),
+    [(HEAVE, False, ("M_w", "D_w")), (YAW, False, ("I_r", "D_r")), (YAW, True, ("I_r", "D_r"))],
+    ids=["depth alone", "heading alone", "rate of turn alone"],
+)
+def test_one_axis_alone_is_identified(dof, rate, names):
+    found = fit(one_axis(dof, rate=rate))
+    for name, truth in zip(names, (MASS[dof], DAMPING[dof]), strict=True):
+        assert found[name].identifiable
+        assert found[name].value == pytest.approx(truth, rel=0.02)
+    others = [one for one in found.parameters[:12] if one.name not in names]
+    assert not any(one.identifiable for one in others)
+    assert found["M_u"].reason == "no velocity in surge was recorded; record the DVL"
+
+
+def test_a_depth_that_hardly_stands_out_of_its_noise_says_nothing_of_heave():
+    built = build_axes(with_spread_commands(one_axis(HEAVE, noise=0.5)), FILE, "only")
+    assert built.axes == ()
+    assert built.missing[HEAVE] == (
+        "no velocity in heave was recorded, and depth alone says too little of it; record the DVL"
+    )
+
+
+def test_a_place_that_no_thruster_moved_is_not_judged():
+    dive = one_axis(HEAVE)
+    drift = 0.01 * np.arange(len(dive.depth))
+    level = 0.0 * drift
+    turned = Signal(dive.depth.time_s, quaternions_from_euler(level, level, drift))
+    built = build_axes(with_spread_commands(replace(dive, attitude=turned)), FILE, "only")
+    assert [axis.dof for axis in built.axes] == [HEAVE]
+    assert (built.axes[0].state_read[np.isfinite(built.axes[0].reading)] == POSITION).all()
+    assert built.missing[YAW] == "the thrusters never pushed in yaw, and attitude alone was read there"
+
+
+def test_commands_that_come_as_they_change_hold_until_the_next_and_to_the_end():
+    commands = commanded(YAW, np.array([0.0, 3.1, 4.0, 9.7]), np.array([1.0, -1.0, 2.0, 0.5]))
+    assert logged_at_changes(commands)
+    held = spread(commands, 12.0)
+    assert held.time_s[[0, -1]].tolist() == [0.0, 12.0]
+    assert np.diff(held.time_s).max() <= 0.1 + 1e-9
+    at_s = np.array([0.0, 3.05, 3.15, 9.65, 9.75, 11.9])
+    assert held.held_at(at_s)[:, YAW].tolist() == [1.0, 1.0, -1.0, 2.0, 0.5, 0.5]
+
+
+def test_a_clock_s_samples_are_no_changes_and_quick_ones_hold():
+    time_s = np.arange(0.0, 30.0, 0.5)
+    changing = commanded(YAW, time_s, np.sin(time_s))
+    assert sampled_slowly(changing)
+    lost = np.delete(np.arange(len(time_s)), [5, 6, 20])
+    assert sampled_slowly(Signal(time_s[lost], changing.value[lost]))
+    quick = commanded(YAW, time_s / 5, np.sin(time_s))
+    assert not sampled_slowly(quick)
+    assert not logged_at_changes(quick)
+    pressed = commanded(YAW, 10.0 * np.arange(12), np.arange(12.0))
+    assert logged_at_changes(pressed)
+
+
+def test_between_slow_samples_the_wrench_changes_evenly_and_what_it_hides_is_a_force():
+    time_s = np.arange(0.0, 30.0, 0.5)
+    dive = replace(one_axis(YAW), tau_cmd=commanded(YAW, time_s, 2.0 * (np.arange(len(time_s)) % 2)))
+    forces = wrench(dive, FILE, "only")
+    mean = forces.mean_between(np.array([1.0, 1.0]), np.array([1.5, 2.0]))[:, YAW]
+    np.testing.assert_allclose(mean, 1.0)
+    assert forces.sampled_s == pytest.approx(0.5)
+    assert forces.hidden[YAW] == pytest.approx(2.0 * np.sqrt(0.5 / 12.0))
+    assert "a delay or a lag of the thrusters can't be judged" in forces.notes[-1]
+
+
+def test_slow_samples_of_a_quick_command_still_tell_of_yaw():
+    dive = one_axis(YAW, rate=True, noise=1e-3)
+    time_s = np.arange(0.0, SECONDS, 0.5)
+    found = fit(replace(dive, tau_cmd=Signal(time_s, dive.tau_cmd.held_at(time_s))))
+    for name, truth in (("I_r", MASS[YAW]), ("D_r", DAMPING[YAW])):
+        assert found[name].low95 < truth < found[name].high95
+        assert found[name].identifiable
+
+
+def test_a_dive_in_which_nothing_was_pushed_is_refused_and_gives_no_value():
+    dive = with_spread_commands(one_axis(YAW, rate=True))
+    idle = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, 0.0 * dive.tau_cmd.value))
+    unarmed = replace(dive, armed=Signal(np.array([0.0, 50.0]), np.zeros((2, 1))))
+    for still, words in ((idle, "no thruster pushed in all the dive"), (unarmed, "the vehicle was never armed")):
+        with pytest.raises(FitError, match=f"one axis: {words}"):
+            estimate(still, FILE, "only", lambda *_: None)
+    assert estimate(dive, FILE, "only", lambda *_: None)["I_r"].identifiable
