@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import LEVELLED
@@ -281,9 +282,13 @@ def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
     beside the force that the motion takes where nothing pushes."""
     force, _ = _levels(now)
     course, out = now.course, []
-    thrust = {axis.dof: float(np.std(axis.force.mean(axis=1))) for axis in now.built.axes}
+    thrust = {
+        axis.dof: float(np.std(axis.force.mean(axis=1)))
+        for axis in now.built.axes
+        if np.isfinite(force[axis.dof])
+    }
     # How hard each thruster works for it, which is comparable between forces and moments.
-    reach = np.linalg.norm(course.allocation, axis=1)
+    reach = np.linalg.norm(allocation_matrix(course.configuration), axis=1)
     work = {dof: std / reach[dof] for dof, std in thrust.items() if dof in PUSHED and reach[dof] > 0}
     hardest = max(work.values(), default=0.0)
     for dof, pushing in thrust.items():

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.result import AxisShrink, Disturbance, Shrink
-from identify.diagnose.verdict import swallowing
+from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.diagnose.wording import DRIFT_S, listed, percent, percent_sure
 from identify.report.text import fixed, significant
 
@@ -87,7 +87,8 @@ def disturbance_line(disturbance: Sequence[Disturbance]) -> tuple[str, ...]:
 
 def _share_words(one: Disturbance) -> str:
     """Of a degree of freedom that is only held, thrust answers the disturbance and is no measure for it."""
-    return percent_sure(one.share) if one.driven else f"{percent_sure(one.share)}, only held"
+    held = not one.driven and one.share > MOST_DISTURBED
+    return f"{percent_sure(one.share)}, only held" if held else percent_sure(one.share)
 
 
 def swallowed_sentence(disturbance: Sequence[Disturbance]) -> str:

@@ -181,7 +181,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
 def _rest(diagnosis: Diagnosis) -> str:
     """What the accepted causes leave."""
     left = diagnosis.gap.unexplained
-    share = f", {percent(left)} of what can be closed on pieces held out" if math.isfinite(left) else ""
+    share = f", {percent_sure(left)} of what can be closed on pieces held out" if math.isfinite(left) else ""
     return f" Something is left that no candidate explains{share}: {_unexplained(diagnosis, 'that')}."
 
 
@@ -224,19 +224,20 @@ def _shrunk(where: str, one: Shrink) -> tuple[str, ...]:
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The character of the unexplained remainder."""
+    """A line on the character of the unexplained remainder, if any."""
     one = diagnosis.character
     if one is None:
         return ()
     goes = f"It goes with {listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
-    lines = (
+    sentences = (
+        "What no candidate explains:",
         f"It acts in {listed(one.dof)}." if one.dof else "",
         f"It is {FRAMES[one.frame]}.",
         f"It is {PARITIES[one.parity]}.",
         f"In time it is {one.timing}.",
         goes,
     )
-    return tuple(line for line in lines if line)
+    return (" ".join(filter(None, sentences)),)
 
 
 def variable(name: str) -> str:

@@ -212,11 +212,7 @@ def _before_after(d: Diagnosis, k: int, dof: int) -> str:
 def _what(d: Diagnosis) -> Section:
     lines = [part for one in d.found for part in _cause(one)]
     lines += [LIKENESS] if any(one.also for one in d.found) else []
-    lines += (
-        [" ".join(("What no candidate explains:", *wording_verdict.character_lines(d)))]
-        if d.character
-        else []
-    )
+    lines += wording_verdict.character_lines(d)
     if not lines:
         lines = ["No candidate of the library explains anything that noise would not."]
     columns = ("Cause", "Parameter", "Value", "95 % interval", "Unit")

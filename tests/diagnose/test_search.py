@@ -10,7 +10,7 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.diagnose import findings, search
+from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
 from identify.diagnose.probability import HALF_NATS, MOST_PROBABLE
@@ -125,7 +125,7 @@ def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     found = explain(with_drag(nominal)[0], LIBRARY, quiet)
     (sure,) = findings.findings_of(found, found.fit.covariance, None, 0.0)
-    monkeypatch.setattr(findings, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
+    monkeypatch.setattr(confidence, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
     (doubtful,) = findings.findings_of(found, found.fit.covariance, None, 0.0)
     assert doubtful.probability < 0.6 < sure.probability
 
