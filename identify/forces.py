@@ -115,7 +115,9 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     if from_pwm is not None and dive.pwm is not None:
         if commanded is not None:
             notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
-        variance = _rounding(dive.pwm, vehicle, directory, configuration_name)
+        # Where the wrench that was asked for is recorded, too, the readings that it answers are as well.
+        told = commanded is None
+        variance = _rounding(dive.pwm, vehicle, directory, configuration_name) * told
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
         if sampled_slowly(dive.pwm):
