@@ -127,13 +127,13 @@ def test_at_start_it_adds_something_finite_of_the_right_shape(effect: Effect, ri
     found = parts(effect.act(rich_course, effect.start()))
     count, thrusters = rich_course.asked_n.shape
     wide = {"wrench": 6, "shaft_n": thrusters} | dict.fromkeys(
-        ("velocity", "gyro", "attitude", "specific_force"), 3
+        ("velocity", "gyro", "attitude", "specific_force", "water"), 3
     )
     assert bool(found) == bool(effect.parameters)
     for name, value in found.items():
         assert np.isfinite(value).all()
         assert np.any(value)
-        assert value.shape == ((6,) if name in ("mass", "damping") else (count, wide[name]))
+        assert value.shape == ((6,) if name in ("mass", "damping", "quadratic") else (count, wide[name]))
 
 
 @pytest.mark.parametrize("effect", [e for e in LIBRARY if e.linear and e.parameters], ids=lambda e: e.label)

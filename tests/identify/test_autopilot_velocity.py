@@ -81,17 +81,15 @@ def columns(one: np.ndarray) -> np.ndarray:
     return np.column_stack([one, *[np.zeros_like(one)] * 5])
 
 
-def test_as_much_of_the_likeliest_wrench_is_true_as_it_says_while_rounding_is_part_of_the_recorded_one() -> (
-    None
-):
+def test_more_of_the_likeliest_wrench_is_true_than_of_the_rounded_one() -> None:
     true, told, variance = rounded()
     found = unrounded(columns(told), columns(variance))[:, 0]
     half = slice(100, 1900)
     of_told, of_found = (
         float(np.polyfit(one[half] - np.mean(one[half]), true[half], 1)[0]) for one in (told, found)
     )
-    assert of_told < 0.65
-    assert of_found == pytest.approx(1.0, abs=0.2)
+    assert of_told == pytest.approx(0.01**2 / (0.01**2 + variance[0]), abs=0.05)
+    assert of_told + 0.1 < of_found <= 1.0
 
 
 def test_a_step_far_larger_than_rounding_is_whole_at_once() -> None:
