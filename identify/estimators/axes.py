@@ -294,7 +294,7 @@ def _behind_filter(
     return replace(
         axis,
         force=np.column_stack([force, force]),
-        timing=timing_of(own, smoothing_s, before, axis.time_s),
+        timing=timing_of(own, smoothing_s, before, axis.time_s, axis.dof == HEAVE),
         smoothing_s=smoothing_s,
     )
 

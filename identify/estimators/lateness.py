@@ -13,9 +13,9 @@ LATER_S = 0.03
 """Short beside what moves a vehicle, and of the size of a thruster's lag."""
 
 APART_S = 0.03
-LATENESS_SPREAD_S, SMOOTHING_SPREAD_S = 0.03, 0.03
-"""How far an autopilot's lateness may be from what was found of it, in one axis; and the time constant by which its
-filter smooths."""
+LATENESS_SPREAD_S, SMOOTHING_SPREAD_S, HEAVE_SPREAD_S = 0.03, 0.03, 0.15
+"""How far an autopilot's lateness may be from what surge and sway say of it, in one of these; and the time constant by
+which its filter smooths. In heave, where other sensors feed that filter, both may be further off."""
 
 
 @dataclass(frozen=True)
@@ -88,14 +88,17 @@ class FilteredForce:
         return np.asarray(np.where(span_s > 0, area / np.where(span_s > 0, span_s, 1.0), here))
 
 
-def timing_of(force: FilteredForce, smoothing_s: float, start_s: Array, end_s: Array) -> tuple[Timing, ...]:
+def timing_of(
+    force: FilteredForce, smoothing_s: float, start_s: Array, end_s: Array, in_heave: bool = False
+) -> tuple[Timing, ...]:
     """What a second more of lateness, and of smoothing, makes of an axis's force over each step."""
+    spreads = (HEAVE_SPREAD_S, HEAVE_SPREAD_S) if in_heave else (LATENESS_SPREAD_S, SMOOTHING_SPREAD_S)
     late, early = (
         force.behind(smoothing_s, by_s).mean_between(start_s, end_s) for by_s in (APART_S, -APART_S)
     )
     low_s = max(smoothing_s - APART_S, 0.0)
     high, low = (force.behind(t).mean_between(start_s, end_s) for t in (smoothing_s + APART_S, low_s))
     return (
-        Timing((late - early) / (2.0 * APART_S), LATENESS_SPREAD_S),
-        Timing((high - low) / (smoothing_s + APART_S - low_s), SMOOTHING_SPREAD_S),
+        Timing((late - early) / (2.0 * APART_S), spreads[0]),
+        Timing((high - low) / (smoothing_s + APART_S - low_s), spreads[1]),
     )

@@ -20,7 +20,7 @@ MOST_HZ = 100.0
 TELLING = 3.0
 """A place that moves in a second by so many times its noise tells of the speed."""
 
-FILTERED_M_S, FILTERED_COLOURED_M_S, FILTERED_HZ = 2e-3, 0.015, 10.0
+FILTERED_M_S, FILTERED_SPREAD, FILTERED_COLOURED_M_S, FILTERED_HZ = 2e-3, 0.2, 0.015, 10.0
 """What an autopilot's own velocity is off by is mostly a slow error of its filter: where a fit of it starts, beside a
 little white noise; and the velocity is thinned, for one reading says little that the one 20 ms before it did not."""
 
@@ -130,7 +130,7 @@ def _filtered(velocity: Signal | None, dof: int) -> Channel | None:
     every = max(1, round(velocity.rate_hz / FILTERED_HZ))
     thin = Signal(velocity.time_s[::every], velocity.value[::every])
     read = _direct("filter", thin, dof, VELOCITY)
-    return None if read is None else replace(read, noise=FILTERED_M_S, coloured=FILTERED_COLOURED_M_S)
+    return None if read is None else replace(read, noise=FILTERED_M_S, noise_spread=FILTERED_SPREAD, coloured=FILTERED_COLOURED_M_S)
 
 
 def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> Channel | None:
