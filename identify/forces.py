@@ -35,11 +35,11 @@ LAST = 9
 class WrenchHistory:
     """The thrusters' wrench about the body's origin, N and N m, at any time.
 
-    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command comes to after the lag; `state` (n, 6) the
-    wrench at each command; `integral` (n, 6) from the first command on, `moment` (n, 6) the integral of
-    that. Before the first command it is held. `hidden` (6,): white force in N (N m) over the root of 1/s that the log
-    hides: what whole microseconds leave of the commands, and what slow samples do. `sampled_s`: how far apart slow
-    samples of the commands are, 0 where they are known all the time.
+    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command comes
+    to after the lag; `state` (n, 6) the wrench at each command; `integral` (n, 6) from the first command on, `moment`
+    (n, 6) the integral of that. Before the first command it is held. `hidden` (6,): white force in N (N m) over the
+    root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do. `sampled_s`: how
+    far apart slow samples of the commands are, 0 where they are known all the time.
     """
 
     time_s: Array
@@ -186,13 +186,13 @@ def unrounded(asked: Array, variance: Array) -> Array:
     """The likeliest wrench (n, 6) behind a rounded one, whose rounding has a variance (n, 6).
 
     A recorded force that is partly rounding would be an error in a regressor, and a mass by it too large (Fuller 1987,
-    section 1.1). What a command adds to the median of the last ones is taken for as much as its spread is beyond that of
-    rounding (Wiener 1949), and for whole where it is far larger than rounding ever is. No command that comes later is
-    looked at: it answers readings that are yet to be explained.
+    section 1.1). What a command adds to the median of the last ones is taken for as much as its spread is beyond that
+    of rounding (Wiener 1949), and for whole where it is far larger than rounding ever is. No command that comes later
+    is looked at: it answers readings that are yet to be explained.
     """
     out = asked.copy()
     for column in np.flatnonzero(variance.any(axis=0)).tolist():
-        own, hidden = asked[:, column], np.mean(variance[:, column])
+        own, hidden = asked[:, column], float(np.mean(variance[:, column]))
         past = np.lib.stride_tricks.sliding_window_view(np.pad(own, (LAST - 1, 0), mode="edge"), LAST)
         level = np.median(past, axis=1)
         beyond = own - level

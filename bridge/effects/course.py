@@ -24,8 +24,8 @@ class Course:
     signed shaft speeds, NaN where nothing tells. lag_s: the thrusters' nominal lag. mass, damping (6,): of the nominal
     model, total. quadratic (6,): drag by the square of the speed, as far as it is known. water (n, 3): the water's own
     velocity, body axes, as far as it is known. by_wrench: no pulses are known, and asked_n (n, 6) is the wrench itself,
-    as if of one thruster in each degree of freedom. Arrays are held column by column: most of what is made of them is of one
-    column.
+    as if of one thruster in each degree of freedom. Arrays are held column by column: most of what is made of them is
+    of one column.
     """
 
     configuration: Configuration

@@ -63,7 +63,8 @@ class ThrustCurve:
 
     kind `table`: `file` with the columns voltage_v, pwm_us, thrust_n, read at `voltage_v`.
     kind `quadratic`: thrust = max_n * o |o| with o = (pwm - 1500) / span_us, zero within `dead_band_us`.
-    `delay_s` passes between a command and the first of its thrust, `lag_s` is the first-order lag after it; `max_n` also scales the quadratic law.
+    `delay_s` passes between a command and the first of its thrust, `lag_s` is the first-order lag after it; `max_n`
+    also scales the quadratic law.
     `scale_std`: how far all thrust may be off by one factor, relative. 0.1 is the geometric middle of the 5 to 20 %
     that published curves are off by; a bollard pull of the vehicle's own thrusters makes it 0.02 or so.
     `forward_n_s2`, `reverse_n_s2`: T = k n |n| with n in rev/s, where shaft speed is needed.

@@ -139,7 +139,9 @@ def diagnose(
     left = unexplained_of(found.weighing, found.fit)
     progress(0.8, "measuring the gap")
     before_it = simulator or Simulator(_values(accepted or {}), ())
-    before_it = replace(before_it, causes=tuple(one for one in before_it.causes if not lacks & {*one.effect.needs}))
+    before_it = replace(
+        before_it, causes=tuple(one for one in before_it.causes if not lacks & {*one.effect.needs})
+    )
     plain = before_it.beside(nominal) if simulator or accepted else nominal
     models = beside(found, plain)
     wrong, felt = (

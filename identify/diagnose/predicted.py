@@ -138,7 +138,9 @@ def course_of(
         _at(dive.altitude, time_s),
         _position(Motion(time_s, at.nu), euler),
         _mean_ahead(asked, time_s),
-        np.full((len(time_s), count), np.nan) if by_wrench or dive.rpm is None else dive.rpm.at(time_s)[:, :count],
+        np.full((len(time_s), count), np.nan)
+        if by_wrench or dive.rpm is None
+        else dive.rpm.at(time_s)[:, :count],
         _at(dive.voltage, time_s),
         file.vehicle.thrust_curve.lag_s,
         mass,

@@ -135,8 +135,8 @@ def _fitted(dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tupl
 
 
 def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:
-    """Those that were read for long enough to be identified; raises FitError where none was, where nothing was pushed, and as
-    `build_axes`."""
+    """Those that were read for long enough to be identified; raises FitError where none was, where nothing was pushed,
+    and as `build_axes`."""
     lasting(dive)
     refuse_unpushed(dive, file, name)
     built = build_axes(dated(dive, file, name), file, name)

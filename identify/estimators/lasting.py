@@ -47,7 +47,12 @@ def common_s(dive: Dive, dof: int) -> float:
     )
     known = [s.time_s[np.isfinite(s.value[:, column])] for s, column in columns if s is not None]
     if not any(len(read) for read in known):
-        places = {HEAVE: (dive.depth, dive.pressure), ROLL: (dive.attitude,), PITCH: (dive.attitude,), YAW: (dive.attitude,)}
+        places = {
+            HEAVE: (dive.depth, dive.pressure),
+            ROLL: (dive.attitude,),
+            PITCH: (dive.attitude,),
+            YAW: (dive.attitude,),
+        }
         known = [s.time_s[np.isfinite(s.value[:, 0])] for s in places.get(dof, ()) if s is not None]
     return max(
         (

@@ -20,8 +20,9 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Array, Dive, Signal
 from identify.estimators.admitted import timing_of
 from identify.estimators.autopilot_velocity import lasting_axes
-from identify.estimators.doubts import by_drag, by_lateness, coefficients, doubts_of
+from identify.estimators.doubts import by_drag, coefficients, doubts_of
 from identify.estimators.lasting import common_s
+from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_fit import Begun, rough_fit
 from identify.estimators.multiplier import Force, with_forces
 from identify.estimators.said import SHORTEST_DIVE_S, long_enough
@@ -135,7 +136,7 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
         if doubts[problem.axis.dof].lacks_drag
     ]
     late = [
-        Force(problem.axis.dof, by_lateness(problem.axis))
+        Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s))
         for problem in joint.problems
         if doubts[problem.axis.dof].is_late and problem.axis.dof not in unseen
     ]

@@ -63,7 +63,9 @@ def spread(commands: Signal, end_s: float) -> Signal:
     place = np.arange(len(of)) - np.repeat(np.cumsum(times) - times, times)
     time_s = commands.time_s[of] + place / SPREAD_HZ
     last = ends_s[-1:][ends_s[-1:] > time_s[-1]]
-    return Signal(np.append(time_s, last), np.vstack([commands.value[of], commands.value[of[-1:]][: len(last)]]))
+    return Signal(
+        np.append(time_s, last), np.vstack([commands.value[of], commands.value[of[-1:]][: len(last)]])
+    )
 
 
 def with_spread_commands(dive: Dive) -> Dive:
@@ -77,7 +79,12 @@ def with_spread_commands(dive: Dive) -> Dive:
     if not changed:
         return dive
     note = "Thruster commands were logged as they changed: each is taken to hold until the next."
-    return replace(dive, pwm=changed.get("pwm", dive.pwm), tau_cmd=changed.get("tau_cmd", dive.tau_cmd), notes=(*dive.notes, note))
+    return replace(
+        dive,
+        pwm=changed.get("pwm", dive.pwm),
+        tau_cmd=changed.get("tau_cmd", dive.tau_cmd),
+        notes=(*dive.notes, note),
+    )
 
 
 def held_commands(pwm: Signal) -> Signal:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.estimators.doubts import LATER_S
+from identify.estimators.lateness import LATER_S
 from identify.planning.knowledge import NAMES, AxisNoise, Knowledge
 
 Array = NDArray[np.float64]

@@ -75,9 +75,7 @@ def test_a_velocity_that_was_not_read_is_told_beside_the_verdict(case):
     value = dive.velocity.value.copy()
     value[:, 0] = np.nan
     found = _told(case, with_velocity(dive, value))
-    assert found.provisos == (
-        "Surge was not judged: no velocity in surge was recorded; record the DVL.",
-    )
+    assert found.provisos == ("Surge was not judged: no velocity in surge was recorded; record the DVL.",)
     assert verdict_sentence(found).endswith(found.provisos[0])
     assert _told(case, dive).provisos == ()
 

@@ -1,5 +1,5 @@
-"""What a recording without velocity, without pulses, of one axis or with slow commands still tells: dives whose mass and
-damping are known, and whose readings have next to no noise."""
+"""What a recording without velocity, of one axis or with slow commands still tells: dives whose mass and damping are
+known, and whose readings have next to no noise."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -43,7 +43,9 @@ def steps(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Irregular times of changes, and forces."""
     changes_s = np.concatenate([[0.0], np.cumsum(rng.uniform(1.0, 4.0, 60))])
     changes_s = changes_s[changes_s < SECONDS - 5.0]
-    return changes_s, rng.choice([-4.0, -2.0, 0.0, 2.0, 4.0], len(changes_s)) + rng.uniform(-0.5, 0.5, len(changes_s))
+    return changes_s, rng.choice([-4.0, -2.0, 0.0, 2.0, 4.0], len(changes_s)) + rng.uniform(
+        -0.5, 0.5, len(changes_s)
+    )
 
 
 def commanded(dof: int, changes_s: np.ndarray, force: np.ndarray) -> Signal:
@@ -153,7 +155,10 @@ def test_a_dive_in_which_nothing_was_pushed_is_refused_and_gives_no_value():
     dive = with_spread_commands(one_axis(YAW, rate=True))
     idle = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, 0.0 * dive.tau_cmd.value))
     unarmed = replace(dive, armed=Signal(np.array([0.0, 50.0]), np.zeros((2, 1))))
-    for still, words in ((idle, "no thruster pushed in all the dive"), (unarmed, "the vehicle was never armed")):
+    for still, words in (
+        (idle, "no thruster pushed in all the dive"),
+        (unarmed, "the vehicle was never armed"),
+    ):
         with pytest.raises(FitError, match=f"one axis: {words}"):
             estimate(still, FILE, "only", lambda *_: None)
     assert estimate(dive, FILE, "only", lambda *_: None)["I_r"].identifiable
