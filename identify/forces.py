@@ -38,8 +38,8 @@ class WrenchHistory:
     `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command comes
     to after the lag; `state` (n, 6) the wrench at each command; `integral` (n, 6) from the first command on, `moment`
     (n, 6) the integral of that. Before the first command it is held. `hidden` (6,): white force in N (N m) over the
-    root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do. `sampled_s`: how
-    far apart slow samples of the commands are, 0 where they are known all the time.
+    root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do.
+    `sampled_s`: how far apart slow samples of the commands are, 0 where they are known all the time.
     """
 
     time_s: Array
