@@ -35,10 +35,10 @@ LAST = 9
 class WrenchHistory:
     """The thrusters' wrench about the body's origin, N and N m, at any time.
 
-    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command comes
-    to after the lag; `state` (n, 6) the wrench at each command; `integral` (n, 6) from the first command on, `moment`
-    (n, 6) the integral of that. Before the first command it is held. `hidden` (6,): white force in N (N m) over the
-    root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do.
+    `time_s` (n,) when each command begins to act, its delay after it was given; `asked` (n, 6) what each command
+    comes to after the lag; `state` (n, 6) the wrench at each command; `integral` (n, 6) from the first command on,
+    `moment` (n, 6) the integral of that. Before the first command it is held. `hidden` (6,): white force in N (N m)
+    over the root of 1/s that the log hides: what whole microseconds leave of the commands, and what slow samples do.
     `sampled_s`: how far apart slow samples of the commands are, 0 where they are known all the time.
     """
 
@@ -115,7 +115,9 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     if from_pwm is not None and dive.pwm is not None:
         if commanded is not None:
             notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
-        variance = _rounding(dive.pwm, vehicle, directory, configuration_name)
+        # Where the wrench that was asked for is recorded, too, the readings that it answers are as well.
+        told = commanded is None
+        variance = _rounding(dive.pwm, vehicle, directory, configuration_name) * told
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
         if sampled_slowly(dive.pwm):
@@ -197,8 +199,8 @@ def unrounded(asked: Array, variance: Array) -> Array:
         level = np.median(past, axis=1)
         beyond = own - level
         spread = (1.4826 * float(np.median(np.abs(beyond)))) ** 2
-        believed = max(1.0 - hidden / max(spread, hidden, 1e-300), 0.0)
-        whole = 1.0 - hidden / np.maximum(beyond**2, hidden if hidden > 0 else 1e-300)
+        believed = 1.0 - hidden / max(spread, hidden)
+        whole = 1.0 - hidden / np.maximum(beyond**2, hidden)
         out[:, column] = level + np.maximum(believed, whole) * beyond
     return out
 

@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from identify.diagnose import wording, wording_verdict
-from identify.diagnose.answer import plain
+from identify.diagnose import wording, wording_axes, wording_verdict
+from identify.diagnose.answer import by_axis, plain
 from identify.diagnose.result import Diagnosis, Found
 
 
@@ -25,7 +25,12 @@ def with_words(found: Diagnosis, check: str = "") -> dict[str, Any]:
         ],
         "heldout": None
         if found.heldout is None
-        else {"before": found.heldout.before, "after": found.heldout.after},
+        else {
+            "before": found.heldout.before,
+            "after": found.heldout.after,
+            "by_axis": by_axis(found.heldout),
+        },
+        "disturbance": wording_axes.disturbance_line(found.gap.disturbance),
         "character": wording_verdict.character_lines(found),
         "next": wording.next_lines(found),
         "notes": found.notes,

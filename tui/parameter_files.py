@@ -284,7 +284,7 @@ def write_accepted(
     something is left that no cause explains, data and model disagree. Raises ParamRejected.
     """
     accepted, configuration = found.accepted, found.configuration
-    outcome = Outcome.DISAGREES if found.verdict == "unknown" else by_recording
+    outcome = Outcome.DISAGREES if found.verdict in ("partly", "unknown") else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
     ids = {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}

@@ -93,7 +93,7 @@ def calibration(trials: Sequence[Trial]) -> list[str]:
 
 def unknowns(trials: Sequence[Trial]) -> list[str]:
     """What no library has, and what was left out of it: verdicts by kind."""
-    rows = ["| hidden | dives | unknown | explained or ambiguous, by | no gap |", "|---" * 5 + "|"]
+    rows = ["| hidden | dives | unknown | explained, partly or ambiguous, by | no gap |", "|---" * 5 + "|"]
     keys = list(dict.fromkeys((one.group, one.truth["effects"][0]["name"]) for one in trials))
     for group, name in keys:
         own = [judged(one) for one in trials if (one.group, one.truth["effects"][0]["name"]) == (group, name)]

@@ -32,9 +32,9 @@ class Act:
 
     A change of `mass` or `damping` is one of the nominal model's own parameters: a refit takes it up whole, and only
     what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
-    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. `quadratic` (6,) and
-    `water` (n, 3) are what other effects have to know of it: a drag by the square of the speed, and the water's
-    velocity in body axes. `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
+    `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. Other effects know of
+    `quadratic` (6,), drag by the square of the speed, and of `water` (n, 3), the water's velocity in body axes.
+    `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
     """
 
     wrench: Array | None = None
@@ -51,10 +51,10 @@ class Act:
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
-        changed: dict[str, Any] = {
+        parts: dict[str, Any] = {
             name: change(part) for name in ALONG if (part := getattr(self, name)) is not None
         }
-        return replace(self, **changed)
+        return replace(self, **parts)
 
     def less(self, other: "Act") -> "Act":
         """What it adds less what another of the same effect does."""
@@ -63,14 +63,15 @@ class Act:
             one, two = getattr(self, name), getattr(other, name)
             return None if one is None else one - two
 
-        changed: dict[str, Any] = {name: apart(name) for name in ARRAYS}
-        return replace(self, **changed)
+        parts: dict[str, Any] = {name: apart(name) for name in ARRAYS}
+        return replace(self, **parts)
 
     def times(self, size: float) -> "Act":
         """So many times what it adds."""
-        return replace(
-            self, **{name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None}
-        )
+        parts: dict[str, Any] = {
+            name: size * part for name in ARRAYS if (part := getattr(self, name)) is not None
+        }
+        return replace(self, **parts)
 
 
 ARRAYS = tuple(field.name for field in fields(Act) if field.name != "by_thrust")

@@ -10,7 +10,7 @@ from bridge.errors import LogError
 from identify.challenge.plants import ABSORBED
 from identify.challenge.vehicles import LAG_S
 
-VERDICTS = ("no_gap", "explained", "ambiguous", "unknown")
+VERDICTS = ("no_gap", "explained", "partly", "ambiguous", "unknown")
 
 
 @dataclass(frozen=True)

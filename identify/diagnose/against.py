@@ -85,8 +85,9 @@ class Against:
     @property
     def verdict(self) -> Verdict:
         """Of the simulator's gap. Significant drift without a missing effect or a differing number is ambiguous."""
-        if self.vehicle.verdict == "unknown":
-            return "unknown"
+        if self.vehicle.verdict in ("partly", "unknown"):
+            named = self.vehicle.verdict == "partly" and (self.causes or self.off)
+            return "partly" if named else "unknown"
         if self.causes or self.off:
             return "ambiguous" if any(found.also for found in self.causes) else "explained"
         return "no_gap" if self.vehicle.gap.before < 1.0 + CHANCE else "ambiguous"

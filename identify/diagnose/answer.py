@@ -1,9 +1,9 @@
-"""A diagnosis as plain data, in the form of the answers' schema, version 1."""
+"""A diagnosis as plain data, in the form of the answers' schema, version 2."""
 
 import math
 from typing import Any
 
-from identify.diagnose.result import Diagnosis, Found, Gap, Shrink
+from identify.diagnose.result import AxisShrink, Diagnosis, Found, Gap, Shrink
 
 
 def plain(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -43,6 +43,8 @@ def _gap(gap: Gap) -> dict[str, Any]:
             {"dof": one.dof, "variable": one.variable, "parity": one.parity, "strength": one.strength}
             for one in gap.depends_on
         ],
+        "unexplained": _number(gap.unexplained),
+        "disturbance": {one.dof: _number(one.share) for one in gap.disturbance},
     }
 
 
@@ -80,6 +82,23 @@ def _check(one: Shrink | None) -> dict[str, Any] | None:
         "after": _number(one.after),
         "floor": _number(one.floor),
         "value": _number(one.value),
+        "by_axis": by_axis(one),
+    }
+
+
+def by_axis(one: Shrink) -> dict[str, dict[str, float | None]]:
+    """The shrink of each degree of freedom; drifts in m/s or rad/s."""
+    return {axis.dof: _axis(axis) for axis in one.by_axis}
+
+
+def _axis(one: AxisShrink) -> dict[str, float | None]:
+    return {
+        "before": _number(one.before),
+        "after": _number(one.after),
+        "floor": _number(one.floor),
+        "nrmse_before": _number(one.nrmse_before),
+        "nrmse_after": _number(one.nrmse_after),
+        "nrmse_baseline": _number(one.nrmse_baseline),
     }
 
 

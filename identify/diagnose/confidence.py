@@ -22,9 +22,16 @@ from identify.diagnose.candidates import Cause, other_forms
 from identify.diagnose.evidence import NOTHING_NEW, SCARCE, inverse
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import mean_places
-from identify.diagnose.search import LEAST_SHARE, LOOKED_AT, Explanation, explained_by, ranked_candidates
+from identify.diagnose.search import (
+    LEAST_SHARE,
+    LOOKED_AT,
+    Explanation,
+    explained_by,
+    ranked_candidates,
+    remainder_nats,
+)
 from identify.diagnose.seas import SEAS
-from identify.diagnose.weighing import Fitted, Weighing
+from identify.diagnose.weighing import Fitted, FormRemainder, Weighing
 from identify.estimators.likelihood_axis import DAMPING
 
 Array = NDArray[np.float64]
@@ -220,7 +227,8 @@ def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
 @dataclass(frozen=True)
 class AmbiguityGroup:
     """Of one cause. names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model
-    and other causes projected out; margin_nats: over the best explanation without any of them."""
+    and other causes projected out; margin_nats: over the best explanation without any of them, and over what the forms
+    of the other causes may leave."""
 
     names: tuple[str, ...]
     likeness: dict[str, float]
@@ -234,7 +242,8 @@ def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
     others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
     names: list[str] = []
     likeness: dict[str, float] = {}
-    best_apart = others.gain
+    # What the others' forms may leave speaks against its presence, not against its name.
+    best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), own)
     nearly = max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))
     for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)[:LOOKED_AT]:
         if cause.effect.name == own.effect.name:

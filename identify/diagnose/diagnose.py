@@ -30,6 +30,7 @@ from identify.diagnose.gap import (
     beyond_refit,
     character_of,
     depends_on,
+    disturbance_of,
     missing_of,
     phases_of,
     power_of_drift,
@@ -40,7 +41,7 @@ from identify.diagnose.gap import (
     with_unexplained,
 )
 from identify.diagnose.nominal import Nominal, mounted_otherwise
-from identify.diagnose.probability import BESIDE_UNKNOWN, LIKELY
+from identify.diagnose.probability import LIKELY
 from identify.diagnose.recording import (
     LEAST_CHECK_S,
     LEAST_S,
@@ -61,7 +62,7 @@ from identify.diagnose.recording import (
 )
 from identify.diagnose.result import Diagnosis, Found, Gap, Share, Value
 from identify.diagnose.search import Explanation, explain
-from identify.diagnose.shrink import contradiction_note, held_out_shrink, overstated_note, predict, windows_of
+from identify.diagnose.shrink import checked, contradiction_note, held_out_shrink, overstated_note, predict
 from identify.diagnose.simulation import (
     EACH,
     Simulation,
@@ -74,10 +75,13 @@ from identify.diagnose.simulation import (
 from identify.diagnose.simulator import Simulator
 from identify.diagnose.unexplained import Unexplained, unexplained_of
 from identify.diagnose.verdict import (
-    is_unknown,
+    next_for_disturbance,
     next_for_unexplained,
     next_of,
+    share_left,
+    swallowing,
     unexplained_forces,
+    unexplained_nats,
     verdict_of,
 )
 from identify.dive import Dive
@@ -152,36 +156,39 @@ def diagnose(
         missing = beyond_refit(missing, wrench_of(found.causes, found.now.course), found.now, EACH)
     floors = floors_of(found.now, models[1], rng)
     before, after = (drifts(model, floors) for model in models)
-    causes = findings_of(found, covariance, missing)
+    forces = unexplained_forces(left)
+    causes = findings_of(found, covariance, missing, unexplained_nats(left))
     gap = _gap(found, missing, left, before, after, causes)
-    if is_unknown(left):
-        causes = tuple(replace(one, probability=BESIDE_UNKNOWN * one.probability) for one in causes)
     trials = trials_of(found, causes)
     if accepted:
         shift = shift_of(found, accepted, tried)
         new, more = changes_of(shift, found, missing)
         causes = strongest_first((*causes, *new))
         trials = (*trials, *more)
-    heldout = held_out_shrink(found, plain, floors[FIVE_S], rng)
+    heldout, held = held_out_shrink(found, plain, floors[FIVE_S], rng)
+    verdict = verdict_of(causes, left, found.fit.gain, heldout.value, gap.disturbance)
+    gap = replace(gap, unexplained=share_left(verdict, heldout.value))
     prediction = None
     if check is not None and other is not None:
         progress(0.9, "flying the check dive")
         prediction = predict(found, plain, other, check.name, rng)
     dive_next = next_of(causes, tried)
-    if is_unknown(left):
-        dive_next = next_for_unexplained(unexplained_forces(left), found.now.course, dive_next)
+    if forces:
+        dive_next = next_for_unexplained(forces, found.now.course, dive_next)
+    elif verdict == "unknown" or swallowing(gap.disturbance):
+        dive_next = next_for_disturbance(dive_next)
     many = any(one.share >= MANY for one in spiky)
-    measured = None if prediction is None else windows_of(prediction).shrink(rng)
+    measured = None if prediction is None else checked(prediction, rng)
     progress(1.0, "done")
     return Diagnosis(
         dive.name,
         file.vehicle.name,
         configuration,
-        verdict_of(causes, left),
+        verdict,
         gap,
         causes,
         trials,
-        character_of(left) if is_unknown(left) else None,
+        character_of(left) if forces else None,
         heldout,
         measured,
         dive_next,
@@ -209,6 +216,7 @@ def diagnose(
             *((spikes_sentence(spiky),) if many else ()),
         ),
         mounted_otherwise(nominal.mirrored, nominal.swapped),
+        held,
     )
 
 
@@ -237,10 +245,11 @@ def _gap(
     now, misheard = found.now, FEEDBACK_DOFS & set(found.now.doubted)
     # With a wrong log as the only likely cause, possible causes do not locate the gap.
     likely = any(one.probability >= LIKELY and one.cause.effect.place != "log" for one in causes)
-    told_by_causes = missing.power.any() and (likely or is_unknown(left))
+    anything_left = bool(unexplained_forces(left))
+    told_by_causes = missing.power.any() and (likely or anything_left)
     power, phases = missing.power, phases_of(now.course, EACH)
     unexplained: tuple[Share, ...] = ()
-    if is_unknown(left):
+    if anything_left:
         explained = missing.power
         missing = with_unexplained(missing, left, now, EACH)
         sound = [dof for dof in PUSHED if dof not in now.doubted]
@@ -264,6 +273,7 @@ def _gap(
         depends_on(missing, now.course, EACH),
         unexplained,
         shares_of(power_of_drift(before[FIVE_S], missing.time_s, range(6)), phases),
+        disturbance_of(now),
     )
 
 

@@ -12,7 +12,7 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.probability import LIKELY, probability
+from identify.diagnose.probability import LIKELY, TAKEN_UP, probability
 from identify.diagnose.result import Found, Gain, Tried, Value
 from identify.diagnose.search import (
     LEAST_GAIN,
@@ -20,7 +20,6 @@ from identify.diagnose.search import (
     MOST_CAUSES,
     Explanation,
     ranked_candidates,
-    remainder_nats,
     required_gain,
 )
 from identify.diagnose.seas import SEAS, period_interval
@@ -108,15 +107,20 @@ def _driven(now: Nominal, dof: int, braking: float) -> float:
     return 0.0
 
 
-def findings_of(found: Explanation, covariance: Array, missing: Missing) -> tuple[Found, ...]:
-    """The causes with parameters and intervals by their covariance (k, k), strongest first."""
+def findings_of(
+    found: Explanation, covariance: Array, missing: Missing, unexplained_nats: float
+) -> tuple[Found, ...]:
+    """The causes with parameters and intervals by their covariance (k, k), strongest first.
+
+    unexplained_nats: of the significant generic forces beside them. A cause of a wrong form may take up part of an
+    unknown force, so its margin counts less by TAKEN_UP of these nats.
+    """
     told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         others = _without(found, k)
         alike = ambiguity_of(found, k)
-        # The form remainder of the others is no evidence.
-        margin_nats = alike.margin_nats - remainder_nats(FormRemainder(found.weighing, others), cause)
+        margin_nats = alike.margin_nats - TAKEN_UP * unexplained_nats
         out.append(
             Found(
                 cause,

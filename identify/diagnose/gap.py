@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.drift import Drift
 from identify.diagnose.nominal import Nominal
 from identify.diagnose.regression import LEVELLED
-from identify.diagnose.result import Character, Dependence, Fixed, Phase, Share, Slice
+from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Phase, Share, Slice
 from identify.diagnose.simulation import Simulation
 from identify.diagnose.unexplained import Parity, Timing, Unexplained, Variable, of_other_speeds, unit_forces
 from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
@@ -27,6 +28,10 @@ SLOW, QUICK = 0.15, 0.25
 LEAST_SPEED_M_S, LEAST_TURN_RAD_S = 0.02, 0.03
 MEANT_S = 0.5
 PUSHED = tuple(dof for dof in range(6) if dof not in LEVELLED)
+DRIVEN = 0.25
+"""Thrust, relative to that of the hardest driven degree of freedom, from which one is driven too. Less holds a depth or
+a heading: it answers the disturbance, and is no larger than that however good the model."""
+
 NORMAL = 0.6745
 """Median magnitude of a standard normal variable."""
 
@@ -270,6 +275,31 @@ def _nearest(drift: Drift, time_s: Array) -> NDArray[np.intp]:
     """Window with the middle nearest to each time."""
     middle = drift.starts_s + 0.5 * drift.horizon_s
     return np.clip(np.searchsorted(middle, time_s), 0, len(middle) - 1)
+
+
+def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
+    """The fitted stationary disturbance of each degree of freedom, beside the thrusters' force by the vehicle file, or
+    beside the force that the motion takes where nothing pushes."""
+    force, _ = _levels(now)
+    course, out = now.course, []
+    thrust = {
+        axis.dof: float(np.std(axis.force.mean(axis=1)))
+        for axis in now.built.axes
+        if np.isfinite(force[axis.dof])
+    }
+    # How hard each thruster works for it, which is comparable between forces and moments.
+    reach = np.linalg.norm(allocation_matrix(course.configuration), axis=1)
+    work = {dof: std / reach[dof] for dof, std in thrust.items() if dof in PUSHED and reach[dof] > 0}
+    hardest = max(work.values(), default=0.0)
+    for dof, pushing in thrust.items():
+        pushed = dof not in now.built.unpushed and pushing > 0.0
+        motion = course.mass[dof] * course.nu_dot[:, dof] + course.damping[dof] * course.nu[:, dof]
+        whole = pushing if pushed else float(np.std(motion))
+        std = float(force[dof])
+        share = min((std / whole) ** 2, 1.0) if whole > 0 else 1.0
+        driven = pushed and work.get(dof, 0.0) > DRIVEN * hardest
+        out.append(Disturbance(DOFS[dof], std, share, driven, pushed))
+    return tuple(out)
 
 
 def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:

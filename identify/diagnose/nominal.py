@@ -229,7 +229,8 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         replace(one, reading=one.axis.reading) if one.axis.dof in filtered else one
         for one in start.joint.problems
     )
-    problems = tuple(_bounded(problem) for problem in problems)
+    if filtered:
+        problems = tuple(_bounded(problem) for problem in problems)
     joint, theta = _maximised(replace(start.joint, problems=problems), start.theta, built.motion, filtered)
     doubted = tuple(one.dof for one in unrecorded(dive, file.vehicle.water))
     motion = _smoothed(joint, theta, built.motion)

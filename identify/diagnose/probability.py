@@ -8,8 +8,8 @@ others.
 MOST_PROBABLE, HALF_NATS = 0.98, 6.0
 """Probability at infinite margin, and the margin for half of it."""
 
-BESIDE_UNKNOWN = 0.5
-"""Factor on probability beside an unexplained remainder: a cause may stand for part of it."""
+TAKEN_UP = 0.25
+"""Share of the nats of unexplained forces that a cause may have taken up by its wrong form: no evidence for it."""
 
 LIKELY = 0.5
 """A less probable cause is called possible: neither asserted nor accepted."""

@@ -15,7 +15,7 @@ from identify.identification import Doubt
 
 Array = NDArray[np.float64]
 
-Verdict = Literal["no_gap", "explained", "ambiguous", "unknown"]
+Verdict = Literal["no_gap", "explained", "partly", "ambiguous", "unknown"]
 Phase = Literal["rest", "accelerating", "decelerating", "steady", "turning", "reversing"]
 Fixed = Literal["body", "world", "neither"]
 
@@ -100,10 +100,24 @@ class Dependence:
 
 
 @dataclass(frozen=True)
+class Disturbance:
+    """The fitted stationary disturbance in a degree of freedom. std: N or N m. share: its variance over that of the
+    thrusters' force, or of the force of the motion where nothing pushes; 1 at most. driven: whether the thrusters push
+    there of their own accord, not merely to hold a depth or a heading."""
+
+    dof: str
+    std: float
+    share: float
+    driven: bool
+    pushed: bool = True
+
+
+@dataclass(frozen=True)
 class Gap:
     """before: rms over axes of the 5 s drift, in floors. drifts: over 1, 5 and 20 s; after: the same with the causes
-    in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap. unexplained:
-    shares of the unexplained remainder, if any. drifted: shares of the squared 5 s drift beyond its floor."""
+    in. force: rms of the missing force by degree of freedom, N and N m. where: shares of the whole gap.
+    unexplained_where: shares of the unexplained remainder, if any. drifted: shares of the squared 5 s drift beyond its
+    floor. unexplained: share of the closable gap, held out, that the causes leave; NaN if unknown."""
 
     before: float
     drifts: tuple[Drift, ...]
@@ -112,8 +126,10 @@ class Gap:
     where: tuple[Share, ...]
     slices: tuple[Slice, ...]
     depends_on: tuple[Dependence, ...]
-    unexplained: tuple[Share, ...] = ()
+    unexplained_where: tuple[Share, ...] = ()
     drifted: tuple[Share, ...] = ()
+    disturbance: tuple[Disturbance, ...] = ()
+    unexplained: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -129,23 +145,41 @@ class Character:
 
 @dataclass(frozen=True)
 class Prediction:
-    """On a further dive, at uniform times (n,): velocities (n, 6) measured (smoothed), and predicted without and with
-    the causes, restarted from the measured one with every window. window (n,): number of the window; its last instant
-    is its drift. floor (6,): rms of that by noise alone, NaN in axes that are not fitted."""
+    """On a further dive, or on held-out pieces, at uniform times (n,): velocities (n, 6) in body axes, m/s and rad/s,
+    measured (smoothed), and predicted without and with the causes and by the plain baseline, restarted from the
+    measured one with every window. window (n,): number of the window; its last instant is its drift. floor (6,): rms of
+    that by noise alone, NaN in axes that are not fitted."""
 
     dive: str
     time_s: Array
     measured: Array
     before: Array
     after: Array
+    baseline: Array
     window: NDArray[np.intp]
     floor: Array
 
 
 @dataclass(frozen=True)
+class AxisShrink:
+    """Of one degree of freedom. before, after, floor: rms 5 s drift, m/s or rad/s. value: as of `Shrink`. nrmse: of the
+    velocity simulated over 5 s windows, over the measured one's standard deviation; NaN where that stands still."""
+
+    dof: str
+    before: float
+    after: float
+    floor: float
+    value: float
+    nrmse_before: float
+    nrmse_after: float
+    nrmse_baseline: float
+
+
+@dataclass(frozen=True)
 class Shrink:
     """before, after: rms drifts in floors. value = (before - after) / (before - floor), after no less than floor; NaN
-    without a gap. low95, high95: of the value, NaN if unknown. floor: near 1, as in `shrink.floor_of`."""
+    without a gap. low95, high95: of the value, NaN if unknown. floor: near 1, as in `shrink.floor_of`. by_axis: the
+    same for each fitted degree of freedom, in absolute terms."""
 
     before: float
     after: float
@@ -153,6 +187,7 @@ class Shrink:
     low95: float
     high95: float
     floor: float = 1.0
+    by_axis: tuple[AxisShrink, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -187,8 +222,9 @@ NOTHING = Accepted({}, (), ())
 @dataclass(frozen=True)
 class Diagnosis:
     """The whole answer. heldout: cross-validated shrink; check: shrink on a check dive; None if not asked for. tried:
-    all candidates, strongest first. numbers: masses and dampings fitted beside all causes, accepted or not. provisos:
-    sentences after the verdict that limit it. first: sentences before it that invalidate all."""
+    all candidates, strongest first. prediction: on the check dive; held: on held-out pieces. numbers: masses and
+    dampings fitted beside all causes, accepted or not. provisos: sentences after the verdict that limit it. first:
+    sentences before it that invalidate all."""
 
     dive: str
     vehicle: str
@@ -208,3 +244,4 @@ class Diagnosis:
     numbers: Mapping[str, Value] = field(default_factory=dict)
     provisos: tuple[str, ...] = ()
     first: tuple[str, ...] = ()
+    held: Prediction | None = None

@@ -1,7 +1,7 @@
 """How far the gap shrinks: on held-out pieces, on a check dive, and whether the check dive contradicts the causes.
 
 Every 5 s the simulation restarts from the measured velocity and then uses only recorded thrust and attitude, so the
-shrink can be recomputed from the three velocities alone.
+shrink can be recomputed from these velocities alone.
 """
 
 import math
@@ -12,14 +12,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.effects.course import Course
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DOFS
+from identify.diagnose.baseline import Baseline, baseline_of
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import floors_of
 from identify.diagnose.evidence import SCARCE, inverse
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import PIECE_S, Regression, mean_places, regression_of
-from identify.diagnose.result import Prediction, Shrink
+from identify.diagnose.result import AxisShrink, Prediction, Shrink
 from identify.diagnose.search import Explanation
 from identify.diagnose.seas import SEAS
 from identify.diagnose.simulation import (
@@ -137,6 +139,24 @@ def _totals(axes: Array, closes: NDArray[np.bool_]) -> tuple[float, float, float
     return before, after, floor
 
 
+def by_axis(drift: Windows, flown: Prediction) -> tuple[AxisShrink, ...]:
+    """The shrink of each fitted degree of freedom, with the errors of the velocities flown."""
+    rms = np.sqrt(np.stack([np.mean(one, axis=0) for one in (drift.before, drift.after)]))
+    spread = np.std(flown.measured, axis=0)
+    errors = [
+        np.sqrt(np.mean((way - flown.measured) ** 2, axis=0)) / np.where(spread > 0, spread, np.nan)
+        for way in (flown.before, flown.after, flown.baseline)
+    ]
+    noise = floor_of(rms[1], np.abs(rms[0] - rms[1]) > LEAST_GAP)
+    out = []
+    for dof in np.flatnonzero(np.isfinite(flown.floor)).tolist():
+        before, after = rms[:, dof].tolist()
+        floor, value = float(flown.floor[dof]), _value(before, after, float(noise[dof]))
+        nrmse = [float(one[dof]) for one in errors]
+        out.append(AxisShrink(DOFS[dof], before * floor, after * floor, floor, value, *nrmse))
+    return tuple(out)
+
+
 def _value(before: float, after: float, floor: float) -> float:
     """No model drifts by less than noise: below the floor is chance, or an overstated floor."""
     if before - floor <= LEAST_GAP:
@@ -144,11 +164,13 @@ def _value(before: float, after: float, floor: float) -> float:
     return (before - max(after, floor)) / (before - floor)
 
 
-def held_out_shrink(found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator) -> Shrink:
-    """Cross-validated shrink: each fold by models fitted on the others.
+def held_out_shrink(
+    found: Explanation, nominal: Nominal, floor: Array, rng: np.random.Generator
+) -> tuple[Shrink, Prediction]:
+    """Cross-validated shrink, and the velocities: each fold by models fitted on the others.
 
     Their parameters are one Gauss-Newton step from the whole dive's. floor (6,): of the 5 s drift. Both models know the
-    seas of this dive; to a further dive these are noise.
+    seas of this dive; to a further dive these are noise. The plain baseline is fitted to the whole dive.
     """
     weighing, fit = found.weighing, found.fit
     course, nu, causes = found.now.course, found.now.motion.nu, found.causes
@@ -161,7 +183,9 @@ def held_out_shrink(found: Explanation, nominal: Nominal, floor: Array, rng: np.
         velocity_error_of(causes, course),
     )
     seas = whole - wrench_of(without_seas(causes), course)
+    plainest = baseline_of(course, nu + wrong)
     squares: list[tuple[Array, Array, NDArray[np.intp]]] = []
+    flown: list[tuple[NDArray[np.int64], Array, Array]] = []
     for fold in range(FOLDS):
         theta, step = own.without(fold)
         moved = list(causes)
@@ -172,7 +196,49 @@ def held_out_shrink(found: Explanation, nominal: Nominal, floor: Array, rng: np.
         before = simulation_of(nominal, plain.without(fold)[0], nu + wrong, seas)
         starts, piece = held_windows(after, fold)
         squares.append((squared(before, starts, floor), squared(after, starts, floor), piece))
-    return Windows(*(np.concatenate(one) for one in zip(*squares, strict=True))).shrink(rng)
+        apart = stitched_windows(after, fold)
+        flown.append((apart, differences(before, apart), differences(after, apart)))
+    drift = Windows(*(np.concatenate(one) for one in zip(*squares, strict=True)))
+    starts, *gone = (np.concatenate(one) for one in zip(*flown, strict=True))
+    order = np.argsort(starts)
+    prediction = _flown(
+        "pieces held out", before, starts[order], [one[order] for one in gone], plainest, course, floor
+    )
+    return replace(drift.shrink(rng), by_axis=by_axis(drift, prediction)), prediction
+
+
+def stitched_windows(model: Simulation, fold: int) -> NDArray[np.int64]:
+    """Starts (w,) of the windows of a fold's pieces, one behind another."""
+    length = round(HORIZON_S / model.step_s)
+    starts = np.arange(0, len(model.time_s) - length, length)
+    piece = ((model.time_s[starts] - model.time_s[0] + 0.5 * HORIZON_S) / PIECE_S).astype(np.intp)
+    return np.asarray(starts[piece % FOLDS == fold])
+
+
+def differences(model: Simulation, starts: NDArray[np.int64]) -> Array:
+    """(w, length, 6): by how much a model is off at every step of its windows; 0 in axes that are not fitted."""
+    every = range(1, round(HORIZON_S / model.step_s) + 1)
+    return np.asarray(np.nan_to_num(model.off(starts, every, np.zeros_like(model.nu))))
+
+
+def _flown(
+    name: str,
+    model: Simulation,
+    starts: NDArray[np.int64],
+    gone: Sequence[Array],
+    plainest: Baseline,
+    course: Course,
+    floor: Array,
+) -> Prediction:
+    """The velocities of windows from `starts` (w,): those of `model` measured, and `gone` (w, length, 6) off from these
+    before and after."""
+    length = gone[0].shape[1]
+    at = (starts[:, None] + np.arange(1, length + 1)).ravel()
+    measured = model.nu[at]
+    before, after = (measured + one.reshape(-1, 6) for one in gone)
+    baseline = plainest.flown(course, model.nu, starts, length).reshape(-1, 6)
+    window = np.repeat(np.arange(len(starts)), length)
+    return Prediction(name, model.time_s[at], measured, before, after, baseline, window, floor)
 
 
 def without_seas(causes: Sequence[Cause]) -> list[Cause]:
@@ -267,7 +333,8 @@ def csv_of(one: Prediction) -> str:
     lines = [
         f"# {one.dive}: velocities in body axes (x forward, y right, z down), m/s and rad/s, open loop from the "
         f"measured velocity, started anew every {HORIZON_S:g} s (window).",
-        "# measured: smoothed; before: the nominal model; after: with the causes in.",
+        "# measured: smoothed; before: the nominal model; after: with the causes in; baseline: least squares with "
+        "linear and quadratic drag and a delay.",
         f"# floor, rms after {HORIZON_S:g} s by noise alone: {floors}.",
         "# drift: before, or after, less measured in the last line of each window, rms over windows, over the floor, "
         f"and the rms of that over {len(fitted)} degrees of freedom; shrink = (before - after) / (before - floor), "
@@ -277,9 +344,10 @@ def csv_of(one: Prediction) -> str:
         f"{LEAST_GAP:g}, and else, for there no cause closes anything and noise is all that there is, of after within "
         f"{1 - CHANCE:g} and {1 + CHANCE:g}.",
     ]
-    names = [f"{what}_{SYMBOLS[dof]}" for what in ("measured", "before", "after") for dof in fitted]
+    ways = {"measured": one.measured, "before": one.before, "after": one.after, "baseline": one.baseline}
+    names = [f"{what}_{SYMBOLS[dof]}" for what in ways for dof in fitted]
     lines.append(",".join(["time_s", "window", *names]))
-    values = np.column_stack([way[:, fitted] for way in (one.measured, one.before, one.after)])
+    values = np.column_stack([way[:, fitted] for way in ways.values()])
     for at_s, window, row in zip(one.time_s, one.window, values, strict=True):
         lines.append(f"{at_s:.3f},{window}," + ",".join(f"{value:.6f}" for value in row))
     return "\n".join(lines) + "\n"
@@ -324,19 +392,15 @@ def predict(
     starts = np.arange(0, len(after.time_s) - length - 1, length)
     if len(starts) < 2:
         raise LogError(f"{name}: is too short to check a diagnosis on; give a dive of a minute or more")
-    every, still = list(range(1, length + 1)), np.zeros_like(after.nu)
-    at = (starts[:, None] + np.arange(1, length + 1)).ravel()
-    measured = before.nu[at]
-    gone = [np.nan_to_num(model.off(starts, every, still)).reshape(-1, 6) for model in (before, after)]
-    return Prediction(
-        name,
-        after.time_s[at],
-        measured,
-        measured + gone[0],
-        measured + gone[1],
-        np.repeat(np.arange(len(starts)), length),
-        floor,
-    )
+    gone = [differences(model, starts) for model in (before, after)]
+    plainest = baseline_of(nominal.course, nominal.motion.nu)
+    return _flown(name, before, starts, gone, plainest, course, floor)
+
+
+def checked(one: Prediction, rng: np.random.Generator) -> Shrink:
+    """The shrink on a check dive."""
+    drift = windows_of(one)
+    return replace(drift.shrink(rng), by_axis=by_axis(drift, one))
 
 
 def contradicted(foretold: Shrink | None, measured: Shrink | None) -> bool:

@@ -1,6 +1,7 @@
 """The verdict on a dive, and the next dive: manoeuvres that separate ambiguous causes, or isolate an unexplained
 remainder."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,7 +9,8 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.effects.effect import Effect
-from identify.diagnose.result import Found, Next, Verdict
+from identify.diagnose.probability import LIKELY
+from identify.diagnose.result import Disturbance, Found, Next, Verdict
 from identify.diagnose.unexplained import GenericForce, Unexplained, Variable, beyond_chance
 
 SENSORS = (
@@ -27,6 +29,12 @@ SENSORS = (
 FORM_SHARE = 0.02
 """Share of the causes' nats that a form's remainder may reach: a form right to a seventh of its force leaves as much.
 """
+
+LEAST_CLOSED = 1 / 3
+"""Share of what can be closed, held out, that the causes must close for a verdict beside an unexplained remainder."""
+
+MOST_DISTURBED = 1 / 3
+"""Share of the thrusters' variance up to which a disturbance is none that a model should have explained."""
 
 Array = NDArray[np.float64]
 
@@ -56,6 +64,7 @@ BATTERY = "the same leg with a fresh and with an empty battery"
 THRUSTERS = "one pair of thrusters at a time, from rest"
 
 SPOT = "five minutes on one spot, and five more with the thrusters off"
+SEA = "waves, current and tether as the crew sees them, and every thruster's shaft speed"
 
 OTHERS: dict[Variable, str] = {
     "heading": "the same leg on opposite headings",
@@ -79,17 +88,48 @@ def unexplained_forces(left: Unexplained) -> tuple[GenericForce, ...]:
     )
 
 
-def is_unknown(left: Unexplained) -> bool:
-    """Whether any generic force is significant."""
-    return bool(unexplained_forces(left))
+def unexplained_nats(left: Unexplained) -> float:
+    """Of the significant generic forces together."""
+    mine = {id(shape) for shape in unexplained_forces(left)}
+    return sum(gain for shape, gain in zip(left.shapes, left.gains, strict=True) if id(shape) in mine)
 
 
-def verdict_of(found: Sequence[Found], left: Unexplained) -> Verdict:
-    if is_unknown(left):
+def swallowing(disturbance: Sequence[Disturbance]) -> tuple[Disturbance, ...]:
+    """Disturbances of driven degrees of freedom that leave a model too little to explain."""
+    return tuple(one for one in disturbance if one.driven and one.share > MOST_DISTURBED)
+
+
+def is_unknown(found: Sequence[Found], left_nats: float, saved_nats: float, closes: float) -> bool:
+    """Whether the larger part of a gap is unexplained: the nats left exceed those that the causes save, or no cause is
+    accepted, or the causes close too little of it on held-out pieces (`closes`, NaN if unknown)."""
+    if left_nats <= 0:
+        return False
+    accepted = any(one.probability >= LIKELY for one in found)
+    return not accepted or left_nats > saved_nats or (math.isfinite(closes) and closes < LEAST_CLOSED)
+
+
+def verdict_of(
+    found: Sequence[Found],
+    left: Unexplained,
+    saved_nats: float,
+    closes: float,
+    disturbance: Sequence[Disturbance],
+) -> Verdict:
+    """saved_nats: by the causes together; closes: share of the gap that they close on held-out pieces, NaN if unknown;
+    disturbance: of every degree of freedom. A model that leaves the motion to the disturbance is not without a gap."""
+    left_nats = unexplained_nats(left)
+    if is_unknown(found, left_nats, saved_nats, closes):
         return "unknown"
+    if left_nats > 0:
+        return "partly"
     if not found:
-        return "no_gap"
+        return "unknown" if swallowing(disturbance) else "no_gap"
     return "ambiguous" if any(one.also for one in found) else "explained"
+
+
+def share_left(verdict: Verdict, closes: float) -> float:
+    """Share of the closable gap that the causes leave: none where everything is explained, NaN if unknown."""
+    return 1.0 - float(np.clip(closes, 0.0, 1.0)) if verdict in ("partly", "unknown") else 0.0
 
 
 def next_of(found: Sequence[Found], library: Sequence[Effect]) -> Next | None:
@@ -114,6 +154,13 @@ def next_for_unexplained(left: Sequence[GenericForce], course: Course, beside: N
         return Next("; ".join(told), "", ())
     parts = dict.fromkeys([*told, *filter(None, beside.manoeuvre.split("; "))])
     return Next("; ".join(parts), beside.sensor, beside.splits)
+
+
+def next_for_disturbance(beside: Next | None) -> Next:
+    """What tells a sea from a force that the model or the recording lacks."""
+    if beside is None:
+        return Next(SPOT, SEA, ())
+    return Next("; ".join((SPOT, *filter(None, [beside.manoeuvre]))), beside.sensor or SEA, beside.splits)
 
 
 def _manoeuvre(shape: GenericForce, course: Course) -> str:

@@ -36,7 +36,7 @@ def _verdict(one: Against) -> str:
         told += f" It may lack {may_lack}, too." if possible else ""
     elif possible:
         told = f"Your simulator may lack {may_lack}: {where}{_drift_clause(one)}."
-    elif one.vehicle.verdict == "unknown":
+    elif one.vehicle.verdict in ("partly", "unknown"):
         there = wording_verdict.where_sentence(gap, "the gap")
         return f"Your simulator lacks something that no candidate explains: {there}."
     elif one.verdict == "no_gap":
@@ -50,7 +50,7 @@ def _verdict(one: Against) -> str:
             f"{wording.DRIFT_S:g} s drift is {significant(gap.before, 2)} floors, where noise alone would give 1"
             f"{_drift_clause(one)}: give longer recordings of both, with the same manoeuvres."
         )
-    if one.vehicle.verdict == "unknown":
+    if one.vehicle.verdict in ("partly", "unknown"):
         told += " Something else is there that no candidate explains."
     return told
 

@@ -8,6 +8,7 @@ from identify.diagnose.gap import LEAST_SPEED_M_S
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.result import Character, Diagnosis, Found, Gap, Phase, Share, Shrink
 from identify.diagnose.shrink import CHANCE, LEAST_GAP, contradiction_clause
+from identify.diagnose.verdict import swallowing
 from identify.diagnose.wording import (
     DRIFT_S,
     capital,
@@ -19,6 +20,7 @@ from identify.diagnose.wording import (
     percents,
     words,
 )
+from identify.diagnose.wording_axes import axis_lines, changes, swallowed_sentence
 from identify.report.text import fixed, significant
 
 MOST_OF_IT = 0.75
@@ -147,28 +149,48 @@ def _verdict(diagnosis: Diagnosis) -> str:
             return f"Nothing that lasts: {drift}, but neither a candidate nor any force that returns explains it."
         return f"No gap: {drift}, and no candidate explains any of it."
     likely, possible = sorted_by_likelihood(diagnosis.found)
+    if diagnosis.verdict == "unknown" and diagnosis.character is None and swallowing(gap.disturbance):
+        return swallowed_sentence(gap.disturbance)
     if diagnosis.verdict == "unknown":
         part = f" {capital(_explain(likely, 'part of the gap'))}." if likely else ""
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
-        told = f"; {_character_clause(diagnosis.character)}" if diagnosis.character else ""
-        where = where_sentence(replace(gap, where=gap.unexplained, slices=()) if gap.unexplained else gap)
-        return f"Something is there that no candidate explains: {where}{told}.{part}"
+        return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
     doubt = "".join(f", but this dive can't tell {_ambiguity_clause(one)}" for one in likely if one.also)
-    no_gap = _opens_no_gap(diagnosis)
+    partly = diagnosis.verdict == "partly"
+    no_gap = not partly and _opens_no_gap(diagnosis)
     if not likely:
         causes = _may_explain(possible, "what shows" if no_gap else "the gap")
     else:
         many = len(likely) > 1
         shows = "show, but open no gap" if many else "shows, but opens no gap"
-        causes = f"{_all(likely)} {shows}" if no_gap else _explain(likely, "the gap")
+        causes = (
+            f"{_all(likely)} {shows}"
+            if no_gap
+            else _explain(likely, "part of the gap" if partly else "the gap")
+        )
         causes += doubt
         if possible:
             causes += f"; {_may_explain(possible, 'some of what shows' if no_gap else 'some of it, too')}"
     causes += contradiction_clause(diagnosis.heldout, diagnosis.check)
     shrink = _drift_clause(diagnosis, "them" if len(diagnosis.found) > 1 else "it", no_gap)
     where = where_sentence(gap, "what shows") if no_gap else gap_sentence(gap)
-    return f"{capital(causes)}: {where}{shrink}."
+    return f"{capital(causes)}: {where}{shrink}.{_rest(diagnosis) if partly else ''}"
+
+
+def _rest(diagnosis: Diagnosis) -> str:
+    """What the accepted causes leave."""
+    left = diagnosis.gap.unexplained
+    share = f", {percent_sure(left)} of what can be closed on pieces held out" if math.isfinite(left) else ""
+    return f" Something is left that no candidate explains{share}: {_unexplained(diagnosis, 'that')}."
+
+
+def _unexplained(diagnosis: Diagnosis, whole: str) -> str:
+    """Location and character of the unexplained remainder."""
+    gap = diagnosis.gap
+    told = f"; {_character_clause(diagnosis.character)}" if diagnosis.character else ""
+    of_it = replace(gap, where=gap.unexplained_where, slices=()) if gap.unexplained_where else gap
+    return f"{where_sentence(of_it, whole)}{told}"
 
 
 def sorted_by_likelihood(found: Sequence[Found]) -> tuple[tuple[Found, ...], tuple[Found, ...]]:
@@ -188,27 +210,34 @@ def _may_explain(found: Sequence[Found], what: str) -> str:
 
 
 def shrink_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Drift over the whole dive, and shrink on held-out pieces and on the check dive."""
+    """Drift over the whole dive, and shrink on held-out pieces and on the check dive: pooled, after each degree of
+    freedom where there are causes."""
     fitted = _whole_dive(diagnosis)
     whole = (f"Over the whole dive, which was fitted: {fitted}.",) if fitted else ()
     told = (("On pieces held out", diagnosis.heldout), ("On the check dive", diagnosis.check))
-    return (*whole, *(f"{where}: {_shrink(one)}." for where, one in told if one is not None))
+    return (*whole, *(line for where, one in told if one is not None for line in _shrunk(where, one)))
+
+
+def _shrunk(where: str, one: Shrink) -> tuple[str, ...]:
+    pooled = ", all together" if one.by_axis else ""
+    return (*axis_lines(where, one), f"{where}{pooled}: {_shrink(one)}.")
 
 
 def character_lines(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The character of the unexplained remainder."""
+    """A line on the character of the unexplained remainder, if any."""
     one = diagnosis.character
     if one is None:
         return ()
     goes = f"It goes with {listed([variable(v) for v in one.depends_on])}." if one.depends_on else ""
-    lines = (
+    sentences = (
+        "What no candidate explains:",
         f"It acts in {listed(one.dof)}." if one.dof else "",
         f"It is {FRAMES[one.frame]}.",
         f"It is {PARITIES[one.parity]}.",
         f"In time it is {one.timing}.",
         goes,
     )
-    return tuple(line for line in lines if line)
+    return (" ".join(filter(None, sentences)),)
 
 
 def variable(name: str) -> str:
@@ -277,8 +306,13 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
         drift = f"{told[0]} floors, with {causes} {_floors(after)}{where}{_within_noise(before)}"
         return f"; without {causes} the model's {DRIFT_S:g} s drift is {drift}"
     goes = "falls" if after < before else "goes"
-    change = f"{goes} from {told[0]} to {_floors(after)}{where}{_within_noise(before)}"
-    return f"; with {causes} the model's {DRIFT_S:g} s drift {change}"
+    change = f"from {told[0]} to {_floors(after)}"
+    if by_axis := changes(found[0]):
+        pooled = f" (all together {change})"
+        return (
+            f"; with {causes} the model's {DRIFT_S:g} s drift {by_axis}{pooled}{where}{_within_noise(before)}"
+        )
+    return f"; with {causes} the model's {DRIFT_S:g} s drift {goes} {change}{where}{_within_noise(before)}"
 
 
 def _within_noise(before: float) -> str:

@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 USUAL = np.array([0.15, 0.08])
 """Lateness and smoothing, s, where the search begins."""
 
-MOST = np.array([0.8, 0.5, 1.0])
-"""Lateness, smoothing and delay, s, that are believed at most."""
+LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
+"""Lateness, smoothing and delay, s, that are believed: stamps of pulses and of velocities may be apart, too."""
 
 DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 """Of the thrust: where the search for it begins, by yaw, which no filter of velocities hides."""
@@ -57,7 +57,7 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     timing = np.array([*USUAL, _rough_delay_s(dive, file, name)])
     for _ in range(TURNS):
         further = _further(dive, timing, file, name)
-        timing = np.clip(timing + further, 0.0, MOST)
+        timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
     return dated_back(dive, *timing[:2].tolist())

@@ -72,7 +72,7 @@ class Place:
 
 
 def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
-    """Depth, roll, pitch and heading by degree of freedom, as recorded (Fossen 2011, eqs 2.18 and 2.26)."""
+    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18, 2.26)."""
     depth = dive.depth_by(file.vehicle.water)
     found: dict[int, tuple[Signal, Array]] = {}
     still = np.zeros(len(motion.time_s))

@@ -30,8 +30,8 @@ class Channel:
     """Readings of one state by one sensor, (n,) each; the standard deviation of a reading is `scale` times the noise.
 
     A NaN reading only marks where increments start anew. `noise` is where a fit of the noise starts, and how far
-    from it, in its logarithm, the fit may well go. coloured: where a fit of a slow error of its velocity starts, 0
-    where it has none.
+    from it, in its logarithm, the fit may well go. coloured: where a fit of its velocity's slow error starts, 0 if it
+    has none.
     """
 
     name: str

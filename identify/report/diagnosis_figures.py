@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose import wording, wording_verdict
 from identify.diagnose.drift import Drift
-from identify.diagnose.result import Diagnosis, Found, Gap, Slice, Tried
+from identify.diagnose.result import Diagnosis, Found, Gap, Prediction, Slice, Tried
 from identify.dive import Array
 from identify.report.bars import Bar, bars
 from identify.report.heatmap import heatmap
 from identify.report.page import Figure, Table
 from identify.report.plot import Line, Panel, lines_panel, side_by_side, stack
 from identify.report.text import decimals_for, fixed
+from identify.report.traces import Trace, TracePanel, Traces
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,6 +41,7 @@ SLICES = {
     "distance": "by distance from the start",
 }
 UNITS = {"speed": "m/s", "depth": "m", "time": "s", "voltage": "V", "distance": "m"}
+FLOWN = ("measured", "before", "after")
 LINES = ("before", "after", "floor: noise alone")
 
 
@@ -226,6 +228,28 @@ def over_time(diagnosis: Diagnosis) -> Figure | None:
         "The 5 s drift along the dive, all degrees of freedom together, in floors; a floor is what noise alone would "
         "give.",
         stack([panel]),
+    )
+
+
+def velocities(one: Prediction) -> Traces:
+    """Measured velocities with those simulated before and after, each fitted degree of freedom a panel."""
+    panels = []
+    for dof in np.flatnonzero(np.isfinite(one.floor)).tolist():
+        unit, scale = ("m/s", 1.0) if dof < 3 else ("°/s", math.degrees(1.0))
+        ways = (one.measured, one.before, one.after)
+        curves = tuple(
+            Trace(label, k, scale * way[:, dof])
+            for k, (label, way) in enumerate(zip(FLOWN, ways, strict=True))
+        )
+        panels.append(TracePanel(f"{DOFS[dof]}, {unit}", curves))
+    return Traces(
+        "measured and simulated velocities",
+        "Velocities in body axes: measured (smoothed), and simulated from thrust and attitude alone, started anew from "
+        f"the measured one every {wording.DRIFT_S:g} s: by the plain model (before) and with the causes in (after). "
+        "The buttons stretch the time axis; then it can be moved sideways.",
+        one.time_s - one.time_s[0],
+        one.window,
+        tuple(panels),
     )
 
 

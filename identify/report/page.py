@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 from bridge.errors import LogError
 from bridge.new_file import whole
+from identify.report import traces
 from identify.report.text import safe
 from identify.report.theme import STYLE
+from identify.report.traces import Traces
 
 if TYPE_CHECKING:
     from identify.report.plot import Draw
@@ -44,7 +46,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading, a warning that stands out, judgements, a paragraph, figures, the other paragraphs, tables.
+    """A heading, a warning that stands out, judgements, a paragraph, figures, the other paragraphs, tables, traces.
 
     `warning` and `text` have a blank line between two paragraphs; the first of the warning is its headline. `judged`
     are sentences that say yes (True) or no, each with its colour and its mark.
@@ -56,6 +58,7 @@ class Section:
     figures: tuple[Figure, ...] = ()
     warning: str = ""
     judged: tuple[tuple[bool, str], ...] = ()
+    traces: tuple[Traces, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,7 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
 <title>{safe(report.title)}</title>
-<style>{STYLE}</style>
+<style>{STYLE}{traces.STYLE if _traced(report) else ""}</style>
 </head>
 <body>
 <header>
@@ -117,6 +120,10 @@ def render_report(report: Report, drawn: Callable[[float], None] = _unseen) -> s
 </body>
 </html>
 """
+
+
+def _traced(report: Report) -> bool:
+    return any(section.traces for section in report.sections)
 
 
 def _told(kind: str, words: str) -> str:
@@ -149,9 +156,10 @@ def _section(section: Section, heading: str, anchor: str) -> str:
     first, *others = [f"<p>{p}</p>\n" for p in _paragraphs(section.text)] or [""]
     figures = "".join(_figure(figure, f"{anchor}-{i}") for i, figure in enumerate(section.figures, start=1))
     tables = "".join(map(_table, section.tables))
+    curves = "".join(traces.render(one, f"{anchor}-t{i}") for i, one in enumerate(section.traces, start=1))
     judged = "".join(starmap(_judged, section.judged))
     body = (
-        _warning(section.warning) + judged + first + figures + "".join(others) + tables
+        _warning(section.warning) + judged + first + figures + "".join(others) + tables + curves
         or "<p>Nothing to show.</p>\n"
     )
     return f'<section id="{anchor}">\n<h2>{safe(heading)}</h2>\n{body}</section>'

@@ -15,7 +15,7 @@ from identify.challenge.recording import tlog_of
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 
-SCHEMA = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
+SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
 SEED = 100_011
 
 
@@ -117,7 +117,6 @@ def test_a_wrong_dvl_scale_leaves_no_more_than_what_turning_adds_at_its_place() 
     assert draw_case(SEED + 4, names=["dvl_scale"], size=1.0, seconds=60.0).truth()["size"] < 0.3
 
 
-@pytest.mark.skipif(not SCHEMA.exists(), reason="the schema of answers is not beside the checkout")
 def test_there_is_a_plant_for_every_name_that_an_answer_may_give() -> None:
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     names = schema["properties"]["effects"]["items"]["properties"]["name"]["enum"]

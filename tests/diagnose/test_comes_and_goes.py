@@ -10,7 +10,7 @@ from identify.diagnose.gap import character_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.rhythms import bursts, mixture_gain, scores
 from identify.diagnose.unexplained import GenericForce, Unexplained, unexplained_of
-from identify.diagnose.verdict import is_unknown, next_for_unexplained, unexplained_forces
+from identify.diagnose.verdict import next_for_unexplained, unexplained_forces
 from identify.diagnose.weighing import weighing_of
 
 
@@ -41,7 +41,7 @@ def test_a_filter_run_backwards_weighs_any_force_as_it_does_forwards(weighing):
 
 
 def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing):
-    assert not is_unknown(unexplained_of(weighing, weighing.fitted(())))
+    assert not unexplained_forces(unexplained_of(weighing, weighing.fitted(())))
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,11 @@ from identify.diagnose.answer import plain
 from identify.diagnose.candidates import Cause
 from identify.diagnose.drift import Drift
 from identify.diagnose.result import (
+    AxisShrink,
     Character,
     Dependence,
     Diagnosis,
+    Disturbance,
     Found,
     Gain,
     Gap,
@@ -27,9 +29,10 @@ from identify.diagnose.result import (
     Value,
 )
 from identify.diagnose.unexplained import GenericForce, Unexplained
-from identify.diagnose.verdict import next_of, verdict_of
+from identify.diagnose.verdict import next_for_disturbance, next_of, share_left, unexplained_nats, verdict_of
 
-SCHEMA = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
+SCHEMA = Path(__file__).resolve().parents[1] / "data" / "answers.schema.json"
+SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "answers.schema.json"
 FILE = load_vehicle("ruvifist:hovering")
 LIBRARY = library(FILE.vehicle.configurations["hovering"], 0.1)
 NAN = float("nan")
@@ -37,9 +40,12 @@ NAN = float("nan")
 
 @pytest.fixture(scope="module")
 def schema():
-    if not SCHEMA.is_file():
-        pytest.skip("no shared data beside the checkout")
     return json.loads(SCHEMA.read_text())
+
+
+@pytest.mark.skipif(not SHARED.is_file(), reason="no shared data beside the checkout")
+def test_the_copy_of_the_schema_is_the_shared_one(schema):
+    assert schema == json.loads(SHARED.read_text())
 
 
 def effect(name):
@@ -86,6 +92,27 @@ def diagnosis(**other):
             check=Shrink(2.0, NAN, NAN, NAN, NAN),
         ),
         diagnosis(found=(found("weak_thruster", feedforward=Gain(0.02, 0.01)),)),
+        diagnosis(
+            verdict="partly",
+            gap=replace(
+                diagnosis().gap,
+                unexplained=0.4,
+                disturbance=(
+                    Disturbance("surge", 1.2, 0.3, True),
+                    Disturbance("roll", 0.1, NAN, False, False),
+                ),
+            ),
+            character=Character(("sway",), "world", "neither", "periodic", ("heading",)),
+            check=Shrink(
+                2.0,
+                1.5,
+                0.5,
+                NAN,
+                NAN,
+                by_axis=(AxisShrink("surge", 0.03, 0.01, 0.008, 0.9, 0.5, 0.2, NAN),),
+            ),
+        ),
+        diagnosis(verdict="unknown", gap=replace(diagnosis().gap, unexplained=NAN)),
     ],
 )
 def test_every_verdict_keeps_to_the_schema_and_is_json(made, schema):
@@ -109,21 +136,73 @@ def test_the_judge_of_challenges_reads_the_same_numbers():
 
 
 NOTHING = Unexplained((), (), ())
-MUCH = Unexplained((GenericForce(0, "speed", "odd", np.zeros(3)),), (1e4,), (1.0,))
+SURE, UNSURE = found("dead_zone"), found("dead_zone", probability=0.4)
+
+
+def left_by(*gains):
+    """Generic forces in surge that save so many nats each."""
+    shape = GenericForce(0, "speed", "odd", np.zeros(3))
+    return Unexplained(tuple(replace(shape) for _ in gains), gains, tuple(1.0 for _ in gains))
 
 
 @pytest.mark.parametrize(
-    ("causes", "left", "verdict"),
+    ("causes", "verdict"),
+    [((), "no_gap"), ((SURE,), "explained"), ((replace(SURE, also=("thrust_curve",)),), "ambiguous")],
+)
+def test_where_nothing_is_left_the_causes_alone_make_the_verdict(causes, verdict):
+    assert verdict_of(causes, NOTHING, 30.0, 0.9, ()) == verdict
+    # A force within chance is none.
+    assert verdict_of(causes, left_by(5.0), 30.0, 0.9, ()) == verdict
+
+
+@pytest.mark.parametrize(
+    ("causes", "left", "saved", "closes", "verdict"),
     [
-        ((), NOTHING, "no_gap"),
-        ((found("dead_zone"),), NOTHING, "explained"),
-        ((found("dead_zone", also=("thrust_curve",)),), NOTHING, "ambiguous"),
-        ((), MUCH, "unknown"),
-        ((found("dead_zone"),), MUCH, "unknown"),
+        ((SURE,), left_by(100.0), 1831.0, 0.8, "partly"),
+        ((SURE,), left_by(100.0), 1831.0, NAN, "partly"),
+        ((SURE,), left_by(100.0), 1831.0, 0.2, "unknown"),
+        ((SURE,), left_by(60.0, 50.0), 100.0, 0.8, "unknown"),
+        ((UNSURE,), left_by(100.0), 1831.0, 0.8, "unknown"),
+        ((), left_by(100.0), 0.0, NAN, "unknown"),
     ],
 )
-def test_the_verdict_follows_from_causes_and_from_what_is_left(causes, left, verdict):
-    assert verdict_of(causes, left) == verdict
+def test_beside_something_left_causes_that_are_borne_out_are_named_in_part(
+    causes, left, saved, closes, verdict
+):
+    assert verdict_of(causes, left, saved, closes, ()) == verdict
+
+
+def test_only_forces_beyond_chance_count_as_left():
+    assert unexplained_nats(left_by(100.0, 50.0, 5.0)) == 150.0
+    assert unexplained_nats(NOTHING) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "driven", "verdict"),
+    [(0.5, True, "unknown"), (0.3, True, "no_gap"), (0.5, False, "no_gap")],
+)
+def test_a_model_that_leaves_a_third_of_the_motion_to_the_disturbance_is_not_without_a_gap(
+    share, driven, verdict
+):
+    disturbance = (Disturbance("surge", 3.1, share, driven),)
+    assert verdict_of((), NOTHING, 0.0, NAN, disturbance) == verdict
+    assert verdict_of((SURE,), NOTHING, 30.0, 0.9, disturbance) == "explained"
+
+
+def test_what_is_left_is_a_share_of_the_gap_where_something_is_left():
+    assert share_left("explained", 0.7) == share_left("no_gap", NAN) == 0.0
+    assert share_left("partly", 0.7) == pytest.approx(0.3)
+    assert (share_left("partly", 1.2), share_left("unknown", -0.3)) == (0.0, 1.0)
+    assert np.isnan(share_left("unknown", NAN))
+
+
+def test_a_large_disturbance_is_looked_at_on_one_spot_and_with_the_thrusters_off():
+    alone = next_for_disturbance(None)
+    assert "thrusters off" in alone.manoeuvre
+    assert "current" in alone.sensor
+    beside = next_for_disturbance(Next("fast steps", "", ("thruster_lag",)))
+    assert beside.manoeuvre.endswith("; fast steps")
+    assert beside.splits == ("thruster_lag",)
 
 
 def test_what_to_dive_next_is_what_tells_apart_the_causes_that_are_alike():

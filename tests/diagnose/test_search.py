@@ -10,9 +10,10 @@ from bridge.effects.actuators import DEAD_ZONE
 from bridge.effects.effect import Act
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.diagnose import findings, search
+from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
+from identify.diagnose.probability import HALF_NATS, MOST_PROBABLE
 from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, explain, required_gain
 from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.weighing import FormRemainder, weighing_of
@@ -123,10 +124,20 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     found = explain(with_drag(nominal)[0], LIBRARY, quiet)
-    (sure,) = findings.findings_of(found, found.fit.covariance, None)
-    monkeypatch.setattr(findings, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
-    (doubtful,) = findings.findings_of(found, found.fit.covariance, None)
+    (sure,) = findings.findings_of(found, found.fit.covariance, None, 0.0)
+    monkeypatch.setattr(confidence, "remainder_nats", lambda *_: sure.gain_nats - 6.0)
+    (doubtful,) = findings.findings_of(found, found.fit.covariance, None, 0.0)
     assert doubtful.probability < 0.6 < sure.probability
+
+
+def test_an_unknown_force_takes_a_quarter_of_its_nats_from_a_cause_and_halves_none(nominal, monkeypatch):
+    monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
+    found = explain(with_drag(nominal)[0], LIBRARY, quiet)
+    told = [findings.findings_of(found, found.fit.covariance, None, nats)[0] for nats in (0.0, 40.0, 1e6)]
+    margins = [HALF_NATS * one.probability / (MOST_PROBABLE - one.probability) for one in told]
+    assert margins[0] - margins[1] == pytest.approx(10.0)
+    assert told[1].probability > 0.8 * told[0].probability
+    assert told[2].probability == 0.0
 
 
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):

@@ -14,6 +14,7 @@ from identify.diagnose.shrink import (
     FOLDS,
     HeldOutFit,
     Windows,
+    checked,
     csv_of,
     overstated_note,
     seas_note,
@@ -121,7 +122,14 @@ def prediction():
     floor = np.array([0.01, np.nan, np.nan, np.nan, np.nan, 0.002])
     off = np.outer(ends, [0.04, 0, 0, 0, 0, 0.008])
     return Prediction(
-        "check", 0.04 * np.arange(n), measured, measured + off, measured + 0.25 * off, window, floor
+        "check",
+        0.04 * np.arange(n),
+        measured,
+        measured + off,
+        measured + 0.25 * off,
+        measured + 0.5 * off,
+        window,
+        floor,
     )
 
 
@@ -147,4 +155,27 @@ def test_the_table_holds_all_that_the_shrink_is_worked_out_from():
     np.testing.assert_allclose(drifts, [4.0] * 3 + [1.0] * 3, atol=1e-3)
     assert set(rows[0]) == {
         "time_s", "window", "measured_u", "measured_r", "before_u", "before_r", "after_u", "after_r",
+        "baseline_u", "baseline_r",
     }  # fmt: skip
+
+
+def test_each_degree_of_freedom_is_told_in_its_own_unit_beside_the_plain_baseline():
+    surge, yaw = checked(prediction(), np.random.default_rng(0)).by_axis
+    assert (surge.dof, yaw.dof) == ("surge", "yaw")
+    assert (surge.before, surge.after, surge.floor) == pytest.approx((0.04, 0.01, 0.01))
+    assert surge.value == pytest.approx(1.0)
+    assert surge.nrmse_after == pytest.approx(0.25 * surge.nrmse_before)
+    assert surge.nrmse_baseline == pytest.approx(0.5 * surge.nrmse_before)
+    spread = np.std(prediction().measured[:, 0])
+    off = np.linspace(0.0, 0.04, 20)
+    assert surge.nrmse_before == pytest.approx(np.sqrt(np.mean(off**2)) / spread)
+    # It never turned, so there is nothing to compare an error of the rate with.
+    assert np.isnan(yaw.nrmse_before)
+
+
+def test_a_degree_of_freedom_that_no_cause_changes_has_no_shrink():
+    one = prediction()
+    one.before[:, 5] = one.after[:, 5]
+    surge, yaw = checked(one, np.random.default_rng(0)).by_axis
+    assert surge.value == pytest.approx(1.0)
+    assert np.isnan(yaw.value)

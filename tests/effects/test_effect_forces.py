@@ -1,6 +1,7 @@
 """Forces of hull, body, water and tether, on motions so simple that they are known by heart."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -238,3 +239,47 @@ def test_a_tether_pulls_back_to_where_the_dive_began(course: Made) -> None:
     away = course(position_m=[10.0, -4.0], euler=[0, 0, np.pi])
     found = wrench(tether.TETHER, away, 0.5, 1.0, 0.0)
     assert found == pytest.approx([-(1.0 - 5.0), -2.0, 0, 0, 0, 0])
+
+
+def test_a_known_current_and_a_quadratic_drag_brake_by_the_velocity_through_the_water(course: Made) -> None:
+    values, water = np.array([20.0, 40.0, 60.0, 0.0, 0.0, 0.0]), np.array([0.1, -0.2])
+    nu = np.array([0.4, 0.1, 0.05, 0.0, 0.0, 0.0])
+    still = course(nu=nu)
+    moving = environment.STEADY_CURRENT.act(still, water).water
+    known = replace(still, quadratic=values, water=moving, damping=np.zeros(6), mass=rigid(still))
+    drag, current = (
+        hydrodynamics.QUADRATIC_DRAG.act(known, values),
+        environment.STEADY_CURRENT.act(known, water),
+    )
+    through = nu.copy()
+    through[:2] -= water
+    # What the current adds is in the drag already: nothing of it is counted twice.
+    assert drag.wrench[5] == pytest.approx(-values * np.abs(through) * through)
+    assert current.wrench[5] == pytest.approx(np.zeros(6), abs=1e-12)
+
+
+def test_a_current_that_is_not_known_yet_adds_what_the_square_of_the_speed_makes_of_it(course: Made) -> None:
+    values, water = np.array([20.0, 40.0, 60.0, 0.0, 0.0, 0.0]), np.array([0.1, -0.2])
+    nu = np.array([0.4, 0.1, 0.05, 0.0, 0.0, 0.0])
+    still = course(nu=nu)
+    known = replace(still, quadratic=values, damping=np.zeros(6), mass=rigid(still))
+    through = nu - np.array([*water, 0.0, 0.0, 0.0, 0.0])
+    expected = values * (np.abs(nu) * nu - np.abs(through) * through)
+    assert environment.STEADY_CURRENT.act(known, water).wrench[5] == pytest.approx(expected, abs=1e-12)
+
+
+def test_drag_astern_and_drag_that_grows_are_of_the_whole_drag(course: Made) -> None:
+    values = np.array([20.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    astern = replace(course(nu=np.array([-0.5, 0.0, 0.0, 0.0, 0.0, 0.0])), quadratic=values)
+    whole = astern.damping[0] * 0.5 + 20.0 * 0.25
+    assert hydrodynamics.DRAG_ASYMMETRY.act(astern, np.array([1.5])).wrench[5, 0] == pytest.approx(
+        0.5 * whole
+    )
+    late = hydrodynamics.FOULING.act(astern, np.array([1e-3])).wrench[-1, 0]
+    assert late == pytest.approx(1e-3 * astern.since_s[-1] * whole)
+
+
+def rigid(course: Course) -> np.ndarray:
+    """Masses without added ones."""
+    shape = course.configuration
+    return np.array([shape.dry_mass_kg] * 3 + list(shape.inertia_kgm2))

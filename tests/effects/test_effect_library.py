@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bridge.effects.course import Course
-from bridge.effects.effect import Act, Effect
+from bridge.effects.effect import ARRAYS, Act, Effect
 from bridge.effects.library import library
 from bridge.vehicle.config import load_vehicle
 
@@ -66,7 +66,7 @@ every_effect = pytest.mark.parametrize("effect", LIBRARY, ids=lambda e: e.label)
 
 
 def parts(act: Act) -> dict[str, np.ndarray]:
-    return {name: value for name, value in vars(act).items() if isinstance(value, np.ndarray)}
+    return {name: value for name in ARRAYS if (value := getattr(act, name)) is not None}
 
 
 def test_the_names_are_those_of_an_answer() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from bridge.effects import sensors
 from bridge.effects.course import Course
+from bridge.effects.effect import ARRAYS
 from bridge.vehicle.config import GRAVITY_M_S2
 
 Made = Callable[..., Course]
@@ -69,5 +70,5 @@ def test_a_tilted_accelerometer_reads_the_turned_force_to_first_order(rich_cours
 
 def test_a_wrong_log_shows_nowhere_along_a_course(rich_course: Course) -> None:
     act = sensors.WRONG_FEEDBACK_LOG.act(rich_course, np.zeros(0))
-    assert all(value is None for value in vars(act).values())
+    assert all(getattr(act, name) is None for name in ARRAYS)
     assert sensors.WRONG_FEEDBACK_LOG.told(np.zeros(0)) == {}

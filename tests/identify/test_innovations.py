@@ -15,7 +15,16 @@ from identify.estimators.innovations import (
 )
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
-MODEL = {"mass": 5.2, "damping": 18.0, "stiffness": 35.0, "sigma": 0.06, "time_constant": 1.5}
+MODEL = {
+    "mass": 5.2,
+    "damping": 18.0,
+    "stiffness": 35.0,
+    "sigma": 0.06,
+    "time_constant": 1.5,
+    "white_force": 0.02,
+    "slow_error": 0.015,
+    "slow_error_s": 1.2,
+}
 INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
@@ -40,6 +49,7 @@ class Events:
             self.state,
             self.variance,
             MODEL["sigma"],
+            MODEL["slow_error"],
             INITIAL,
             gate_sigma,
         )
@@ -49,40 +59,45 @@ def moved(x, p, h, force):
     """Mean and covariance after half a step and the other, by Van Loan's exponential."""
     a = np.array(
         [
-            [-MODEL["damping"] / MODEL["mass"], -MODEL["stiffness"] / MODEL["mass"], 1 / MODEL["mass"]],
-            [1, 0, 0],
-            [0, 0, -1 / MODEL["time_constant"]],
+            [-MODEL["damping"] / MODEL["mass"], -MODEL["stiffness"] / MODEL["mass"], 1 / MODEL["mass"], 0],
+            [1, 0, 0, 0],
+            [0, 0, -1 / MODEL["time_constant"], 0],
+            [0, 0, 0, -1 / MODEL["slow_error_s"]],
         ]
     )
-    b = np.array([1 / MODEL["mass"], 0.0, 0.0])
-    q = np.zeros((3, 3))
+    b = np.array([1 / MODEL["mass"], 0.0, 0.0, 0.0])
+    q = np.zeros((4, 4))
+    q[0, 0] = (MODEL["white_force"] / MODEL["mass"]) ** 2
     q[2, 2] = 2 * MODEL["sigma"] ** 2 / MODEL["time_constant"]
-    whole = np.eye(3)
+    q[3, 3] = 2 * MODEL["slow_error"] ** 2 / MODEL["slow_error_s"]
+    whole = np.eye(4)
     for half in force:
-        big = expm(np.block([[-a, q], [np.zeros((3, 3)), a.T]]) * h / 2)
-        phi = big[3:, 3:].T
-        driven = expm(np.block([[a, b[:, None]], [np.zeros((1, 4))]]) * h / 2)[:3, 3]
-        x, p, whole = phi @ x + driven * half, phi @ p @ phi.T + phi @ big[:3, 3:], phi @ whole
+        big = expm(np.block([[-a, q], [np.zeros((4, 4)), a.T]]) * h / 2)
+        phi = big[4:, 4:].T
+        driven = expm(np.block([[a, b[:, None]], [np.zeros((1, 5))]]) * h / 2)[:4, 4]
+        x, p, whole = phi @ x + driven * half, phi @ p @ phi.T + phi @ big[:4, 4:], phi @ whole
     return x, p, whole
 
 
 def dense(events):
     """Innovations, variances, and the Rauch-Tung-Striebel smoother's velocities, one event after another."""
-    x, p = np.array([INITIAL[0], INITIAL[1], 0.0]), np.diag([INITIAL[2], INITIAL[3], MODEL["sigma"] ** 2])
+    x = np.array([INITIAL[0], INITIAL[1], 0.0, 0.0])
+    p = np.diag([INITIAL[2], INITIAL[3], MODEL["sigma"] ** 2, MODEL["slow_error"] ** 2])
     errors, spreads, kept = [], [], []
-    reset = np.eye(3)
+    reset = np.eye(4)
     for i, step in enumerate(events.step):
-        phi = np.eye(3)
+        phi = np.eye(4)
         if step >= 0:
             x, p, phi = moved(x, p, STEPS_S[step], events.force[i])
         before = x, p, phi @ reset
-        row = np.eye(3)[min(events.state[i], 1)]
+        row = np.eye(4)[min(events.state[i], 1)]
+        row[3] = float(events.state[i] == VELOCITY)
         s, e = row @ p @ row + events.variance[i], events.reading[i] - row @ x
         if np.isfinite(e):
             gain = p @ row / s
             x, p = x + gain * e, p - np.outer(gain, row @ p)
         kept.append((*before, x, p))
-        reset = np.diag([1.0, float(events.state[i] != INCREMENT), 1.0])
+        reset = np.diag([1.0, float(events.state[i] != INCREMENT), 1.0, 1.0])
         x, p = reset @ x, reset @ p @ reset
         errors.append(e)
         spreads.append(s if np.isfinite(e) else np.nan)
@@ -112,6 +127,7 @@ def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
         events.state,
         events.variance,
         MODEL["sigma"],
+        MODEL["slow_error"],
         INITIAL,
     )
     np.testing.assert_allclose(found, dense(events)[2], atol=5e-6)

@@ -1,5 +1,5 @@
-"""What a recording without velocity, of one axis or with slow commands still tells: dives whose mass and damping are
-known, and whose readings have next to no noise."""
+"""What a recording without velocity, without pulses, of one axis or with slow commands still tells: dives of known mass
+and damping, whose readings have next to no noise."""
 
 from dataclasses import replace
 from pathlib import Path

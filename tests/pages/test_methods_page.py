@@ -57,5 +57,6 @@ def test_what_the_page_says_is_what_the_code_does(words):
 def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_millisecond():
     assert math.log(1200 * 100) == pytest.approx(unexplained.UNKNOWN_NATS, abs=0.01)
     assert admitted.STAMPED_S == 0.5e-3
-    assert probability.BESIDE_UNKNOWN == 0.5
+    assert probability.TAKEN_UP == 0.25
+    assert verdict.LEAST_CLOSED == verdict.MOST_DISTURBED == 1 / 3
     assert search.MOST_CAUSES == 3

@@ -7,10 +7,10 @@ import pytest
 from made_diagnoses import NAN, UNKNOWN, diagnosis, found, gap, read
 
 from bridge.effects.sensors import WRONG_FEEDBACK_LOG
-from identify.diagnose import wording, wording_verdict
+from identify.diagnose import wording, wording_axes, wording_verdict
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import mounted_otherwise
-from identify.diagnose.result import Found, Shrink
+from identify.diagnose.result import AxisShrink, Disturbance, Found, Share, Shrink
 
 NOTHING = Shrink(1.02, 1.01, NAN, NAN, NAN)
 
@@ -157,3 +157,54 @@ def test_what_nothing_can_be_relied_on_for_comes_before_the_cause():
     assert said.index("Quadratic drag explains") > said.index("check both")
     assert said.endswith(" Heave was not judged.")
     assert mounted_otherwise((), ()) == ()
+
+
+def test_what_is_borne_out_in_part_is_named_and_the_rest_told_beside_it_with_its_share():
+    rest = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),), unexplained=0.38)
+    said = wording_verdict.verdict_sentence(diagnosis(verdict="partly", gap=rest, character=UNKNOWN))
+    assert said.startswith("Quadratic drag explains part of the gap: 71 % of it is in surge, steady")
+    assert "falls from 3.1 to 1.3 floors on the check dive. Something is left that no candidate" in said
+    assert "explains, 38 % of what can be closed on pieces held out: 100 % of that is in yaw, turning" in said
+    assert "38 %" not in wording_verdict.verdict_sentence(
+        diagnosis(verdict="partly", gap=replace(rest, unexplained=NAN), character=UNKNOWN)
+    )
+
+
+def test_a_disturbance_that_takes_a_third_is_told_in_newtons_in_per_cent_and_with_what_it_may_be():
+    taken = (Disturbance("surge", 3.1, 0.62, True), Disturbance("sway", 0.2, 1.0, False))
+    said = wording_verdict.verdict_sentence(
+        diagnosis(verdict="unknown", found=(), gap=replace(gap(), disturbance=taken))
+    )
+    assert "in surge it takes 3.1 N, 62 % of the variance of the thrusters' force." in said
+    assert "a tether, or thrust that the vehicle file or the recording has wrong" in said
+    assert "sway" not in said
+    (line,) = wording_axes.disturbance_line(taken)
+    assert "in surge 3.1 N (62 %) and in sway 0.20 N (over 99 %, only held)" in line
+    assert "More than a third is much" in line
+    assert wording_axes.disturbance_line(()) == ()
+
+
+SURGE = AxisShrink("surge", 0.034, 0.016, 0.009, 0.72, 0.61, 0.28, 0.33)
+YAW = AxisShrink("yaw", 0.02, 0.018, 0.017, 0.5, 0.4, 0.3, 0.9)
+
+
+def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of_freedom():
+    told = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
+    assert wording_verdict.verdict_sentence(told).endswith(
+        "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge and from 1.1 °/s to 1.0 °/s in yaw (all "
+        "together from 3.1 to 1.3 floors) on the check dive."
+    )
+    _, surge, yaw, pooled = wording_verdict.shrink_lines(told)
+    assert surge == (
+        "On the check dive, surge: the 5 s drift goes from 34 mm/s to 16 mm/s (noise alone 9.0 mm/s), 72 % of what can "
+        "be closed; NRMSE 0.61 to 0.28 (R² 0.628 to 0.922), plain least squares 0.33."
+    )
+    assert yaw.startswith("On the check dive, yaw: the 5 s drift goes from 1.1 °/s to 1.0 °/s")
+    assert pooled.startswith("On the check dive, all together: the 5 s drift goes from 3.1 floors to 1.3")
+
+
+def test_a_drift_that_grows_in_a_degree_of_freedom_does_not_fall():
+    worse = replace(YAW, after=0.03)
+    assert wording_axes.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(worse, SURGE))).startswith("goes ")
+    same = replace(YAW, value=NAN)
+    assert wording_axes.changes(Shrink(2.0, 2.0, 0.0, NAN, NAN, by_axis=(same,))) == ""

@@ -18,7 +18,7 @@ def test_no_speed_is_named_below_which_a_vehicle_counts_as_at_rest():
 
 
 def test_of_what_no_candidate_explains_it_is_told_where_that_lies_and_not_where_the_whole_gap_does():
-    left = replace(gap(), unexplained=(Share("yaw", "turning", 1.0),))
+    left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
     said = wording_verdict.verdict_sentence(diagnosis(verdict="unknown", character=UNKNOWN, gap=left))
     assert said.startswith("Something is there that no candidate explains: 100 % of it is in yaw, turning; ")
 

@@ -136,3 +136,28 @@ def test_no_cause_and_nothing_next_is_said():
     none = found(effects=[], verdict="no_gap", told=None, next=None)
     assert text(made.which(none, 80)) == ["No candidate of the library is accepted as a cause."]
     assert text(made.what_next(none, 80)) == ["Nothing is left to split: dive on."]
+
+
+def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():
+    partly = found(verdict="partly", told=diagnosis()["told"] | {"disturbance": ["In surge it takes 3.1 N."]})
+    assert text(made.verdict(partly, 80))[0].split()[:2] == ["◑", "PARTLY"]
+    assert text(made.where(partly, 80))[-1] == "In surge it takes 3.1 N."
+    bare = answer({key: value for key, value in diagnosis().items() if key != "told"} | {"verdict": "partly"})
+    assert bare.sentence.startswith("Part of the gap is explained, and something is left")
+
+
+def test_the_check_dive_is_told_by_degree_of_freedom_first_in_absolute_terms():
+    surge = {
+        "before": 0.034, "after": 0.016, "floor": 0.009, "nrmse_before": 0.61, "nrmse_after": 0.28,
+        "nrmse_baseline": 0.33,
+    }  # fmt: skip
+    yaw = surge | {"before": 0.02, "nrmse_baseline": None}
+    shrink = diagnosis()["shrink"]
+    one = found(shrink=shrink | {"check": shrink["check"] | {"by_axis": {"surge": surge, "yaw": yaw}}})
+    lines = text(made.how_far(one, 80))
+    assert lines[0] == "check dive 2026-11-20T1015Z-validation: drift over 5 s by degree of freedom"
+    assert lines[2].split() == ["surge", "34", "16", "9.0", "mm/s", "0.61", "to", "0.28", "0.33"]
+    assert lines[3].split()[:2] == ["yaw", "1.1"]
+    assert lines[3].endswith("--")
+    assert lines[5].startswith("drift of the model over 5 s, in floors")
+    assert all(width(line) <= 78 for line in made.how_far(one, 78))

@@ -18,6 +18,7 @@ PHASES: Final = {
 VERDICTS: Final = {
     "no_gap": "No gap: nothing but noise is between model and recording.",
     "explained": "The gap is explained.",
+    "partly": "Part of the gap is explained, and something is left that no candidate explains.",
     "ambiguous": "A cause is one of several that this dive can't tell apart.",
     "unknown": "Something is there that no candidate explains.",
 }
@@ -45,8 +46,23 @@ class Tried:
 
 
 @dataclass(frozen=True)
+class AxisFall:
+    """A degree of freedom's 5 s drift, m/s or rad/s, and the error of its simulated velocity over the spread of the
+    measured one; NaN for unknown."""
+
+    dof: str
+    before: float
+    after: float
+    floor: float
+    nrmse_before: float
+    nrmse_after: float
+    nrmse_baseline: float
+
+
+@dataclass(frozen=True)
 class Fall:
-    """A drift in floors before and after, `what` was measured, and the share of what can be closed; NaN for unknown."""
+    """A drift in floors before and after, `what` was measured, and the share of what can be closed; NaN for unknown.
+    `axes`: the same by degree of freedom."""
 
     what: str
     before: float
@@ -55,11 +71,13 @@ class Fall:
     value: float
     low95: float = math.nan
     high95: float = math.nan
+    axes: tuple[AxisFall, ...] = ()
 
 
 @dataclass(frozen=True)
 class Answer:
-    """`shares` of the squared gap by degree of freedom and phase; `force_n` the missing force, N or N m."""
+    """`shares` of the squared gap by degree of freedom and phase; `force_n` the missing force, N or N m; `disturbance`
+    what it takes, in words."""
 
     dive: str
     check: str
@@ -70,6 +88,7 @@ class Answer:
     causes: tuple[Cause, ...]
     tried: tuple[Tried, ...]
     falls: tuple[Fall, ...]
+    disturbance: tuple[str, ...]
     character: tuple[str, ...]
     next: tuple[str, ...]
     notes: tuple[str, ...]
@@ -100,6 +119,7 @@ def _answer(data: Mapping[str, Any]) -> Answer:
             Tried(str(one["name"]), float(one["gain_nats"]), str(one["why"])) for one in told.get("tried", ())
         ),
         falls=tuple(_falls(gap, data["shrink"], told)),
+        disturbance=tuple(map(str, told.get("disturbance", ()))),
         character=tuple(map(str, told.get("character", ()))),
         next=tuple(map(str, told.get("next") or filter(None, dives))),
         notes=tuple(map(str, told.get("notes", ()))),
@@ -126,14 +146,23 @@ def _falls(gap: Mapping[str, Any], shrink: Mapping[str, Any], told: Mapping[str,
     falls = [Fall("this dive", _number(gap["before"]), _number(told.get("after")), 1.0, math.nan)]
     if held is not None:
         ends = (_number(sides.get("before")), _number(sides.get("after")), 1.0)
-        shares = (_number(held.get(key)) for key in ("value", "low95", "high95"))
-        falls.append(Fall("pieces held out", *ends, *shares))
+        value, low95, high95 = (_number(held.get(key)) for key in ("value", "low95", "high95"))
+        falls.append(Fall("pieces held out", *ends, value, low95, high95, _axes(sides)))
     check = shrink["check"]
     if check is not None:
         name = told.get("check")
         what = f"check dive {name}" if name else "check dive"
-        falls.append(Fall(what, *(_number(check.get(key)) for key in ("before", "after", "floor", "value"))))
+        before, after, floor, value = (
+            _number(check.get(key)) for key in ("before", "after", "floor", "value")
+        )
+        falls.append(Fall(what, before, after, floor, value, axes=_axes(check)))
     return falls
+
+
+def _axes(data: Mapping[str, Any]) -> tuple[AxisFall, ...]:
+    keys = ("before", "after", "floor", "nrmse_before", "nrmse_after", "nrmse_baseline")
+    told = data.get("by_axis") or {}
+    return tuple(AxisFall(dof, *(_number(told[dof].get(key)) for key in keys)) for dof in DOFS if dof in told)
 
 
 def _interval(value: Mapping[str, Any]) -> str:

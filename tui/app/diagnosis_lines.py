@@ -5,7 +5,8 @@ from typing import Final
 
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.probability import LIKELY
-from tui.app.diagnosis import PHASES, Answer, Cause, Fall, Tried
+from identify.report.text import significant
+from tui.app.diagnosis import PHASES, Answer, AxisFall, Cause, Fall, Tried
 from tui.app.lines import Line, Lines, Role, apart, cut
 from tui.app.shown import NOTHING, number
 from tui.app.wrapped import bar, wrapped
@@ -26,6 +27,7 @@ LEAST_NATS: Final = 1.0
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
     "explained": ("● EXPLAINED", "strong"),
+    "partly": ("◑ PARTLY", "warn"),
     "ambiguous": ("◐ AMBIGUOUS", "warn"),
     "unknown": ("▲ UNKNOWN", "bad"),
 }
@@ -64,6 +66,8 @@ def where(answer: Answer, cells: int) -> Lines:
     lines.append(((f"{'all':<{NAME_CELLS}}", "quiet"), (foot, "strong")))
     if answer.verdict == "no_gap":
         lines.append((("there is no gap: these are shares of noise", "warn"),))
+    for sentence in answer.disturbance:
+        lines += wrapped(sentence, "quiet", cells)
     return tuple(lines)
 
 
@@ -143,10 +147,40 @@ def how_far(answer: Answer, cells: int) -> Lines:
     """For the dive, pieces held out and the check dive: before, after and the floor of noise, as bars in floors."""
     drifts = [d for fall in answer.falls for d in (fall.before, fall.after, fall.floor) if math.isfinite(d)]
     most = max(drifts, default=1.0)
-    lines: list[Line] = [(("drift of the model over 5 s, in floors: 1 is what noise alone gives", "quiet"),)]
+    lines: list[Line] = []
+    axes = next((fall for fall in reversed(answer.falls) if fall.axes), None)
+    if axes is not None:
+        lines += _by_axis(axes)
+    lines.append((("drift of the model over 5 s, in floors: 1 is what noise alone gives", "quiet"),))
     for fall in answer.falls:
         lines += _fall(fall, most, cells)
     return tuple(lines)
+
+
+def _by_axis(fall: Fall) -> Lines:
+    """A row for each degree of freedom: drift in its own unit, and errors beside those of a plain fit."""
+    head = (
+        f"{'':<{NAME_CELLS}}{'before':>9}{'after':>9}{'noise':>9}      {'NRMSE':>6}{'':>8}{'plain fit':>11}"
+    )
+    return (
+        ((f"{fall.what}: drift over 5 s by degree of freedom", "strong"),),
+        ((head, "quiet"),),
+        *(_axis(one) for one in fall.axes),
+        (),
+    )
+
+
+def _axis(one: AxisFall) -> Line:
+    turning = one.dof not in DOFS[:3]
+    scale, unit = (math.degrees(1.0), "°/s") if turning else (1e3, "mm/s")
+    before, after, floor = (significant(scale * value, 2) for value in (one.before, one.after, one.floor))
+    errors = f"{number(one.nrmse_before, 2)} to {number(one.nrmse_after, 2)}"
+    return (
+        (f"{one.dof:<{NAME_CELLS}}{before:>9}", "plain"),
+        (f"{after:>9}", "accent"),
+        (f"{floor:>9} {unit:<5}", "quiet"),
+        (f"{errors:>14}{number(one.nrmse_baseline, 2):>11}", "plain"),
+    )
 
 
 def _fall(fall: Fall, most: float, cells: int) -> Lines:

@@ -203,7 +203,7 @@ def accept(path: Path, found: "Diagnosis", dive: "Dive", file: "VehicleFile") ->
     outcome = worst(one.outcome for one in doubts)
     write_accepted(path, found, dive, file, doubted, outcome)
     how = f"accepted: {path}; {_sends(path, found)}"
-    if found.verdict == "unknown":
+    if found.verdict in ("partly", "unknown"):
         how += " with --despite-doubts, because something is left that no cause explains"
     elif outcome is not Outcome.CONVERGED:
         contradicted = worst(one.outcome for one in of_recording) is not Outcome.CONVERGED
@@ -251,7 +251,7 @@ def configuration_of(dive: "Dive", file: "VehicleFile") -> str:
 
 def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
     """The verdict, the causes with their parameters, where the gap lies, how far it shrinks, what to dive next."""
-    from identify.diagnose import wording, wording_verdict
+    from identify.diagnose import wording, wording_axes, wording_verdict
     from tui import show
 
     show.say(console, wording_verdict.verdict_sentence(found))
@@ -259,6 +259,7 @@ def tell_diagnosis(console: "Console", found: "Diagnosis") -> None:
         *wording.cause_lines(found),
         *wording_verdict.character_lines(found),
         *_where(found),
+        *wording_axes.disturbance_line(found.gap.disturbance),
         *wording_verdict.shrink_lines(found),
         *wording.gain_lines(found),
         *wording.next_lines(found),

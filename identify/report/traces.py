@@ -1,0 +1,188 @@
+"""Curves over time that a reader can zoom: all panels under one time axis, stretched by buttons without any script.
+
+The curves are stretched by the style sheet alone; their lines keep their width, and times and values stay text.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dive import Array
+from identify.report.text import fixed, safe
+
+ZOOMS = (1, 4, 16)
+"""How far the time axis can be stretched, in widths of the page."""
+
+TICKS = 8
+"""Times beneath a page's width."""
+
+WIDE, HIGH = 10_000, 1_000
+"""Units of the drawing: a tenth of a pixel on a wide screen at the least zoom."""
+
+MOST_POINTS = 3_000
+"""Of a curve: with six panels of four curves a page stays below 1 MB."""
+
+PANEL_PX = 130
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A curve (n,) by the times of its figure; `kind` is its colour and its dash, one of KINDS."""
+
+    label: str
+    kind: int
+    value: Array
+
+
+@dataclass(frozen=True)
+class TracePanel:
+    """Curves in one unit."""
+
+    title: str
+    traces: tuple[Trace, ...]
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Panels over one another. time_s (n,), from 0; block (n,): curves break where it changes, but for the first of
+    each panel."""
+
+    name: str
+    caption: str
+    time_s: Array
+    block: NDArray[np.intp]
+    panels: tuple[TracePanel, ...]
+
+
+STYLE = """
+.traces { position: relative; }
+.traces input { position: absolute; opacity: 0; }
+.traces label { display: inline-block; margin: 0 .5em .5em 0; padding: .1em .7em; border: 2px solid var(--rule);
+  border-radius: 4px; cursor: pointer; }
+.traces input:checked + label { background: var(--first); border-color: var(--first); color: var(--ground); }
+.traces input:focus-visible + label { outline: 3px solid var(--second); }
+.key { display: flex; flex-wrap: wrap; gap: 0 1.4em; list-style: none; margin: 0; padding: 0; }
+.key svg { width: 36px; height: 12px; margin-right: .4em; }
+.pane { overflow-x: auto; }
+.band { position: relative; width: 100%; min-width: 600px; }
+.zoom4:checked ~ .pane .band { width: 400%; min-width: 2400px; }
+.zoom16:checked ~ .pane .band { width: 1600%; min-width: 9600px; }
+.band svg { display: block; width: 100%; height: 130px; border-bottom: 2px solid var(--rule); }
+.band p { position: sticky; left: 0; width: max-content; max-width: 90vw; margin: .6em 0 0; font-weight: 600; }
+.scale { position: sticky; left: 0; width: 0; height: 0; }
+.scale span { position: absolute; left: 2px; transform: translateY(-50%); padding: 0 .2em;
+  font-size: .75em; line-height: 1; color: var(--soft); background: var(--ground); opacity: .85; white-space: nowrap; }
+.times { position: relative; height: 1.6em; font-size: .85em; color: var(--soft); }
+.times span { position: absolute; padding-left: .2em; border-left: 1px solid var(--rule); }
+.times .at4, .times .at16 { display: none; }
+.zoom4:checked ~ .pane .at4, .zoom16:checked ~ .pane .at4, .zoom16:checked ~ .pane .at16 { display: inline; }
+.curve { fill: none; stroke-width: 1.6; vector-effect: non-scaling-stroke; }
+.curve0 { stroke: var(--ink); stroke-width: 2.4; }
+.curve1 { stroke: var(--second); stroke-dasharray: 6 3; }
+.curve2 { stroke: var(--first); }
+.grid { stroke: var(--tick); stroke-width: 1; vector-effect: non-scaling-stroke; }
+@media print { .traces input, .traces label { display: none; } .band { width: 100%; min-width: 0; } }
+"""
+"""curve0 to curve2: measured, before, after."""
+
+
+def render(one: Traces, key: str) -> str:
+    """As HTML. key: tells its buttons from those of other figures."""
+    kept = _thinned(one)
+    buttons = "".join(
+        f'<input type="radio" class="zoom{by}" name="{key}" id="{key}-{by}"{" checked" if by == ZOOMS[0] else ""}>'
+        f'<label for="{key}-{by}">{"whole" if by == ZOOMS[0] else f"{by} times"}</label>'
+        for by in ZOOMS
+    )
+    known = {trace.label: trace.kind for panel in kept.panels for trace in panel.traces}
+    words = "".join(
+        f'<li><svg viewBox="0 0 36 12" aria-hidden="true"><path class="curve curve{kind}" d="M0 6H36"/></svg>'
+        f"{safe(label)}</li>"
+        for label, kind in known.items()
+    )
+    span_s = float(kept.time_s[-1]) if len(kept.time_s) else 0.0
+    band = "".join(_panel(panel, kept, span_s) for panel in kept.panels) + _times(span_s)
+    return (
+        f'<figure class="traces" aria-label="{safe(one.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
+        f'<div class="pane" tabindex="0"><div class="band">\n{band}</div></div>\n'
+        f"<figcaption>{safe(one.caption)}</figcaption></figure>\n"
+    )
+
+
+def _thinned(one: Traces) -> Traces:
+    """Every k-th instant, and the ends of every block."""
+    every = -(-len(one.time_s) // MOST_POINTS)
+    if every <= 1:
+        return one
+    ends = np.flatnonzero(np.diff(one.block))
+    at = np.unique(np.concatenate([np.arange(0, len(one.time_s), every), ends, ends + 1]))
+    panels = tuple(
+        TracePanel(panel.title, tuple(Trace(t.label, t.kind, t.value[at]) for t in panel.traces))
+        for panel in one.panels
+    )
+    return Traces(one.name, one.caption, one.time_s[at], one.block[at], panels)
+
+
+def _panel(panel: TracePanel, of: Traces, span_s: float) -> str:
+    values = np.concatenate([trace.value for trace in panel.traces])
+    low, high = float(np.min(values)), float(np.max(values))
+    room = 0.05 * (high - low) or 1.0
+    low, high = low - room, high + room
+    across = WIDE * of.time_s / max(span_s, 1e-9)
+    step = _step((high - low) / 6)
+    lines = [(value, (high - value) / (high - low)) for value in _multiples(step, low, high)]
+    grid = "".join(f'<path class="grid" d="M0 {HIGH * down:.0f}H{WIDE}"/>' for _, down in lines)
+    scale = "".join(
+        f'<span style="top:{PANEL_PX * down:.0f}px">{_rounded(value, step)}</span>' for value, down in lines
+    )
+    curves = "".join(
+        f'<path class="curve curve{trace.kind}" '
+        f'd="{_path(across, HIGH * (high - trace.value) / (high - low), of.block if k else None)}"/>'
+        for k, trace in enumerate(panel.traces)
+    )
+    return (
+        f'<p>{safe(panel.title)}</p><div class="scale">{scale}</div>'
+        f'<svg viewBox="0 0 {WIDE} {HIGH}" preserveAspectRatio="none" role="img" '
+        f'aria-label="{safe(panel.title)}">{grid}{curves}</svg>\n'
+    )
+
+
+def _path(across: Array, down: Array, block: NDArray[np.intp] | None) -> str:
+    """By steps, which are shorter than places; a new start with every block."""
+    x, y = np.round(across).astype(int), np.round(down).astype(int)
+    starts = np.zeros(len(x), dtype=bool) if block is None else np.diff(block, prepend=block[0]) != 0
+    starts[:1] = True
+    dx, dy = np.diff(x, prepend=0).tolist(), np.diff(y, prepend=0).tolist()
+    parts = [f"M{x[i]} {y[i]}l" if begins else f"{dx[i]} {dy[i]}" for i, begins in enumerate(starts.tolist())]
+    return " ".join(parts).replace("l ", "l").replace(" M", "M").replace(" -", "-")
+
+
+def _times(span_s: float) -> str:
+    """Seconds beneath the panels, more of them the further it is zoomed."""
+    out, told = "", set()
+    for by in ZOOMS:
+        step = _step(span_s / (TICKS * by))
+        for at_s in _multiples(step, 0.0, span_s):
+            if round(at_s, 3) not in told and span_s > 0:
+                told.add(round(at_s, 3))
+                kind = "" if by == ZOOMS[0] else f' class="at{by}"'
+                out += f'<span{kind} style="left:{100 * at_s / span_s:.3f}%">{_rounded(at_s, step)} s</span>'
+    return f'<div class="times">{out}</div>\n'
+
+
+def _multiples(step: float, low: float, high: float) -> list[float]:
+    return [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+
+
+def _step(least: float) -> float:
+    """The smallest round number that is no less."""
+    if least <= 0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(one * power for one in (1.0, 2.0, 5.0, 10.0) if one * power >= least * (1 - 1e-9))
+
+
+def _rounded(value: float, step: float) -> str:
+    return fixed(value, max(0, -math.floor(math.log10(step))))

@@ -1,0 +1,116 @@
+"""What an autopilot's own filter does to a velocity, undone; and the rounding of its pulses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.field.draw import NONE, draw
+from bridge.vehicle.config import load_vehicle
+from identify.dive import Dive, Signal
+from identify.estimators.autopilot_velocity import dated, dated_back
+from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
+from identify.forces import LAST, unrounded
+from identify.ingest.open import read_dive
+from identify.ingest.rotation import quaternions_from_euler, to_body
+
+STEP_S = 0.01
+TIME_S = STEP_S * np.arange(2000)
+
+
+def test_a_ramp_behind_a_filter_and_dated_back_is_the_ramp() -> None:
+    ramp = 3.0 * TIME_S[:, None]
+    found = behind_filter(ramp, STEP_S, 0.1)
+    inside = slice(200, -20)
+    # A held input is half a step late.
+    assert found[inside] == pytest.approx(ramp[inside] - 3.0 * STEP_S / 2, abs=0.04)
+
+
+def test_what_does_not_change_passes_a_filter_as_it_is() -> None:
+    assert behind_filter(np.full((50, 2), 7.0), STEP_S, 0.2) == pytest.approx(np.full((50, 2), 7.0))
+    assert behind_filter(TIME_S[:, None], STEP_S, 0.0) is not None
+
+
+def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away() -> None:
+    force = FilteredForce(TIME_S, 2.0 * TIME_S)
+    start, end = TIME_S[300:1700], TIME_S[301:1701]
+    late, _ = timing_of(force, 0.1, start, end)
+    assert late.force == pytest.approx(np.full(1400, -2.0), abs=1e-9)
+
+
+def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time() -> None:
+    late_s, rate = 0.3, 0.5
+    time_s = 0.05 * np.arange(400)
+    yaw = rate * time_s
+    attitude = Signal(time_s, quaternions_from_euler(0 * yaw, 0 * yaw, yaw))
+    north_east_down = np.column_stack([0.4 * np.ones_like(yaw), 0.1 * np.sin(time_s), 0 * yaw])
+    told = to_body(attitude.value, np.roll(north_east_down, round(late_s / 0.05), axis=0))
+    dive = Dive(
+        "turned", Path("turned"), "", Signal(time_s, told), attitude=attitude, velocity_is_filtered=True
+    )
+    found = dated_back(dive, late_s, 0.0).velocity
+    assert found is not None
+    assert found.time_s == pytest.approx(time_s - late_s)
+    truth = to_body(attitude.value, north_east_down)
+    inside = slice(20, -20)
+    assert found.value[inside] == pytest.approx(truth[14:-26], abs=1e-3)
+
+
+def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) -> None:
+    case = draw(11, 4, NONE, seconds=240.0)
+    for name, content in case.files().items():
+        (tmp_path / name).write_bytes(content)
+    file = load_vehicle(str(tmp_path / "vehicle.yaml"))
+    (name,) = file.vehicle.configurations
+    found = dated(read_dive(tmp_path / "dive.tlog.gz", None, file), file, name)
+    true = case.filter
+    assert found.velocity_late_s == pytest.approx(true.late_s + true.smooth_s, abs=0.03)
+    assert found.velocity_smoothing_s == pytest.approx(true.smooth_s, abs=0.05)
+
+
+def rounded(seed: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A wrench of a step and of quick jitter, the same as several rounded thrusters tell it, and the variance of what
+    rounding adds."""
+    rng = np.random.default_rng(seed)
+    each, n = 0.03, 4000
+    true = np.where(np.arange(n) > n // 2, 0.8, 0.0) + rng.normal(0, 0.01, n)
+    return true, true + rng.uniform(-each / 2, each / 2, n), np.full(n, each**2 / 12)
+
+
+def columns(one: np.ndarray) -> np.ndarray:
+    return np.column_stack([one, *[np.zeros_like(one)] * 5])
+
+
+def test_as_much_of_the_likeliest_wrench_is_true_as_it_says_while_rounding_is_part_of_the_recorded_one() -> (
+    None
+):
+    true, told, variance = rounded()
+    found = unrounded(columns(told), columns(variance))[:, 0]
+    half = slice(100, 1900)
+    of_told, of_found = (
+        float(np.polyfit(one[half] - np.mean(one[half]), true[half], 1)[0]) for one in (told, found)
+    )
+    assert of_told < 0.65
+    assert of_found == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_step_far_larger_than_rounding_is_whole_at_once() -> None:
+    _, told, variance = rounded()
+    found = unrounded(columns(told), columns(variance))[:, 0]
+    at = len(told) // 2 + 1
+    assert found[at] == pytest.approx(told[at], abs=0.03)
+
+
+def test_no_command_is_changed_by_a_later_one() -> None:
+    _, told, variance = rounded()
+    later = told.copy()
+    later[1000:] += 5.0
+    before = slice(0, 1000 - LAST)
+    # The spread of the jitter is the dive's, and steps are no part of it.
+    found, other = (unrounded(columns(one), columns(variance))[before, 0] for one in (told, later))
+    assert found == pytest.approx(other, abs=2e-3)
+
+
+def test_commands_that_are_not_rounded_stay_as_they_are() -> None:
+    _, told, _ = rounded()
+    assert unrounded(columns(told), np.zeros((len(told), 6))) == pytest.approx(columns(told), abs=0.0)
