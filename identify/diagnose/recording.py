@@ -38,7 +38,7 @@ from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 
-LEAST_S, LEAST_CHECK_S = 60.0, 20.0
+LEAST_S = LEAST_CHECK_S = 20.0
 ENOUGH_S = 2 * FOLDS * PIECE_S
 """A shorter dive is diagnosed, but a fold then holds a piece or none."""
 

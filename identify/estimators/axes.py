@@ -56,9 +56,10 @@ class Axis:
     coriolis (n, 6): force for each unit of each total mass. reading: NaN where the event only divides a step.
     scale: standard deviation of a reading over its channel's noise. channel: which of `channels` was read.
     stiffness: restoring moment by angle, for roll and pitch. initial (4,): first speed and angle or depth, and
-    their variances. speed (n,): the axis's own over each step, of which, less the `water`'s (n,), quadratic drag is
-    made. white_force: N (N m) over the root of 1/s, what pulses in whole microseconds hide; 0 where they are not
-    rounded. timing, smoothing_s: of the readings of an autopilot's own filter.
+    their variances. speed (n,): the axis's own over each step, that its quadratic drag is made of, less that of the
+    `water` (n,). white_force: N (N m) over the root of 1/s, what the log hides of the commands; 0 where it hides
+    nothing. timing: of the readings of an autopilot's own filter, and of slow samples of the commands; smoothing_s: of
+    that filter; sampled_s: how far apart the samples are, 0 where the commands are known all the time.
     """
 
     dof: int
@@ -80,6 +81,7 @@ class Axis:
     white_force: float = 0.0
     timing: tuple[Timing, ...] = ()
     smoothing_s: float = 0.0
+    sampled_s: float = 0.0
 
     @property
     def is_coloured(self) -> bool:
@@ -306,10 +308,11 @@ def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
     early, late = (
         forces.mean_between(before + by_s, axis.time_s + by_s)[:, axis.dof] for by_s in (apart_s, -apart_s)
     )
+    timing: tuple[Timing, ...] = (Timing((late - early) / (2.0 * apart_s), spread_s),)
     if axis.timing:
         first, *others = axis.timing
-        return replace(axis, timing=(replace(first, spread=float(np.hypot(first.spread, spread_s))), *others))
-    return replace(axis, timing=(Timing((late - early) / (2.0 * apart_s), spread_s),))
+        timing = (replace(first, spread=float(np.hypot(first.spread, spread_s))), *others)
+    return replace(axis, timing=timing, sampled_s=forces.sampled_s)
 
 
 def coupled(axis: Axis, motion: Motion) -> Axis:

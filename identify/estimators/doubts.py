@@ -1,7 +1,7 @@
 """Why an interval might be wrong: a drag that the model lacks, thrust that acts at another time than it says."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,8 +50,15 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
         ]
     rows, where = coefficients(joint)
     tested = [_of_all(one, rows, where) for one in with_forces(joint, theta, forces).tested()]
-    dofs = [problem.axis.dof for problem in joint.problems]
-    return {dof: Doubts(*tested[2 * i : 2 * i + 2]) for i, dof in enumerate(dofs)}
+    return {
+        problem.axis.dof: Doubts(tested[2 * i], _untimed(tested[2 * i + 1], problem))
+        for i, problem in enumerate(joint.problems)
+    }
+
+
+def _untimed(late: Tested, problem: AxisLikelihood) -> Tested:
+    """Slow samples of the commands tell of no lateness."""
+    return replace(late, score=0.0, size=0.0) if problem.axis.sampled_s else late
 
 
 def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:

@@ -33,6 +33,7 @@ from identify.estimators.paper_physics import (
 from identify.filters import AlignedDive, aligned
 from identify.identification import Estimate, Identification, Outcome, added_mass
 from identify.identification import estimate as one_estimate
+from identify.unpushed import refuse_unpushed
 
 Progress = Callable[[float, str], None]
 
@@ -108,6 +109,7 @@ def estimate_with_curves(
 ) -> tuple[Identification, TrainingCurves]:
     """As `estimate`, with the training curves."""
     started = time.perf_counter()
+    refuse_unpushed(dive, file, configuration)
     shape = file.vehicle.configurations[configuration]
     grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
     reasons, dofs = excited(grid)

@@ -122,15 +122,10 @@ def test_a_dive_without_commands_without_readings_or_too_short_says_why(dive):
         (replace(dive, tau_cmd=None), "neither thruster commands"),
         (replace(dive, velocity=None), "no axis has thrust and readings of motion together for 20 s"),
         (dive.between(0.0, 15.0), "the dive lasts 15 s, but identification needs at least 20 s"),
-        (replace(dive, tau_cmd=Signal(*thinned(dive.tau_cmd, 5))), "thruster commands come at 2.0 Hz"),
     ):
         found = excitation(less, FILE, "only")
         assert why in found.note
         assert not any(one.identifiable for one in found.coefficients)
-
-
-def thinned(signal: Signal, every: int):
-    return signal.time_s[::every], signal.value[::every]
 
 
 FINER = 10

@@ -99,7 +99,7 @@ def test_the_scan_equals_the_step_by_step_recursion(commands: list[tuple[float, 
     time_s = np.cumsum([step for step, _ in commands])
     signal = Signal(time_s, np.array([[us, us] for _, us in commands]))
     ours = wrench(dive(pwm=signal), vehicle(), "twin")
-    assert ours.state == pytest.approx(slow(time_s, ours.asked), abs=1e-9)
+    assert ours.state == pytest.approx(slow(ours.time_s, ours.asked), abs=1e-9)
 
 
 def test_tau_cmd_stands_in_for_missing_pwm_and_says_so() -> None:

@@ -147,7 +147,7 @@ def test_a_few_commands_tell_nothing_of_the_thrusters():
 def test_a_dive_without_a_gyro_is_doubted_where_turning_at_speed_pushes():
     dived = mission()
     assert unseen_doubts(build_axes(dived.dive, dived.file, dived.configuration)) == ()
-    blind = replace(dived.dive, gyro=None, fog=None)
+    blind = replace(dived.dive, gyro=None, fog=None, attitude=None)
     (doubt,) = unseen_doubts(build_axes(blind, dived.file, dived.configuration))
     assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
     assert doubt.sentence.startswith(
@@ -160,6 +160,7 @@ def test_speed_ahead_alone_is_pushed_along_no_axis_that_was_read():
     """What turning makes of speed ahead is in sway and heave."""
     dived = mission()
     ahead = replace(with_velocity(dived.dive, np.diag([1.0, 0.0, 0.0])), gyro=None, fog=None)
+    ahead = replace(ahead, attitude=None, depth=None, pressure=None)
     assert unseen_doubts(build_axes(ahead, dived.file, dived.configuration)) == ()
 
 
