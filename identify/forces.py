@@ -27,6 +27,9 @@ LEAST_WRENCH = 1e-3
 BETWEEN = 8
 """Steps from one slow sample to the next."""
 
+FAR = 6.0
+"""Standard deviations of rounding beyond which a change of the wrench is none of it."""
+
 LAST = 9
 """So many commands make a level: half a second of a stock autopilot's log."""
 
@@ -200,8 +203,9 @@ def unrounded(asked: Array, variance: Array) -> Array:
         beyond = own - level
         spread = (1.4826 * float(np.median(np.abs(beyond)))) ** 2
         believed = 1.0 - hidden / max(spread, hidden)
-        whole = 1.0 - hidden / np.maximum(beyond**2, hidden)
-        out[:, column] = level + np.maximum(believed, whole) * beyond
+        small = 1.0 - hidden / np.maximum(beyond**2, hidden)
+        share = np.where(beyond**2 > FAR**2 * hidden, 1.0, np.maximum(believed, small))
+        out[:, column] = level + share * beyond
     return out
 
 

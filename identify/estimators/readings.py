@@ -130,7 +130,9 @@ def _filtered(velocity: Signal | None, dof: int) -> Channel | None:
     every = max(1, round(velocity.rate_hz / FILTERED_HZ))
     thin = Signal(velocity.time_s[::every], velocity.value[::every])
     read = _direct("filter", thin, dof, VELOCITY)
-    return None if read is None else replace(read, noise=FILTERED_M_S, noise_spread=FILTERED_SPREAD, coloured=FILTERED_COLOURED_M_S)
+    if read is None:
+        return None
+    return replace(read, noise=FILTERED_M_S, noise_spread=FILTERED_SPREAD, coloured=FILTERED_COLOURED_M_S)
 
 
 def _direct(name: str, signal: Signal | None, column: int, state_read: int) -> Channel | None:

@@ -14,7 +14,8 @@ from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.estimators import likelihood_fit, multiplier
 from identify.estimators.axes import build_axes
-from identify.estimators.doubts import by_lateness, doubts_of
+from identify.estimators.doubts import doubts_of
+from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood import estimate
 from identify.estimators.said import late_doubts, lateness_note
 from identify.estimators.scoring import MOST_STEPS, Maximum
@@ -149,7 +150,7 @@ def test_a_force_that_is_later_differs_by_its_slope():
     ramp = np.zeros_like(command.value)
     ramp[:, 0] = 10.0 * command.time_s
     (axis, *_) = build_axes(replace(dive, tau_cmd=Signal(command.time_s, ramp)), FILE, "only").axes
-    shape = by_lateness(axis)
+    shape = by_lateness(axis.force, 0.5 * axis.step_s)
     inner = (axis.time_s > axis.time_s[0] + 1.0) & (axis.step_s > 0)
     assert np.mean(shape[inner]) == pytest.approx(-10.0, rel=0.02)
 

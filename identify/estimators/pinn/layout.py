@@ -80,7 +80,9 @@ def lay_out(dive: Dive, file: VehicleFile, configuration: str, built: Axes, step
     push = halves.mean(axis=1) - np.column_stack(held)
     others = np.column_stack([built.motion.mean_between(nu, start_s, end_s) for nu in built.motion.nu.T])
     others[:, list(dofs)] = 0.0
-    placed = tuple(i for i, axis in enumerate(axes) if axis.dof == HEAVE or axis.stiffness > 0)
+    placed = tuple(
+        i for i, axis in enumerate(axes) if axis.dof == HEAVE or axis.stiffness > 0 or _is_placed(axis)
+    )
     width = 2 * len(axes) + len(placed)
     columns, names, readings = [], [], []
     for i, axis in enumerate(axes):
@@ -154,3 +156,8 @@ def _filled(times: Array, start: float, end: float, step_s: float) -> Array:
             count = max(round((right - left) / step_s), 1) if right - left > 2.5 * step_s else 1
             pieces.append(left + (right - left) * np.arange(1, count + 1) / count)
     return np.asarray(np.concatenate(pieces), dtype=np.float64)
+
+
+def _is_placed(axis: Axis) -> bool:
+    """Whether the integral of an axis's speed is read, as heading is where nothing says what the controller used."""
+    return any(channel.state_read == POSITION for channel in axis.channels)
