@@ -80,6 +80,14 @@ class Cause:
         none, size = self.effect.none(), np.array([natural_scale(p) for p in self.effect.parameters])
         return bool(np.any(np.isinf(none) | (np.abs(self.values - none) > LEAST_SIZE * size)))
 
+    @property
+    def at_bound(self) -> bool:
+        """Whether a parameter ended at a bound other than nothing (0) and all (1), which is a guess at what is possible:
+        the dive then speaks for another form."""
+        bounds = np.array([(one.low, one.high) for one in self.effect.parameters]).reshape(-1, 2)
+        guessed = np.isfinite(bounds) & (bounds != 0.0) & (bounds != 1.0)
+        return bool(np.any(guessed & (self.values[:, None] == bounds)))
+
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)
 

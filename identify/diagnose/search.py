@@ -219,6 +219,7 @@ def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
 def _best(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> Fitted | None:
     fits = [weighing.fitted((*others.causes, cause)) for cause in tried[:LOOKED_AT]]
     fits = [one for one in fits if len(one.causes) == len(others.causes) + 1 and one.causes[-1].shows]
+    fits = [one for one in fits if not one.causes[-1].at_bound]
     fits = [one for one in fits if _shows_in_motion(one, others, one.causes[-1])]
     return max(fits, key=lambda one: one.gain, default=None)
 
