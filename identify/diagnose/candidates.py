@@ -82,8 +82,8 @@ class Cause:
 
     @property
     def at_bound(self) -> bool:
-        """Whether a parameter ended at a bound other than nothing (0) and all (1), which is a guess at what is possible:
-        the dive then speaks for another form."""
+        """Whether a parameter ended at a bound other than nothing (0) and all (1), which is a guess at what is
+        possible: the dive then speaks for another form."""
         bounds = np.array([(one.low, one.high) for one in self.effect.parameters]).reshape(-1, 2)
         guessed = np.isfinite(bounds) & (bounds != 0.0) & (bounds != 1.0)
         return bool(np.any(guessed & (self.values[:, None] == bounds)))
