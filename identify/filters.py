@@ -79,7 +79,10 @@ def aligned(
         raise FitError(
             f"{dive.source}: neither velocity nor rates of turn are recorded: nothing can be identified"
         )
-    commands_hz = 1 / max(float(np.median(np.diff(forces.time_s))), 1e-9) if len(forces.time_s) > 1 else 0.0
+    apart_s = forces.sampled_s or (
+        float(np.median(np.diff(forces.time_s))) if len(forces.time_s) > 1 else np.inf
+    )
+    commands_hz = 1 / max(apart_s, 1e-9)
     if commands_hz < SLOWEST_COMMAND_HZ:
         raise FitError(
             f"{dive.source}: thruster commands come at {commands_hz:.1f} Hz, too slow to know the force between them; "
