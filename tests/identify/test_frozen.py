@@ -158,8 +158,8 @@ def test_an_axis_whose_sensor_stood_still_throughout_says_so():
     )
     assert (
         found["M_u"].reason
-        == "the recorded velocity in surge stands still at one value while the vehicle goes on; check the DVL, and what "
-        "passes its readings on"
+        == "the recorded velocity in surge stands still at one value while the vehicle goes on; check the DVL, and "
+        "what passes its readings on"
     )
 
 
