@@ -28,7 +28,10 @@ def test_a_ramp_behind_a_filter_and_dated_back_is_the_ramp() -> None:
 
 def test_what_does_not_change_passes_a_filter_as_it_is() -> None:
     assert behind_filter(np.full((50, 2), 7.0), STEP_S, 0.2) == pytest.approx(np.full((50, 2), 7.0))
-    assert behind_filter(TIME_S[:, None], STEP_S, 0.0) is not None
+
+
+def test_a_filter_that_does_not_smooth_passes_all_as_it_is() -> None:
+    assert np.array_equal(behind_filter(TIME_S[:, None], STEP_S, 0.0), TIME_S[:, None])
 
 
 def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away() -> None:
