@@ -126,8 +126,12 @@ def _fitted(dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tupl
             own = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
             axis = replace(axis, timing=(own,))
         problem = likelihood_of(axis, shape, masses, (), "both")
-        theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
-        maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
+        try:
+            theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
+            maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
+        except np.linalg.LinAlgError:
+            # An axis without a solution says nothing of timing; the fit of all axes says why.
+            continue
         place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
         covariance = np.linalg.inv(maximum.precision)[place, place]
         out.append(_Fit(maximum.log_likelihood, maximum.theta[place], np.asarray(covariance)))
