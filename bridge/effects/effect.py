@@ -83,7 +83,7 @@ ALONG = ("wrench", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
 @dataclass(frozen=True)
 class Parameter:
     """One number of an effect, in SI units: at `none` the effect is absent, at `start` it shows; low, high: what is
-    possible."""
+    possible, for sure at the values `sure` (nothing, all), elsewhere by guess."""
 
     name: str
     unit: str
@@ -91,6 +91,11 @@ class Parameter:
     low: float = -np.inf
     high: float = np.inf
     none: float = 0.0
+    sure: tuple[float, float] = (0.0, 1.0)
+
+    def at_guess(self, value: float) -> bool:
+        """Whether a value lies at a bound that is a guess."""
+        return value in (self.low, self.high) and value not in self.sure
 
 
 Told = dict[str, tuple[float, str]]

@@ -82,11 +82,9 @@ class Cause:
 
     @property
     def at_bound(self) -> bool:
-        """Whether a parameter ended at a bound other than nothing (0) and all (1), which is a guess at what is
-        possible: the dive then speaks for another form."""
-        bounds = np.array([(one.low, one.high) for one in self.effect.parameters]).reshape(-1, 2)
-        guessed = np.isfinite(bounds) & (bounds != 0.0) & (bounds != 1.0)
-        return bool(np.any(guessed & (self.values[:, None] == bounds)))
+        """Whether a parameter ended at a bound that is a guess: the dive then speaks for another form."""
+        own = zip(self.effect.parameters, self.values.tolist(), strict=True)
+        return any(parameter.at_guess(value) for parameter, value in own)
 
     def act(self, course: Course) -> Act:
         return self.effect.act(course, self.values)

@@ -115,7 +115,14 @@ def _change(cause: Cause) -> Effect:
     """A change of an accepted effect: parameters are differences, 0 for no change."""
     effect, before = cause.effect, cause.values
     parameters = tuple(
-        replace(p, start=p.start - p.none, low=p.low - value, high=p.high - value, none=0.0)
+        replace(
+            p,
+            start=p.start - p.none,
+            low=p.low - value,
+            high=p.high - value,
+            none=0.0,
+            sure=(p.sure[0] - value, p.sure[1] - value),
+        )
         for p, value in zip(effect.parameters, before.tolist(), strict=True)
     )
 

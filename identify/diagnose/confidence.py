@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtr
 
 from bridge.effects.course import Course
 from bridge.effects.effect import ALONG, Act, Effect
@@ -221,7 +221,7 @@ def _confidence(fit: Fitted, covariance: NDArray[np.float64], k: int) -> float:
     far = np.array(
         [cause.values[p] - cause.effect.parameters[p].none for _, p in (fit.at[i] for i in places)]
     )
-    return float(chi2.cdf(far @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ far, len(places)))
+    return float(chdtr(len(places), far @ np.linalg.pinv(covariance[np.ix_(places, places)]) @ far))
 
 
 @dataclass(frozen=True)

@@ -134,8 +134,11 @@ def diagnose(
     lacks = lacking_commands(dives, shape)
     whole = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks)
     holds, not_held = accepted_causes(effects_accepted, whole)
-    nominal = with_accepted(fitted_nominal(dive, file, configuration), holds)
-    other = None if check is None else with_accepted(fitted_nominal(check, file, configuration), holds)
+    fitted = fitted_nominal(dive, file, configuration)
+    nominal = with_accepted(fitted, holds)
+    other = None
+    if check is not None:
+        other = with_accepted(fitted_nominal(check, file, configuration, fitted), holds)
     tried = library_with_changes(_judged(effects or (), lacks) or whole, holds)
     found = explain(nominal, tried, lambda share, words: progress(0.1 + 0.6 * share, words))
     found, covariance = without_doubtful(found, nominal, tried)

@@ -23,7 +23,7 @@ from identify.diagnose.predicted import course_of, mean_before, predicted
 from identify.diagnose.regression import steady_trims
 from identify.diagnose.witnesses import Witness, witnesses
 from identify.dive import Dive, Signal
-from identify.estimators.autopilot_velocity import dated
+from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.innovations import POSITION
 from identify.estimators.lateness import behind_filter
@@ -187,7 +187,8 @@ class Nominal:
     built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
     with no steady push. motion: velocities for the Coriolis forces. course: inputs of the effects. doubted: degrees of
     freedom whose controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's
-    filter has already removed. witnesses: further sensors that show effects. accepted: earlier effects, removed
+    filter has already removed; timing_s: how late that filter tells them, and how smooth, None where there is none.
+    witnesses: further sensors that show effects. accepted: earlier effects, removed
     from forces, readings and witnesses. mirrored: degrees of freedom that run against their thrust; swapped: pairs that
     follow each other's.
     """
@@ -204,14 +205,20 @@ class Nominal:
     accepted: tuple[Cause, ...] = ()
     mirrored: tuple[int, ...] = ()
     swapped: tuple[tuple[int, int], ...] = ()
+    timing_s: tuple[float, float] | None = None
 
 
-def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
-    """The nominal model alone, fitted to a dive.
+def nominal_of(
+    dive: Dive, file: VehicleFile, configuration: str, timing_s: tuple[float, float] | None = None
+) -> Nominal:
+    """The nominal model alone, fitted to a dive; `timing_s` of an autopilot's velocity where another dive has told it.
 
     Raises FitError for a recording without a usable axis.
     """
-    dive = dated(dive, file, configuration)
+    if timing_s and dive.velocity_is_filtered:
+        dive = dated_back(dive, *timing_s)
+    else:
+        dive = dated(dive, file, configuration)
     built = _without_still(build_axes(thinned(dive), file, configuration), dive)
     if not built.axes:
         why = "; ".join(dict.fromkeys(built.missing.values()))
@@ -249,6 +256,7 @@ def nominal_of(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
         seen,
         mirrored=against,
         swapped=crossed,
+        timing_s=(dive.velocity_late_s, dive.velocity_smoothing_s) if filtered else None,
     )
 
 

@@ -112,11 +112,14 @@ def _seldom(dive: Dive, shape: Configuration) -> bool:
     return commands is not None and sampled_slowly(commands)
 
 
-def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str) -> Nominal:
-    """The nominal fit of a dive. Raises FitError if no thruster pushed, or the dive is of another vehicle."""
+def fitted_nominal(dive: Dive, file: VehicleFile, configuration: str, like: Nominal | None = None) -> Nominal:
+    """The nominal fit of a dive, its autopilot's velocity as late as in one that is `like` it.
+
+    Raises FitError if no thruster pushed, or the dive is of another vehicle.
+    """
     try:
         refuse_unpushed(dive, file, configuration)
-        nominal = nominal_of(dive, file, configuration)
+        nominal = nominal_of(dive, file, configuration, like.timing_s if like else None)
     except FitError as error:
         # The source separates two recordings of one name.
         said = str(error).removeprefix(f"{dive.source}: ").removeprefix(f"{dive.name}: ")

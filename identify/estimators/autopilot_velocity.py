@@ -1,6 +1,7 @@
 """The velocity of an autopilot's own filter: how late it is told and how smooth, found from the dive; and the axes of a
 dive with it dated back."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import Axes, build_axes
+from identify.estimators.axes import Axes, Axis, build_axes
 from identify.estimators.lasting import lasting, too_short
 from identify.estimators.lateness import Timing, by_lateness
 from identify.estimators.likelihood_axis import MASS_RATIO, likelihood_of, rigid_mass
@@ -17,6 +18,7 @@ from identify.estimators.readings import YAW
 from identify.estimators.scoring import climb
 from identify.estimators.shared import shared
 from identify.ingest.rotation import attitude_at, to_body
+from identify.side_by_side import side_by_side
 from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
@@ -54,9 +56,12 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         or not len(dive.velocity)
     ):
         return dive
-    timing = np.array([*USUAL, _rough_delay_s(dive, file, name)])
+    rough_s, fits = _rough_delay(dive, file, name)
+    timing = np.array([*USUAL, rough_s])
     for _ in range(TURNS):
-        further = _further(dive, timing, file, name)
+        late_s, smoothing_s, delay_s = timing.tolist()
+        fits = _fitted(dated_back(dive, late_s, smoothing_s), delay_s, file, name, (SURGE, SWAY, YAW), fits)
+        further = _further(fits)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
@@ -80,19 +85,32 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
     )
 
 
-def _rough_delay_s(dive: Dive, file: VehicleFile, name: str) -> float:
-    """The delay of the thrust among DELAYS_S that yaw agrees with best."""
-    found = [(_fitted(dive, delay_s, file, name, (YAW,)), delay_s) for delay_s in DELAYS_S]
-    likely = [(fits[0].log_likelihood, delay_s) for fits, delay_s in found if fits]
-    return max(likely, default=(0.0, 0.0))[1]
+@dataclass(frozen=True)
+class _Fit:
+    """An axis alone at the maximum of its likelihood: theta, and what it says of its timing (k,), in s."""
+
+    dof: int
+    theta: Array
+    log_likelihood: float
+    timing: Array
+    covariance: Array
 
 
-def _further(dive: Dive, timing: Array, file: VehicleFile, name: str) -> Array:
-    """By how much more than `timing` (3,) the lateness and the smoothing of the velocity, by surge and sway, and the
-    delay of the thrust, by yaw, are, in s."""
-    late_s, smoothing_s, delay_s = timing.tolist()
+def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
+    """The delay of the thrust among DELAYS_S that yaw agrees with best, and yaw's fit there; 0 without yaw."""
+    found: list[tuple[float, list[_Fit]]] = []
+    fits: list[_Fit] = []
+    for delay_s in DELAYS_S:
+        fits = _fitted(dive, delay_s, file, name, (YAW,), fits)
+        if fits:
+            found.append((delay_s, fits))
+    return max(found, key=lambda one: one[1][0].log_likelihood, default=(0.0, []))
+
+
+def _further(fits: Sequence[_Fit]) -> Array:
+    """By how much more, in s, the lateness and the smoothing of the velocity, by surge and sway, and the delay of the
+    thrust, by yaw, are than these axes were fitted with."""
     found, precision = np.zeros(2), 1e-9 * np.eye(2)
-    fits = _fitted(dated_back(dive, late_s, smoothing_s), delay_s, file, name, (SURGE, SWAY, YAW))
     later_s = 0.0
     for fit in fits:
         own = np.linalg.inv(fit.covariance)
@@ -105,37 +123,36 @@ def _further(dive: Dive, timing: Array, file: VehicleFile, name: str) -> Array:
     return np.array([velocity[0] - later_s, velocity[1], later_s])
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """What an axis alone says of its timing (k,), in s, with its covariance."""
-
-    log_likelihood: float
-    timing: Array
-    covariance: Array
-
-
-def _fitted(dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tuple[int, ...]) -> list[_Fit]:
-    """Each of the axes alone under thrust so late; none of those that the recording lacks."""
+def _fitted(
+    dive: Dive, delay_s: float, file: VehicleFile, name: str, dofs: tuple[int, ...], near: Sequence[_Fit]
+) -> list[_Fit]:
+    """Each of the axes alone under thrust so late, from where it was `near`; none of those that the recording lacks."""
     curve = replace(file.vehicle.thrust_curve, delay_s=file.vehicle.thrust_curve.delay_s + delay_s)
     late = replace(file, vehicle=replace(file.vehicle, thrust_curve=curve))
     shape = file.vehicle.configurations[name]
     masses = np.array([MASS_RATIO * rigid_mass(shape, dof) for dof in range(6)])
-    out = []
-    for axis in build_axes(dive, late, name, dofs).axes:
+    starts = {fit.dof: fit.theta for fit in near}
+
+    def fit(axis: Axis) -> _Fit | None:
         if not axis.timing:
             own = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
             axis = replace(axis, timing=(own,))
         problem = likelihood_of(axis, shape, masses, (), "both")
         try:
-            theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
+            theta = starts.get(axis.dof)
+            if theta is None:
+                theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
             maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
+            place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
+            covariance = np.linalg.inv(maximum.precision)[place, place]
         except np.linalg.LinAlgError:
             # An axis without a solution says nothing of timing; the fit of all axes says why.
-            continue
-        place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
-        covariance = np.linalg.inv(maximum.precision)[place, place]
-        out.append(_Fit(maximum.log_likelihood, maximum.theta[place], np.asarray(covariance)))
-    return out
+            return None
+        timing = maximum.theta[place]
+        return _Fit(axis.dof, maximum.theta, maximum.log_likelihood, timing, np.asarray(covariance))
+
+    found = side_by_side(fit, build_axes(dive, late, name, dofs).axes)
+    return [one for one in found if one is not None]
 
 
 def lasting_axes(dive: Dive, file: VehicleFile, name: str) -> Axes:

@@ -127,49 +127,23 @@ def innovations(
     for i in range(n):
         if step[i] >= 0:
             row = table[step[i]]
-            mean = _moved(row, mean, force[i, 0], force[i, 1])
-            p = _spread(row, p)
+            mean = moved_mean(row, mean, force[i, 0], force[i, 1])
+            p = moved_covariance(row, p)
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
             e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
-            total, k = _gain(p, velocity, variance[i])
+            total, k = gains(p, velocity, variance[i])
             limit = gate_sigma * np.sqrt(total)
             spread[i] = total
             error[i] = min(max(e, -limit), limit)
             if abs(e) <= limit:
                 gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3] = k
                 mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
-                p = _told(p, velocity, k)
+                p = told_covariance(p, velocity, k)
         if state_read[i] == INCREMENT:
             mean = (mean[0], 0.0, mean[2], mean[3])
             p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
     return error, spread, gain
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def responses(
-    table: Array, step: Indices, forces: Array, reading: Array, state_read: Indices, gain: Array
-) -> Array:
-    """What each of the forces (n, k), held over each step, adds to the innovations: (k, n), 0 where none is read.
-
-    The filter is linear in force and its gains (n, 4) do not depend on it.
-    """
-    n, count = forces.shape
-    out = np.zeros((count, n))
-    for c in range(count):
-        x0, x1, x2, x3 = 0.0, 0.0, 0.0, 0.0
-        for i in range(n):
-            if step[i] >= 0:
-                x0, x1, x2, x3 = _moved(table[step[i]], (x0, x1, x2, x3), forces[i, c], forces[i, c])
-            if np.isfinite(reading[i]):
-                e = -x0 - x3 if state_read[i] == VELOCITY else -x1
-                out[c, i] = e
-                x0, x1, x2, x3 = (
-                    x0 + gain[i, 0] * e, x1 + gain[i, 1] * e, x2 + gain[i, 2] * e, x3 + gain[i, 3] * e,
-                )  # fmt: skip
-            if state_read[i] == INCREMENT:
-                x1 = 0.0
-    return out
 
 
 @njit(cache=True, nogil=True)
@@ -188,7 +162,7 @@ def filtered_means(
     nu, x, d = initial[0], initial[1], 0.0
     for i in range(step.shape[0]):
         if step[i] >= 0:
-            nu, x, d, _ = _moved(table[step[i]], (nu, x, d, 0.0), force[i, 0], force[i, 1])
+            nu, x, d, _ = moved_mean(table[step[i]], (nu, x, d, 0.0), force[i, 0], force[i, 1])
         nu, x, d = nu + gain[i, 0] * error[i], x + gain[i, 1] * error[i], d + gain[i, 2] * error[i]
         out[i, 0], out[i, 1], out[i, 2] = nu, x, d
         if state_read[i] == INCREMENT:
@@ -223,18 +197,18 @@ def smoothed_velocity(
     for i in range(n):
         if step[i] >= 0:
             row = table[step[i]]
-            mean = _moved(row, mean, force[i, 0], force[i, 1])
-            p = _spread(row, p)
+            mean = moved_mean(row, mean, force[i, 0], force[i, 1])
+            p = moved_covariance(row, p)
         means[i] = mean[0]
         spreads[i, 0], spreads[i, 1], spreads[i, 2], spreads[i, 3] = p[0], p[1], p[2], p[6]
         if np.isfinite(reading[i]):
             velocity = state_read[i] == VELOCITY
             e = reading[i] - (mean[0] + mean[3] if velocity else mean[1])
-            total, k = _gain(p, velocity, variance[i])
+            total, k = gains(p, velocity, variance[i])
             gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3] = k
             surprise[i] = e / total
             mean = (mean[0] + k[0] * e, mean[1] + k[1] * e, mean[2] + k[2] * e, mean[3] + k[3] * e)
-            p = _told(p, velocity, k)
+            p = told_covariance(p, velocity, k)
         if state_read[i] == INCREMENT:
             mean = (mean[0], 0.0, mean[2], mean[3])
             p = (p[0], 0.0, p[2], 0.0, 0.0, p[5], p[6], 0.0, p[8], p[9])
@@ -261,7 +235,7 @@ def smoothed_velocity(
 
 
 @njit(cache=True, inline="always")
-def _moved(t: Array, x: Mean, early: float, late: float) -> Mean:
+def moved_mean(t: Array, x: Mean, early: float, late: float) -> Mean:
     """The mean one step later."""
     return (
         t[0] * x[0] + t[1] * x[1] + t[2] * x[2] + t[7] * early + t[9] * late,
@@ -272,7 +246,7 @@ def _moved(t: Array, x: Mean, early: float, late: float) -> Mean:
 
 
 @njit(cache=True, inline="always")
-def _spread(t: Array, p: Covariance) -> Covariance:
+def moved_covariance(t: Array, p: Covariance) -> Covariance:
     """The covariance one step later."""
     a0 = t[0] * p[0] + t[1] * p[1] + t[2] * p[2]
     a1 = t[0] * p[1] + t[1] * p[3] + t[2] * p[4]
@@ -295,7 +269,7 @@ def _spread(t: Array, p: Covariance) -> Covariance:
 
 
 @njit(cache=True, inline="always")
-def _gain(p: Covariance, velocity: bool, variance: float) -> tuple[float, Gain]:
+def gains(p: Covariance, velocity: bool, variance: float) -> tuple[float, Gain]:
     """The innovation's variance, and the gain of nu, x, d and c."""
     if velocity:
         r0, r1, r2, r3 = p[0] + p[6], p[1] + p[7], p[2] + p[8], p[6] + p[9]
@@ -303,11 +277,12 @@ def _gain(p: Covariance, velocity: bool, variance: float) -> tuple[float, Gain]:
     else:
         r0, r1, r2, r3 = p[1], p[3], p[4], p[7]
         total = r1 + variance
-    return total, (r0 / total, r1 / total, r2 / total, r3 / total)
+    per = 1.0 / total
+    return total, (r0 * per, r1 * per, r2 * per, r3 * per)
 
 
 @njit(cache=True, inline="always")
-def _told(p: Covariance, velocity: bool, k: Gain) -> Covariance:
+def told_covariance(p: Covariance, velocity: bool, k: Gain) -> Covariance:
     """The covariance after a reading."""
     if velocity:
         r0, r1, r2, r3 = p[0] + p[6], p[1] + p[7], p[2] + p[8], p[6] + p[9]

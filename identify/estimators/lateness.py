@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 
@@ -55,14 +54,20 @@ def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
     """What a first-order filter makes of values (n, k) at uniform times, dated `smoothing_s` back to make up for it."""
     if smoothing_s <= 0:
         return values
-    share = 1.0 - float(np.exp(-step_s / smoothing_s))
-    smooth = np.asarray(
-        lfilter([share], [1.0, share - 1.0], values, axis=0, zi=(1.0 - share) * values[:1])[0]
-    )
+    smooth = _smoothed(np.ascontiguousarray(values), float(np.exp(-step_s / smoothing_s)))
     at = np.minimum(np.arange(len(values)) + smoothing_s / step_s, len(values) - 1.0)
     low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
     part = (at - low)[:, None]
     return np.asarray(smooth[low] + part * (smooth[low + 1] - smooth[low]))
+
+
+@njit(cache=True, nogil=True)
+def _smoothed(values: Array, keep: float) -> Array:
+    out = values.copy()
+    for i in range(1, len(values)):
+        for k in range(values.shape[1]):
+            out[i, k] += keep * (out[i - 1, k] - out[i, k])
+    return out
 
 
 @dataclass(frozen=True)

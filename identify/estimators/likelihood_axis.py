@@ -8,15 +8,10 @@ from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration, Damping
 from identify.estimators.axes import Axis, coupled
-from identify.estimators.innovations import (
-    filtered_means,
-    innovations,
-    responses,
-    smoothed_velocity,
-    transitions,
-)
+from identify.estimators.information import STEP, gradient_and_information
+from identify.estimators.innovations import filtered_means, innovations, smoothed_velocity, transitions
 from identify.estimators.motion import Motion
-from identify.estimators.scoring import Maximum, slopes
+from identify.estimators.scoring import Maximum
 
 Array = NDArray[np.float64]
 
@@ -95,39 +90,33 @@ class AxisLikelihood:
         )
         return error, variance
 
-    def sensitivities(self, theta: Array, dofs: Sequence[int]) -> tuple[Array, Array, Array, Array]:
-        """Innovations and variances (n,), and their derivatives by theta and then by the log masses of `dofs`.
-
-        Ordered as `innovations` has them.
-        """
-        axis, noise, force = self.axis, self.noise_place, self.mean_force(theta)
-        table = self.transition_table(theta)
-        error, variance, gain = self.run_filter(theta, table, force, np.inf)
-        read = np.isfinite(self.reading)
-
-        def under_that_force(moved: Array) -> tuple[Array, Array]:
-            e, s, _ = self.run_filter(moved, self.transition_table(moved), force, np.inf)
-            return e[read], s[read]
-
-        columns = np.column_stack(
-            [self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]]
+    def score(self, theta: Array, dofs: Sequence[int] = ()) -> tuple[Array, Array]:
+        """Gradient (p,) of the log likelihood and information (p, p), by theta and then by the log masses of `dofs`."""
+        axis, noise = self.axis, self.noise_place
+        curved = np.r_[0:FORCES, noise : len(theta)]
+        runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
+        columns = np.hstack([self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
+        gradient, information = gradient_and_information(
+            np.array([self.transition_table(one) for one in runs]),
+            axis.step,
+            self.mean_force(theta),
+            columns,
+            self.reading,
+            axis.state_read,
+            np.exp(2 * runs[:, noise : self.white_place]),
+            axis.channel,
+            axis.scale,
+            np.exp(runs[:, DISTURBANCE]),
+            np.array([self.coloured(one)[0] for one in runs]),
+            axis.initial,
         )
-        linear = responses(table, axis.step, columns, self.reading, axis.state_read, gain)[:, read]
-        curved = [*range(FORCES), *range(noise, len(theta))]
-        size = len(theta) + len(dofs), int(np.count_nonzero(read))
-        de, ds = np.zeros(size), np.zeros(size)
-        de[curved], ds[curved] = slopes(under_that_force, theta, self.difference, curved)
-        de[FORCES:noise], de[len(theta) :] = np.split(linear, [noise - FORCES])
+        order = np.argsort(np.r_[curved, FORCES:noise, len(theta) : len(theta) + len(dofs)])
+        gradient, information = gradient[order], information[np.ix_(order, order)]
         mean, precision = self.word
-        mass, root = np.exp(theta[MASS]), np.sqrt(precision)
-        last = np.zeros((len(de), 1))
-        last[MASS] = mass * root
-        return (
-            np.append(error[read], (mass - mean) * root),
-            np.append(variance[read], 1.0),
-            np.hstack([de, last]),
-            np.hstack([ds, 0.0 * last]),
-        )
+        mass = np.exp(theta[MASS])
+        gradient[MASS] -= mass * precision * (mass - mean)
+        information[MASS, MASS] += mass * mass * precision
+        return gradient, information
 
     def speed(self, theta: Array) -> Array:
         """The velocity (n,) at every event given all readings and the parameters."""

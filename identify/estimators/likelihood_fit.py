@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axes
+from identify.estimators.axes import Axes, Axis
 from identify.estimators.likelihood_axis import (
     DAMPING,
     FORCES,
@@ -23,6 +23,7 @@ from identify.estimators.marginal import integrated
 from identify.estimators.profile import stretches
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb
 from identify.estimators.shared import shared
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -67,8 +68,8 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
     """Each axis alone, then roughly together; there is at least one."""
     masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
-    problems, thetas = [], []
-    for axis in built.axes:
+
+    def begun(axis: Axis) -> tuple[AxisLikelihood, Array]:
         loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
         damped = "linear" if axis.dof in built.unpushed else configuration.damping
         problem = likelihood_of(axis, configuration, masses, loose, damped)
@@ -78,8 +79,9 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
             problem = problem.slowed(theta)
             theta[problem.quadratic_place] = problem.prior_mean[problem.quadratic_place]
             theta = climb(problem, theta, ROUGHLY, alone).theta
-        problems.append(problem)
-        thetas.append(theta)
+        return problem, theta
+
+    problems, thetas = zip(*side_by_side(begun, built.axes), strict=True)
     joint = _joined(problems, doubted)
     return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from identify.estimators.likelihood_axis import MASS, AxisLikelihood
 from identify.estimators.motion import Motion
-from identify.estimators.scoring import weigh
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -75,14 +75,15 @@ class JointLikelihood:
         return np.concatenate([*thetas, [own[dof] for dof in self.apart]])
 
     def innovations(self, theta: Array) -> tuple[Array, Array]:
-        pairs = [p.innovations(theta[place]) for p, place in zip(self.at(theta), self.places, strict=True)]
+        problems, places = self.at(theta), self.places
+        pairs = side_by_side(lambda i: problems[i].innovations(theta[places[i]]), range(len(places)))
         return np.concatenate([e for e, _ in pairs]), np.concatenate([s for _, s in pairs])
 
     def score(self, theta: Array) -> tuple[Array, Array]:
         """Gradient (p,) and information (p, p): of each axis by its own theta and by the masses of the others."""
         gradient, information = np.zeros(len(theta)), np.zeros((len(theta), len(theta)))
-        for i in range(len(self.problems)):
-            where, own_gradient, own_information = self.score_of(i, theta)
+        parts = side_by_side(lambda i: self.score_of(i, theta), range(len(self.problems)))
+        for where, own_gradient, own_information in parts:
             gradient[where] += own_gradient
             information[np.ix_(where, where)] += own_information
         return gradient, information
@@ -92,7 +93,7 @@ class JointLikelihood:
         problem, place = self.at(theta)[i], self.places[i]
         dofs = [other.axis.dof for other in self.problems]
         others = [k for k, dof in enumerate(dofs) if problem.axis.coriolis[:, dof].any()]
-        gradient, information = weigh(*problem.sensitivities(theta[place], [dofs[k] for k in others]))
+        gradient, information = problem.score(theta[place], [dofs[k] for k in others])
         masses = [self.mass_places[k] for k in others]
         return np.array([*range(place.start, place.stop), *masses]), gradient, information
 
@@ -120,20 +121,20 @@ class JointLikelihood:
         """
         nu = motion.nu.copy()
         problems = self.at(theta)
-        for problem, place in zip(problems, self.places, strict=True):
-            times_s = problem.axis.time_s
-            nu[:, problem.axis.dof] = np.interp(motion.time_s, times_s, problem.speed(theta[place]))
+        own = [theta[place] for place in self.places]
+        for problem, speed in zip(
+            problems, side_by_side(lambda i: problems[i].speed(own[i]), range(len(own))), strict=True
+        ):
+            nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.time_s, speed)
         better = Motion(motion.time_s, nu)
-        moved = tuple(
-            replace(
-                problem.moving(better, problem.expected_speed(theta[place])),
-                reading=problem.without_wild(theta[place]),
-            )
-            for problem, place in zip(problems, self.places, strict=True)
-        )
-        return replace(self, problems=moved)
+
+        def moved(i: int) -> AxisLikelihood:
+            moving = problems[i].moving(better, problems[i].expected_speed(own[i]))
+            return replace(moving, reading=problems[i].without_wild(own[i]))
+
+        return replace(self, problems=tuple(side_by_side(moved, range(len(own)))))
 
 
 def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:
     """The score of one axis."""
-    return weigh(*problem.sensitivities(theta, ()))
+    return problem.score(theta)

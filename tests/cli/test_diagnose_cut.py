@@ -14,8 +14,8 @@ from tui import cli, exit_codes
 
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A vehicle with a dive of 30 s, packed."""
-    case, folder = draw_case(300052, names=[], seconds=30.0), tmp_path_factory.mktemp("cut")
+    """A vehicle with a dive of 18 s, packed."""
+    case, folder = draw_case(300052, names=[], seconds=18.0), tmp_path_factory.mktemp("cut")
     (folder / "vehicle.yaml").write_text(case.vehicle.text, encoding="utf-8")
     (folder / "dive.tlog.gz").write_bytes(gzip.compress(tlog_of(dive_of(case))))
     return folder / "dive.tlog.gz"
@@ -35,7 +35,7 @@ def test_a_packed_recording_that_was_cut_is_said_to_end_in_the_middle_of_a_recor
     code, said = refused(cut, dive.parent, capsys)
     assert code == exit_codes.NO
     assert f"{cut}: ends in the middle of a record, and what comes before lasts " in said
-    assert "copy the whole file, or record 60 s or more" in said
+    assert "copy the whole file, or record 20 s or more" in said
 
 
 def test_a_whole_recording_that_is_short_is_named_by_its_path_and_not_said_to_be_cut(
@@ -43,7 +43,7 @@ def test_a_whole_recording_that_is_short_is_named_by_its_path_and_not_said_to_be
 ) -> None:
     code, said = refused(dive, dive.parent, capsys)
     assert code == exit_codes.NO
-    assert f"{dive}: lasts 29 s, too short to tell one cause from another; record 60 s or more" in said
+    assert f"{dive}: lasts 17 s, too short to tell one cause from another; record 20 s or more" in said
 
 
 def test_a_column_map_is_refused_where_no_recording_is_a_table(

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from identify.estimators.information import STEP, gradient_and_information
 from identify.estimators.innovations import (
     INCREMENT,
     POSITION,
     VELOCITY,
     innovations,
-    responses,
     smoothed_velocity,
     transitions,
 )
+from identify.estimators.scoring import weigh
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
 MODEL = {
@@ -28,6 +29,11 @@ MODEL = {
 INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 
+def table_of(share=1.0):
+    """The transitions, with a disturbance `share` as large."""
+    return transitions(STEPS_S, *(MODEL | {"sigma": share * MODEL["sigma"]}).values())
+
+
 class Events:
     """Readings drawn at random: it matters not what a filter is fed to compare two of them."""
 
@@ -38,17 +44,19 @@ class Events:
         self.state = rng.choice(states, n)
         self.reading = np.where(rng.random(n) < missing, np.nan, rng.normal(0, 0.1, n))
         self.variance = np.where(self.state == VELOCITY, 1e-4, 1e-5)
-        self.table = transitions(STEPS_S, *MODEL.values())
+        self.table = table_of()
 
-    def run(self, force=None, reading=None, gate_sigma=np.inf):
+    def run(
+        self, force=None, reading=None, gate_sigma=np.inf, table=None, variance=None, sigma=MODEL["sigma"]
+    ):
         return innovations(
-            self.table,
+            self.table if table is None else table,
             self.step,
             self.force if force is None else force,
             self.reading if reading is None else reading,
             self.state,
-            self.variance,
-            MODEL["sigma"],
+            self.variance if variance is None else variance,
+            sigma,
             MODEL["slow_error"],
             INITIAL,
             gate_sigma,
@@ -134,15 +142,46 @@ def test_the_smoothed_velocity_is_that_of_a_dense_smoother(states):
 
 
 @pytest.mark.parametrize("states", [(VELOCITY, POSITION), (VELOCITY, INCREMENT)])
-def test_the_response_to_a_force_is_what_it_adds_to_the_innovations(states):
+def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance_add_to_the_innovations(
+    states,
+):
     events = Events(states)
     added = np.random.default_rng(2).normal(0, 1, (len(events.step), 2))
-    plain, _, gain = events.run()
-    linear = responses(events.table, events.step, added, events.reading, events.state, gain)
-    for column, response in zip(added.T, linear, strict=True):
-        pushed, _, _ = events.run(force=events.force + column[:, None])
-        read = np.isfinite(plain)
-        np.testing.assert_allclose(response[read], (pushed - plain)[read], atol=1e-12)
+    noise, further = np.sqrt(events.variance), np.array([1.0, 1.0, 1.0 + STEP])
+    gradient, information = gradient_and_information(
+        np.array([table_of(scale) for scale in (1.0, 1.0 + STEP, 1.0)]),
+        events.step,
+        events.force,
+        added,
+        events.reading,
+        events.state,
+        further[:, None] ** 2,
+        np.zeros(len(events.step), np.int64),
+        noise,
+        MODEL["sigma"] * np.array([1.0, 1.0 + STEP, 1.0]),
+        np.full(3, MODEL["slow_error"]),
+        np.array(INITIAL),
+    )
+    e, s, _ = events.run()
+    read = np.isfinite(e)
+
+    def under(**changed):
+        moved_e, moved_s, _ = events.run(**changed)
+        return (moved_e - e)[read], (moved_s - s)[read]
+
+    apart = [
+        under(table=table_of(1.0 + STEP), sigma=MODEL["sigma"] * (1.0 + STEP)),
+        under(variance=events.variance * (1.0 + STEP) ** 2),
+    ]
+    pushes = [under(force=events.force + column[:, None]) for column in added.T]
+    de = np.array([*(one / STEP for one, _ in apart), *(one for one, _ in pushes)])
+    ds = np.array([*(one / STEP for _, one in apart), *(one for _, one in pushes)])
+    expected, curvature = weigh(e[read], s[read], de, ds)
+    size = np.sqrt(np.diag(curvature))
+    np.testing.assert_allclose(gradient / size, expected / size, atol=1e-7)
+    np.testing.assert_allclose(
+        information / np.outer(size, size), curvature / np.outer(size, size), atol=1e-7
+    )
 
 
 def test_a_reading_beyond_the_gate_comes_back_at_the_gate_and_changes_nothing_after_it():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from identify.estimators.profile import ENDLESS, stretches
+from identify.estimators.scoring import weigh
 from identify.identification import Z95
 
 
@@ -19,10 +20,9 @@ class Sample:
         level = np.exp(theta[0]) if self.bent else 1.0 + theta[0]
         return np.array([1.0 - level - theta[1], -theta[1]]), np.full(2, self.spread**2)
 
-    def sensitivities(self, theta, dofs):
-        assert not dofs
+    def score(self, theta):
         slope = np.exp(theta[0]) if self.bent else 1.0
-        return *self.innovations(theta), np.array([[-slope, 0.0], [-1.0, -1.0]]), np.zeros((2, 2))
+        return weigh(*self.innovations(theta), np.array([[-slope, 0.0], [-1.0, -1.0]]), np.zeros((2, 2)))
 
 
 @pytest.mark.parametrize("spread", [0.01, 0.1, 0.5])
@@ -61,10 +61,9 @@ class TwoSummits(Sample):
         bowl = theta[0] * (theta[0] + 0.8) / 0.8
         return np.array([bowl, theta[1]]), np.full(2, 0.15**2)
 
-    def sensitivities(self, theta, dofs):
-        assert not dofs
+    def score(self, theta):
         slope = (2.0 * theta[0] + 0.8) / 0.8
-        return *self.innovations(theta), np.array([[slope, 0.0], [0.0, 1.0]]), np.zeros((2, 2))
+        return weigh(*self.innovations(theta), np.array([[slope, 0.0], [0.0, 1.0]]), np.zeros((2, 2)))
 
 
 def test_an_end_that_lies_beyond_a_second_summit_is_not_believed():
