@@ -102,9 +102,10 @@ def _settled(
 
 def explained_by(causes: Sequence[Cause], nominal: Nominal, library: Sequence[Effect]) -> Explanation:
     """An explanation by these causes alone, refitted with their noise levels; nominal: the filters without any."""
-    now = refitted(nominal, [cause.act(nominal.course) for cause in causes])
-    weighing = _weighing_maker(library)(now, causes)
-    return Explanation(weighing.fitted(tuple(causes)), weighing, now)
+    at = _weighing_maker(library)
+    start = at(nominal, causes)
+    weighing, fit = _settled(nominal, start, start.fitted(tuple(causes)), at)
+    return Explanation(fit, weighing, weighing.now)
 
 
 def _weighing_maker(library: Sequence[Effect]) -> Callable[[Nominal, Sequence[Cause]], Weighing]:
