@@ -34,7 +34,6 @@ class Act:
     what was accepted before tells of it. `shaft_n` (n, k): the part of the thrusts that shaft speeds show, N; it is in
     `wrench` too, and no longer to be added where the thrusts are taken from the shaft speeds. Other effects know of
     `quadratic` (6,), drag by the square of the speed, and of `water` (n, 3), the water's velocity in body axes.
-    `by_thrust`: its wrench goes with what the thrusters are told, and with no velocity.
     """
 
     wrench: Array | None = None
@@ -47,7 +46,6 @@ class Act:
     shaft_n: Array | None = None
     quadratic: Array | None = None
     water: Array | None = None
-    by_thrust: bool = False
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """With a change done to all that it adds along the course, (n, ...) to (n, ...)."""
@@ -74,7 +72,7 @@ class Act:
         return replace(self, **parts)
 
 
-ARRAYS = tuple(field.name for field in fields(Act) if field.name != "by_thrust")
+ARRAYS = tuple(field.name for field in fields(Act))
 
 ALONG = ("wrench", "velocity", "gyro", "attitude", "specific_force", "shaft_n")
 """The parts of an act that go with time."""

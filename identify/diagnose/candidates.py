@@ -251,4 +251,4 @@ def _load_losses(course: Course) -> Iterator[Act]:
     for power in LOADS:
         load = (np.abs(thrust) ** power).sum(axis=1, keepdims=True)
         for late_s in (0.0, GIVES_WAY_S):
-            yield Act(wrench=course.wrench_of(lagged(load, course.step_s, late_s) * thrust), by_thrust=True)
+            yield Act(wrench=course.wrench_of(lagged(load, course.step_s, late_s) * thrust))

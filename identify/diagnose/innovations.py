@@ -139,17 +139,11 @@ class AxisInnovations:
         slope, _ = slopes(under_that_force, self.theta, self.problem.difference, (MASS, DAMPING))
         return np.asarray(slope.T / self.std[:, None])
 
-    def by_course(self, course: Course, forces: Array, by_thrust: NDArray[np.bool_]) -> Array:
-        """The same, prewhitened, of forces (k, t) along a course.
-
-        Those `by_thrust` (k,) show as an autopilot's own filter shows thrust. What goes with a velocity does not: that
-        filter's own is among the readings, and a later one would know the readings to be explained.
-        """
-        time_s, smoothing_s = self.problem.axis.time_s, self.problem.axis.smoothing_s
+    def by_course(self, course: Course, forces: Array) -> Array:
+        """The same, prewhitened, of forces (k, t) along a course, as an autopilot's own filter shows them."""
+        time_s = self.problem.axis.time_s
         before = np.concatenate([time_s[:1], time_s[:-1]])
-        if smoothing_s > 0 and by_thrust.any():
-            forces = forces.copy()
-            forces[by_thrust] = behind_filter(forces[by_thrust].T, course.step_s, smoothing_s).T
+        forces = behind_filter(forces, course.step_s, self.problem.axis.smoothing_s)
         return self.prewhitened(self.by_force(means_before(course.time_s, forces, before, time_s)))
 
     def block(self, acts: Sequence[Act], course: Course) -> Block:
@@ -166,9 +160,7 @@ class AxisInnovations:
         values = np.zeros((len(self.std), len(of)))
         if pushed:
             forces = np.stack([wrench[:, dof] for k in pushed if (wrench := acts[k].wrench) is not None])
-            values[:, [place[k] for k in pushed]] = self.by_course(
-                course, forces, np.array([acts[k].by_thrust for k in pushed])
-            )
+            values[:, [place[k] for k in pushed]] = self.by_course(course, forces)
         if offs:
             values[:, [place[k] for k in offs]] += self.prewhitened(
                 self.by_reading(np.column_stack([*offs.values()]))

@@ -345,9 +345,7 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course) 
         if act.water is not None and axis.dof < 3:
             water = water + mean_before(course.time_s, act.water[:, axis.dof], before, axis.time_s)
         if act.wrench is not None:
-            own = act.wrench[:, axis.dof]
-            if act.by_thrust:
-                own = behind_filter(own[:, None], course.step_s, axis.smoothing_s)[:, 0]
+            own = behind_filter(act.wrench[None, :, axis.dof], course.step_s, axis.smoothing_s)[0]
             force += mean_before(course.time_s, own, before, axis.time_s)[:, None]
         off = reading_error(problem, act, course)
         if off is not None:
@@ -358,7 +356,7 @@ def _without_acts(problem: AxisLikelihood, acts: Sequence[Act], course: Course) 
 def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:
     nu = motion.nu.copy()
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
-        nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.time_s, problem.speed(theta[place]))
+        nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.shown_s, problem.speed(theta[place]))
     return Motion(motion.time_s, nu)
 
 
@@ -371,12 +369,31 @@ def quadratic_of(joint: JointLikelihood, theta: Array) -> Array:
 
 
 def _known_course(course: Course, joint: JointLikelihood, theta: Array, acts: Sequence[Act]) -> Course:
-    """The course with the quadratic drag and the water that the filters' model and the acts make known."""
+    """The course with what the filters' model and the acts make known: quadratic drag, water, and the motion that an
+    autopilot's filter smooths."""
     quadratic = quadratic_of(joint, theta) + sum(
         (act.quadratic for act in acts if act.quadratic is not None), 0.0
     )
     moving = [act.water for act in acts if act.water is not None]
-    return replace(course, quadratic=np.asarray(quadratic), water=np.asarray(sum(moving)) if moving else None)
+    course = replace(
+        course, quadratic=np.asarray(quadratic), water=np.asarray(sum(moving)) if moving else None
+    )
+    return _unsmoothed(course, joint)
+
+
+def _unsmoothed(course: Course, joint: JointLikelihood) -> Course:
+    """The course with velocity and acceleration ahead of an autopilot's filter: nu + T nu_dot of what it makes of them,
+    where the thrust is what changes nu_dot fast."""
+    nu, nu_dot = course.nu.copy(order="F"), course.nu_dot.copy(order="F")
+    for axis in (problem.axis for problem in joint.problems):
+        if axis.smoothing_s > 0:
+            dof, mass = axis.dof, course.mass[axis.dof]
+            pushed = course.wrench_of(course.thrust_n)[None, :, dof]
+            ahead = (pushed - behind_filter(pushed, course.step_s, axis.smoothing_s))[0]
+            slope = course.damping[dof] + 2.0 * course.quadratic[dof] * np.abs(course.nu[:, dof])
+            nu[:, dof] += axis.smoothing_s * course.nu_dot[:, dof]
+            nu_dot[:, dof] += (ahead - axis.smoothing_s * slope * course.nu_dot[:, dof]) / mass
+    return replace(course, nu=nu, nu_dot=nu_dot)
 
 
 def _coefficients(joint: JointLikelihood, theta: Array) -> tuple[Array, Array]:

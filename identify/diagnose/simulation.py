@@ -280,7 +280,7 @@ def _pushed(model: Nominal, theta: Array) -> tuple[Array, Array]:
         # When readings are told, and how smooth, is nothing that pushes the vehicle.
         pushing = problem.noise_place - len(axis.timing)
         shapes = problem.shapes[:, : pushing - FORCES] @ problem.factors(theta[place])[: pushing - FORCES]
-        force[:, axis.dof] = between(time_s, axis.time_s, axis.step_s, axis.force.mean(axis=1) + shapes)
+        force[:, axis.dof] = between(time_s, axis.shown_s, axis.step_s, axis.force.mean(axis=1) + shapes)
         placed = (axis.state_read == POSITION) & np.isfinite(problem.reading)
         if axis.stiffness > 0 and placed.any():
             angle = smoothed_angle(

@@ -183,12 +183,9 @@ class _Axis:
     def dof(self) -> int:
         return self.innovations.problem.axis.dof
 
-    def sums(
-        self, course: Course, forces: Array, by_thrust: NDArray[np.bool_] | None = None
-    ) -> NormalEquations:
-        """Normal equations of forces (k, n) along a course, some of which (k,) go with thrust alone."""
-        thrown = np.zeros(len(forces), np.bool_) if by_thrust is None else by_thrust
-        columns = self.innovations.by_course(course, forces, thrown)
+    def sums(self, course: Course, forces: Array) -> NormalEquations:
+        """Normal equations of forces (k, n) along a course."""
+        columns = self.innovations.by_course(course, forces)
         return equations_of(self.value, self.nominal, self.precision, columns, self.piece)
 
     @cached_property
@@ -229,8 +226,7 @@ def _of_axis(axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int]
         *((*one, None) for one in _of_unit_spread(of_other_speeds(course, dofs))),
         *((*one, "transient") for one in _of_unit_spread(_of_the_past(course, axis.dof))),
     ]
-    by_thrust = np.array([variable in ("thrust", "thrust_sign") for variable, *_ in shapes])
-    sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]), by_thrust)
+    sums = axis.sums(course, np.stack([force for _, _, force, _ in shapes]))
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
     return [

@@ -23,8 +23,8 @@ from identify.unpushed import refuse_unpushed
 
 Array = NDArray[np.float64]
 
-USUAL = np.array([0.15, 0.08])
-"""Lateness and smoothing, s, where the search begins."""
+LATE_S = (0.0, 0.1, 0.2, 0.35, 0.5)
+"""Of the velocity, half of it by smoothing: where the search begins, by surge and sway."""
 
 LEAST, MOST = np.array([-0.1, 0.0, 0.0]), np.array([0.8, 0.5, 1.0])
 """Lateness, smoothing and delay, s, that are believed: stamps of pulses and of velocities may be apart, too."""
@@ -56,26 +56,35 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
         or not len(dive.velocity)
     ):
         return dive
-    rough_s, fits = _rough_delay(dive, file, name)
-    timing = np.array([*USUAL, rough_s])
+    rough_s, of_yaw = _rough_delay(dive, file, name)
+    rough_late_s, fits = _rough_lateness(dive, rough_s, file, name)
+    fits, timing = [*of_yaw, *fits], np.array([rough_late_s, 0.5 * rough_late_s, rough_s])
+    best, likeliest = -np.inf, timing
     for _ in range(TURNS):
         late_s, smoothing_s, delay_s = timing.tolist()
-        fits = _fitted(dated_back(dive, late_s, smoothing_s), delay_s, file, name, (SURGE, SWAY, YAW), fits)
+        early = dated_back(dive, late_s - smoothing_s, smoothing_s)
+        fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), fits)
+        if (log_posterior := _of_velocity(fits)) < best:
+            # Far from where they agree, a step by the slope may lead further off.
+            timing = 0.5 * (likeliest + timing)
+            continue
+        best, likeliest = log_posterior, timing
         further = _further(fits)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
             break
-    return dated_back(dive, *timing[:2].tolist())
+    late_s, smoothing_s, _ = likeliest.tolist()
+    return dated_back(dive, late_s - smoothing_s, smoothing_s)
 
 
 def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
-    """The dive with its velocity late_s earlier. It is north-east-down that a filter tells late: the body has turned
-    since."""
+    """The dive with its velocity late_s earlier, still behind a filter of smoothing_s. It is north-east-down that an
+    autopilot tells late and smooths: the body has turned since, on the whole by what it turns in both."""
     velocity, attitude = dive.velocity, dive.attitude
     if velocity is None or attitude is None:
         return dive
     then = attitude_at(attitude, velocity.time_s) * np.array([1.0, -1.0, -1.0, -1.0])
-    before = attitude_at(attitude, velocity.time_s - late_s)
+    before = attitude_at(attitude, velocity.time_s - late_s - smoothing_s)
     north_east_down = to_body(then, velocity.value)
     return replace(
         dive,
@@ -87,11 +96,11 @@ def dated_back(dive: Dive, late_s: float, smoothing_s: float) -> Dive:
 
 @dataclass(frozen=True)
 class _Fit:
-    """An axis alone at the maximum of its likelihood: theta, and what it says of its timing (k,), in s."""
+    """An axis alone at the maximum of its posterior: theta, and what it says of its timing (k,), in s."""
 
     dof: int
     theta: Array
-    log_likelihood: float
+    log_posterior: float
     timing: Array
     covariance: Array
 
@@ -104,7 +113,22 @@ def _rough_delay(dive: Dive, file: VehicleFile, name: str) -> tuple[float, list[
         fits = _fitted(dive, delay_s, file, name, (YAW,), fits)
         if fits:
             found.append((delay_s, fits))
-    return max(found, key=lambda one: one[1][0].log_likelihood, default=(0.0, []))
+    return max(found, key=lambda one: one[1][0].log_posterior, default=(0.0, []))
+
+
+def _rough_lateness(dive: Dive, delay_s: float, file: VehicleFile, name: str) -> tuple[float, list[_Fit]]:
+    """The lateness among LATE_S that surge and sway agree with best under thrust so late, and their fits there."""
+    found: list[tuple[float, list[_Fit]]] = []
+    fits: list[_Fit] = []
+    for late_s in LATE_S:
+        early = dated_back(dive, 0.5 * late_s, 0.5 * late_s)
+        fits = _fitted(early, delay_s, file, name, (SURGE, SWAY), fits)
+        found.append((late_s, fits))
+    return max(found, key=lambda one: _of_velocity(one[1]))
+
+
+def _of_velocity(fits: Sequence[_Fit]) -> float:
+    return sum(fit.log_posterior for fit in fits if fit.dof in (SURGE, SWAY))
 
 
 def _further(fits: Sequence[_Fit]) -> Array:
@@ -148,8 +172,9 @@ def _fitted(
         except np.linalg.LinAlgError:
             # An axis without a solution says nothing of timing; the fit of all axes says why.
             return None
-        timing = maximum.theta[place]
-        return _Fit(axis.dof, maximum.theta, maximum.log_likelihood, timing, np.asarray(covariance))
+        off = maximum.theta - problem.prior_mean
+        log_posterior = maximum.log_likelihood - 0.5 * float(problem.prior_precision @ off**2)
+        return _Fit(axis.dof, maximum.theta, log_posterior, maximum.theta[place], np.asarray(covariance))
 
     found = side_by_side(fit, build_axes(dive, late, name, dofs).axes)
     return [one for one in found if one is not None]

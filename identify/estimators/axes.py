@@ -16,7 +16,7 @@ from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.lateness import FilteredForce, Timing, timing_of
+from identify.estimators.lateness import FilteredForce, Timing, behind_filter, timing_of
 from identify.estimators.motion import NO_MOTION, Motion
 from identify.estimators.places import at_origin, places_of, restoring_force, stiffness, with_rates_of_places
 from identify.estimators.readings import FEWEST, HEAVE, PITCH, ROLL, YAW, Channel, channels
@@ -88,6 +88,11 @@ class Axis:
         """Whether the velocity readings have a slow error of their own, as those of an autopilot's filter have."""
         return self.channels[0].coloured > 0.0
 
+    @property
+    def shown_s(self) -> Array:
+        """(n,): when the vehicle itself moved as an autopilot's filter shows it at the events, on the whole."""
+        return np.asarray(self.time_s - self.smoothing_s)
+
 
 @dataclass(frozen=True)
 class Axes:
@@ -154,10 +159,11 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
             held[dof] = restoring_force(configuration, dof, motion, attitude, place)
-            axis = coupled(_pushed(events, configuration, forces, motion, held[dof]), motion)
+            axis = _pushed(events, configuration, forces, motion, held[dof])
             axis = replace(axis, white_force=float(forces.hidden[dof]))
             if axis.is_coloured:
                 axis = _behind_filter(axis, forces, grid, held[dof], dive.velocity_smoothing_s)
+            axis = coupled(axis, motion)
             if forces.sampled_s:
                 axis = _late_or_early(axis, forces)
             if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
@@ -316,16 +322,20 @@ def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
 
 
 def coupled(axis: Axis, motion: Motion) -> Axis:
-    """The axis with the Coriolis forces and the own speed of a motion, each step's mean."""
+    """The axis with the Coriolis forces and the own speed of a motion, each step's mean, as its readings show them."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])
+
+    def shown(values: Array) -> Array:
+        step_s = float(motion.time_s[1] - motion.time_s[0])
+        smooth = behind_filter(values[None], step_s, axis.smoothing_s)[0]
+        return motion.mean_between(smooth, before, axis.time_s)
+
     columns = []
     # C(nu) nu is linear in the masses: what each contributes is what a mass of one alone would.
     for one in np.eye(6).tolist():
         force = np.asarray(_coriolis(one, tuple(motion.nu.T))[axis.dof])
-        columns.append(
-            -motion.mean_between(force, before, axis.time_s) if force.any() else np.zeros(len(before))
-        )
-    speed = motion.mean_between(motion.nu[:, axis.dof], before, axis.time_s)
+        columns.append(-shown(force) if force.any() else np.zeros(len(before)))
+    speed = shown(motion.nu[:, axis.dof])
     return replace(axis, coriolis=np.column_stack(columns), speed=speed)
 
 

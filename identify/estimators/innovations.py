@@ -1,10 +1,11 @@
 """Kalman innovations of one degree of freedom with a first-order coloured force: the compiled inner loop.
 
 State (nu, x, d, c), with   m nu_dot = F(t) - D nu - k x + d,   x_dot = nu,   d_dot = -d/T + white noise,
-so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). Two things
-that a stock autopilot's recording needs stand beside it: a white force (pulses in whole microseconds, and what they did
-between two messages), and a first-order coloured error c of the velocity readings (its own filter's), c_dot = -c/T_c +
-white noise, which no force moves. Both are zero where a recording has none.
+so that d is stationary with standard deviation `sigma_d` (Jazwinski 1970, theorem 7.1 for the recursion). What a stock
+autopilot's recording needs stands beside it: a white force (pulses in whole microseconds, and what they did between two
+messages); a first-order coloured error c of the velocity readings, c_dot = -c/T_c + white noise, which no force moves;
+and, where nu and the forces are what its own filter of time constant T_s makes of them, x_dot = nu + T_s nu_dot. All
+are zero where a recording has none.
 Events are measurements in time order: of nu, of x (an angle, or depth), or of how far x came since the last such
 event (an INCREMENT: what a gyro that integrates between its messages tells). A NaN reading is none.
 
@@ -42,20 +43,25 @@ def transitions(
     white_force: float,
     sigma_c: float,
     coloured_s: float,
+    smoothing_s: float,
 ) -> Array:
     """For each of the steps (k,) one row of COLUMNS numbers.
 
     Transition (00 01 02 10 11 12 22), response of nu and x to a unit force held over the first and over the second
     half of the step, process noise (00 01 02 11 12 22), transition and process noise of c.
     white_force: N over the root of 1/s (N m in rotation); sigma_c: standard deviation of c, in the reading's unit;
-    coloured_s: its time constant.
+    coloured_s: its time constant. smoothing_s: of the filter that nu comes out of, 0 for none; x is the vehicle's own
+    place.
     """
     out = np.empty((different_s.shape[0], COLUMNS))
     rate = np.zeros((3, 3))
     rate[0, 0] = -damping / mass
     rate[0, 1] = -stiffness / mass
     rate[0, 2] = 1.0 / mass
-    rate[1, 0] = 1.0
+    # A first-order filter's input is its output and smoothing_s times its rate.
+    rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]
+    rate[1, 1] = smoothing_s * rate[0, 1]
+    rate[1, 2] = smoothing_s * rate[0, 2]
     rate[2, 2] = -1.0 / time_constant_s
     white = 2.0 * sigma_d * sigma_d / time_constant_s
     direct = (white_force / mass) ** 2
@@ -66,8 +72,10 @@ def transitions(
         full = half @ half
         out[i, :7] = full[0, 0], full[0, 1], full[0, 2], full[1, 0], full[1, 1], full[1, 2], full[2, 2]
         # Simpson's rule for the response to a force and for the noise.
-        late_nu = h / 12.0 / mass * (1.0 + 4.0 * quarter[0, 0] + half[0, 0])
-        late_x = h / 12.0 / mass * (4.0 * quarter[1, 0] + half[1, 0])
+        to_nu_early, to_x_early = _pushed(quarter, smoothing_s)
+        to_nu, to_x = _pushed(half, smoothing_s)
+        late_nu = h / 12.0 / mass * (1.0 + 4.0 * to_nu_early + to_nu)
+        late_x = h / 12.0 / mass * (smoothing_s + 4.0 * to_x_early + to_x)
         out[i, 7] = half[0, 0] * late_nu + half[0, 1] * late_x
         out[i, 8] = half[1, 0] * late_nu + half[1, 1] * late_x
         out[i, 9], out[i, 10] = late_nu, late_x
@@ -78,12 +86,22 @@ def transitions(
                 total = start + 4.0 * half[r, 2] * half[c, 2] + full[r, 2] * full[c, 2]
                 out[i, place] = h / 6.0 * white * total
                 place += 1
-        out[i, 11] += h / 6.0 * direct * (1.0 + 4.0 * half[0, 0] ** 2 + full[0, 0] ** 2)
-        out[i, 12] += h / 6.0 * direct * (4.0 * half[0, 0] * half[1, 0] + full[0, 0] * full[1, 0])
-        out[i, 14] += h / 6.0 * direct * (4.0 * half[1, 0] ** 2 + full[1, 0] ** 2)
+        by_end_nu, by_end_x = _pushed(full, smoothing_s)
+        out[i, 11] += h / 6.0 * direct * (1.0 + 4.0 * to_nu**2 + by_end_nu**2)
+        out[i, 12] += h / 6.0 * direct * (smoothing_s + 4.0 * to_nu * to_x + by_end_nu * by_end_x)
+        out[i, 14] += h / 6.0 * direct * (smoothing_s**2 + 4.0 * to_x**2 + by_end_x**2)
         keep = np.exp(-h / coloured_s)
         out[i, 17], out[i, 18] = keep, sigma_c * sigma_c * (1.0 - keep * keep)
     return out
+
+
+@njit(cache=True, inline="always")
+def _pushed(transition: Array, smoothing_s: float) -> tuple[float, float]:
+    """What has become of nu and of x after a push of the mass."""
+    return (
+        transition[0, 0] + smoothing_s * transition[0, 1],
+        transition[1, 0] + smoothing_s * transition[1, 1],
+    )
 
 
 @njit(cache=True, nogil=True)

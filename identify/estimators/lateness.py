@@ -51,22 +51,20 @@ def _slope(force: Array, half_s: Array, lag_s: float) -> Array:
 
 
 def behind_filter(values: Array, step_s: float, smoothing_s: float) -> Array:
-    """What a first-order filter makes of values (n, k) at uniform times, dated `smoothing_s` back to make up for it."""
+    """What a first-order filter makes of values (k, n) at uniform times; they have been the first of them for ever."""
     if smoothing_s <= 0:
         return values
-    smooth = _smoothed(np.ascontiguousarray(values), float(np.exp(-step_s / smoothing_s)))
-    at = np.minimum(np.arange(len(values)) + smoothing_s / step_s, len(values) - 1.0)
-    low = np.minimum(at.astype(np.intp), max(len(values) - 2, 0))
-    part = (at - low)[:, None]
-    return np.asarray(smooth[low] + part * (smooth[low + 1] - smooth[low]))
+    return np.asarray(_smoothed(np.ascontiguousarray(values), float(np.exp(-step_s / smoothing_s))))
 
 
 @njit(cache=True, nogil=True)
 def _smoothed(values: Array, keep: float) -> Array:
-    out = values.copy()
-    for i in range(1, len(values)):
-        for k in range(values.shape[1]):
-            out[i, k] += keep * (out[i - 1, k] - out[i, k])
+    out = np.empty_like(values)
+    for k in range(values.shape[0]):
+        now = values[k, 0]
+        for i in range(values.shape[1]):
+            now = values[k, i] + keep * (now - values[k, i])
+            out[k, i] = now
     return out
 
 
@@ -80,7 +78,7 @@ class FilteredForce:
     def behind(self, smoothing_s: float, later_s: float = 0.0) -> "FilteredForce":
         """The same as a filter of that time constant shows it, so much later."""
         step_s = float(self.time_s[1] - self.time_s[0])
-        smooth = behind_filter(self.force[:, None], step_s, smoothing_s)[:, 0]
+        smooth = behind_filter(self.force[None], step_s, smoothing_s)[0]
         return FilteredForce(self.time_s, np.interp(self.time_s - later_s, self.time_s, smooth))
 
     def mean_between(self, start_s: Array, end_s: Array) -> Array:
@@ -96,14 +94,11 @@ class FilteredForce:
 def timing_of(
     force: FilteredForce, smoothing_s: float, start_s: Array, end_s: Array, in_heave: bool = False
 ) -> tuple[Timing, ...]:
-    """What a second more of lateness, and of smoothing, makes of an axis's force over each step."""
+    """What a second more of lateness makes of an axis's force over each step, and a second of smoothing instead of as
+    much lateness: a filter is late by its time constant, so that the two are told apart by what else it does."""
     spreads = (HEAVE_SPREAD_S, HEAVE_SPREAD_S) if in_heave else (LATENESS_SPREAD_S, SMOOTHING_SPREAD_S)
-    late, early = (
-        force.behind(smoothing_s, by_s).mean_between(start_s, end_s) for by_s in (APART_S, -APART_S)
+    now, late, smoother = (
+        force.behind(*by).mean_between(start_s, end_s)
+        for by in ((smoothing_s, 0.0), (smoothing_s, APART_S), (smoothing_s + APART_S, 0.0))
     )
-    low_s = max(smoothing_s - APART_S, 0.0)
-    high, low = (force.behind(t).mean_between(start_s, end_s) for t in (smoothing_s + APART_S, low_s))
-    return (
-        Timing((late - early) / (2.0 * APART_S), spreads[0]),
-        Timing((high - low) / (smoothing_s + APART_S - low_s), spreads[1]),
-    )
+    return Timing((late - now) / APART_S, spreads[0]), Timing((smoother - late) / APART_S, spreads[1])

@@ -168,7 +168,7 @@ class AxisLikelihood:
         return np.asarray(
             transitions(
                 axis.different_s, mass, damping, axis.stiffness, disturbance, time_constant,
-                self.white_force(theta), *coloured,
+                self.white_force(theta), *coloured, axis.smoothing_s,
             )
         )  # fmt: skip
 

@@ -125,7 +125,7 @@ class JointLikelihood:
         for problem, speed in zip(
             problems, side_by_side(lambda i: problems[i].speed(own[i]), range(len(own))), strict=True
         ):
-            nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.time_s, speed)
+            nu[:, problem.axis.dof] = np.interp(motion.time_s, problem.axis.shown_s, speed)
         better = Motion(motion.time_s, nu)
 
         def moved(i: int) -> AxisLikelihood:

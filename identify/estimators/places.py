@@ -1,6 +1,6 @@
 """What the other axes add to a reading of one: at the DVL's lever, to depth, roll and pitch, to the restoring force."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,7 @@ def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, M
     by_turning = np.cross(nu[:, 3:], lever)
     carried = np.column_stack([np.interp(velocity.time_s, time_s, column) for column in by_turning.T])
     velocity = Signal(velocity.time_s, velocity.value - carried)
-    nu[:, :3] = np.column_stack([smoothed(velocity, column, time_s) for column in range(3)])
-    return velocity, Motion(time_s, nu)
+    return velocity, Motion(time_s, smoothed_velocity(replace(dive, velocity=velocity), time_s))
 
 
 def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:

@@ -20,8 +20,11 @@ FEWEST = 8
 def smoothed_velocity(dive: Dive, time_s: Array) -> Array:
     """nu at the times (m,), (m, 6); 0 where nothing was measured."""
     out = np.zeros((len(time_s), 6))
+    velocity = dive.velocity
+    if velocity is not None and dive.velocity_smoothing_s > 0:
+        velocity = Signal(velocity.time_s - dive.velocity_smoothing_s, velocity.value)
     for signal, column, dof in (
-        *((dive.velocity, i, i) for i in range(3)),
+        *((velocity, i, i) for i in range(3)),
         *((dive.gyro, i, 3 + i) for i in range(3)),
         (dive.fog, 0, 5),
     ):

@@ -18,27 +18,36 @@ STEP_S = 0.01
 TIME_S = STEP_S * np.arange(2000)
 
 
-def test_a_ramp_behind_a_filter_and_dated_back_is_the_ramp() -> None:
-    ramp = 3.0 * TIME_S[:, None]
-    found = behind_filter(ramp, STEP_S, 0.1)
-    inside = slice(200, -20)
-    # A held input is half a step late.
-    assert found[inside] == pytest.approx(ramp[inside] - 3.0 * STEP_S / 2, abs=0.04)
+def test_a_ramp_behind_a_filter_is_late_by_its_time_constant() -> None:
+    ramp = 3.0 * TIME_S[None]
+    found = behind_filter(ramp, STEP_S, 0.1)[:, 200:]
+    # What comes is held over the step before.
+    assert found == pytest.approx(ramp[:, 200:] - 3.0 * 0.1, abs=3.0 * STEP_S)
+
+
+def test_no_filter_knows_what_comes() -> None:
+    step = np.where(TIME_S >= 10.0, 1.0, 0.0)[None]
+    found = behind_filter(step, STEP_S, 0.2)[0]
+    assert not found[:1000].any()
+    assert found[1000 + 19] == pytest.approx(1 - np.exp(-1))
 
 
 def test_what_does_not_change_passes_a_filter_as_it_is() -> None:
-    assert behind_filter(np.full((50, 2), 7.0), STEP_S, 0.2) == pytest.approx(np.full((50, 2), 7.0))
+    assert behind_filter(np.full((2, 50), 7.0), STEP_S, 0.2) == pytest.approx(np.full((2, 50), 7.0))
 
 
 def test_a_filter_that_does_not_smooth_passes_all_as_it_is() -> None:
-    assert np.array_equal(behind_filter(TIME_S[:, None], STEP_S, 0.0), TIME_S[:, None])
+    assert np.array_equal(behind_filter(TIME_S[None], STEP_S, 0.0), TIME_S[None])
 
 
-def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away() -> None:
+def test_a_second_of_lateness_takes_a_second_of_a_ramps_rise_away_and_smoothing_instead_nothing_more() -> (
+    None
+):
     force = FilteredForce(TIME_S, 2.0 * TIME_S)
     start, end = TIME_S[300:1700], TIME_S[301:1701]
-    late, _ = timing_of(force, 0.1, start, end)
+    late, smooth = timing_of(force, 0.1, start, end)
     assert late.force == pytest.approx(np.full(1400, -2.0), abs=1e-9)
+    assert smooth.force == pytest.approx(np.zeros(1400), abs=2e-3)
 
 
 def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time() -> None:
@@ -67,7 +76,7 @@ def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path: Path) 
     (name,) = file.vehicle.configurations
     found = dated(read_dive(tmp_path / "dive.tlog.gz", None, file), file, name)
     true = case.filter
-    assert found.velocity_late_s == pytest.approx(true.late_s + true.smooth_s, abs=0.03)
+    assert found.velocity_late_s == pytest.approx(true.late_s, abs=0.03)
     assert found.velocity_smoothing_s == pytest.approx(true.smooth_s, abs=0.05)
 
 

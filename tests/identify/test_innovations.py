@@ -25,6 +25,7 @@ MODEL = {
     "white_force": 0.02,
     "slow_error": 0.015,
     "slow_error_s": 1.2,
+    "smoothing_s": 0.12,
 }
 INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
@@ -73,9 +74,10 @@ def moved(x, p, h, force):
             [0, 0, 0, -1 / MODEL["slow_error_s"]],
         ]
     )
-    b = np.array([1 / MODEL["mass"], 0.0, 0.0, 0.0])
-    q = np.zeros((4, 4))
-    q[0, 0] = (MODEL["white_force"] / MODEL["mass"]) ** 2
+    # The place is that of what the velocity is the filtered one of.
+    a[1] += MODEL["smoothing_s"] * a[0]
+    b = np.array([1.0, MODEL["smoothing_s"], 0.0, 0.0]) / MODEL["mass"]
+    q = MODEL["white_force"] ** 2 * np.outer(b, b)
     q[2, 2] = 2 * MODEL["sigma"] ** 2 / MODEL["time_constant"]
     q[3, 3] = 2 * MODEL["slow_error"] ** 2 / MODEL["slow_error_s"]
     whole = np.eye(4)
