@@ -217,7 +217,7 @@ def _unrecorded_note(dofs: Sequence[int]) -> str:
 
 def log_stds(causes: Sequence[Cause], now: Nominal) -> list[tuple[float, float]]:
     """Standard errors of log mass and log damping of each axis, beside the causes."""
-    rows = regression_of(now.joint, now.theta, now.doubted)
+    rows = regression_of(now.joint, now.theta, now.unheard)
     slopes = [
         one.slope(now.course, p)
         for one in causes

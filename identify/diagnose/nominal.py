@@ -31,6 +31,7 @@ from identify.estimators.likelihood_axis import DAMPING, MASS, TIME_CONSTANT, Ax
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.pinn.start import Filters, filters_of
+from identify.estimators.readings import HEAVE
 from identify.estimators.scoring import climb
 from identify.feedback import unrecorded
 
@@ -206,6 +207,12 @@ class Nominal:
     mirrored: tuple[int, ...] = ()
     swapped: tuple[tuple[int, int], ...] = ()
     timing_s: tuple[float, float] | None = None
+
+    @property
+    def unheard(self) -> tuple[int, ...]:
+        """Degrees of freedom in which a controller may have acted on a reading that the recording lacks: the doubted
+        ones, and heave, where an autopilot that holds its depth keeps its climb rate to itself."""
+        return tuple(sorted({*self.doubted, *({HEAVE} & {*self.filtered})}))
 
 
 def nominal_of(

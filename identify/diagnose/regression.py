@@ -109,10 +109,10 @@ def block_diag(blocks: Sequence[Array]) -> Array:
     return out
 
 
-def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) -> Regression:
+def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) -> Regression:
     """The regression at the maximum `theta` of a joint fit.
 
-    In a `doubted` degree of freedom the controller used an unrecorded reading. Its thrust follows the disturbance
+    In an `unheard` degree of freedom the controller used an unrecorded reading. Its thrust follows the disturbance
     unseen, so delayed thrust is a nuisance there.
     """
     problems = joint.at(theta)
@@ -152,7 +152,7 @@ def regression_of(joint: JointLikelihood, theta: Array, doubted: Sequence[int]) 
         dofs.append(np.full(len(std), axis.dof, dtype=np.intp))
     dof = np.concatenate(dofs)
     unseen = [
-        _feedback_columns(innovations, dof) for innovations in axes if innovations.problem.axis.dof in doubted
+        _feedback_columns(innovations, dof) for innovations in axes if innovations.problem.axis.dof in unheard
     ]
     nominal = np.hstack([np.vstack(columns), *unseen])
     return Regression(

@@ -175,7 +175,7 @@ def held_out_shrink(
     weighing, fit = found.weighing, found.fit
     course, nu, causes = found.now.course, found.now.motion.nu, found.causes
     own = HeldOutFit(weighing.rows, found.now, fit.slopes, fit.value)
-    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.doubted)
+    plain_rows = regression_of(nominal.joint, nominal.theta, nominal.unheard)
     plain = HeldOutFit(plain_rows, nominal, np.zeros((len(plain_rows.value), 0)), plain_rows.value)
     slope, whole, wrong = (
         slope_of(causes, course),
@@ -362,7 +362,7 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
         if damping[dof] > 0:
             theta[[place.start + MASS, at]] = np.log(mass[dof])
             theta[place.start + DAMPING] = np.log(damping[dof])
-    rows = regression_of(joint, theta, model.doubted)
+    rows = regression_of(joint, theta, model.unheard)
     kept = sorted({*joint.mass_places, *mean_places(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]
     columns = -rows.nominal[:, [kept.index(at) for at in trims]]

@@ -322,7 +322,7 @@ class Weighing:
 
 def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
     """The weighing by the filters of `now`."""
-    rows = regression_of(now.joint, now.theta, now.doubted).with_witnesses(
+    rows = regression_of(now.joint, now.theta, now.unheard).with_witnesses(
         now.witnesses, now.acts, now.course
     )
     back = rows.columns(now.acts, now.course).sum(axis=1)
