@@ -1,12 +1,12 @@
 """The grammar: where a force acts, what it goes with, odd or even, what it remembers, and when it is there.
 
-    force   = degrees of freedom, factors, memory, timing, rhythm
-    degrees = one | two
-    factors = signal parity power | signal parity power, signal parity power | none, for a force of time alone
-    signal  = a velocity | an acceleration | a thrust | a thruster's pulse | an attitude | depth
-    memory  = none | lag | delay | leaky integral | hysteresis
-    timing  = steady | from a time on | for a while | bursts | slow drift
-    rhythm  = none | a period
+force   = degrees of freedom, factors, memory, timing, rhythm
+degrees = one | two
+factors = signal parity power | signal parity power, signal parity power | none, for a force of time alone
+signal  = a velocity | an acceleration | a thrust | a thruster's pulse | an attitude | depth
+memory  = none | lag | delay | leaky integral | hysteresis
+timing  = steady | from a time on | for a while | bursts | slow drift
+rhythm  = none | a period
 """
 
 from dataclasses import dataclass

@@ -93,7 +93,7 @@ def unknown_of(seed: int) -> Unknown:
 
 
 def _without(case: Case) -> _Still:
-    site, simulated = case.simulated(0)
+    _, simulated = case.simulated(0)
     nominal = fitted_nominal(recorded_dive(case), case.file, case.configuration)
     model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
     floors = floors_of(nominal, model, np.random.default_rng(case.seed))

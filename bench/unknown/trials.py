@@ -58,9 +58,7 @@ def unknown_jobs(first: int, count: int) -> dict[str, Job]:
 
 def known_jobs(first: int, count: int) -> dict[str, Job]:
     """Of so many dives with an effect each, all effects in turn."""
-    return {
-        f"known {first + i}": partial(known_job, first + i, KNOWN[i % len(KNOWN)]) for i in range(count)
-    }
+    return {f"known {first + i}": partial(known_job, first + i, KNOWN[i % len(KNOWN)]) for i in range(count)}
 
 
 def unknown_job(seed: int) -> Data:
