@@ -26,9 +26,9 @@ LEAST_SHARE = 0.01
 else the savings of their other forms, if smaller. No form of a library is exact, and a form's remainder grows with its
 evidence. A cause whose other forms save little is nearly exact."""
 
-SHADOW = 5e-4
+SHADOW = 1e-3
 """Share of the nats saved by earlier causes that a further cause must exceed wherever it acts: forms right to a
-fiftieth of their force leave as much, and what they leave has no form of theirs."""
+thirtieth of their force leave as much, and what they leave has no form of theirs."""
 
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
