@@ -23,6 +23,7 @@ from bench.field.sources import SECTION as FIELD
 from bench.forms import judge
 from bench.forms import page as forms_page
 from bench.stamp import stamp
+from bench.unknown.sources import SECTION as UNKNOWN
 
 CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)
 """Of the paper's own two campaigns, dived by its vehicle."""
@@ -103,6 +104,12 @@ def _field(run: Run) -> str:
     return section.section(run.cache / "bench", run.short)
 
 
+def _unknown(run: Run) -> str:
+    from bench.unknown import section
+
+    return section.section(run.cache / "bench", run.short)
+
+
 def _power(run: Run) -> str:
     from bench.diagnosis import power
 
@@ -139,5 +146,6 @@ SECTIONS = {
     "paper noise": Measurement(_paper_noise, paper_noise.SOURCES),
     "diagnosis": Measurement(_diagnosis, of_diagnosis.SECTION),
     "field": Measurement(_field, FIELD),
+    "unknown": Measurement(_unknown, UNKNOWN),
     "power": Measurement(_power, of_diagnosis.POWER, asked=True),
 }

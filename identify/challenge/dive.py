@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from identify.challenge.control import Control, pulse, wrench
+from identify.challenge.drawn_force import DrawnForce, remembered, shape_of
 from identify.challenge.hull import Hull
 from identify.challenge.propellers import Propellers, add_wrench, shafts_want, turn
 from identify.challenge.sensors import STEP_S, Clock, Faults, Readings
@@ -60,13 +61,15 @@ class Scene(NamedTuple):
 @njit(cache=True, error_model="numpy", nogil=True)
 def dive(
     body: Body, hull: Hull, prop: Propellers, control: Control, clock: Clock, faults: Faults, scene: Scene,
-    reference: Array, start: Array, readings: Readings, ticks: Ticks,
+    reference: Array, start: Array, readings: Readings, ticks: Ticks, drawn: DrawnForce, past: Array,
 ) -> None:  # fmt: skip
-    """Dive a reference (n, 14), filling `readings` and `ticks`: `world.rates` by fourth-order Runge-Kutta at STEP_S."""
+    """Dive a reference (n, 14), filling `readings` and `ticks`: `world.rates` by fourth-order Runge-Kutta at STEP_S.
+
+    drawn: a force by what the vehicle does, held over each step; past: what that remembers."""
     h = STEP_S
     count, k = len(reference) * clock.tick, scene.matrix.shape[1]
     state, trial = start.copy(), np.empty(STATES)
-    k1, k2, k3, k4 = np.empty(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
+    k1, k2, k3, k4 = np.zeros(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
     work, tau = np.empty(WORK), np.zeros(6)
     asked, plain, wanted = np.zeros((len(reference), k)), np.zeros(k), np.zeros(k)
     first, second, middle, nothing = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)
@@ -79,6 +82,7 @@ def dive(
     keep_plain = np.exp(-h / scene.lag_s) if scene.lag_s > 0 else 0.0
     gain = 1.0 - np.exp(-clock.tick * h / control.memory_s) if control.memory_s > 0 else 1.0
     full = False
+    strange, thrown, pushes = np.zeros(6), np.zeros(6), bool(np.any(drawn.size))
     tick, given = 0, -1
     for step in range(count):
         time_s = step * h
@@ -153,8 +157,16 @@ def dive(
         ahead = scene.water[min(step + 1, len(scene.water) - 1)]
         x = min(time_s / scene.fouled_s, 1.0)
         grown = scene.fouled * (1.0 - np.exp(-2.0 * x)) / (1.0 - np.exp(-2.0))
+        if pushes:
+            # k1 still holds the rate of the step before.
+            thrown[:] = 0.0
+            add_wrench(second, state[7:13], prop, thrown)
+            shape = shape_of(drawn, state, k1[7:13], thrown, now)
+            shape = remembered(drawn, shape, step, h, past) * drawn.when[min(step, len(drawn.when) - 1)]
+            for i in range(6):
+                strange[i] = shape * drawn.size[i]
         for i in range(6):
-            tau[i] = scene.push[step, i]
+            tau[i] = scene.push[step, i] + strange[i]
         add_wrench(second, state[7:13], prop, tau)
         rates(state, tau, water, grown, body, hull, phase, wake, k1, work)
         if step % clock.tick == 0:
@@ -180,17 +192,17 @@ def dive(
             plain[i] = asked[tick - 1, i] + keep_plain * (plain[i] - asked[tick - 1, i])
         trial[:] = state + 0.5 * h * k1
         for i in range(6):
-            tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i])
+            tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i]) + strange[i]
         add_wrench(middle, trial[7:13], prop, tau)
         rates(trial, tau, water, grown, body, hull, phase, wake, k2, work)
         trial[:] = state + 0.5 * h * k2
         for i in range(6):
-            tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i])
+            tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i]) + strange[i]
         add_wrench(middle, trial[7:13], prop, tau)
         rates(trial, tau, water, grown, body, hull, phase, wake, k3, work)
         trial[:] = state + h * k3
         for i in range(6):
-            tau[i] = scene.push[step + 1, i]
+            tau[i] = scene.push[step + 1, i] + strange[i]
         add_wrench(second, trial[7:13], prop, tau)
         rates(trial, tau, ahead, grown, body, hull, phase, wake, k4, work)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)

@@ -12,6 +12,7 @@ from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge import dive as kernel
 from identify.challenge.control import Control
 from identify.challenge.disturbance import coloured
+from identify.challenge.drawn_force import past_of
 from identify.challenge.propellers import voltage_share
 from identify.challenge.sensors import STEP_S, Clock, Noise, Readings, noise_of
 from identify.challenge.site import Site
@@ -107,6 +108,8 @@ def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.rand
         start,
         readings,
         ticks,
+        site.drawn,
+        past_of(site.drawn, STEP_S),
     )
     recorded = _recorded(name, site, setup, reference, readings, ticks, rng)
     return Simulated(recorded, ticks, drawn[:: clock.tick][:count], readings)

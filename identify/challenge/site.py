@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.challenge.drawn_force import DrawnForce, no_force
 from identify.challenge.hull import Hull, bare_hull
 from identify.challenge.propellers import Propellers
 from identify.challenge.sensors import STEP_S, Faults, honest
@@ -22,7 +23,7 @@ class Site:
 
     time_s (n,): of the steps and one more; push (n, 6): wrench planted in time alone; water (n, 12): as `world.rates`
     has it, None where it is still; depth_m: at the beginning; fouled, fouled_s: as `dive.Scene` has them; sag, sag_s,
-    ripple: of the recorded voltage, by time and by load.
+    ripple: of the recorded voltage, by time and by load; drawn: a force of no effect's form.
     """
 
     vehicle: DrawnVehicle
@@ -42,6 +43,7 @@ class Site:
     sag: float = 0.02
     sag_s: float = 600.0
     ripple: float = 0.0
+    drawn: DrawnForce = field(default_factory=no_force)
 
     def body(self) -> Body:
         shape = self.vehicle.configuration

@@ -2,13 +2,14 @@
 
 No form of a library is exact: drag is not quite quadratic, a dead zone has soft edges, a lag is of second order. The
 larger an effect, the clearer its remainder, and the first false cause would absorb it. Other forms of a cause are
-therefore no evidence for a second one.
+therefore no evidence for a second one. Moving water also turns the hull, by moments that no effect of the library has:
+other forms of it, or a thruster that sits elsewhere would stand in for them.
 
 Companions are contributions beyond any form, and no unexplained remainder once the cause is found. A fast cause leaves
-a slow remainder in the filters' disturbance. A bias comes and goes. Moving water also turns the hull, and a sea has
-more lines than its form. A line that pulls along also pulls down, and thrust gives way under load by other laws. A
-reading error from a sensor's position is instantaneous and proportional by geometry, and has only changes in time as
-companions. The search allows for forms alone, so that a second cause keeps its evidence.
+a slow remainder in the filters' disturbance. A bias comes and goes. A sea has more lines than its form. A line that
+pulls along also pulls down, and thrust gives way under load by other laws. A reading error from a sensor's position is
+instantaneous and proportional by geometry, and has only changes in time as companions. The search allows for forms
+alone, so that a second cause keeps its evidence, but beside a sea.
 """
 
 from collections.abc import Iterator
@@ -155,9 +156,11 @@ def _at(effect: Effect, step: Array) -> Array:
 
 
 def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of the cause at other sizes, bent, late, and growing over the dive."""
+    """Acts of the cause at other sizes, bent, late, and growing over the dive; of moving water the moments too."""
     own = cause.act(course)
     yield from _possible(course, cause)
+    if cause.effect.place == "water" and own.wrench is not None:
+        yield from _moments(course, own.wrench[:, :3])
     for power in POWERS:
         yield own.each(partial(_bent, power=power))
     yield own.each(lambda part: delayed(part, course.step_s, LATER_S) - part)
@@ -201,8 +204,6 @@ def companions(course: Course, cause: Cause) -> Iterator[Act]:
             for power in DRIFTS:
                 yield part.each(partial(np.multiply, middle**power))
         yield from _band(course, cause)
-    if cause.effect.place == "water" and own.wrench is not None:
-        yield from _moments(course, own.wrench[:, :3])
     if cause.effect.name == LOAD_SAG.name:
         yield from _load_losses(course)
     if cause.effect.name == TETHER.name and own.wrench is not None:

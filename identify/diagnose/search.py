@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.effect import Effect
-from identify.diagnose.candidates import Cause, Setting
+from identify.diagnose.candidates import Cause, Setting, companions
 from identify.diagnose.evidence import Evidence
 from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.seas import SEAS, seas_of
@@ -25,6 +25,10 @@ LEAST_SHARE = 0.01
 """Share of the nats saved by earlier causes, in the axes and pieces they share, that a further cause must exceed; or
 else the savings of their other forms, if smaller. No form of a library is exact, and a form's remainder grows with its
 evidence. A cause whose other forms save little is nearly exact."""
+
+SHADOW = 1e-3
+"""Share of the nats saved by earlier causes that a further cause must exceed wherever it acts: forms right to a
+thirtieth of their force leave as much, and what they leave has no form of theirs."""
 
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
@@ -83,7 +87,26 @@ def explain(
         weighing, fit = _settled(nominal, weighing, better, at)
         if again:
             break
+    judged = without_shadows_of_seas(weighing, fit)
+    if len(judged.causes) < len(fit.causes):
+        weighing, fit = _settled(nominal, weighing, judged, at)
     return Explanation(fit, weighing, weighing.now)
+
+
+def without_shadows_of_seas(weighing: Weighing, fit: Fitted) -> Fitted:
+    """Without causes that a sea's companions replace. Waves turn a hull as they push it: whatever goes with the rate of
+    pitch then tells of all the waves that a few lines leave out."""
+    for k in range(len(fit.causes) - 1, -1, -1):
+        others = weighing.fitted(_without(fit.causes, k))
+        seas = [cause for cause in others.causes if cause.effect.name in SEAS]
+        if not seas or fit.causes[k].effect.name in (SEAS | WITNESSED):
+            continue
+        acts = [act for sea in seas for act in companions(weighing.now.course, sea)]
+        tried = ranked_candidates(weighing.candidates_beyond_acts(others, acts), others)
+        own = [gain for gain, _, cause in tried if cause.key == fit.causes[k].key]
+        if max(own, default=0.0) < required_gain(FormRemainder(weighing, others), fit.causes[k]):
+            fit = others
+    return fit
 
 
 def _settled(
@@ -204,8 +227,9 @@ def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
     """Nats that a further cause may save by the form remainder of earlier ones alone."""
     if cause.effect.name in WITNESSED or not remainder.fit.causes:
         return 0.0
+    shadow = SHADOW * max(remainder.fit.motion_nats, 0.0)
     share = LEAST_SHARE * min(remainder.overlap(cause), remainder.fit.motion_nats)
-    return min(share, remainder.saved_overlap(cause)) if share > NEXT_TO_NONE else share
+    return max(shadow, min(share, remainder.saved_overlap(cause)) if share > NEXT_TO_NONE else share)
 
 
 def _least_gain(cause: Cause) -> float:

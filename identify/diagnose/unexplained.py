@@ -17,10 +17,11 @@ from bridge.effects.effect import Act
 from identify.diagnose.candidates import companions, possible_forms
 from identify.diagnose.evidence import NormalEquations, equations_of, inverse
 from identify.diagnose.innovations import AxisInnovations
-from identify.diagnose.nominal import refitted
+from identify.diagnose.nominal import Nominal, refitted
 from identify.diagnose.regression import LEVELLED, delayed_thrust
 from identify.diagnose.rhythms import bursts, clusters
 from identify.diagnose.seas import SEAS
+from identify.diagnose.slow import slow_axes, slow_forces
 from identify.diagnose.weighing import Fitted, Weighing, weighing_of
 
 Array = NDArray[np.float64]
@@ -150,6 +151,8 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     found += _of_witnesses(weighing, fit.value, known)
     # An autopilot's filter corrects itself now and then, which looks like a burst.
     found += _bursts([axis for axis in axes if axis.dof not in weighing.now.filtered], course)
+    if not at_sea and slow_axes(weighing.now):
+        found += _slow(_without_remainder(weighing, fit).now if fit.causes else weighing.now)
     found.sort(key=lambda one: -one.gain)
     kept = found[:MOST]
     return Unexplained(
@@ -313,6 +316,15 @@ def _bursts(axes: list[_Axis], course: Course) -> list[_Weighed]:
     if size == 0:
         return []
     return [_Weighed(GenericForce(best.dof, "time", None, force / size, "intermittent"), best.gain, size)]
+
+
+def _slow(now: Nominal) -> Iterator[_Weighed]:
+    """What an axis's disturbance remembers for longer than a sea's."""
+    for one in slow_forces(now):
+        size = float(np.std(one.force))
+        if one.gain > LEAST_STEP and size > 0:
+            force = one.force / size
+            yield _Weighed(GenericForce(one.dof, "time", None, force, "drifting"), one.gain, size)
 
 
 def unit_forces(course: Course, dofs: list[int]) -> Iterator[Force]:

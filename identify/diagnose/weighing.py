@@ -246,6 +246,11 @@ class Weighing:
         """The same with the other forms of the fit's causes projected out as well."""
         return self._weighed_beside(fit, self.nuisance(fit))
 
+    def candidates_beyond_acts(self, fit: Fitted, acts: list[Act]) -> CandidateEquations:
+        """The same with further acts projected out as well."""
+        more = self.rows.columns(acts, self.now.course)
+        return self._weighed_beside(fit, np.hstack([self.nuisance(fit), more]))
+
     def nuisance(self, fit: Fitted) -> Array:
         """(rows, k): slopes and other forms of a fit's causes."""
         others = [self._columns.forms_of(cause) for cause in fit.causes]

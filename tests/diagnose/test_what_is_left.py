@@ -66,7 +66,7 @@ def test_water_that_moves_turns_the_hull_too(nominal):
     cause = Cause(waves(4.0), np.array([1.0, 0.5, -0.3, 0.8, 0.0, 0.0]))
     push = cause.act(course).wrench
     munk = course.nu[:, 0] * push[:, 1]
-    turning = columns_of(companions(course, cause), 5)
+    turning = columns_of(possible_forms(course, cause), 5)
     assert left_by(munk, turning) < 1e-9
     assert left_by(np.gradient(munk), turning) > 0.01
 

@@ -1,0 +1,209 @@
+"""A sentence of the grammar planted in a dive, as large as it was drawn to be, and unlike any known effect.
+
+How large: the drift over 5 s that the force causes, beyond what a refit of masses and dampings takes up, over the
+drift by noise alone of the same dive without it, as the diagnosis itself measures drift and floor
+(`identify/diagnose/drift.py`), in the degree of freedom where that is most.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.diagnosis.recorded import recorded_dive
+from bench.unknown.grammar import Sentence, drawn, force_of
+from bridge.effects.course import Course
+from bridge.effects.effect import Act, Effect
+from bridge.effects.environment import varying_current, waves
+from bridge.effects.library import library
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+from identify.challenge.case import Case, draw_case
+from identify.challenge.drawn_force import DEPTH, signal_of
+from identify.challenge.gap import missing_wrench, nominal_columns
+from identify.challenge.nearest import EACH_S, course_of
+from identify.challenge.simulate import Simulated
+from identify.challenge.site import Planted, Site
+from identify.diagnose.candidates import settings_of
+from identify.diagnose.diagnose import FIVE_S
+from identify.diagnose.drift import EVERY_S, HORIZONS_S, floors_of
+from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.simulation import Simulation, simulation_of
+
+Array = NDArray[np.float64]
+
+MULTIPLES = (1.5, 6.0)
+NEAR, ROUNDS = 0.1, 7
+"""A multiple is met to that share, in so many trials."""
+
+LEAST_LEFT = 0.2
+"""Share of a force's power that a refit has to leave: else it is a mass or a damping."""
+
+MOST_LIKE = 0.8
+"""Share of what is left that one known effect may hold: else it is that effect."""
+
+LEAST_SCALE = 1e-6
+SEAS_S = 200.0
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A case with one force of the grammar, what it is, its drift in floors, and how many were drawn before it."""
+
+    case: Case
+    sentence: Sentence
+    multiple: float
+    redrawn: int
+
+
+@dataclass(frozen=True)
+class _Still:
+    """A dive without the force: the nominal model along it, and the floors (6,) of its drift over 5 s."""
+
+    case: Case
+    simulated: Simulated
+    model: Simulation
+    floor: Array
+
+    def multiple(self, force: Array, time_s: Array, dofs: tuple[int, ...]) -> float:
+        """The drift of a force (n, 6) at times (n,), in floors."""
+        model = self.model
+        lacking = np.column_stack([np.interp(model.time_s, time_s, column) for column in force.T])
+        lacking[:, [dof for dof in range(6) if dof not in model.dofs]] = 0.0
+        every = round(EVERY_S / model.step_s)
+        steps = round(HORIZONS_S[FIVE_S] / model.step_s)
+        starts = np.arange(0, len(model.time_s) - steps - 1, every)
+        off = replace(model, lacking=lacking).off(starts, [steps], np.zeros_like(model.nu))[:, 0]
+        caused = np.sqrt(np.mean(off**2, axis=0)) / self.floor
+        return float(max((caused[dof] for dof in dofs if dof in model.dofs), default=np.nan))
+
+
+def unknown_of(seed: int) -> Unknown:
+    """The case of a seed: vehicle, mission and sensors of `draw_case`, and a force that no effect is."""
+    still = _without(draw_case(seed, name=f"unknown {seed}", kind="none"))
+    thrusters = len(still.case.vehicle.configuration.thrusters)
+    redrawn = 0
+    while True:
+        rng = np.random.default_rng([seed, 40, redrawn])
+        sentence = drawn(rng, thrusters)
+        found = _sized(still, sentence, float(rng.uniform(*MULTIPLES)))
+        if found is not None:
+            case, multiple = found
+            return Unknown(case, sentence, multiple, redrawn)
+        redrawn += 1
+
+
+def _without(case: Case) -> _Still:
+    _, simulated = case.simulated(0)
+    nominal = fitted_nominal(recorded_dive(case), case.file, case.configuration)
+    model = simulation_of(nominal, nominal.theta, nominal.motion.nu)
+    floors = floors_of(nominal, model, np.random.default_rng(case.seed))
+    return _Still(case, simulated, model, floors[FIVE_S])
+
+
+def _sized(still: _Still, sentence: Sentence, wanted: float) -> tuple[Case, float] | None:
+    """The case with a force of the size that makes the wanted drift; None where there is none, a refit takes it up, or
+    it is a known effect."""
+    typical = [typical_of(still.case, still.simulated, one.signal) for one in sentence.factors]
+    if any(scale < LEAST_SCALE for _, scale in typical):
+        return None
+    middle, scale = (np.array(part) for part in zip(*typical, strict=True)) if typical else (np.zeros(0),) * 2
+    size = 0.3 * still.case.vehicle.share
+    for _ in range(ROUNDS):
+        case = replace(still.case, planted=(planted(sentence, size, middle, scale),))
+        site, simulated = case.simulated(0)
+        if not np.isfinite(simulated.ticks.state).all():
+            return None
+        whole, left = left_of(site, simulated)
+        assert simulated.dive.pwm is not None
+        multiple = still.multiple(left, simulated.dive.pwm.time_s, sentence.dofs)
+        if not np.isfinite(multiple) or multiple <= 0:
+            return None
+        if abs(multiple / wanted - 1.0) < NEAR:
+            std = site.vehicle.disturbance
+            kept = np.sum((left / std) ** 2) / np.sum((whole / std) ** 2)
+            known = float(kept) < LEAST_LEFT or likeness(site, simulated, sentence.period_s) > MOST_LIKE
+            return None if known else (case, multiple)
+        size *= float(np.clip(wanted / multiple, 0.1, 10.0))
+    return None
+
+
+def planted(sentence: Sentence, size: float, middle: Array, scale: Array) -> Planted:
+    """The force at a size, in a dive of any length."""
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        force = force_of(sentence, site.time_s, middle, scale)
+        site.drawn = force._replace(size=size * force.size)
+
+    return Planted("drawn_force", {}, apply, size, novel=True)
+
+
+def typical_of(case: Case, simulated: Simulated, signal: int) -> tuple[float, float]:
+    """What a signal of a dive varies about (a depth its mean, all else zero), and its rms about that."""
+    ticks, vehicle = simulated.ticks, case.vehicle
+    asked = thrust_curve(vehicle.file.vehicle.thrust_curve, vehicle.file.path.parent).thrust(ticks.pwm)
+    thrust = ticks.nominal @ allocation_matrix(vehicle.configuration).T
+    values = np.array(
+        [
+            signal_of(signal, state, rate, wrench, pulse)
+            for state, rate, wrench, pulse in zip(
+                ticks.state[::5], ticks.nu_dot[::5], thrust[::5], asked[::5], strict=True
+            )
+        ]
+    )
+    middle = float(values.mean()) if signal == DEPTH else 0.0
+    return middle, float(np.sqrt(np.mean((values - middle) ** 2)))
+
+
+def left_of(site: Site, simulated: Simulated) -> tuple[Array, Array]:
+    """What is planted in a dive, and what a refit of masses and dampings leaves of it, (n, 6) each at the ticks."""
+    whole, std = missing_wrench(site, simulated), site.vehicle.disturbance
+    columns = nominal_columns(simulated.ticks.state[:, 7:13], simulated.ticks.nu_dot)
+    table = (columns / std[None, :, None]).reshape(-1, 12)
+    theta = np.linalg.lstsq(table, (whole / std).reshape(-1), rcond=None)[0]
+    return whole, whole - columns @ theta
+
+
+def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
+    """The largest share of the power of what a refit leaves that one known effect holds, each degree of freedom over
+    its disturbance. A reading's error counts by the force that the model takes it for. A force with a period is held
+    against seas of that period as well."""
+    course, std = course_of(site, simulated), site.vehicle.disturbance
+    every = max(round(EACH_S / course.step_s), 1)
+    effects: tuple[Effect, ...] = library(course.configuration, course.lag_s)
+    effects = tuple(one for one in effects if one.parameters and not one.refit_absorbs)
+    if 0 < period_s < SEAS_S:
+        effects += (waves(period_s), varying_current(period_s))
+    settings, acts = settings_of(effects, course)
+    table = np.column_stack([(_force(act, course)[::every] / std).reshape(-1) for act in acts])
+    nominal = nominal_columns(course.nu[::every], course.nu_dot[::every]) / std[None, :, None]
+    base = np.linalg.svd(nominal.reshape(-1, 12), full_matrices=False)[0]
+    assert simulated.dive.pwm is not None
+    at_s, missing = simulated.dive.pwm.time_s, missing_wrench(site, simulated) / std
+    whole = np.column_stack([np.interp(course.time_s[::every], at_s, column) for column in missing.T])
+    value = whole.reshape(-1) - base @ (base.T @ whole.reshape(-1))
+    table -= base @ (base.T @ table)
+    power = float(value @ value)
+    shares = [_share(table[:, list(one.columns)], value) / power for one in settings]
+    return max(shares)
+
+
+def _share(columns: Array, value: Array) -> float:
+    """The power of a value that columns hold."""
+    size = np.sqrt((columns**2).sum(axis=0))
+    able = columns[:, size > 0] / size[size > 0]
+    if not able.shape[1]:
+        return 0.0
+    fitted = able @ np.linalg.lstsq(able, value, rcond=1e-9)[0]
+    return float(fitted @ fitted)
+
+
+def _force(act: Act, course: Course) -> Array:
+    """(n, 6): an act's wrench, and what the model takes its wrong velocities for."""
+    out = np.zeros_like(course.nu)
+    if act.wrench is not None:
+        out += act.wrench
+    for part, place in ((act.velocity, slice(0, 3)), (act.gyro, slice(3, 6))):
+        if part is not None:
+            rate = np.gradient(part, course.step_s, axis=0)
+            out[:, place] += course.mass[place] * rate + course.damping[place] * part
+    return out

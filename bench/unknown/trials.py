@@ -1,0 +1,115 @@
+"""What the diagnosis says of drawn forces, and of as many dives with one effect of its library."""
+
+import time
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from bench.diagnosis.recorded import recorded_dive
+from bench.diagnosis.trials import effects_for
+from bench.remembered import Data, Job
+from bench.unknown.planted import unknown_of
+from bridge.errors import SeatrialError
+from bridge.vehicle.coefficients import DOFS
+from identify.challenge.case import Case, draw_case
+from identify.challenge.plants import ABSORBED, PLANTS
+from identify.diagnose.answer import plain
+from identify.diagnose.diagnose import diagnose
+
+KNOWN = tuple(name for name in PLANTS if name not in ABSORBED)
+"""The effects that a refit leaves to be seen."""
+
+LIKELY = 0.5
+"""Probability from which on a cause counts as told."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A dive with what was said of it: `refused` where no verdict was given. hidden: the effect's name, "" for a drawn
+    force, whose parts and degrees of freedom are given, and its drift in floors. told: the likely causes; where: the
+    degrees of freedom that the unexplained remainder is said to lie in."""
+
+    seed: int
+    hull: str
+    hidden: str
+    parts: dict[str, str]
+    dofs: tuple[str, ...]
+    multiple: float
+    verdict: str
+    told: tuple[str, ...]
+    where: tuple[str, ...]
+    seconds: float
+
+    @property
+    def right_axis(self) -> bool:
+        """Whether the remainder is said to lie where the force is."""
+        return bool({*self.dofs} & {*self.where})
+
+    @property
+    def called(self) -> bool:
+        """Whether the dive is said to hold what no cause explains: all of it, or a part where the force is."""
+        return self.verdict == "unknown" or (self.verdict == "partly" and self.right_axis)
+
+
+def unknown_jobs(first: int, count: int) -> dict[str, Job]:
+    """Of the drawn forces of so many seeds."""
+    return {f"drawn {seed}": partial(unknown_job, seed) for seed in range(first, first + count)}
+
+
+def known_jobs(first: int, count: int) -> dict[str, Job]:
+    """Of so many dives with an effect each, all effects in turn."""
+    return {f"known {first + i}": partial(known_job, first + i, KNOWN[i % len(KNOWN)]) for i in range(count)}
+
+
+def unknown_job(seed: int) -> Data:
+    """A drawn force diagnosed."""
+    one = unknown_of(seed)
+    sentence = one.sentence
+    parts = {
+        "goes with": sentence.goes_with,
+        "parity": sentence.parity,
+        "memory": sentence.memory,
+        "timing": sentence.timing,
+        "rhythm": sentence.rhythm,
+    }
+    dofs = [DOFS[dof] for dof in sentence.dofs]
+    return _diagnosed(one.case) | {"parts": parts, "dofs": dofs, "multiple": one.multiple}
+
+
+def known_job(seed: int, name: str) -> Data:
+    """One effect of the library, in another form than the library's, diagnosed."""
+    return _diagnosed(draw_case(seed, kind="one", names=(name,))) | {"hidden": name}
+
+
+def _diagnosed(case: Case) -> Data:
+    dive, answer, began = recorded_dive(case), None, time.process_time()
+    try:
+        answer = plain(
+            diagnose(dive, case.file, case.configuration, effects=effects_for(case), progress=_silent)
+        )
+    except SeatrialError as error:
+        answer = {"verdict": "refused", "effects": [], "character": None, "why": str(error)}
+    seconds = time.process_time() - began
+    return {"seed": case.seed, "hull": case.configuration, "answer": answer, "seconds": seconds}
+
+
+def judged(data: Data) -> Judged:
+    """From its JSON."""
+    answer: dict[str, Any] = data["answer"]
+    told = [one["name"] for one in answer["effects"] if (one["probability"] or 0.0) >= LIKELY]
+    return Judged(
+        data["seed"],
+        data["hull"],
+        data.get("hidden", ""),
+        data.get("parts", {}),
+        tuple(data.get("dofs", ())),
+        data.get("multiple", 0.0),
+        answer["verdict"],
+        tuple(told),
+        tuple((answer["character"] or {}).get("dof", ())),
+        data["seconds"],
+    )
+
+
+def _silent(_share: float, _words: str) -> None:
+    """Nobody watches."""

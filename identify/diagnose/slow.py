@@ -1,0 +1,63 @@
+"""Slow forces that the disturbance took up: one that remembers for longer than a sea does is a force of the vehicle.
+
+A disturbance of free memory follows any force that changes slowly, and its filter's innovations are then as white as
+without it. So each axis's filter is held against one whose disturbance forgets as a sea does, all else fitted anew.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.diagnose.nominal import NEARLY, Nominal
+from identify.estimators.likelihood_axis import TIME_CONSTANT, AxisLikelihood
+from identify.estimators.scoring import climb
+
+Array = NDArray[np.float64]
+
+LONGEST_S = 6.0
+"""How long a sea's disturbance remembers at most: four times what is usual."""
+
+HELD = 1e6
+"""Precision of a logarithm that is held."""
+
+
+@dataclass(frozen=True)
+class Slow:
+    """A slow force (n,), N or N m, along a dive's course, in one degree of freedom; gain: nats that it saves."""
+
+    dof: int
+    force: Array
+    gain: float
+
+
+def slow_axes(now: Nominal) -> tuple[int, ...]:
+    """The degrees of freedom whose disturbance remembers for longer than a sea's; an autopilot's filter holds that."""
+    return tuple(
+        problem.axis.dof
+        for problem, place in zip(now.joint.problems, now.joint.places, strict=True)
+        if problem.axis.dof not in (*now.filtered, *now.doubted)
+        and now.theta[place][TIME_CONSTANT] > np.log(LONGEST_S)
+    )
+
+
+def slow_forces(now: Nominal) -> tuple[Slow, ...]:
+    """What the disturbance of each of these holds."""
+    dofs = slow_axes(now)
+    pairs = zip(now.joint.at(now.theta), now.joint.places, strict=True)
+    return tuple(_slow(one, now.theta[place], now) for one, place in pairs if one.axis.dof in dofs)
+
+
+def _slow(problem: AxisLikelihood, theta: Array, now: Nominal) -> Slow:
+    free = climb(problem, theta, NEARLY).theta
+    mean, precision, start = problem.prior_mean.copy(), problem.prior_precision.copy(), theta.copy()
+    mean[TIME_CONSTANT] = start[TIME_CONSTANT] = np.log(LONGEST_S)
+    precision[TIME_CONSTANT] = HELD
+    held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY).theta
+    force = np.interp(now.course.time_s, problem.axis.time_s, problem.means(free)[:, 2])
+    return Slow(problem.axis.dof, force, _log_likelihood(problem, free) - _log_likelihood(problem, held))
+
+
+def _log_likelihood(problem: AxisLikelihood, theta: Array) -> float:
+    error, variance = problem.innovations(theta)
+    return -0.5 * float(np.sum(np.log(variance) + error**2 / variance))

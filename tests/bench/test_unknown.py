@@ -1,0 +1,161 @@
+"""Unknown forces: what the grammar draws, how large it is planted, what counts as known, and what the page tells."""
+
+import math
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.unknown import section, tables
+from bench.unknown.grammar import MEMORIES, TIMINGS, Factor, Sentence, drawn, force_of, when
+from bench.unknown.planted import MULTIPLES, NEAR, likeness, planted, unknown_of
+from bench.unknown.seeds import COUNT, DRAWN, KNOWN, SHORT_COUNT, SHORT_DRAWN, SHORT_KNOWN
+from bench.unknown.trials import Judged, judged
+from identify.challenge.case import draw_case
+from identify.challenge.drawn_force import THRUST, VELOCITY
+
+TIME_S = np.arange(0.0, 300.0, 0.1)
+PLAIN = Sentence((0,), (1.0,), (), "none", 1.0, "steady", 0.0, 1.0, 0.0, 0.0, 7)
+
+
+def test_a_seed_draws_one_force_and_the_next_another() -> None:
+    one, same, other = (drawn(np.random.default_rng(seed), 8) for seed in (3, 3, 4))
+    assert one == same != other
+
+
+def test_every_word_of_the_grammar_is_drawn() -> None:
+    many = [drawn(np.random.default_rng(seed), 8) for seed in range(600)]
+    assert {one.memory for one in many} == set(MEMORIES)
+    assert {one.timing for one in many} == set(TIMINGS)
+    assert {one.rhythm for one in many} == {"none", "a period"}
+    assert {one.parity for one in many} == {"odd", "even", "neither"}
+    assert {dof for one in many for dof in one.dofs} == set(range(6))
+    assert {len(one.dofs) for one in many} == {1, 2}
+    sorts = Counter(one.goes_with for one in many)
+    assert set(sorts) == {
+        "velocity", "acceleration", "thrust", "pulse", "attitude", "depth", "two of these", "time alone",
+    }  # fmt: skip
+    assert min(sorts.values()) > 20
+    assert {factor.axis for one in many for factor in one.factors if factor.sort == "pulse"} == set(range(8))
+
+
+def test_a_product_of_two_odd_factors_is_even() -> None:
+    odd, even = Factor("velocity", 0, False, 1.0), Factor("depth", 0, True, 1.0)
+    parities = [
+        replace(PLAIN, factors=factors).parity
+        for factors in ((odd,), (even,), (odd, odd), (odd, even), (even, even))
+    ]
+    assert parities == ["odd", "even", "even", "odd", "even"]
+
+
+def test_a_steady_force_is_always_there() -> None:
+    assert (when(PLAIN, TIME_S) == 1.0).all()
+
+
+def test_a_force_from_a_time_on_comes_and_stays() -> None:
+    there = when(replace(PLAIN, timing="from a time on", begin=0.5), TIME_S)
+    assert not there[TIME_S < 149.9].any()
+    assert (there[TIME_S > 151.1] == 1.0).all()
+
+
+def test_a_force_for_a_while_comes_and_goes() -> None:
+    there = when(replace(PLAIN, timing="for a while", begin=0.5, end=0.75), TIME_S)
+    assert not there[(TIME_S < 149.9) | (TIME_S > 225.0)].any()
+    assert (there[(TIME_S > 151.1) & (TIME_S < 223.8)] == 1.0).all()
+
+
+def test_a_rhythm_has_its_period() -> None:
+    there = when(replace(PLAIN, period_s=12.0, phase=0.4), TIME_S)
+    assert there == pytest.approx(np.sin(2 * math.pi * TIME_S / 12.0 + 0.4), abs=1e-9)
+
+
+def test_bursts_are_short_and_those_of_time_alone_go_both_ways() -> None:
+    alone = when(replace(PLAIN, timing="bursts"), TIME_S)
+    beside = when(replace(PLAIN, timing="bursts", factors=(Factor("depth", 0, True, 1.0),)), TIME_S)
+    assert 0.02 < np.mean(alone != 0) < 0.5
+    assert alone.min() < -0.9
+    assert alone.max() > 0.9
+    assert beside.min() == 0.0
+
+
+def test_a_slow_drift_is_a_random_walk_of_its_own_seed() -> None:
+    walk = replace(PLAIN, timing="slow drift")
+    there = when(walk, TIME_S)
+    steps = np.diff(there)
+    assert np.sqrt(np.mean(there**2)) == pytest.approx(1.0)
+    assert abs(np.corrcoef(steps[1:], steps[:-1])[0, 1]) < 0.1
+    assert (when(walk, TIME_S) == there).all()
+    assert not np.allclose(when(replace(walk, seed=8), TIME_S), there)
+
+
+def test_a_sentence_becomes_the_force_that_it_says() -> None:
+    factors = (Factor("velocity", 1, True, 2.0), Factor("thrust", 5, False, 0.5))
+    said = replace(PLAIN, dofs=(1, 5), gains=(0.8, -0.1), factors=factors, memory="delay", remembered=0.9)
+    force = force_of(said, TIME_S, np.array([0.0, 0.0]), np.array([0.2, 3.0]))
+    assert force.size.tolist() == [0.0, 0.8, 0.0, 0.0, 0.0, -0.1]
+    assert force.signal.tolist() == [VELOCITY + 1, THRUST + 5]
+    assert (force.even.tolist(), force.power.tolist()) == ([1, 0], [2.0, 0.5])
+    assert (force.scale.tolist(), force.memory_s) == ([0.2, 3.0], 0.9)
+
+
+def test_a_drawn_square_of_the_speed_is_known_as_drag_and_one_late_by_far_is_not() -> None:
+    case = draw_case(391_003, kind="none", seconds=300.0)
+    square = replace(PLAIN, gains=(-1.0,), factors=(Factor("velocity", 0, False, 2.0),))
+    found = []
+    for said in (square, replace(square, memory="delay", remembered=3.0)):
+        force = planted(said, 3.0 * case.vehicle.share, np.zeros(1), np.full(1, 0.2))
+        found.append(likeness(*replace(case, planted=(force,)).simulated(0), 0.0))
+    assert found[0] > 0.95
+    assert found[1] < 0.8
+
+
+def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same() -> None:
+    one, again = unknown_of(SHORT_DRAWN + 2), unknown_of(SHORT_DRAWN + 2)
+    assert (1 - NEAR) * MULTIPLES[0] < one.multiple < (1 + NEAR) * MULTIPLES[1]
+    assert (one.sentence, one.multiple, one.redrawn) == (again.sentence, again.multiple, again.redrawn)
+    dives = [found.case.simulated(0)[1].ticks.state for found in (one, again)]
+    assert (dives[0] == dives[1]).all()
+
+
+def test_no_seed_is_drawn_twice_and_the_short_form_has_those_of_development() -> None:
+    full = {*range(DRAWN, DRAWN + COUNT), *range(KNOWN, KNOWN + COUNT)}
+    short = {*range(SHORT_DRAWN, SHORT_DRAWN + SHORT_COUNT), *range(SHORT_KNOWN, SHORT_KNOWN + SHORT_COUNT)}
+    assert len(full) == 2 * COUNT == 600
+    assert all(300_000 <= seed < 400_000 for seed in short)
+    assert min(full) >= 500_000
+
+
+def dive(verdict: str, *told: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
+    parts = {} if hidden else {"memory": "lag", "timing": "bursts"}
+    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, told, where, 5.0)
+
+
+def test_partly_counts_as_unknown_only_where_the_force_is() -> None:
+    assert dive("unknown", where=("yaw",)).called
+    assert dive("partly", "waves", where=("surge", "yaw")).called
+    assert not dive("partly", "waves", where=("yaw",)).called
+    assert not dive("explained", "waves", where=("surge",)).called
+    assert not dive("no_gap").called
+
+
+def test_an_answer_is_judged_by_its_likely_causes_and_where_its_remainder_is() -> None:
+    effects = [{"name": "waves", "probability": 0.9}, {"name": "tether", "probability": 0.3}]
+    answer = {"verdict": "partly", "effects": effects, "character": {"dof": ["sway"]}}
+    found = judged(
+        {"seed": 4, "hull": "observer", "answer": answer, "seconds": 2.0, "dofs": ["sway"], "multiple": 2.0}
+    )
+    assert (found.told, found.where, found.called) == (("waves",), ("sway",), True)
+
+
+def test_the_page_tells_goals_parts_and_what_was_named_instead() -> None:
+    drawn_ones = [dive("unknown", where=("surge",))] * 8 + [dive("explained", "waves"), dive("no_gap")]
+    known = [dive("explained", "waves", hidden="waves")] * 49 + [dive("unknown", hidden="tether")]
+    page = section.page(drawn_ones, known)
+    assert "| unknown called so: 85 % | 80.0 % (49.0 to 94.3), 8 of 10 | **missed** |" in page
+    assert "| known called unknown: 2 % | 2.0 % (0.4 to 10.5), 1 of 50 | met |" in page
+    assert "| memory | lag | 10 | 80 % | 1 | 1 |" in page
+    assert "| drift | 2.5 to 4 floors | 10 | 80 % | 1 | 1 |" in page
+    assert "Known causes told instead of an unknown one: `waves` (1)." in page
+    assert "Known effects called unknown: `tether` (1)." in page
+    assert tables.mistaken(known[:5]) == ["Known effects called unknown: none."]

@@ -1,0 +1,54 @@
+"""A slow force is told as one, though the fitted disturbance follows it; a sea's own disturbance is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from identify.challenge.case import Case, dive_of, draw_case
+from identify.challenge.site import Planted, Site
+from identify.diagnose.nominal import Nominal
+from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.slow import slow_axes, slow_forces
+from identify.diagnose.unexplained import UNKNOWN_NATS, unexplained_of
+from identify.diagnose.weighing import weighing_of
+
+Array = NDArray[np.float64]
+PERIOD_S = 90.0
+
+
+def pushed(time_s: Array, vehicle_nm: float) -> Array:
+    """Slow, with no period and no end: two turns that never come back in step."""
+    return vehicle_nm * (np.sin(2 * np.pi * time_s / PERIOD_S) + np.sin(2.7 * np.pi * time_s / PERIOD_S))
+
+
+def fitted(case: Case) -> Nominal:
+    return fitted_nominal(dive_of(case), case.file, case.configuration)
+
+
+@pytest.fixture(scope="module")
+def quiet() -> Case:
+    return draw_case(391_518, kind="none", seconds=300.0)
+
+
+def test_the_disturbance_of_a_sea_is_not_slow(quiet: Case) -> None:
+    assert all(one.gain < UNKNOWN_NATS for one in slow_forces(fitted(quiet)))
+
+
+def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_course(quiet: Case) -> None:
+    size = 2.0 * float(quiet.vehicle.disturbance[5])
+
+    def apply(site: Site, _: np.random.Generator) -> None:
+        site.push[:, 5] += pushed(site.time_s, size)
+
+    now = fitted(replace(quiet, planted=(Planted("push", {}, apply, 1.0, novel=True),)))
+    assert slow_axes(now) == (5,)
+    (found,) = slow_forces(now)
+    true = pushed(now.course.time_s, size)
+    assert found.gain > 2 * UNKNOWN_NATS
+    assert np.corrcoef(found.force, true)[0, 1] > 0.8
+    assert np.std(found.force) == pytest.approx(np.std(true), rel=0.3)
+    left = unexplained_of(weighing_of(now, ()), weighing_of(now, ()).fitted(()))
+    told = [(shape.dof, shape.timing) for shape in left.shapes]
+    assert (5, "drifting") in told
