@@ -37,7 +37,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
     found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
     found = with_identifiability(found)
     totals = found.parameters[:12]
-    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]))
+    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]), *found.parameters[18:])
     return replace(found, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, found.doubts)))
 
 

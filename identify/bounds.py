@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bridge.vehicle.coefficients import BY_NAME, Coefficient
+from bridge.vehicle.coefficients import OF_HULL, Coefficient
 from bridge.vehicle.config import Configuration
 from identify.identification import Z95, Doubt, Estimate, Identification, Outcome
 
@@ -29,14 +29,14 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
     """
     parameters, doubts = [], list(found.doubts)
     for one in found.parameters:
-        held, doubt = _held(one, configuration) if one.name in BY_NAME else (one, None)
+        held, doubt = _held(one, configuration) if one.name in OF_HULL else (one, None)
         parameters.append(held)
         doubts += [] if doubt is None else [doubt]
     return replace(found, parameters=tuple(parameters), doubts=tuple(doubts))
 
 
 def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt | None]:
-    coefficient = BY_NAME[one.name]
+    coefficient = OF_HULL[one.name]
     rigid, rigid_std = configuration.rigid_body(coefficient.dof)
     if not math.isfinite(one.value):
         return one, None

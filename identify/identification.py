@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
 
@@ -217,7 +217,7 @@ class Identification:
 
     def values(self) -> dict[str, float]:
         """The identifiable coefficients (not the derived added mass) by name."""
-        return {p.name: p.value for p in self.parameters if p.identifiable and p.name in BY_NAME}
+        return {p.name: p.value for p in self.parameters if p.identifiable and p.name in OF_HULL}
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -263,7 +263,7 @@ def worst(outcomes: Iterable[Outcome]) -> Outcome:
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:
     """An Estimate of a coefficient of the list, with its symbol and unit."""
-    coefficient = BY_NAME[name]
+    coefficient = OF_HULL[name]
     return Estimate(name, coefficient.symbol, coefficient.unit, value, std, low, high, not reason, reason)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from bridge.errors import ParamRejected
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params import float32
 
 
@@ -24,7 +24,7 @@ def parameters_from_identification(
     for estimate in estimates:
         if not isinstance(estimate, dict):
             raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
-        coefficient = BY_NAME.get(str(estimate.get("name")))
+        coefficient = OF_HULL.get(str(estimate.get("name")))
         if coefficient is None or (names is not None and coefficient.name not in names):
             continue
         if estimate.get("identifiable") is not True:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted, timing_of
@@ -89,7 +89,12 @@ def estimate(
     totals = tuple(
         _one(c, row, joint, let_in, missing, built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, let_in)
+    squared = tuple(
+        _one(c, row, joint, let_in, missing, built, spoilt)
+        for row, c in enumerate(QUADRATICS, start=len(totals))
+        if shape.damping != "linear"
+    )
+    names, covariance = _covariance((*totals, *squared), joint, let_in)
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
     told = (
         *strange_doubts(built.strange),
@@ -103,7 +108,7 @@ def estimate(
     return Identification(
         "likelihood",
         outcome_of(totals, told),
-        (*totals, *(added_mass(total, shape) for total in totals[:6])),
+        (*totals, *(added_mass(total, shape) for total in totals[:6]), *squared),
         configuration,
         dive.name,
         dive.sha256,
@@ -149,6 +154,8 @@ def _one(
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
+    if not np.isfinite(joint.log_value[row]):
+        return as_estimate(name, nan, nan, nan, nan, _absent(of, built))
     value, own_std = float(np.exp(joint.log_value[row])), float(np.sqrt(joint.covariance[row, row]))
     std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, joint.stretch[row])
     reason, widest = "", max(below, above) / Z95
@@ -158,6 +165,13 @@ def _one(
         reason = spoilt[row].found if row in spoilt else f"{told}{why}"
     low, high = value * np.exp(-below), value * np.exp(above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
+
+
+def _absent(of: Coefficient, built: Axes) -> str:
+    """Why the model of an axis that was fitted has no such coefficient."""
+    if of.kind == "quadratic":
+        return f"{built.unpushed[of.dof]}, and the little motion there tells no drag by its square"
+    return "the vehicle file's damping is quadratic: its hull has no linear damping"
 
 
 def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
@@ -188,7 +202,7 @@ def _covariance(
     totals: tuple[Estimate, ...], joint: JointFit, let_in: Admitted
 ) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
-    kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
+    kept = [i for i in range(len(totals)) if np.isfinite(joint.log_value[i])]
     relative = (joint.covariance + let_in.covariance)[np.ix_(kept, kept)]
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
@@ -197,12 +211,14 @@ def _covariance(
 def _information(joint: JointFit, unknown: Collection[int]) -> Information:
     """What the dive tells of mass, damping and trim of all axes, all else projected out.
 
-    So are the masses of the `unknown` degrees of freedom: another dive like this one would not tell them either.
+    So are the masses of the `unknown` degrees of freedom, for another dive like this one would not tell them either,
+    and the linear dampings of a hull that has none.
     """
     of = [name for dof in joint.fits for name in (MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim")]
     scale = np.array([size for fit in joint.fits.values() for size in (1.0, 1.0, _usual_force(fit))])
     matrix = joint.information * np.outer(scale, scale)
-    dropped = np.isin(of, [MASSES[dof].name for dof in unknown])
+    absent = [DAMPINGS[dof].name for dof in joint.fits if not np.isfinite(joint.log_value[6 + dof])]
+    dropped = np.isin(of, [*(MASSES[dof].name for dof in unknown), *absent])
     if not dropped.any():
         return Information(tuple(of), matrix)
     kept, out = np.flatnonzero(~dropped), np.flatnonzero(dropped)
