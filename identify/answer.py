@@ -9,6 +9,7 @@ from identify.bounds import with_bounds
 from identify.dates import utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
+from identify.drag_force import with_drag_forces
 from identify.fed_velocity import stamp_doubts
 from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, unchecked
 from identify.identifiability import with_identifiability
@@ -35,7 +36,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         found = without_masses(found, feedback_doubts(dive, vehicle.water))
     found = with_bounds(found, shape)
     found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
-    found = with_identifiability(found)
+    found = with_identifiability(with_drag_forces(found))
     totals = found.parameters[:12]
     whole = (*totals, *(added_mass(total, shape) for total in totals[:6]), *found.parameters[18:])
     return replace(found, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, found.doubts)))

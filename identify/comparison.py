@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from bridge.vehicle.coefficients import OF_HULL, DOFS
+from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Prior
 from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, worst
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import OF_HULL, DOFS
+from bridge.vehicle.coefficients import DOFS, OF_HULL
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Estimate,

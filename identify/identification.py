@@ -126,6 +126,30 @@ class ThrustScale:
 
 
 @dataclass(frozen=True)
+class DragForce:
+    """What the dampings named `linear` and `quadratic` of an axis come to at `speed` (m/s or rad/s), the usual one of
+    the dive: `force` (N or N m), its standard error and 95 % interval, and the correlation of the two."""
+
+    axis: str
+    linear: str
+    quadratic: str
+    speed: float
+    force: float
+    std: float
+    low95: float
+    high95: float
+    correlation: float
+
+    @property
+    def relative_std(self) -> float:
+        """Standard error over force."""
+        return self.std / self.force if self.force > 0 else math.inf
+
+    def to_json(self) -> dict[str, Any]:
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
 class Estimate:
     """One parameter: `value`, `std` and the 95 % interval in `unit`; NaN value where nothing can be said.
 
@@ -182,6 +206,8 @@ class Identification:
     dive, empty where nothing tells it.
     `prior_dives` marks the earlier dives that the priors in it came from; `dive_sha256` and `dive_opening` are what
     this dive is known by.
+    `usual_speeds`: the root mean square of speed or rate of turn (m/s, rad/s) of each axis that was fitted, by name;
+    `drag_forces`, from these, where quadratic damping was fitted beside linear.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """
@@ -211,6 +237,8 @@ class Identification:
     weighed_by_others: tuple[str, ...] | None = None
     prior_dives: tuple[str, ...] = ()
     dive_opening: str = ""
+    usual_speeds: dict[str, float] = field(default_factory=dict)
+    drag_forces: tuple[DragForce, ...] = ()
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -243,6 +271,7 @@ class Identification:
             "thrust_scale": None if self.thrust_scale is None else self.thrust_scale.to_json(),
             "doubts": [doubt.to_json() for doubt in self.doubts],
             "prior_dives": list(self.prior_dives),
+            "drag_forces": [force.to_json() for force in self.drag_forces],
             "nuisance": self.nuisance,
             "notes": list(self.notes),
             "wall_s": self.wall_s,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.vehicle.coefficients import OF_HULL
-from identify.estimators.doubts import Doubts, by_drag, coefficients
+from identify.estimators.doubts import Doubts, coefficients, lacking_drag
 from identify.estimators.lateness import LATER_S, by_lateness
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.multiplier import Force, Wider, with_forces
@@ -73,7 +73,7 @@ def timing_of(doubts: Mapping[int, Doubts]) -> Array:
 def admitted(
     joint: JointLikelihood, theta: Array, lacking: Collection[int], late: Collection[int], timing: Array
 ) -> Admitted:
-    """All axes fitted again from theta with the forces that are missing: a quadratic drag in the degrees of freedom
+    """All axes fitted again from theta with the forces that are missing: a drag in the degrees of freedom
     that are `lacking` it, thrust at another time in those that are `late`.
 
     All together, because a mass also weighs in the Coriolis forces of other axes, and with noise levels of their own.
@@ -108,10 +108,10 @@ def admitted(
 
 
 def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
-    """The quadratic drags at theta's speeds."""
+    """The drags at theta's speeds."""
     own = zip(joint.at(theta), joint.places, strict=True)
     return [
-        Force(problem.axis.dof, by_drag(problem.speed(theta[place])))
+        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
         for problem, place in own
         if problem.axis.dof in lacking
     ]

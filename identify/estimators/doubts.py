@@ -23,7 +23,7 @@ DEAF_NOISE = 1e6
 class Doubts:
     """What speaks against the fit of one axis.
 
-    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2. late: of seconds by which forces act later than they are
+    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2, or of a linear one where the model is quadratic. late: of seconds by which forces act later than they are
     taken to. Their leanings (18,) are of the logarithms of all coefficients, in the order of `OF_HULL`, 0 for those not fitted.
     """
 
@@ -46,7 +46,7 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
     forces = []
     for problem, place in zip(joint.at(theta), joint.places, strict=True):
         forces += [
-            Force(problem.axis.dof, by_drag(simulated_speed(problem, theta[place]))),
+            Force(problem.axis.dof, lacking_drag(problem, simulated_speed(problem, theta[place]))),
             Force(problem.axis.dof, by_lateness(problem.axis.force, 0.5 * problem.axis.step_s)),
         ]
     rows, where = coefficients(joint)
@@ -58,8 +58,8 @@ def doubts_of(joint: JointLikelihood, theta: Array) -> dict[int, Doubts]:
 
 
 def _undragged(drag: Tested, problem: AxisLikelihood) -> Tested:
-    """A model that has a quadratic damping lacks none."""
-    return drag if problem.damped == "linear" else replace(drag, score=0.0, size=0.0)
+    """A model that has both dampings lacks none."""
+    return replace(drag, score=0.0, size=0.0) if problem.damped == "both" else drag
 
 
 def _untimed(late: Tested, problem: AxisLikelihood) -> Tested:
@@ -72,7 +72,9 @@ def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
     axes = list(zip(joint.problems, joint.places, strict=True))
     linear = [(6 + one.axis.dof, place.start + DAMPING) for one, place in axes if one.damped != "quadratic"]
     squared = [
-        (12 + one.axis.dof, place.start + one.quadratic_place) for one, place in axes if one.damped != "linear"
+        (12 + one.axis.dof, place.start + one.quadratic_place)
+        for one, place in axes
+        if one.damped != "linear"
     ]
     masses = zip([one.axis.dof for one in joint.problems], joint.mass_places, strict=True)
     rows, where = zip(*masses, *linear, *squared, strict=True)
@@ -88,6 +90,11 @@ def _of_all(one: Tested, rows: Sequence[int], where: Sequence[int]) -> Tested:
 def by_drag(speed: Array) -> Array:
     """The force (n,) of a quadratic damping of one at these speeds."""
     return np.asarray(-speed * np.abs(speed))
+
+
+def lacking_drag(problem: AxisLikelihood, speed: Array) -> Array:
+    """The force (n,) at these speeds of a unit of the damping that the model lacks."""
+    return -speed if problem.damped == "quadratic" else by_drag(speed)
 
 
 def simulated_speed(problem: AxisLikelihood, theta: Array) -> Array:

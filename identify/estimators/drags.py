@@ -76,18 +76,21 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> Told:
     middle[at] = np.log(mean[at])
     half = {place: Z95 * float(np.sqrt(relative[place, place])) for place in at}
     stretch = {
-        place: (float(np.log(mean[place] / low)) / half[place], float(np.log(high / mean[place])) / half[place])
+        place: (
+            float(np.log(mean[place] / low)) / half[place],
+            float(np.log(high / mean[place])) / half[place],
+        )
         for place, (low, high) in ends.items()
     }
     return Told(middle, relative, stretch)
 
 
 def _interval(middle: float, std: float) -> tuple[float, float]:
-    """Of a normal distribution without its negative part: what 2.5 % of it are below, and above."""
+    """Of a normal distribution without its negative part, 95 %: from 0 where none at all may as well be."""
     # By logarithms: far out on the other side what is left would be rounded away.
     left = float(log_ndtr(middle / std))
     low, high = (middle - std * float(ndtri_exp(left + np.log(share))) for share in (0.975, 0.025))
-    return max(low, 1e-6 * std), high
+    return (0.0 if middle < Z95 * std else low), high
 
 
 def _without_negative(mean: Array, covariance: Array, place: int) -> tuple[Array, Array]:

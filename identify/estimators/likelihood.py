@@ -85,7 +85,7 @@ def estimate(
     late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
     let_in = admitted(joint.joint, joint.theta, lacking, late, timing_of(doubts))
     progress(1.0, "done")
-    missing = missing_forces(tuple(lacking), tuple(late))
+    missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
     totals = tuple(
         _one(c, row, joint, let_in, missing, built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
@@ -101,7 +101,7 @@ def estimate(
         *crossed_doubts(crossed(joint.joint, joint.theta)),
         *unseen_doubts(built),
         *late_doubts(late, built.pushed),
-        *drag_doubts(lacking),
+        *drag_doubts(lacking, shape.damping),
         *_doubts(fits, joint.stopped_at),
         *by_others,
     )
@@ -126,6 +126,7 @@ def estimate(
         told,
         rest_on_righting=built.rest_on_righting,
         weighed_by_others=tuple(MASSES[dof].name for dof in spoilt),
+        usual_speeds={DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
     )
 
 
@@ -163,6 +164,8 @@ def _one(
         told = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
         why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
         reason = spoilt[row].found if row in spoilt else f"{told}{why}"
+    if np.isinf(below):
+        reason = f"the dive can't tell {name} from none: it is below {value * np.exp(above):.3g} {of.unit}"
     low, high = value * np.exp(-below), value * np.exp(above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
 
@@ -231,6 +234,12 @@ def _usual_force(fit: AxisFit) -> float:
     """Root mean square of the force that drove an axis, over steps in which a mean force means something."""
     axis = fit.problem.axis
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
+
+
+def _usual_speed(fit: AxisFit) -> float:
+    """Root mean square of an axis's speed or rate of turn over time."""
+    axis = fit.problem.axis
+    return float(np.sqrt(np.average(axis.speed**2, weights=axis.step_s)))
 
 
 def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:

@@ -155,7 +155,9 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
     log_value[rows] = (known.middle + shift)[where]
     covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[np.ix_(where, where)]
     stretch = np.ones((ROWS, 2))
-    starts = {problem.axis.dof: place.start for problem, place in zip(joint.problems, joint.places, strict=True)}
+    starts = {
+        problem.axis.dof: place.start for problem, place in zip(joint.problems, joint.places, strict=True)
+    }
     for row, at in zip(rows, where, strict=True):
         dof = row % 6
         if at in known.stretch:

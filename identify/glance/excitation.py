@@ -20,7 +20,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Array, Dive, Signal
 from identify.estimators.admitted import timing_of
 from identify.estimators.autopilot_velocity import lasting_axes
-from identify.estimators.doubts import by_drag, coefficients, doubts_of
+from identify.estimators.doubts import coefficients, doubts_of, lacking_drag
 from identify.estimators.lasting import common_s
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_fit import Begun, rough_fit
@@ -131,7 +131,7 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
     joint, theta = begun.joint, begun.maximum.theta
     doubts = doubts_of(joint, theta)
     lacking = [
-        Force(problem.axis.dof, by_drag(problem.speed(theta[place])))
+        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
         for problem, place in zip(joint.at(theta), joint.places, strict=True)
         if doubts[problem.axis.dof].lacks_drag
     ]
