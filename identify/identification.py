@@ -126,6 +126,29 @@ class ThrustScale:
 
 
 @dataclass(frozen=True)
+class ThrustDelay:
+    """By how many seconds later all thrust acts than the vehicle file says, with the 95 % interval; what the file says
+    of its delay, `in_file_s`, not counted."""
+
+    later_s: float
+    low95_s: float
+    high95_s: float
+    in_file_s: float
+
+    @property
+    def delay_s(self) -> float:
+        """What to write into the vehicle file."""
+        return self.in_file_s + self.later_s
+
+    @property
+    def std_s(self) -> float:
+        return (self.high95_s - self.low95_s) / (2.0 * Z95)
+
+    def to_json(self) -> dict[str, Any]:
+        return {**vars(self), "delay_s": self.delay_s}
+
+
+@dataclass(frozen=True)
 class DragForce:
     """What the dampings named `linear` and `quadratic` of an axis come to at `speed` (m/s or rad/s), the usual one of
     the dive: `force` (N or N m), its standard error and 95 % interval, and the correlation of the two."""
@@ -208,6 +231,7 @@ class Identification:
     this dive is known by.
     `usual_speeds`: the root mean square of speed or rate of turn (m/s, rad/s) of each axis that was fitted, by name;
     `drag_forces`, from these, where quadratic damping was fitted beside linear.
+    `thrust_delay`: where thrust acts later than the vehicle file says; all values are those with it.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """
@@ -239,6 +263,7 @@ class Identification:
     dive_opening: str = ""
     usual_speeds: dict[str, float] = field(default_factory=dict)
     drag_forces: tuple[DragForce, ...] = ()
+    thrust_delay: ThrustDelay | None = None
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
@@ -272,6 +297,7 @@ class Identification:
             "doubts": [doubt.to_json() for doubt in self.doubts],
             "prior_dives": list(self.prior_dives),
             "drag_forces": [force.to_json() for force in self.drag_forces],
+            "thrust_delay": None if self.thrust_delay is None else self.thrust_delay.to_json(),
             "nuisance": self.nuisance,
             "notes": list(self.notes),
             "wall_s": self.wall_s,

@@ -9,6 +9,7 @@ from the Fisher information.
 
 import time
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
 from identify.estimators.crossed import crossed, crossed_doubts
+from identify.estimators.delay import with_delay
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
@@ -30,6 +32,7 @@ from identify.estimators.likelihood_axis import (
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
 from identify.estimators.said import (
+    delay_doubt,
     drag_doubts,
     late_doubts,
     lateness_note,
@@ -41,6 +44,7 @@ from identify.estimators.said import (
 )
 from identify.estimators.unseen import unseen_doubts
 from identify.feedback import Unrecorded, unrecorded
+from identify.forces import wrench
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
@@ -48,6 +52,7 @@ from identify.identification import (
     Estimate,
     Identification,
     Information,
+    ThrustDelay,
     added_mass,
     outcome_of,
 )
@@ -78,12 +83,21 @@ def estimate(
     shape = file.vehicle.configurations[configuration]
     spoilt = {one.dof: one for one in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, shape, progress, spoilt)
-    fits = joint.fits
     doubts = doubts_of(joint.joint, joint.theta)
+    delay = None
+    if _seems_late(doubts, built, spoilt, file):
+        progress(1.0, "looking for the delay of the thrust")
+        forces, in_file_s = wrench(dive, file, configuration), file.vehicle.thrust_curve.delay_s
+        refit = partial(fit_axes, configuration=shape, progress=progress, doubted=spoilt)
+        found = with_delay(forces, in_file_s, built, joint, refit)
+        if found is not None:
+            delay, built, joint = found.delay, found.built, found.fit
+            doubts = doubts_of(joint.joint, joint.theta)
+    fits = joint.fits
     lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
     # Where the thrust follows the disturbance unseen, it seems to come late.
     late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
-    let_in = admitted(joint.joint, joint.theta, lacking, late, timing_of(doubts))
+    let_in = admitted(joint.joint, joint.theta, lacking, late, _timing(doubts, delay))
     progress(1.0, "done")
     missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
     totals = tuple(
@@ -100,6 +114,7 @@ def estimate(
         *strange_doubts(built.strange),
         *crossed_doubts(crossed(joint.joint, joint.theta)),
         *unseen_doubts(built),
+        *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
         *drag_doubts(lacking, shape.damping),
         *_doubts(fits, joint.stopped_at),
@@ -126,8 +141,29 @@ def estimate(
         told,
         rest_on_righting=built.rest_on_righting,
         weighed_by_others=tuple(MASSES[dof].name for dof in spoilt),
+        thrust_delay=delay,
         usual_speeds={DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
     )
+
+
+def _seems_late(
+    doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[int], file: VehicleFile
+) -> bool:
+    """Whether the thrust of an axis seems to act at another time than it is taken to, in one that can tell; or may do,
+    for the vehicle file says nothing of it."""
+    curve = file.vehicle.thrust_curve
+    unsaid = curve.lag_s == curve.delay_s == 0.0
+    telling = [doubts[dof] for dof in built.pushed if dof in doubts and dof not in spoilt]
+    return any(unsaid or one.is_late for one in telling)
+
+
+def _timing(doubts: Mapping[int, Doubts], delay: ThrustDelay | None) -> Array:
+    """What one standard error of when forces act does to the logarithms, (k, 18): by stamps, of each degree of freedom,
+    and by the delay, of all at once."""
+    by_stamps = timing_of(doubts)
+    if delay is None:
+        return by_stamps
+    return np.vstack([by_stamps, delay.std_s * np.sum([one.late.leaning for one in doubts.values()], axis=0)])
 
 
 def _of_others(spoilt: Unrecorded, mass: Estimate) -> Doubt:

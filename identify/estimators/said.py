@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS
 from identify.dive import Dive
-from identify.identification import Culprit, Doubt, Outcome
+from identify.identification import Culprit, Doubt, Outcome, ThrustDelay
 
 if TYPE_CHECKING:
     from bridge.vehicle.config import Damping
@@ -63,6 +63,18 @@ def _linear_doubt(dof: int, one: "Tested") -> Doubt:
         "such a force would change; write damping: both into it.",
         Outcome.DISAGREES,
         Culprit.MODEL,
+    )
+
+
+def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
+    """All thrust acts later than the vehicle file says; the values are those with that delay."""
+    beyond = f" and its delay of {delay.in_file_s:g} s" if delay.in_file_s else ""
+    return Doubt(
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed),
+        f"Thrust acts {delay.later_s:.2f} s ({delay.low95_s:.3f} to {delay.high95_s:.3f}) after its command, beyond the "
+        f"vehicle file's lag{beyond}, or readings are stamped so late: the values are those with that delay; write "
+        f"delay_s: {delay.delay_s:.3g} into the vehicle file's thrust_curve, where the feed-forward finds it.",
+        culprit=Culprit.MODEL,
     )
 
 
