@@ -28,6 +28,9 @@ COARSELY, NEARLY = 1.0, 0.02
 LEAST_GAIN = 0.5 * DOUBTFUL_SCORE**2
 """Nats over the vehicle file's own timing, below which this is not mended."""
 
+LEAST_S = 0.005
+"""A shorter delay is none: pulses last for more, and stamps are whole milliseconds."""
+
 LOST, FALLS = 30.0, 3
 """The grid ends after so many delays in succession that are each so many nats below the best."""
 
@@ -69,9 +72,15 @@ class Delayed:
 
 
 def with_delay(
-    forces: WrenchHistory, in_file_s: float, built: Axes, fit: JointFit, refit: Callable[[Axes], JointFit]
+    forces: WrenchHistory,
+    in_file_s: float,
+    built: Axes,
+    fit: JointFit,
+    refit: Callable[[Axes], JointFit],
+    near: bool,
 ) -> Delayed | None:
     """The delay beyond that of the vehicle file, `in_file_s`, which is in the forces; None where it may as well be none.
+    `near`: whether it is looked for between none and the first of the grid as well.
 
     Looked for twice: what the speeds of a fit at another delay make of drag and Coriolis forces draws the first answer
     towards that.
@@ -83,11 +92,13 @@ def with_delay(
         falls = falls + 1 if below else 0
         if falls == FALLS:
             break
+    if not near and profile.best == 0.0:
+        return None
     known = sorted(profile.tops)
     place = known.index(profile.best)
     apart_s = 0.5 * (known[min(place + 1, len(known) - 1)] - known[max(place - 1, 0)])
     first_s, half_s = _near(profile, profile.best, apart_s)
-    if profile.tops[first_s] - profile.tops[0.0] < LEAST_GAIN:
+    if first_s < LEAST_S or profile.tops[first_s] - profile.tops[0.0] < LEAST_GAIN:
         return None
     built = delayed(built, forces, first_s)
     fit, forces = refit(built), replace(forces, time_s=forces.time_s + first_s)
@@ -96,8 +107,7 @@ def with_delay(
         built = delayed(built, forces, more_s)
         fit = refit(built)
     by_s = first_s + more_s
-    low_s = max(by_s - half_s, -in_file_s)
-    return Delayed(ThrustDelay(by_s, low_s, by_s + half_s, in_file_s), built, fit)
+    return Delayed(ThrustDelay(by_s, by_s - half_s, by_s + half_s, in_file_s), built, fit)
 
 
 def _profile(forces: WrenchHistory, built: Axes, fit: JointFit) -> _Profile:

@@ -85,11 +85,12 @@ def estimate(
     joint = fit_axes(built, shape, progress, spoilt)
     doubts = doubts_of(joint.joint, joint.theta)
     delay = None
-    if _seems_late(doubts, built, spoilt, file):
+    curve, seems_late = file.vehicle.thrust_curve, _seems_late(doubts, built, spoilt)
+    if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
         progress(1.0, "looking for the delay of the thrust")
-        forces, in_file_s = wrench(dive, file, configuration), file.vehicle.thrust_curve.delay_s
+        forces = wrench(dive, file, configuration)
         refit = partial(fit_axes, configuration=shape, progress=progress, doubted=spoilt)
-        found = with_delay(forces, in_file_s, built, joint, refit)
+        found = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
         if found is not None:
             delay, built, joint = found.delay, found.built, found.fit
             doubts = doubts_of(joint.joint, joint.theta)
@@ -146,15 +147,11 @@ def estimate(
     )
 
 
-def _seems_late(
-    doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[int], file: VehicleFile
-) -> bool:
-    """Whether the thrust of an axis seems to act at another time than it is taken to, in one that can tell; or may do,
-    for the vehicle file says nothing of it."""
-    curve = file.vehicle.thrust_curve
-    unsaid = curve.lag_s == curve.delay_s == 0.0
-    telling = [doubts[dof] for dof in built.pushed if dof in doubts and dof not in spoilt]
-    return any(unsaid or one.is_late for one in telling)
+def _seems_late(doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[int]) -> bool:
+    """Whether thrust seems to act at another time than it is taken to, in an axis that can tell: the velocity of an
+    autopilot's own filter is late by itself."""
+    telling = (axis.dof for axis in built.axes if axis.dof in built.pushed and not axis.is_coloured)
+    return any(doubts[dof].is_late for dof in telling if dof not in spoilt)
 
 
 def _timing(doubts: Mapping[int, Doubts], delay: ThrustDelay | None) -> Array:
