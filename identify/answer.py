@@ -11,7 +11,7 @@ from identify.descent import descent_doubts
 from identify.dive import Dive
 from identify.drag_force import with_drag_forces
 from identify.fed_velocity import stamp_doubts
-from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, unchecked
+from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, steered_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
 from identify.levelling import levelling_doubts
@@ -28,6 +28,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         *turning_doubts(dive),
         *levelling_doubts(dive),
         *depthless_doubts(fit, dive, file),
+        *steered_doubts(fit, dive, file),
     )
     doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
     notes = (*fit.notes, *unchecked(dive))

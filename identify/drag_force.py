@@ -74,7 +74,7 @@ def _force(found: Identification, dof: int) -> DragForce | None:
 def _note(one: DragForce) -> str:
     unit, per = ("N", "m/s") if one.axis in DOFS[:3] else ("N m", "rad/s")
     return (
-        f"{one.linear} and {one.quadratic} hold together (correlation {one.correlation:+.2f}): take both or neither. At "
-        f"{one.speed:.2g} {per}, the usual speed of this dive, drag in {one.axis} is {one.force:.3g} {unit} "
+        f"{one.linear} and {one.quadratic} hold together (correlation {one.correlation:+.2f}): take both or neither. "
+        f"At {one.speed:.2g} {per}, the usual speed of this dive, drag in {one.axis} is {one.force:.3g} {unit} "
         f"({one.low95:.3g} to {one.high95:.3g})."
     )

@@ -14,8 +14,9 @@ def parameters_from_identification(
 ) -> dict[str, float]:
     """Parameter id to float32 value, for every identifiable coefficient; `names` narrows it to some.
 
-    Where the hull has quadratic damping alone, its linear one is 0, so that none of earlier stays in force. Derived values (added mass) and what is not identifiable are left out. Raises ParamRejected for a value
-    that is not finite or out of its bounds, and where nothing is left to send.
+    Where the hull has quadratic damping alone, its linear one is 0, so that none of earlier stays in force. Derived
+    values (added mass) and what is not identifiable are left out. Raises ParamRejected for a value that is not finite
+    or out of its bounds, and where nothing is left to send.
     """
     estimates = data.get("parameters")
     if not isinstance(estimates, list):
@@ -44,9 +45,9 @@ def parameters_from_identification(
     valueless = {one["name"] for one in estimates if one.get("value") is None}
     for squared in QUADRATICS:
         linear = DAMPINGS[squared.dof]
-        if squared.parameter_id(veh_cfg) in found and linear.name in valueless:
-            if names is None or linear.name in names:
-                found[linear.parameter_id(veh_cfg)] = 0.0
+        wanted = linear.name in valueless and (names is None or linear.name in names)
+        if wanted and squared.parameter_id(veh_cfg) in found:
+            found[linear.parameter_id(veh_cfg)] = 0.0
     if not found:
         raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
     return found

@@ -27,8 +27,8 @@ coefficient moves by more than this share of its standard error."""
 
 @dataclass(frozen=True)
 class Admitted:
-    """What letting forces in changes of the coefficients, (18,) in the order of `OF_HULL`: `shift` of their logarithms, 0
-    where nothing is let in, and `looser`, what their standard errors are multiplied by. timing (k, 18): one standard
+    """What letting forces in changes of the coefficients, (18,) in the order of `OF_HULL`: `shift` of their logarithms,
+    0 where nothing is let in, and `looser`, what their standard errors are multiplied by. timing (k, 18): one standard
     error of each degree of freedom's timing in them."""
 
     shift: Array

@@ -23,8 +23,9 @@ DEAF_NOISE = 1e6
 class Doubts:
     """What speaks against the fit of one axis.
 
-    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2, or of a linear one where the model is quadratic. late: of seconds by which forces act later than they are
-    taken to. Their leanings (18,) are of the logarithms of all coefficients, in the order of `OF_HULL`, 0 for those not fitted.
+    drag: of a quadratic damping, N/(m/s)^2 or N m/(rad/s)^2, or of a linear one where the model is quadratic. late: of
+    seconds by which forces act later than they are taken to. Their leanings (18,) are of the logarithms of all
+    coefficients, in the order of `OF_HULL`, 0 for those not fitted.
     """
 
     drag: Tested

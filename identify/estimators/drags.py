@@ -31,9 +31,9 @@ SURELY = 5.0
 
 @dataclass(frozen=True)
 class Told:
-    """What is known of a fit's theta: its `middle` (p,) and `covariance` (p, p). Of the drags at the places of `stretch`
-    these are the logarithm of the mean and the relative covariance; with it what to multiply the lower and the upper
-    half of their intervals by."""
+    """What is known of a fit's theta: its `middle` (p,) and `covariance` (p, p). Of the drags at the places of
+    `stretch` these are the logarithm of the mean and the relative covariance; with it what to multiply the lower and
+    the upper half of their intervals by."""
 
     middle: Array
     covariance: Array

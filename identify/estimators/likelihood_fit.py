@@ -44,10 +44,10 @@ class JointFit:
     """The fits of the axes by degree of freedom, and what is known of all their coefficients together.
 
     log_value (18,) and covariance (18, 18): the logarithms of `OF_HULL`, the noise levels integrated out, NaN for those
-    that are not fitted. stretch (18, 2): what to multiply the lower and the upper half of each one's interval by. information (3 k, 3 k): what the dive alone says of log mass, log damping
-    and trim force of the k axes, in the order of `fits`, all else projected out. stopped_at:
-    the bound at which the search stopped, empty where it came to its end. joint, theta: the likelihood of all axes, and
-    where its maximum lies.
+    that are not fitted. stretch (18, 2): what to multiply the lower and the upper half of each one's interval by.
+    information (3 k, 3 k): what the dive alone says of log mass, log damping and trim force of the k axes, in the order
+    of `fits`, all else projected out. stopped_at: the bound at which the search stopped, empty where it came to its
+    end. joint, theta: the likelihood of all axes, and where its maximum lies.
     """
 
     fits: dict[int, AxisFit]

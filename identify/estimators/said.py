@@ -59,8 +59,8 @@ def _linear_doubt(dof: int, one: "Tested") -> Doubt:
     return Doubt(
         (MASSES[dof].name, QUADRATICS[dof].name),
         f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({one.score:+.0f} standard "
-        "errors), for the vehicle file's damping is quadratic: the intervals of all that it bears on are widened by what "
-        "such a force would change; write damping: both into it.",
+        "errors), for the vehicle file's damping is quadratic: the intervals of all that it bears on are widened by "
+        "what such a force would change; write damping: both into it.",
         Outcome.DISAGREES,
         Culprit.MODEL,
     )
@@ -71,8 +71,8 @@ def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
     beyond = f" and its delay of {delay.in_file_s:g} s" if delay.in_file_s else ""
     return Doubt(
         tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed),
-        f"Thrust acts {delay.later_s:.2f} s ({delay.low95_s:.3f} to {delay.high95_s:.3f}) after its command, beyond the "
-        f"vehicle file's lag{beyond}, or readings are stamped so late: the values are those with that delay; write "
+        f"Thrust acts {delay.later_s:.3f} s ({delay.low95_s:.3f} to {delay.high95_s:.3f}) after its command, beyond "
+        f"the vehicle file's lag{beyond}, or readings are stamped so late: the values are those with that delay; write "
         f"delay_s: {delay.delay_s:.3g} into the vehicle file's thrust_curve, where the feed-forward finds it.",
         culprit=Culprit.MODEL,
     )

@@ -46,8 +46,8 @@ def refuse_damping(method: str, file: VehicleFile, configuration: str) -> None:
     damping = file.vehicle.configurations[configuration].damping
     if damping != "linear" and method not in OF_QUADRATIC:
         raise FitError(
-            f"the vehicle file says damping: {damping}, and the model of method '{method}' has linear damping alone, so "
-            f"that its values would be wrong: take --method {DEFAULT}"
+            f"the vehicle file says damping: {damping}, and the model of method '{method}' has linear damping alone: "
+            f"its values would be wrong; take --method {DEFAULT}"
         )
 
 
