@@ -137,9 +137,9 @@ def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[
         return ()
     sentence = (
         f"An autopilot steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass and drag "
-        f"what it did about the sea and about its own noise: {', '.join(about)} may be off by more than their intervals, "
-        "and nothing in the log shows by how much; record the very readings that the controller uses, or drive by stick "
-        "without its help."
+        f"what it did about the sea and about its own noise: {', '.join(about)} may be off by more than their "
+        "intervals, and nothing in the log shows by how much; record the very readings that the controller uses, or "
+        "drive by stick without its help."
     )
     return (Doubt(about, sentence),)
 
