@@ -8,7 +8,7 @@ from typing import Any
 
 from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
-from bridge.vehicle.coefficients import OF_HULL
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.identification import Z95, Outcome
@@ -101,10 +101,12 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     source = _source(sidecar.dive, sidecar.dived, sidecar.method)
     origin = _Origin(source, sidecar.dive_sha256, sidecar.dive_opening, sidecar.prior_dives)
+    # Quadratic drag beside effects is one of those, of a hull that has none.
+    known = BY_NAME if sidecar.effects else OF_HULL
     found = {}
     for interval in sidecar.intervals.values():
         name, low, high = interval.coefficient, interval.low95, interval.high95
-        if name in OF_HULL and 0 < low < high:
+        if name in known and 0 < low < high:
             relative = math.log(high / low) / (2 * Z95)
             value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
             found[name] = _aged(name, value, relative, widen, origin)

@@ -79,8 +79,8 @@ def with_delay(
     refit: Callable[[Axes], JointFit],
     near: bool,
 ) -> Delayed | None:
-    """The delay beyond that of the vehicle file, `in_file_s`, which is in the forces; None where it may as well be none.
-    `near`: whether it is looked for between none and the first of the grid as well.
+    """The delay beyond that of the vehicle file, `in_file_s`, which is in the forces; None where there may as well be
+    none. `near`: whether it is looked for between none and the first of the grid as well.
 
     Looked for twice: what the speeds of a fit at another delay make of drag and Coriolis forces draws the first answer
     towards that.

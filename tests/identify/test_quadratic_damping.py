@@ -121,7 +121,7 @@ def test_a_linear_damping_that_a_quadratic_hull_lacks_is_missed():
 
 @pytest.mark.parametrize("method", ["pinn", "paper"])
 def test_a_method_without_quadratic_damping_refuses_and_names_the_one_that_has_it(method):
-    with pytest.raises(FitError, match="damping: both, and the model of method .* take --method likelihood"):
+    with pytest.raises(FitError, match=r"damping: both, and the model of method .* take --method likelihood"):
         fit(closed_loop.dive(np.random.default_rng(3), 60.0), method=method)
 
 
