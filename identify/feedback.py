@@ -125,20 +125,21 @@ def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[
     asked = wrench(dive, file, fit.configuration).asked
     spread = np.std(asked, axis=0)
     moves = np.mean(np.abs(np.diff(asked, axis=0)) > STEERED * spread, axis=0)
-    dofs = [dof for dof in range(6) if spread[dof] > 0.0 and moves[dof] > OPEN_SHARE]
-    groups = (MASSES, DAMPINGS, QUADRATICS)
     told = {
         one.name
         for one in fit.parameters
         if math.isfinite(one.value) and one.name not in fit.rest_on_righting
     }
+    groups = (MASSES, DAMPINGS, QUADRATICS)
+    steered = (dof for dof in range(6) if spread[dof] > 0.0 and moves[dof] > OPEN_SHARE)
+    dofs = [dof for dof in steered if MASSES[dof].name in told]
     about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in told)
     if not about:
         return ()
     sentence = (
-        f"An autopilot steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass and drag "
-        f"what it did about the sea and about its own noise: {', '.join(about)} may be off by more than their "
-        "intervals, and nothing in the log shows by how much; record the very readings that the controller uses, or "
+        f"An autopilot may have steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass "
+        f"and drag what it did about the sea and about its own noise: {', '.join(about)} may be off by more than "
+        "their intervals, and nothing in the log shows by how much; record the very readings that the controller uses, or "
         "drive by stick without its help."
     )
     return (Doubt(about, sentence),)

@@ -13,9 +13,12 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.targets import parameters_from_identification
+from identify.dive import Signal
 from identify.drag_force import with_drag_forces
 from identify.estimators import drags
 from identify.estimators.table import estimator
+from identify.export.model import model_of
+from identify.feedback import steered_doubts
 from identify.identification import Identification, Outcome
 
 QUADRATIC = 40.0
@@ -175,6 +178,33 @@ def test_what_is_left_without_the_negative_part_is_that_of_a_truncated_normal_di
 def test_a_drag_that_is_surely_there_keeps_its_normal_interval():
     low, high = drags._interval(10.0, 2.0)
     assert (low, high) == pytest.approx((10.0 - 1.96 * 2.0, 10.0 + 1.96 * 2.0), abs=1e-3)
+
+
+def test_an_exported_model_has_what_was_identified_and_no_linear_damping_where_the_hull_has_none():
+    values = {"M_u": 100.0, "X_uu": 40.0}
+    model = model_of(values, file_with("quadratic"), "only")
+    assert model.quadratic[0] == 40.0
+    assert model.linear[0] == 0.0
+    assert "D_u" not in model.unknown
+
+
+def test_a_prior_of_quadratic_damping_is_of_a_hull_that_has_it():
+    with pytest.raises(ValueError, match="priors: unknown coefficient 'X_uu'"):
+        file_with("linear", priors={"X_uu": Prior(40.0, 4.0)})
+    assert file_with("both", priors={"X_uu": Prior(40.0, 4.0)})
+
+
+def test_where_an_autopilot_may_have_steered_by_what_its_log_lacks_the_values_are_doubted(both):
+    dive = closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC)
+    log = replace(dive, velocity_is_filtered=True, nu_fb=None, tau_pid=None, nu_ref=None)
+    (doubt,) = steered_doubts(both, log, file_with("both"))
+    assert doubt.about == ("M_u", "D_u", "X_uu")
+    assert doubt.outcome is Outcome.CONVERGED
+    assert steered_doubts(both, dive, file_with("both")) == ()
+    by_stick = np.zeros_like(dive.tau_cmd.value)
+    by_stick[len(by_stick) // 2 :, 0] = 10.0
+    stuck = replace(log, tau_cmd=Signal(dive.tau_cmd.time_s, by_stick))
+    assert steered_doubts(both, stuck, file_with("both")) == ()
 
 
 def test_the_list_of_what_can_be_identified_has_each_name_once():
