@@ -139,8 +139,8 @@ def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[
     sentence = (
         f"An autopilot may have steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass "
         f"and drag what it did about the sea and about its own noise: {', '.join(about)} may be off by more than "
-        "their intervals, and nothing in the log shows by how much; record the very readings that the controller uses, or "
-        "drive by stick without its help."
+        "their intervals, and nothing in the log shows by how much; record the very readings that the controller uses, "
+        "or drive by stick without its help."
     )
     return (Doubt(about, sentence),)
 

@@ -90,7 +90,11 @@ def estimate(
         progress(1.0, "looking for the delay of the thrust")
         forces = wrench(dive, file, configuration)
         refit = partial(fit_axes, configuration=shape, progress=progress, doubted=spoilt)
-        found = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
+        try:
+            found = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
+        except np.linalg.LinAlgError:
+            # A delay at which the equations have no solution is none; without it they have one.
+            found = None
         if found is not None:
             delay, built, joint = found.delay, found.built, found.fit
             doubts = doubts_of(joint.joint, joint.theta)
