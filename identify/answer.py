@@ -9,8 +9,9 @@ from identify.bounds import with_bounds
 from identify.dates import utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
+from identify.drag_force import with_drag_forces
 from identify.fed_velocity import stamp_doubts
-from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, unchecked
+from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, steered_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
 from identify.levelling import levelling_doubts
@@ -27,6 +28,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         *turning_doubts(dive),
         *levelling_doubts(dive),
         *depthless_doubts(fit, dive, file),
+        *steered_doubts(fit, dive, file),
     )
     doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
     notes = (*fit.notes, *unchecked(dive))
@@ -35,9 +37,9 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         found = without_masses(found, feedback_doubts(dive, vehicle.water))
     found = with_bounds(found, shape)
     found = with_priors(found, shape.priors, vehicle.thrust_curve.scale_std)
-    found = with_identifiability(found)
+    found = with_identifiability(with_drag_forces(found))
     totals = found.parameters[:12]
-    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]))
+    whole = (*totals, *(added_mass(total, shape) for total in totals[:6]), *found.parameters[18:])
     return replace(found, parameters=whole, outcome=_outcome(fit.outcome, outcome_of(totals, found.doubts)))
 
 

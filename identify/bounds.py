@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bridge.vehicle.coefficients import BY_NAME, Coefficient
+from bridge.vehicle.coefficients import OF_HULL, Coefficient
 from bridge.vehicle.config import Configuration
+from identify.drag_force import trades
 from identify.identification import Z95, Doubt, Estimate, Identification, Outcome
 
 NEAR = 1e-3
@@ -25,22 +26,25 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
     """The identification with values at a bound named, and held to it; and masses below the rigid body's doubted.
 
     A bound of 0 can't be reached by a logarithm: a damping stands there where the dive knows it well in N/(m/s), and
-    none at all is within its interval.
+    none at all is within its interval. Of two dampings of one axis either may well be none.
     """
     parameters, doubts = [], list(found.doubts)
     for one in found.parameters:
-        held, doubt = _held(one, configuration) if one.name in BY_NAME else (one, None)
+        held, doubt = (
+            _held(one, configuration, trades(found, one.name)) if one.name in OF_HULL else (one, None)
+        )
         parameters.append(held)
         doubts += [] if doubt is None else [doubt]
     return replace(found, parameters=tuple(parameters), doubts=tuple(doubts))
 
 
-def _held(one: Estimate, configuration: Configuration) -> tuple[Estimate, Doubt | None]:
-    coefficient = BY_NAME[one.name]
+def _held(one: Estimate, configuration: Configuration, traded: bool) -> tuple[Estimate, Doubt | None]:
+    coefficient = OF_HULL[one.name]
     rigid, rigid_std = configuration.rigid_body(coefficient.dof)
     if not math.isfinite(one.value):
         return one, None
-    if coefficient.low == 0.0 and 0 < one.std < TELLING_PER_S * rigid and one.value < Z95 * one.std:
+    small = 0 < one.std < TELLING_PER_S * rigid and one.value < Z95 * one.std
+    if coefficient.low == 0.0 and small and not traded:
         return _at(one, coefficient, "lower", 0.0)
     if coefficient.low > 0 and one.value <= coefficient.low * (1 + NEAR):
         return _at(one, coefficient, "lower", coefficient.low)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.coefficients import DOFS, OF_HULL
 from bridge.vehicle.config import Prior
 from identify.identification import Doubt, Estimate, Identification, Outcome, Partner, worst
 
@@ -106,7 +106,7 @@ def compare(
     differences = [
         _difference(one, by_name[one.name], first, second, (priors or {}).get(one.name))
         for one in first.parameters
-        if one.name in by_name and one.name in BY_NAME
+        if one.name in by_name and one.name in OF_HULL
     ]
     return Comparison(first, second, tuple(differences))
 
@@ -159,7 +159,7 @@ def _why(
             reasons.append(f"{method.method} doubts it itself ({'; '.join(about)})")
         elif method.outcome is not Outcome.CONVERGED:
             reasons.append(f"{method.method} ended with '{method.outcome.value}'")
-    reasons += _other_levels(DOFS[BY_NAME[one.name].dof], first, second)
+    reasons += _other_levels(DOFS[OF_HULL[one.name].dof], first, second)
     if not reasons:
         reasons.append("neither doubts it, and they took noise and disturbance alike")
     reasons += [*_entangled(one, other, first, second), *_beside(one, other, first, second, prior)]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import VehicleFile, Water
 from identify.dive import Array, Dive
 from identify.estimators.said import axes_named
@@ -27,6 +27,9 @@ LARGEST_FOREIGN = 0.5
 """Share of the velocity sensor's noise that may stand in NU_FB beside what a filter of its readings gives."""
 
 WINDOW_S = 10.0
+STEERED = 0.02
+"""A change of a command by more than this share of its standard deviation is no rounding of pulses."""
+
 OPEN_SHARE = 0.05
 """A window in which the controller asked for nothing at all for more than this share of it is left out."""
 
@@ -112,6 +115,34 @@ def depthless_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tupl
         f"{_listed(found)} may be off by more than their intervals; record the depth that the controller uses."
     )
     return (Doubt(tuple(found), sentence, Outcome.DISAGREES),)
+
+
+def steered_doubts(fit: Identification, dive: Dive, file: VehicleFile) -> tuple[Doubt, ...]:
+    """A warning about the axes in which a stock autopilot steered: its log lacks the readings that it acted on, which
+    are more, and other, than those of its filter that it tells."""
+    if not dive.velocity_is_filtered or not _lacking(dive) or not _commanded(dive):
+        return ()
+    asked = wrench(dive, file, fit.configuration).asked
+    spread = np.std(asked, axis=0)
+    moves = np.mean(np.abs(np.diff(asked, axis=0)) > STEERED * spread, axis=0)
+    told = {
+        one.name
+        for one in fit.parameters
+        if math.isfinite(one.value) and one.name not in fit.rest_on_righting
+    }
+    groups = (MASSES, DAMPINGS, QUADRATICS)
+    steered = (dof for dof in range(6) if spread[dof] > 0.0 and moves[dof] > OPEN_SHARE)
+    dofs = [dof for dof in steered if MASSES[dof].name in told]
+    about = tuple(group[dof].name for dof in dofs for group in groups if group[dof].name in told)
+    if not about:
+        return ()
+    sentence = (
+        f"An autopilot may have steered in {axes_named(dofs)} by readings that its log lacks, and a fit takes for mass "
+        f"and drag what it did about the sea and about its own noise: {', '.join(about)} may be off by more than "
+        "their intervals, and nothing in the log shows by how much; record the very readings that the controller uses, "
+        "or drive by stick without its help."
+    )
+    return (Doubt(about, sentence),)
 
 
 def _commanded(dive: Dive) -> bool:

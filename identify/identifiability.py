@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.coefficients import DOFS, OF_HULL
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Estimate,
@@ -126,7 +126,7 @@ def scale_direction(of: Sequence[str]) -> NullDirection:
 
 def _of_dvl(of: Sequence[str]) -> str:
     """What the DVL's scale does to the coefficients of the axes that it reads."""
-    names = [name for name in of if BY_NAME[name].dof < 3]
+    names = [name for name in of if OF_HULL[name].dof < 3]
     if not names:
         return ""
     return (
@@ -198,11 +198,11 @@ def _sentence(weights: dict[str, float], std: float) -> str:
 
 
 def _axis(name: str) -> str:
-    return name.removesuffix(TRIM) if name.endswith(TRIM) else DOFS[BY_NAME[name].dof]
+    return name.removesuffix(TRIM) if name.endswith(TRIM) else DOFS[OF_HULL[name].dof]
 
 
 def _kind(name: str) -> str:
-    return "trim" if name.endswith(TRIM) else BY_NAME[name].kind
+    return "trim" if name.endswith(TRIM) else OF_HULL[name].kind
 
 
 def _words(name: str) -> str:

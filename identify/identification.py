@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.dive import Signal
 
@@ -126,6 +126,53 @@ class ThrustScale:
 
 
 @dataclass(frozen=True)
+class ThrustDelay:
+    """By how many seconds later all thrust acts than the vehicle file says, with the 95 % interval; what the file says
+    of its delay, `in_file_s`, not counted."""
+
+    later_s: float
+    low95_s: float
+    high95_s: float
+    in_file_s: float
+
+    @property
+    def delay_s(self) -> float:
+        """What to write into the vehicle file."""
+        return self.in_file_s + self.later_s
+
+    @property
+    def std_s(self) -> float:
+        return (self.high95_s - self.low95_s) / (2.0 * Z95)
+
+    def to_json(self) -> dict[str, Any]:
+        return {**vars(self), "delay_s": self.delay_s}
+
+
+@dataclass(frozen=True)
+class DragForce:
+    """What the dampings named `linear` and `quadratic` of an axis come to at `speed` (m/s or rad/s), the usual one of
+    the dive: `force` (N or N m), its standard error and 95 % interval, and the correlation of the two."""
+
+    axis: str
+    linear: str
+    quadratic: str
+    speed: float
+    force: float
+    std: float
+    low95: float
+    high95: float
+    correlation: float
+
+    @property
+    def relative_std(self) -> float:
+        """Standard error over force."""
+        return self.std / self.force if self.force > 0 else math.inf
+
+    def to_json(self) -> dict[str, Any]:
+        return dict(vars(self))
+
+
+@dataclass(frozen=True)
 class Estimate:
     """One parameter: `value`, `std` and the 95 % interval in `unit`; NaN value where nothing can be said.
 
@@ -182,6 +229,9 @@ class Identification:
     dive, empty where nothing tells it.
     `prior_dives` marks the earlier dives that the priors in it came from; `dive_sha256` and `dive_opening` are what
     this dive is known by.
+    `usual_speeds`: the root mean square of speed or rate of turn (m/s, rad/s) of each axis that was fitted, by name;
+    `drag_forces`, from these, where quadratic damping was fitted beside linear.
+    `thrust_delay`: where thrust acts later than the vehicle file says; all values are those with it.
     `null_directions` and `thrust_scale` are filled by `identifiability` and `priors`, as is what the estimates say of
     partners and priors: an estimator need not.
     """
@@ -211,13 +261,16 @@ class Identification:
     weighed_by_others: tuple[str, ...] | None = None
     prior_dives: tuple[str, ...] = ()
     dive_opening: str = ""
+    usual_speeds: dict[str, float] = field(default_factory=dict)
+    drag_forces: tuple[DragForce, ...] = ()
+    thrust_delay: ThrustDelay | None = None
 
     def __getitem__(self, name: str) -> Estimate:
         return next(p for p in self.parameters if p.name == name)
 
     def values(self) -> dict[str, float]:
         """The identifiable coefficients (not the derived added mass) by name."""
-        return {p.name: p.value for p in self.parameters if p.identifiable and p.name in BY_NAME}
+        return {p.name: p.value for p in self.parameters if p.identifiable and p.name in OF_HULL}
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -243,6 +296,8 @@ class Identification:
             "thrust_scale": None if self.thrust_scale is None else self.thrust_scale.to_json(),
             "doubts": [doubt.to_json() for doubt in self.doubts],
             "prior_dives": list(self.prior_dives),
+            "drag_forces": [force.to_json() for force in self.drag_forces],
+            "thrust_delay": None if self.thrust_delay is None else self.thrust_delay.to_json(),
             "nuisance": self.nuisance,
             "notes": list(self.notes),
             "wall_s": self.wall_s,
@@ -263,7 +318,7 @@ def worst(outcomes: Iterable[Outcome]) -> Outcome:
 
 def estimate(name: str, value: float, std: float, low: float, high: float, reason: str = "") -> Estimate:
     """An Estimate of a coefficient of the list, with its symbol and unit."""
-    coefficient = BY_NAME[name]
+    coefficient = OF_HULL[name]
     return Estimate(name, coefficient.symbol, coefficient.unit, value, std, low, high, not reason, reason)
 
 

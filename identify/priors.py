@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Prior, dive_mark
 from identify.identification import (
     LARGEST_RELATIVE_STD,
@@ -218,7 +218,7 @@ def _contradiction(near: Mapping[str, Prior], beside: Mapping[str, Known]) -> Do
     apart = {name: abs(beside[name].distance(name, prior)) for name, prior in near.items()}
     worst = max(apart, key=lambda name: apart[name])
     told = ", ".join(
-        f"{n} {p.value:.4g} ± {p.std:.2g} {BY_NAME[n].unit}{_source(p)}" for n, p in near.items()
+        f"{n} {p.value:.4g} ± {p.std:.2g} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items()
     )
     sentence = (
         f"The vehicle file's priors contradict each other, {worst} the others by {apart[worst]:.1f} standard errors "
@@ -249,7 +249,7 @@ def _words(priors: Mapping[str, Prior], taken: Mapping[str, Prior], fitted: Sequ
         return ("The method states no interval, so the vehicle file's priors were not joined with it.",)
     if not taken:
         return ()
-    names = ", ".join(f"{name} {p.value:.4g} ± {p.std:.2g} {BY_NAME[name].unit}" for name, p in taken.items())
+    names = ", ".join(f"{name} {p.value:.4g} ± {p.std:.2g} {OF_HULL[name].unit}" for name, p in taken.items())
     return (f"Priors of the vehicle file are part of the values: {names}.",)
 
 

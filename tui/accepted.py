@@ -8,7 +8,7 @@ from typing import Any
 
 from bridge.effects.accepted import AcceptedEffect
 from bridge.errors import ParamError
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.identification import Z95, Outcome
@@ -16,7 +16,7 @@ from tui.doubted import doubted_in
 from tui.exit_codes import UsageError
 from tui.parameter_files import Leave, check_outcome, read_identification
 
-AGEING = {"mass": 0.03, "damping": 0.10}
+AGEING = {"mass": 0.03, "damping": 0.10, "quadratic": 0.10}
 """Relative: water and weed taken along, 1 to 5 kg on 100; fouling and a tether, tens of % over weeks."""
 
 
@@ -61,7 +61,7 @@ def merged(present: Mapping[str, Prior], accepted: Mapping[str, Prior]) -> dict[
     """Accepted values in place of earlier ones; what was weighed stays, for a dive is no better force standard."""
     weighed = {name: prior for name, prior in present.items() if prior.rests_on == "weight"}
     both = {**present, **accepted, **weighed}
-    return {name: both[name] for name in BY_NAME if name in both}
+    return {name: both[name] for name in OF_HULL if name in both}
 
 
 def left_behind(present: Mapping[str, Prior], after: Mapping[str, Prior]) -> list[str]:
@@ -86,7 +86,7 @@ def _of_json(path: Path, widen: float | None, leave: Leave) -> tuple[str, dict[s
     found = {}
     for one in data["parameters"]:
         name, value, std = one.get("name"), one.get("given_thrust"), one.get("given_thrust_std")
-        if name in BY_NAME and one.get("identifiable") is True and _positive(value) and _positive(std):
+        if name in OF_HULL and one.get("identifiable") is True and _positive(value) and _positive(std):
             found[name] = _aged(name, value, std / value, widen, origin)
     return str(data["configuration"]), _some(path, found)
 
@@ -101,10 +101,12 @@ def _of_sidecar(path: Path, widen: float | None, leave: Leave) -> tuple[str, dic
     check_outcome(path, sidecar.outcome or Outcome.CONVERGED.value, leave, "written")
     source = _source(sidecar.dive, sidecar.dived, sidecar.method)
     origin = _Origin(source, sidecar.dive_sha256, sidecar.dive_opening, sidecar.prior_dives)
+    # Quadratic drag beside effects is one of those, of a hull that has none.
+    known = BY_NAME if sidecar.effects else OF_HULL
     found = {}
     for interval in sidecar.intervals.values():
         name, low, high = interval.coefficient, interval.low95, interval.high95
-        if name in BY_NAME and 0 < low < high:
+        if name in known and 0 < low < high:
             relative = math.log(high / low) / (2 * Z95)
             value = math.sqrt(low * high) / (1.0 + sidecar.thrust_shift)
             found[name] = _aged(name, value, relative, widen, origin)
@@ -125,7 +127,7 @@ def _source(dive: str | None, date: str | None, method: str) -> str:
 
 def _aged(name: str, value: float, relative_std: float, widen: float | None, origin: _Origin) -> Prior:
     """A prior of this value, wider by ageing."""
-    share = AGEING[BY_NAME[name].kind] if widen is None else widen
+    share = AGEING[OF_HULL[name].kind] if widen is None else widen
     std = value * math.hypot(relative_std, share)
     return Prior(
         value, std, origin.source, "thrust", origin.dive_sha256, origin.earlier_dives, origin.dive_opening

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bridge.effects.accepted import AcceptedEffect
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import Prior
 from tui.accepted import doubted_of, effects_of, priors_of
 from tui.doubted import told
@@ -26,7 +27,9 @@ def accepted_before(path: Path, configuration: str) -> AcceptedBefore:
     A value that its identification doubts is not taken: its error would be called a change of the vehicle. Raises
     UsageError for a file of another configuration, and for one in which all is doubted.
     """
-    of, priors = priors_of(path, 0.0, Leave())
+    of, known = priors_of(path, 0.0, Leave())
+    # A diagnosis asks for changes of the linear model.
+    priors = {name: prior for name, prior in known.items() if name in BY_NAME}
     if of != configuration:
         raise UsageError(
             f"--accepted {path}: is of configuration '{of}', the dive of '{configuration}'; give what was accepted for "

@@ -14,7 +14,7 @@ from bridge.parameter_row import to_float32
 from bridge.parameters import bounds
 from bridge.plain import from_json
 from bridge.schema import why_unread
-from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, MASSES
+from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.effect_coefficients import EffectCoefficient, effect_coefficients
 from gcs_plugin.params import float32
@@ -116,7 +116,7 @@ def targets_of_identification(
     doubts = (f"warning: {doubt['sentence']}" for doubt in data.get("doubts", ()))
     notes = (*warnings, f"outcome: {outcome}", *doubts, *(f"note: {note}" for note in data.get("notes", ())))
     doubted = doubted_in(data)
-    sidecar = _sidecar_of(data, {one.name: one.parameter_id(veh_cfg) for one in COEFFICIENTS}, doubted)
+    sidecar = _sidecar_of(data, {one.name: one.parameter_id(veh_cfg) for one in OF_HULL.values()}, doubted)
     found = Targets(values, notes, True, sidecar, rigid=_rigid_bodies(file), kept=_kept_by(file))
     return _narrowed(path, found, only, doubted)
 
@@ -240,7 +240,7 @@ def write_identified(path: Path, answer: Identification, file: VehicleFile) -> N
     data = answer.to_json()
     veh_cfg = file.vehicle.veh_cfg(answer.configuration)
     values = parameters_from_identification(data, veh_cfg)
-    ids = {name: BY_NAME[name].parameter_id(veh_cfg) for name in answer.values()}
+    ids = {name: OF_HULL[name].parameter_id(veh_cfg) for name in answer.values()}
     doubted = {name: why for name, why in doubted_in(data).items() if name in ids}
     words = (
         f"{answer.vehicle}, configuration {answer.configuration}, by {answer.method} from {answer.dive}",

@@ -1,7 +1,8 @@
 """The only list of hydrodynamic coefficients: name, symbol, unit, bounds and parameter id of each.
 
 Total mass and inertia (rigid body plus added) and linear damping of the six degrees of freedom, in
-Fossen's notation; added mass is derived from the total and is no parameter of its own.
+Fossen's notation; added mass is derived from the total and is no parameter of its own. Beside them quadratic damping,
+of hulls whose vehicle file says that they have it.
 """
 
 from dataclasses import dataclass
@@ -9,12 +10,12 @@ from typing import Literal
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
-Kind = Literal["mass", "damping"]
+Kind = Literal["mass", "damping", "quadratic"]
 
 
 @dataclass(frozen=True, slots=True)
 class Coefficient:
-    """One coefficient of the nominal model M nu_dot + C(nu) nu + D nu + g(eta) = tau.
+    """One coefficient of the nominal model M nu_dot + C(nu) nu + D nu + D2 |nu| nu + g(eta) = tau.
 
     `dof` indexes `DOFS`; `low` and `high` bound what may ever be fitted or sent to a vehicle.
     """
@@ -55,9 +56,23 @@ def _damping(name: str, dof: int) -> Coefficient:
     )
 
 
+def _quadratic(name: str, dof: int) -> Coefficient:
+    unit = "N s2/m2" if dof < 3 else "N m s2/rad2"
+    return Coefficient(
+        name, f"{name[0]}_{name[2:]}", unit, "quadratic", dof, 0.0, 1e7, f"quadratic damping in {DOFS[dof]}"
+    )
+
+
 MASSES = tuple(_mass(name, dof) for dof, name in enumerate(("M_u", "M_v", "M_w", "I_p", "I_q", "I_r")))
 DAMPINGS = tuple(_damping(name, dof) for dof, name in enumerate(("D_u", "D_v", "D_w", "D_p", "D_q", "D_r")))
 COEFFICIENTS = MASSES + DAMPINGS
 BY_NAME = {coefficient.name: coefficient for coefficient in COEFFICIENTS}
+"""Of the linear model, which every vehicle has."""
+
+QUADRATICS = tuple(
+    _quadratic(name, dof) for dof, name in enumerate(("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr"))
+)
+OF_HULL = {coefficient.name: coefficient for coefficient in (*COEFFICIENTS, *QUADRATICS)}
+"""All that an identification can tell."""
 
 ADDED_MASS_NAMES = ("X_udot", "Y_vdot", "Z_wdot", "K_pdot", "M_qdot", "N_rdot")

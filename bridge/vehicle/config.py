@@ -9,7 +9,7 @@ from typing import Literal
 
 from bridge import schema
 from bridge.errors import ConfigError
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import BY_NAME, OF_HULL
 
 Vector3 = tuple[float, float, float]
 MARK_DIGITS = 16
@@ -135,7 +135,8 @@ class Configuration:
     feed-forward starts from; `priors` what is known of them, with its width, before a dive is identified.
     `dry_mass_std_kg`, `inertia_std_kgm2`: how well the rigid body is known; 1 % and 5 % where not given, as a hanging
     scale and a drawing are good for. `gains` names the controller's gain table. `damping`: which drag the hull's own
-    model has; what it lacks and a dive shows is a cause to be named.
+    model has; what it lacks and a dive shows is a cause to be named. Quadratic damping (`X_uu` ... `N_rr`) has priors
+    where the hull has it.
     """
 
     dry_mass_kg: float
@@ -161,10 +162,11 @@ class Configuration:
             raise ValueError(
                 f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
             )
-        for key, names in (("model", self.model), ("priors", self.priors)):
+        of_priors = BY_NAME if self.damping == "linear" else OF_HULL
+        for key, names, known in (("model", self.model, BY_NAME), ("priors", self.priors, of_priors)):
             for name in names:
-                if name not in BY_NAME:
-                    raise ValueError(f"{key}: unknown coefficient '{name}'; known: {', '.join(BY_NAME)}")
+                if name not in known:
+                    raise ValueError(f"{key}: unknown coefficient '{name}'; known: {', '.join(known)}")
 
     def rigid_body(self, dof: int) -> tuple[float, float]:
         """Dry mass (kg) or rigid-body inertia (kg m2) of a degree of freedom, and its standard deviation."""

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from bridge.vehicle.coefficients import QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration
 
 Group = Literal["quadratic_drag", "coupling", "thruster_gain", "reverse_loss", "dead_zone", "voltage"]
@@ -47,7 +48,7 @@ class EffectCoefficient:
         )
 
 
-QUADRATIC = ("X_uu", "Y_vv", "Z_ww", "K_pp", "M_qq", "N_rr")
+QUADRATIC = tuple(one.name for one in QUADRATICS)
 ASTERN, START, LEAST, VOLTAGE, VOLTAGE_SHARE, RESISTANCE = (
     "T_astern", "T_start", "T_least", "T_volt", "T_vshare", "T_ohm",
 )  # fmt: skip
@@ -76,8 +77,7 @@ def _bounded(
     drag, turn = thrust_n / STALL_M_S**2, moment_nm / STALL_RAD_S**2
     dead_n = MOST_DEAD_SHARE * limit_n
     return (
-        *(_drag(name, "N s2/m2", drag, axis) for name, axis in zip(QUADRATIC[:3], "xyz", strict=True)),
-        *(_drag(name, "N m s2/rad2", turn, axis) for name, axis in zip(QUADRATIC[3:], "xyz", strict=True)),
+        *(_drag(one, drag if one.dof < 3 else turn) for one in QUADRATICS),
         _coupling("Y_r", "N s/rad", thrust_n / STALL_RAD_S, "sway force of turning"),
         _coupling("N_v", "N s", moment_nm / STALL_M_S, "yaw moment of drifting sideways"),
         _coupling("Y_uv", "N s2/m2", drag, "sway force of drifting while under way"),
@@ -102,9 +102,11 @@ def _bounded(
     )
 
 
-def _drag(name: str, unit: str, high: float, axis: str) -> EffectCoefficient:
-    what = "drag along" if unit.startswith("N s") else "drag of turns about"
-    return EffectCoefficient(name, unit, "quadratic_drag", 0.0, high, f"quadratic {what} {axis}")
+def _drag(of: Coefficient, high: float) -> EffectCoefficient:
+    what = "drag along" if of.dof < 3 else "drag of turns about"
+    return EffectCoefficient(
+        of.name, of.unit, "quadratic_drag", of.low, high, f"quadratic {what} {'xyz'[of.dof % 3]}"
+    )
 
 
 def _coupling(name: str, unit: str, most: float, sentence: str) -> EffectCoefficient:

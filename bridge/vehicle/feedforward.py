@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
 
-from bridge.vehicle.coefficients import BY_NAME, DOFS
+from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS
 from bridge.vehicle.references import ZERO6, Reference, Six
 
 AXES = ((0, "M_u", "D_u"), (1, "M_v", "D_v"), (5, "I_r", "D_r"))
@@ -69,12 +69,13 @@ def feedforward(
     faults, off = [], []
     more = hull_wrench(hull, reference) if hull else ZERO6
     for dof, mass_name, damping_name in AXES:
-        fault = _fault(coefficients, mass_name) or _fault(coefficients, damping_name)
+        # A hull may have quadratic damping alone.
+        damped = damping_name in coefficients or QUADRATICS[dof].name not in hull
+        fault = _fault(coefficients, mass_name) or (damped and _fault(coefficients, damping_name)) or ""
         if not fault:
-            force = (
-                coefficients[mass_name] * reference.nu_dot[dof]
-                + coefficients[damping_name] * reference.nu[dof]
-            )
+            force = coefficients[mass_name] * reference.nu_dot[dof]
+            if damped:
+                force += coefficients[damping_name] * reference.nu[dof]
             if hull:
                 force += more[dof]
             tau[dof] = min(max(force, -reach[dof]), reach[dof]) if math.isfinite(force) else 0.0

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Final
 
 from bridge.parameters import LEAST_DAMPING_PER_S, MODE
-from bridge.vehicle.coefficients import BY_NAME, DOFS, Coefficient
+from bridge.vehicle.coefficients import BY_NAME, DOFS, QUADRATICS, Coefficient
 from bridge.vehicle.feedforward import AXES, Mode
 from gcs_plugin.ff_words import word
 from gcs_plugin.params.last_accepted import AcceptedValue
@@ -77,11 +77,14 @@ def other_half(name: str) -> str:
 def half_a_model(name: str, value: float, values: Mapping[str, float]) -> str:
     """Why a value beside the others that the vehicle then holds is half of a model, "" where it is not."""
     other, coefficient = other_half(name), coefficient_of(name)
-    if (
-        not isinstance(coefficient, Coefficient)
-        or not other
-        or (value == 0.0) == (values.get(other, 0.0) == 0.0)
-    ):
+    if not isinstance(coefficient, Coefficient) or not other:
+        return ""
+    mass_is_set, drag_is_set = value != 0.0, values.get(other, 0.0) != 0.0
+    if coefficient.kind == "damping":
+        mass_is_set, drag_is_set = drag_is_set, mass_is_set
+    # A hull may have quadratic damping alone.
+    squared = QUADRATICS[coefficient.dof].parameter_id(int(other[2 : other.index("_")]))
+    if mass_is_set == (drag_is_set or values.get(squared, 0.0) != 0.0):
         return ""
     stays = f"the feed-forward of {DOFS[coefficient.dof]} stays off"
     return f"0 is not set: {stays}" if value == 0.0 else f"without {other} {stays}"

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from bridge.errors import ParamRejected
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
 from gcs_plugin.params import float32
 
 
@@ -14,17 +14,18 @@ def parameters_from_identification(
 ) -> dict[str, float]:
     """Parameter id to float32 value, for every identifiable coefficient; `names` narrows it to some.
 
-    Derived values (added mass) and what is not identifiable are left out. Raises ParamRejected for a value
-    that is not finite or out of its bounds, and where nothing is left to send.
+    Where the hull has quadratic damping alone, its linear one is 0, so that none of earlier stays in force. Derived
+    values (added mass) and what is not identifiable are left out. Raises ParamRejected for a value that is not finite
+    or out of its bounds, and where nothing is left to send.
     """
     estimates = data.get("parameters")
     if not isinstance(estimates, list):
         raise ParamRejected("the identification has no list 'parameters'; give the file that --json wrote")
-    found = {}
+    found: dict[str, float] = {}
     for estimate in estimates:
         if not isinstance(estimate, dict):
             raise ParamRejected("the identification's list 'parameters' is damaged; identify again")
-        coefficient = BY_NAME.get(str(estimate.get("name")))
+        coefficient = OF_HULL.get(str(estimate.get("name")))
         if coefficient is None or (names is not None and coefficient.name not in names):
             continue
         if estimate.get("identifiable") is not True:
@@ -41,6 +42,12 @@ def parameters_from_identification(
             found[coefficient.parameter_id(veh_cfg)] = float32.given(value)
         except ValueError as error:
             raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
+    valueless = {one["name"] for one in estimates if one.get("value") is None}
+    for squared in QUADRATICS:
+        linear = DAMPINGS[squared.dof]
+        wanted = linear.name in valueless and (names is None or linear.name in names)
+        if wanted and squared.parameter_id(veh_cfg) in found:
+            found[linear.parameter_id(veh_cfg)] = 0.0
     if not found:
         raise ParamRejected("the identification holds no identifiable coefficient to send; dive again")
     return found

@@ -17,7 +17,7 @@ from bridge.effects.course import Course
 from bridge.effects.effect import Effect
 from bridge.effects.supply import voltage_law
 from bridge.parameters import bounds
-from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.effect_coefficients import (
     ASTERN,
@@ -61,13 +61,13 @@ HELD_BY_PID = QUADRATIC[2:5]
 
 @dataclass(frozen=True)
 class Misfit:
-    """doubts: on masses and dampings. off (12,): systematic errors of the logarithms of masses, then dampings."""
+    """doubts: on masses and dampings. off (18,): systematic errors of the logarithms of `OF_HULL`."""
 
     doubts: tuple[Doubt, ...]
     off: Array
 
 
-NO_MISFIT = Misfit((), np.zeros(12))
+NO_MISFIT = Misfit((), np.zeros(len(OF_HULL)))
 
 
 def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
@@ -83,7 +83,7 @@ def misfit_of(now: Nominal, quadratic: Collection[int]) -> Misfit:
     lacking = {dof: one for dof, one in drag.items() if dof not in beside}
     # A single step from none: the form of these forces is a guess.
     steps = [one.size * one.leaning for one in (*drag.values(), *late.values())]
-    off = np.sqrt(np.sum(np.square([np.zeros(12), *steps, *timing_of(found)]), axis=0))
+    off = np.sqrt(np.sum(np.square([np.zeros(len(OF_HULL)), *steps, *timing_of(found)]), axis=0))
     return Misfit(
         (
             *late_doubts(late, [dof for dof in now.built.pushed if dof in found]),

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.estimators.doubts import Doubts, by_drag, coefficients
+from bridge.vehicle.coefficients import OF_HULL
+from identify.estimators.doubts import Doubts, coefficients, lacking_drag
 from identify.estimators.lateness import LATER_S, by_lateness
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.multiplier import Force, Wider, with_forces
@@ -26,8 +27,8 @@ coefficient moves by more than this share of its standard error."""
 
 @dataclass(frozen=True)
 class Admitted:
-    """What letting forces in changes of the coefficients, (12,) with the masses first: `shift` of their logarithms, 0
-    where nothing is let in, and `looser`, what their standard errors are multiplied by. timing (k, 12): one standard
+    """What letting forces in changes of the coefficients, (18,) in the order of `OF_HULL`: `shift` of their logarithms,
+    0 where nothing is let in, and `looser`, what their standard errors are multiplied by. timing (k, 18): one standard
     error of each degree of freedom's timing in them."""
 
     shift: Array
@@ -36,7 +37,7 @@ class Admitted:
 
     @property
     def covariance(self) -> Array:
-        """Of the logarithms (12, 12): what comes to that of the fit."""
+        """Of the logarithms (18, 18): what comes to that of the fit."""
         return np.asarray(np.outer(self.shift, self.shift) + self.timing.T @ self.timing)
 
     def std(self, row: int, std: float) -> float:
@@ -61,18 +62,18 @@ class Admitted:
         return float(np.hypot(std, np.linalg.norm(self.timing[:, row])))
 
 
-NOTHING = Admitted(np.zeros(12), np.ones(12), np.zeros((0, 12)))
+NOTHING = Admitted(np.zeros(len(OF_HULL)), np.ones(len(OF_HULL)), np.zeros((0, len(OF_HULL))))
 
 
 def timing_of(doubts: Mapping[int, Doubts]) -> Array:
-    """What one standard error of when forces act does to the logarithms, (k, 12): each degree of freedom by itself."""
-    return STAMPED_S * np.array([one.late.leaning for one in doubts.values()]).reshape(-1, 12)
+    """What one standard error of when forces act does to the logarithms, (k, 18): each degree of freedom by itself."""
+    return STAMPED_S * np.array([one.late.leaning for one in doubts.values()]).reshape(-1, len(OF_HULL))
 
 
 def admitted(
     joint: JointLikelihood, theta: Array, lacking: Collection[int], late: Collection[int], timing: Array
 ) -> Admitted:
-    """All axes fitted again from theta with the forces that are missing: a quadratic drag in the degrees of freedom
+    """All axes fitted again from theta with the forces that are missing: a drag in the degrees of freedom
     that are `lacking` it, thrust at another time in those that are `late`.
 
     All together, because a mass also weighs in the Coriolis forces of other axes, and with noise levels of their own.
@@ -100,17 +101,17 @@ def admitted(
         if np.max(np.abs(coefficient - before) / np.sqrt(variance)) < SETTLED:
             break
     narrow = np.diag(np.linalg.inv(without.precision))[where]
-    shift, looser = np.zeros(12), np.ones(12)
+    shift, looser = NOTHING.shift.copy(), NOTHING.looser.copy()
     shift[rows] = coefficient - without.theta[where]
     looser[rows] = np.maximum(np.sqrt(variance / narrow), 1.0)
     return Admitted(shift, looser, timing)
 
 
 def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
-    """The quadratic drags at theta's speeds."""
+    """The drags at theta's speeds."""
     own = zip(joint.at(theta), joint.places, strict=True)
     return [
-        Force(problem.axis.dof, by_drag(problem.speed(theta[place])))
+        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
         for problem, place in own
         if problem.axis.dof in lacking
     ]

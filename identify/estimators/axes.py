@@ -321,6 +321,25 @@ def _late_or_early(axis: Axis, forces: WrenchHistory) -> Axis:
     return replace(axis, timing=timing, sampled_s=forces.sampled_s)
 
 
+def delayed(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
+    """The axes, built with these forces, as all of them were to act so much later."""
+    return replace(built, axes=tuple(later(axis, built, forces, by_s) for axis in built.axes))
+
+
+def later(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
+    """One of the axes built with these forces, as all of them were to act so much later."""
+    before, grid = np.concatenate([axis.time_s[:1], axis.time_s[:-1]]), built.motion.time_s
+    if not axis.is_coloured:
+        moved = forces.halves_between(before - by_s, axis.time_s - by_s) - forces.halves_between(
+            before, axis.time_s
+        )
+        return replace(axis, force=axis.force + moved[:, :, axis.dof])
+    own = FilteredForce(grid, forces.at(grid - by_s)[:, axis.dof] - built.restoring[axis.dof])
+    force = own.behind(axis.smoothing_s).mean_between(before, axis.time_s)
+    told = timing_of(own, axis.smoothing_s, before, axis.time_s, axis.dof == HEAVE)
+    return replace(axis, force=np.column_stack([force, force]), timing=(*told, *axis.timing[len(told) :]))
+
+
 def coupled(axis: Axis, motion: Motion) -> Axis:
     """The axis with the Coriolis forces and the own speed of a motion, each step's mean, as its readings show them."""
     before = np.concatenate([axis.time_s[:1], axis.time_s[:-1]])

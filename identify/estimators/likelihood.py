@@ -9,17 +9,19 @@ from the Fisher information.
 
 import time
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, Coefficient
+from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive, Signal
 from identify.estimators.admitted import Admitted, admitted, timing_of
 from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.axes import Axes
 from identify.estimators.crossed import crossed, crossed_doubts
+from identify.estimators.delay import with_delay
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
 from identify.estimators.likelihood_axis import (
@@ -30,6 +32,7 @@ from identify.estimators.likelihood_axis import (
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
 from identify.estimators.said import (
+    delay_doubt,
     drag_doubts,
     late_doubts,
     lateness_note,
@@ -41,6 +44,7 @@ from identify.estimators.said import (
 )
 from identify.estimators.unseen import unseen_doubts
 from identify.feedback import Unrecorded, unrecorded
+from identify.forces import wrench
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Z95,
@@ -48,6 +52,7 @@ from identify.identification import (
     Estimate,
     Identification,
     Information,
+    ThrustDelay,
     added_mass,
     outcome_of,
 )
@@ -78,32 +83,52 @@ def estimate(
     shape = file.vehicle.configurations[configuration]
     spoilt = {one.dof: one for one in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, shape, progress, spoilt)
-    fits = joint.fits
     doubts = doubts_of(joint.joint, joint.theta)
+    delay = None
+    curve, seems_late = file.vehicle.thrust_curve, _seems_late(doubts, built, spoilt)
+    if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
+        progress(1.0, "looking for the delay of the thrust")
+        forces = wrench(dive, file, configuration)
+        refit = partial(fit_axes, configuration=shape, progress=progress, doubted=spoilt)
+        try:
+            found = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
+        except np.linalg.LinAlgError:
+            # A delay at which the equations have no solution is none; without it they have one.
+            found = None
+        if found is not None:
+            delay, built, joint = found.delay, found.built, found.fit
+            doubts = doubts_of(joint.joint, joint.theta)
+    fits = joint.fits
     lacking = {dof: one.drag for dof, one in doubts.items() if one.lacks_drag}
     # Where the thrust follows the disturbance unseen, it seems to come late.
     late = {dof: one.late for dof, one in doubts.items() if one.is_late and dof not in spoilt}
-    let_in = admitted(joint.joint, joint.theta, lacking, late, timing_of(doubts))
+    let_in = admitted(joint.joint, joint.theta, lacking, late, _timing(doubts, delay))
     progress(1.0, "done")
-    missing = missing_forces(tuple(lacking), tuple(late))
+    missing = missing_forces(tuple(lacking), tuple(late), shape.damping)
     totals = tuple(
         _one(c, row, joint, let_in, missing, built, spoilt) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
-    names, covariance = _covariance(totals, joint, let_in)
+    squared = tuple(
+        _one(c, row, joint, let_in, missing, built, spoilt)
+        for row, c in enumerate(QUADRATICS, start=len(totals))
+        if shape.damping != "linear"
+    )
+    names, covariance = _covariance((*totals, *squared), joint, let_in)
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
     told = (
         *strange_doubts(built.strange),
         *crossed_doubts(crossed(joint.joint, joint.theta)),
         *unseen_doubts(built),
+        *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
-        *drag_doubts(lacking),
+        *drag_doubts(lacking, shape.damping),
         *_doubts(fits, joint.stopped_at),
         *by_others,
     )
     return Identification(
         "likelihood",
         outcome_of(totals, told),
-        (*totals, *(added_mass(total, shape) for total in totals[:6])),
+        (*totals, *(added_mass(total, shape) for total in totals[:6]), *squared),
         configuration,
         dive.name,
         dive.sha256,
@@ -121,7 +146,25 @@ def estimate(
         told,
         rest_on_righting=built.rest_on_righting,
         weighed_by_others=tuple(MASSES[dof].name for dof in spoilt),
+        thrust_delay=delay,
+        usual_speeds={DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
     )
+
+
+def _seems_late(doubts: Mapping[int, Doubts], built: Axes, spoilt: Collection[int]) -> bool:
+    """Whether thrust seems to act at another time than it is taken to, in an axis that can tell: the velocity of an
+    autopilot's own filter is late by itself."""
+    telling = (axis.dof for axis in built.axes if axis.dof in built.pushed and not axis.is_coloured)
+    return any(doubts[dof].is_late for dof in telling if dof not in spoilt)
+
+
+def _timing(doubts: Mapping[int, Doubts], delay: ThrustDelay | None) -> Array:
+    """What one standard error of when forces act does to the logarithms, (k, 18): by stamps, of each degree of freedom,
+    and by the delay, of all at once."""
+    by_stamps = timing_of(doubts)
+    if delay is None:
+        return by_stamps
+    return np.vstack([by_stamps, delay.std_s * np.sum([one.late.leaning for one in doubts.values()], axis=0)])
 
 
 def _of_others(spoilt: Unrecorded, mass: Estimate) -> Doubt:
@@ -149,6 +192,8 @@ def _one(
     name, dof, nan = of.name, of.dof, float("nan")
     if dof not in joint.fits:
         return as_estimate(name, nan, nan, nan, nan, built.missing[dof])
+    if not np.isfinite(joint.log_value[row]):
+        return as_estimate(name, nan, nan, nan, nan, _absent(of, built))
     value, own_std = float(np.exp(joint.log_value[row])), float(np.sqrt(joint.covariance[row, row]))
     std, (below, above) = let_in.std(row, own_std), let_in.reach(row, own_std, joint.stretch[row])
     reason, widest = "", max(below, above) / Z95
@@ -156,8 +201,17 @@ def _one(
         told = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
         why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
         reason = spoilt[row].found if row in spoilt else f"{told}{why}"
+    if np.isinf(below):
+        reason = f"the dive can't tell {name} from none: it is below {value * np.exp(above):.3g} {of.unit}"
     low, high = value * np.exp(-below), value * np.exp(above)
     return as_estimate(name, value, value * std, float(low), float(high), reason)
+
+
+def _absent(of: Coefficient, built: Axes) -> str:
+    """Why the model of an axis that was fitted has no such coefficient."""
+    if of.kind == "quadratic":
+        return f"{built.unpushed[of.dof]}, and the little motion there tells no drag by its square"
+    return "the vehicle file's damping is quadratic: its hull has no linear damping"
 
 
 def _rests_on_gravity(totals: tuple[Estimate, ...], built: Axes, shape: Configuration) -> tuple[str, ...]:
@@ -188,7 +242,7 @@ def _covariance(
     totals: tuple[Estimate, ...], joint: JointFit, let_in: Admitted
 ) -> tuple[tuple[str, ...], Array]:
     """Names and covariance of the coefficients that were fitted."""
-    kept = [i for i in range(len(totals)) if i % 6 in joint.fits]
+    kept = [i for i in range(len(totals)) if np.isfinite(joint.log_value[i])]
     relative = (joint.covariance + let_in.covariance)[np.ix_(kept, kept)]
     values = np.array([totals[i].value for i in kept])
     return tuple(totals[i].name for i in kept), relative * np.outer(values, values)
@@ -197,12 +251,14 @@ def _covariance(
 def _information(joint: JointFit, unknown: Collection[int]) -> Information:
     """What the dive tells of mass, damping and trim of all axes, all else projected out.
 
-    So are the masses of the `unknown` degrees of freedom: another dive like this one would not tell them either.
+    So are the masses of the `unknown` degrees of freedom, for another dive like this one would not tell them either,
+    and the linear dampings of a hull that has none.
     """
     of = [name for dof in joint.fits for name in (MASSES[dof].name, DAMPINGS[dof].name, f"{DOFS[dof]}_trim")]
     scale = np.array([size for fit in joint.fits.values() for size in (1.0, 1.0, _usual_force(fit))])
     matrix = joint.information * np.outer(scale, scale)
-    dropped = np.isin(of, [MASSES[dof].name for dof in unknown])
+    absent = [DAMPINGS[dof].name for dof in joint.fits if not np.isfinite(joint.log_value[6 + dof])]
+    dropped = np.isin(of, [*(MASSES[dof].name for dof in unknown), *absent])
     if not dropped.any():
         return Information(tuple(of), matrix)
     kept, out = np.flatnonzero(~dropped), np.flatnonzero(dropped)
@@ -215,6 +271,12 @@ def _usual_force(fit: AxisFit) -> float:
     """Root mean square of the force that drove an axis, over steps in which a mean force means something."""
     axis = fit.problem.axis
     return float(np.sqrt(np.mean(axis.force[axis.step_s > SHORTEST_STEP_S] ** 2)))
+
+
+def _usual_speed(fit: AxisFit) -> float:
+    """Root mean square of an axis's speed or rate of turn over time."""
+    axis = fit.problem.axis
+    return float(np.sqrt(np.average(axis.speed**2, weights=axis.step_s)))
 
 
 def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:

@@ -156,6 +156,10 @@ class AxisLikelihood:
         axis = replace(coupled(self.axis, motion), speed=speed)
         return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
 
+    def reshaped(self) -> "AxisLikelihood":
+        """The same with the shapes that its axis makes now."""
+        return replace(self, shapes=_shapes(self.axis, self.unmeasured, self.damped))
+
     @property
     def noise_place(self) -> int:
         """Where in theta the noise of the first channel stands."""

@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes import Axes, Axis
+from identify.estimators.doubts import coefficients
+from identify.estimators.drags import told
 from identify.estimators.likelihood_axis import (
     DAMPING,
     FORCES,
@@ -27,6 +30,8 @@ from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
+ROWS = len(OF_HULL)
+
 PASSES = 8
 """Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
 
@@ -38,12 +43,11 @@ SETTLED = 0.02
 class JointFit:
     """The fits of the axes by degree of freedom, and what is known of all their coefficients together.
 
-    log_value (12,) and covariance (12, 12): the log masses and then the log dampings of the six degrees of freedom,
-    the noise levels integrated out, NaN for those that are not fitted. stretch (12, 2): what to multiply the lower and
-    the upper half of each one's interval by. information (3 k, 3 k): what the dive alone says of log mass, log damping
-    and trim force of the k axes, in the order of `fits`, all else projected out. stopped_at:
-    the bound at which the search stopped, empty where it came to its end. joint, theta: the likelihood of all axes, and
-    where its maximum lies.
+    log_value (18,) and covariance (18, 18): the logarithms of `OF_HULL`, the noise levels integrated out, NaN for those
+    that are not fitted. stretch (18, 2): what to multiply the lower and the upper half of each one's interval by.
+    information (3 k, 3 k): what the dive alone says of log mass, log damping and trim force of the k axes, in the order
+    of `fits`, all else projected out. stopped_at: the bound at which the search stopped, empty where it came to its
+    end. joint, theta: the likelihood of all axes, and where its maximum lies.
     """
 
     fits: dict[int, AxisFit]
@@ -101,10 +105,10 @@ def fit_axes(
     The own equation of a `doubted` degree of freedom weighs no mass, neither its own nor the others' that act there.
     """
     if not built.axes:
-        nothing, none = np.full(12, np.nan), np.zeros(0)
-        unknown = np.full((12, 12), np.nan)
+        nothing, none = np.full(ROWS, np.nan), np.zeros(0)
+        unknown = np.full((ROWS, ROWS), np.nan)
         return JointFit(
-            {}, nothing, unknown, np.ones((12, 2)), np.zeros((0, 0)), "", JointLikelihood(()), none
+            {}, nothing, unknown, np.ones((ROWS, 2)), np.zeros((0, 0)), "", JointLikelihood(()), none
         )
     progress(0.0, "fitting each axis, then all together roughly")
     begun = rough_fit(built, configuration, tuple(sorted(doubted)))
@@ -118,7 +122,7 @@ def fit_axes(
         maximum = climb(joint, before, score=JointLikelihood.score)
         std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
         moved = np.abs(maximum.theta - before) / std
-        kept = [*joint.mass_places, *(place.start + DAMPING for place in joint.places)]
+        kept = coefficients(joint)[1]
         settled = bool(turn and np.max(moved[kept]) < SETTLED)
         if settled:
             break
@@ -142,20 +146,26 @@ def _joined(problems: Sequence[AxisLikelihood], doubted: Collection[int]) -> Joi
 
 
 def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> JointFit:
-    whole: Array = np.asarray(np.linalg.inv(maximum.precision), dtype=np.float64)
     fits = axis_fits(joint, maximum)
-    rows = [dof + 6 * kind for kind in range(2) for dof in fits]
-    where = [*joint.mass_places, *(place.start + DAMPING for place in joint.places)]
+    rows, where = coefficients(joint)
+    known = told(joint, maximum)
     shift, widening = integrated(joint, maximum.theta)
-    log_value, covariance = np.full(12, np.nan), np.full((12, 12), np.nan)
-    log_value[rows] = (maximum.theta + shift)[where]
-    covariance[np.ix_(rows, rows)] = (whole * np.outer(widening, widening))[np.ix_(where, where)]
-    stretch = np.ones((12, 2))
-    for dof, fit in fits.items():
-        for kind, at in enumerate((MASS, DAMPING)):
-            stretch[dof + 6 * kind] = stretches(fit.problem, fit.maximum.theta, at)
-    for dof, at in zip(joint.apart, range(joint.places[-1].stop, len(maximum.theta)), strict=True):
-        stretch[dof] = stretches(joint, maximum.theta, at, JointLikelihood.score)
+    shift[list(known.stretch)] = 0.0
+    log_value, covariance = np.full(ROWS, np.nan), np.full((ROWS, ROWS), np.nan)
+    log_value[rows] = (known.middle + shift)[where]
+    covariance[np.ix_(rows, rows)] = (known.covariance * np.outer(widening, widening))[np.ix_(where, where)]
+    stretch = np.ones((ROWS, 2))
+    starts = {
+        problem.axis.dof: place.start for problem, place in zip(joint.problems, joint.places, strict=True)
+    }
+    for row, at in zip(rows, where, strict=True):
+        dof = row % 6
+        if at in known.stretch:
+            stretch[row] = known.stretch[at]
+        elif row == dof and dof in joint.apart:
+            stretch[row] = stretches(joint, maximum.theta, at, JointLikelihood.score)
+        else:
+            stretch[row] = stretches(fits[dof].problem, fits[dof].maximum.theta, at - starts[dof])
     information = _projected(joint, maximum.information)
     return JointFit(fits, log_value, covariance, stretch, information, stopped_at, joint, maximum.theta)
 

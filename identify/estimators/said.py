@@ -5,11 +5,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS
 from identify.dive import Dive
-from identify.identification import Culprit, Doubt, Outcome
+from identify.identification import Culprit, Doubt, Outcome, ThrustDelay
 
 if TYPE_CHECKING:
+    from bridge.vehicle.config import Damping
     from identify.estimators.multiplier import Tested
 
 SHORTEST_DIVE_S = 20.0
@@ -36,8 +37,10 @@ def axes_named(dofs: Sequence[int]) -> str:
     return " and ".join(", ".join(part) for part in (names[:-1], names[-1:]) if part)
 
 
-def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
-    """A quadratic drag is missing in each of these axes."""
+def drag_doubts(lacking: "Mapping[int, Tested]", damping: "Damping" = "linear") -> tuple[Doubt, ...]:
+    """A drag is missing in each of these axes, of a hull with this damping in its vehicle file."""
+    if damping == "quadratic":
+        return tuple(_linear_doubt(dof, one) for dof, one in lacking.items())
     return tuple(
         Doubt(
             (MASSES[dof].name, DAMPINGS[dof].name),
@@ -49,6 +52,29 @@ def drag_doubts(lacking: "Mapping[int, Tested]") -> tuple[Doubt, ...]:
             Culprit.MODEL,
         )
         for dof, one in lacking.items()
+    )
+
+
+def _linear_doubt(dof: int, one: "Tested") -> Doubt:
+    return Doubt(
+        (MASSES[dof].name, QUADRATICS[dof].name),
+        f"In {DOFS[dof]} a force that grows as the speed itself is missing from the model ({one.score:+.0f} standard "
+        "errors), for the vehicle file's damping is quadratic: the intervals of all that it bears on are widened by "
+        "what such a force would change; write damping: both into it.",
+        Outcome.DISAGREES,
+        Culprit.MODEL,
+    )
+
+
+def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
+    """All thrust acts later than the vehicle file says; the values are those with that delay."""
+    beyond = f" and its delay of {delay.in_file_s:g} s" if delay.in_file_s else ""
+    return Doubt(
+        tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in pushed),
+        f"Thrust acts {delay.later_s:.3f} s ({delay.low95_s:.3f} to {delay.high95_s:.3f}) after its command, beyond "
+        f"the vehicle file's lag{beyond}, or readings are stamped so late: the values are those with that delay; write "
+        f"delay_s: {delay.delay_s:.3g} into the vehicle file's thrust_curve, where the feed-forward finds it.",
+        culprit=Culprit.MODEL,
     )
 
 
@@ -136,11 +162,13 @@ def strange_doubts(strange: str) -> tuple[Doubt, ...]:
     return (Doubt(tuple(BY_NAME), sentence, Outcome.DISAGREES),)
 
 
-def missing_forces(lacking: Sequence[int], late: Sequence[int]) -> str:
-    """What the model lacks in these axes, as part of a sentence; empty where that is nothing."""
+def missing_forces(lacking: Sequence[int], late: Sequence[int], damping: "Damping" = "linear") -> str:
+    """What the model of a hull with this damping lacks in these axes, as part of a sentence; empty where that is
+    nothing."""
     told = []
     if lacking:
-        told.append(f"a drag that grows as the speed squared in {axes_named(lacking)}")
+        what = "itself" if damping == "quadratic" else "squared"
+        told.append(f"a drag that grows as the speed {what} in {axes_named(lacking)}")
     if late:
         told.append(f"thrust at another time in {axes_named(late)}")
     return " and ".join(told)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import cast
 
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, FitError
 from bridge.vehicle.config import VehicleFile
 from identify.answer import answered
 from identify.dive import Dive
@@ -22,6 +22,8 @@ METHODS = {
 DEFAULT = "likelihood"
 SIDE_BY_SIDE = (DEFAULT, "pinn")
 """What `identify` runs on every dive where no method is named: the second is compared with the first."""
+OF_QUADRATIC = (DEFAULT,)
+"""The methods whose model has quadratic damping, where the vehicle file says that the hull has it."""
 
 
 def estimator(method: str) -> Estimator:
@@ -33,9 +35,20 @@ def estimator(method: str) -> Estimator:
         raise ConfigError(f"there is no method '{method}'; take one of {', '.join(METHODS)}")
 
     def fit(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
+        refuse_damping(method, file, configuration)
         return cast(Estimator, import_module(METHODS[method]).estimate)(dive, file, configuration, progress)
 
     return judged(fit)
+
+
+def refuse_damping(method: str, file: VehicleFile, configuration: str) -> None:
+    """Raises FitError where the hull has a damping that the method's model lacks: its values would be wrong."""
+    damping = file.vehicle.configurations[configuration].damping
+    if damping != "linear" and method not in OF_QUADRATIC:
+        raise FitError(
+            f"the vehicle file says damping: {damping}, and the model of method '{method}' has linear damping alone: "
+            f"its values would be wrong; take --method {DEFAULT}"
+        )
 
 
 def judged(fit: Estimator) -> Estimator:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bridge.errors import ConfigError
-from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
+from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES, QUADRATICS
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, ThrustCurve, Vector3, VehicleFile
 from bridge.vehicle.thrusters import Curve, thrust_curve
 
@@ -159,6 +159,7 @@ def model_of(
         inertia_kgm2=shape.inertia_kgm2,
         added=added,
         linear=damping,
+        quadratic=six([values.get(c.name, 0.0) for c in QUADRATICS]),
         thrusters=_propellers(shape, curve),
         lag_s=file.vehicle.thrust_curve.lag_s,
         net_buoyancy_n=shape.net_buoyancy_n,
@@ -176,9 +177,13 @@ def model_of(
 def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str, float], list[str]]:
     """Masses and dampings, identified or else the vehicle file's own, and a note on each that was not identified."""
     known, notes = {}, []
+    squared = {DAMPINGS[c.dof].name: c.name for c in QUADRATICS if c.name in values}
     for name in (c.name for c in COEFFICIENTS):
         if name in values:
             known[name] = values[name]
+        elif name in squared:
+            known[name] = 0.0
+            notes.append(f"{name} was not identified: {squared[name]} is all the drag there")
         elif name in shape.model:
             known[name] = shape.model[name]
             notes.append(f"{name} was not identified: {shape.model[name]:g} is the vehicle file's own")

@@ -15,12 +15,12 @@ from typing import Any, Final
 import numpy as np
 
 from bridge.errors import FitError
-from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from bridge.vehicle.coefficients import COEFFICIENTS, DOFS, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Array, Dive, Signal
 from identify.estimators.admitted import timing_of
 from identify.estimators.autopilot_velocity import lasting_axes
-from identify.estimators.doubts import by_drag, coefficients, doubts_of
+from identify.estimators.doubts import coefficients, doubts_of, lacking_drag
 from identify.estimators.lasting import common_s
 from identify.estimators.lateness import by_lateness
 from identify.estimators.likelihood_fit import Begun, rough_fit
@@ -124,14 +124,14 @@ def _foretold(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
 
 
 def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
-    """Of the coefficients (12,), with what the forces that the model lacks would move them by; inf without readings.
+    """Of all coefficients (18,), with what the forces that the model lacks would move them by; inf without readings.
 
     The thrust of the `unseen` degrees of freedom follows readings that nobody recorded, and so seems to come late.
     """
     joint, theta = begun.joint, begun.maximum.theta
     doubts = doubts_of(joint, theta)
     lacking = [
-        Force(problem.axis.dof, by_drag(problem.speed(theta[place])))
+        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[place])))
         for problem, place in zip(joint.at(theta), joint.places, strict=True)
         if doubts[problem.axis.dof].lacks_drag
     ]
@@ -148,7 +148,7 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
     rows, where = coefficients(joint)
     at = wider.kept[where]
     timing = np.linalg.norm(timing_of(doubts), axis=0)
-    std = np.full(len(COEFFICIENTS), np.inf)
+    std = np.full(len(OF_HULL), np.inf)
     # Of what is known loosely the likelihood falls more slowly on one side, by about that standard error itself.
     own = np.sqrt(np.diag(covariance)[at])
     std[rows] = np.sqrt((own * (1.0 + own)) ** 2 + shift[at] ** 2 + timing[rows] ** 2)

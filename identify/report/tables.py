@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, BY_NAME, DOFS
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
 from identify.identification import NEGLIGIBLE_CORRELATION, Z95, Estimate
 from identify.report.page import Table
@@ -74,7 +74,7 @@ def standard_error(e: Estimate) -> float:
     In logarithms, as coefficients are fitted; an interval that reaches zero, and that of an added mass, has none.
     """
     below, above = e.value - e.low95, e.high95 - e.value
-    if e.name in BY_NAME and 0.0 < e.low95 <= e.value:
+    if e.name in OF_HULL and 0.0 < e.low95 <= e.value:
         return math.log(max(e.value / e.low95, e.high95 / e.value)) / Z95
     return max(below, above) / Z95 / abs(e.value) if e.value else math.nan
 
@@ -92,8 +92,8 @@ def _partner(e: Estimate) -> str:
 
 def meaning(name: str) -> str:
     """What a coefficient is, in words; empty for a name that is on no list."""
-    if name in BY_NAME:
-        return BY_NAME[name].sentence
+    if name in OF_HULL:
+        return OF_HULL[name].sentence
     if name in ADDED_MASS_NAMES:
         dof = ADDED_MASS_NAMES.index(name)
         return f"added {'mass' if dof < 3 else 'inertia'} in {DOFS[dof]}: total less rigid body"

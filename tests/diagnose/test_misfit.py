@@ -15,7 +15,7 @@ from identify.estimators.doubts import Doubts
 from identify.identification import Outcome
 
 SURGE, YAW, OF_MASS, OF_DAMPING = 0, 5, 0, 6
-FITS = multiplier.Tested(0.0, 0.0, np.zeros(12))
+FITS = multiplier.Tested(0.0, 0.0, np.zeros(18))
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def fit(monkeypatch):
 
 def changing(score, size, row, by):
     """A force of this size that changes one logarithm by so much."""
-    leaning = np.zeros(12)
+    leaning = np.zeros(18)
     leaning[row] = by / size
     return multiplier.Tested(score, size, leaning)
 

@@ -112,6 +112,14 @@ def test_half_a_model_of_an_axis_is_no_value_to_write_whichever_half_it_is(axis,
     assert judged({mass: 95.0}, {mass: 90.0, damping: 0.0}) == {mass: f"without {damping} {off}"}
 
 
+def test_a_mass_beside_quadratic_damping_alone_is_a_whole_model():
+    judged = lambda targets, present: implausible(make_plan(targets, present), {}, {}, {})  # noqa: E731
+    empty = {"FF0_M_U": 0.0, "FF0_D_U": 40.0, "FF0_X_UU": 0.0}
+    assert judged({"FF0_M_U": 90.0, "FF0_D_U": 0.0, "FF0_X_UU": 60.0}, empty) == {}
+    off = "without FF0_D_U the feed-forward of surge stays off"
+    assert judged({"FF0_M_U": 90.0}, empty | {"FF0_D_U": 0.0}) == {"FF0_M_U": off}
+
+
 @pytest.mark.parametrize(("axis", "mass", "damping"), AXES)
 def test_what_the_vehicle_holds_already_makes_a_model_whole(axis, mass, damping):
     del axis

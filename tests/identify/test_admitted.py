@@ -27,7 +27,7 @@ FILE = closed_loop.vehicle_file()
 BOTH = pytest.mark.parametrize("method", ["likelihood", "pinn"])
 SURGE, DAMPING_OF_SURGE = 0, 6
 EVEN = np.ones(2)
-UNTIMED = np.zeros((0, 12))
+UNTIMED = np.zeros((0, 18))
 
 
 def fitted(dive, file=FILE, configuration="only"):
@@ -41,21 +41,21 @@ def test_without_anything_let_in_an_interval_stays_as_it_is():
 
 
 def test_an_interval_holds_those_of_both_models_and_the_shift_as_an_error():
-    shift = np.zeros(12)
+    shift = np.zeros(18)
     shift[0] = 0.03
-    below, above = Admitted(shift, np.full(12, 2.0), UNTIMED).reach(0, 0.01, EVEN)
+    below, above = Admitted(shift, np.full(18, 2.0), UNTIMED).reach(0, 0.01, EVEN)
     assert above == pytest.approx(0.03 + Z95 * 0.02)
     assert below == pytest.approx(Z95 * np.hypot(0.01, 0.03))
 
 
 def test_where_nothing_is_doubted_nothing_is_let_in():
     fit = fitted(closed_loop.dive(np.random.default_rng(4), 120.0))
-    timing = np.full((1, 12), 0.02)
+    timing = np.full((1, 18), 0.02)
     found = admitted(fit.joint, fit.theta, (), (), timing)
     assert not found.shift.any()
     assert found.std(0, 0.01) == pytest.approx(np.hypot(0.01, 0.02))
     assert found.reach(0, 0.01, EVEN) == pytest.approx((Z95 * np.hypot(0.01, 0.02),) * 2)
-    assert found.covariance == pytest.approx(np.full((12, 12), 0.02**2))
+    assert found.covariance == pytest.approx(np.full((18, 18), 0.02**2))
 
 
 def test_the_error_by_timing_covers_what_readings_that_are_late_by_that_change_of_a_mass():
@@ -153,4 +153,4 @@ def test_what_is_too_wide_for_what_the_model_lacks_says_what_it_lacks():
 
 
 def of_size(size):
-    return multiplier.Tested(7.0, size, np.zeros(12))
+    return multiplier.Tested(7.0, size, np.zeros(18))

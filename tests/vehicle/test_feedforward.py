@@ -36,6 +36,15 @@ def test_a_coefficient_that_is_no_good_turns_its_axis_off_with_a_text_and_leaves
     assert len(term.faults[0]) <= 50
 
 
+def test_a_hull_with_quadratic_damping_alone_needs_no_linear_one() -> None:
+    bare = {name: value for name, value in GOOD.items() if name != "D_u"}
+    term = feedforward(bare, REFERENCE, REACH, {"X_uu": 60.0})
+    speed = REFERENCE.nu[0]
+    assert term.faults == ()
+    assert term.tau[0] == pytest.approx(GOOD["M_u"] * REFERENCE.nu_dot[0] + 60.0 * abs(speed) * speed)
+    assert feedforward(bare, REFERENCE, REACH, {"Y_vv": 60.0}).off == (0,)
+
+
 def test_a_reference_that_is_not_finite_gives_zero() -> None:
     broken = Reference((math.nan, 0.1, 0, 0, 0, 0), (0.0,) * 6, 0.0, 0.6)
     term = feedforward(GOOD, broken, REACH)

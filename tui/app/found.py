@@ -4,17 +4,17 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from bridge.errors import ParamError
 from bridge.file_size import read_small
 from bridge.plain import from_json
+from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import coefficient_of
 
 JSON, PARAM, PAGE = "identified.json", "identified.param", "identified.html"
-COEFFICIENTS: Final = 12
 
 
 @dataclass(frozen=True)
@@ -59,9 +59,14 @@ class Found:
     written_unix_s: float
 
     @property
+    def coefficients(self) -> tuple[Value, ...]:
+        """The values but for those that follow from others."""
+        return tuple(one for one in self.values if one.name in OF_HULL)
+
+    @property
     def told(self) -> int:
         """How many of the coefficients have a value."""
-        return sum(math.isfinite(one.value) for one in self.values[:COEFFICIENTS])
+        return sum(math.isfinite(one.value) for one in self.coefficients)
 
 
 def places(dive: Path) -> dict[str, Path]:

@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from bridge.vehicle.coefficients import BY_NAME
+from bridge.vehicle.coefficients import OF_HULL
 from tui import exit_codes
 from tui.app.converging import converging, passes_of
-from tui.app.found import COEFFICIENTS, Found, Value
+from tui.app.found import Found, Value
 from tui.app.job_lines import NOT_KEPT, errors
 from tui.app.jobs import JobState
 from tui.app.lines import Line, Lines, Role, cut, heading, width
@@ -120,7 +120,7 @@ def _said(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str) 
 
 
 def _unit(name: str) -> str:
-    return BY_NAME[name].unit if name in BY_NAME else ""
+    return OF_HULL[name].unit if name in OF_HULL else ""
 
 
 def _beside(parts: Sequence[Line], each: int) -> Line:
@@ -171,7 +171,7 @@ def result(found: Found, cells: int) -> Lines:
 def _outcome(found: Found) -> str:
     outcome = found.outcome[:1].upper() + found.outcome[1:]
     second = f"; {found.beside[0].replace(':', ' beside it:')}" if found.beside else ""
-    return f"{outcome}: {found.told} of {COEFFICIENTS} coefficients identified by {found.method}{second}."
+    return f"{outcome}: {found.told} of {len(found.coefficients)} coefficients identified by {found.method}{second}."
 
 
 def _row(one: Value, reasons: Sequence[str]) -> Line:

@@ -113,7 +113,7 @@ def _model(
 
 
 def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
-    from bridge.vehicle.coefficients import BY_NAME
+    from bridge.vehicle.coefficients import OF_HULL
     from bridge.vehicle.config import load_vehicle
     from identify.export.model import model_of
     from tui.doubted import doubted_in
@@ -137,7 +137,7 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
         one["name"]: one
         for one in data["parameters"]
         if isinstance(one, dict)
-        and one.get("name") in BY_NAME
+        and one.get("name") in OF_HULL
         and one.get("identifiable") is True
         and _is_number(one.get("value"))
     }
@@ -154,7 +154,7 @@ def _identified(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model
 
 
 def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, dict[str, str]]":
-    from bridge.vehicle.coefficients import BY_NAME
+    from bridge.vehicle.coefficients import BY_NAME, OF_HULL
     from bridge.vehicle.config import load_vehicle
     from identify.export.effects import is_held, with_effects
     from identify.export.model import model_of
@@ -165,7 +165,9 @@ def _accepted(path: Path, vehicle: str | None, leave: "Leave") -> "tuple[Model, 
             f"{path}: parameters need --vehicle FILE, for thrusters and weight; add it"
         )
     accepted = accepted_model(path, load_vehicle(vehicle), leave)
-    values = {name: value for name, value in accepted.values.items() if name in BY_NAME}
+    # What was accepted as an effect is in the model as that; what was identified is a value like any other.
+    squared = {} if accepted.effects else OF_HULL
+    values = {name: value for name, value in accepted.values.items() if name in BY_NAME or name in squared}
     intervals = {name: pair for name, pair in accepted.intervals.items() if is_held(name)}
     model = model_of(values, accepted.file, accepted.configuration, intervals)
     doubted = {name: why for name, why in accepted.doubted.items() if name in values}

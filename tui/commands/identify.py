@@ -37,7 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="METHOD[+METHOD]",
-        help="likelihood, pinn or paper; two of them are compared (where not given: likelihood+pinn)",
+        help="likelihood, pinn or paper; two of them are compared (where not given: likelihood+pinn; "
+        "likelihood where the vehicle file's damping is not linear)",
     )
     parser.add_argument(
         "--network",
@@ -88,6 +89,8 @@ def run(arguments: argparse.Namespace) -> int:
         file.configuration or file.vehicle.configuration_at(dive.configuration_index()) for dive in dives
     ]
     curves: dict[str, TrainingCurves] = {}
+    if arguments.method is None:
+        methods = _usual(file, chosen)
     estimates = {name: estimator_of(name, arguments.network, curves) for name in methods}
     answers, compared = [], []
     for dive, one, configuration in zip(dives, held_files, chosen, strict=True):
@@ -127,6 +130,14 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE if converged else exit_codes.NO)
 
 
+def _usual(file: "VehicleFile", configurations: "Sequence[str]") -> tuple[str, ...]:
+    """The methods where none is named: those beside each other that know the damping of all these hulls."""
+    from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE
+
+    linear = all(file.vehicle.configurations[name].damping == "linear" for name in configurations)
+    return SIDE_BY_SIDE if linear else OF_QUADRATIC
+
+
 def methods_of(argument: str | None) -> tuple[str, ...]:
     """The one or two methods that `--method` names. Raises UsageError for another."""
     from identify.estimators.table import METHODS, SIDE_BY_SIDE
@@ -154,6 +165,7 @@ def estimator_of(
 def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") -> "Estimator":
     """The paper's method with a network of its own size; its training curves go into `curves` by dive."""
     from identify.estimators.paper import SMALL, PaperOptions, estimate_with_curves
+    from identify.estimators.table import refuse_damping
 
     options = (
         SMALL if network is None else PaperOptions(hidden=network[0], depth=network[1], epochs=network[2])
@@ -162,6 +174,7 @@ def paper(network: "Sequence[int] | None", curves: "dict[str, TrainingCurves]") 
     def estimate(
         dive: "Dive", file: "VehicleFile", configuration: str, progress: "Progress"
     ) -> "Identification":
+        refuse_damping("paper", file, configuration)
         answer, curves[dive.sha256] = estimate_with_curves(dive, file, configuration, progress, options)
         return answer
 
@@ -219,15 +232,22 @@ def identify(
 
 def answered(answer: "Identification") -> str:
     """The values of a method that is done, each with half of its 95 % interval, in SI units."""
-    from bridge.vehicle.coefficients import COEFFICIENTS
+    from bridge.vehicle.coefficients import OF_HULL
     from tui.told import ANSWERED
 
     values = ", ".join(
         f"{one.name} {one.value:.4g} ± {(one.high95 - one.low95) / 2:.2g}"
-        for one in answer.parameters[: len(COEFFICIENTS)]
-        if one.identifiable
+        for one in answer.parameters
+        if one.identifiable and one.name in OF_HULL
     )
     return f"{ANSWERED}: {values or 'no value'}"
+
+
+def _asked(answer: "Identification") -> int:
+    """How many coefficients the model of an answer has."""
+    from bridge.vehicle.coefficients import OF_HULL
+
+    return sum(one.name in OF_HULL for one in answer.parameters)
 
 
 def nothing(
@@ -285,7 +305,7 @@ def report(
         sections.append(dive_section(dive, file.vehicle.water))
     methods = [answers[0].method, *(one.second.method for one in compared[0])]
     verdict = "; ".join(
-        f"{dive.name} ({answer.configuration}): {len(answer.values())} of 12 coefficients identified, "
+        f"{dive.name} ({answer.configuration}): {len(answer.values())} of {_asked(answer)} coefficients identified, "
         f"{answer.outcome.value}"
         for dive, answer in zip(dives, answers, strict=True)
     )

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from bridge.vehicle.coefficients import BY_NAME
+    from bridge.vehicle.coefficients import OF_HULL
     from bridge.vehicle.config import load_vehicle
     from tui import show
     from tui.accepted import doubted_of, left_behind, merged, priors_of
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
             name,
             show.number(prior.value),
             show.number(prior.std, 2),
-            BY_NAME[name].unit,
+            OF_HULL[name].unit,
             prior.rests_on,
             _change(name, present.get(name), prior),
         )

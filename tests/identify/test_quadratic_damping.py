@@ -1,0 +1,212 @@
+"""Quadratic damping as a coefficient like any other, where the vehicle file says that the hull has it."""
+
+import math
+from dataclasses import replace
+
+import closed_loop
+import network_tasks
+import numpy as np
+import pytest
+from scipy.stats import truncnorm
+
+from bridge.errors import FitError
+from bridge.vehicle.coefficients import OF_HULL
+from bridge.vehicle.config import Prior
+from gcs_plugin.params.targets import parameters_from_identification
+from identify.dive import Signal
+from identify.drag_force import with_drag_forces
+from identify.estimators import drags
+from identify.estimators.table import estimator
+from identify.export.model import model_of
+from identify.feedback import steered_doubts
+from identify.identification import Identification, Outcome
+
+QUADRATIC = 40.0
+
+
+def file_with(damping, **changes):
+    file = closed_loop.vehicle_file()
+    shape = replace(file.vehicle.configurations["only"], damping=damping, **changes)
+    return replace(file, vehicle=replace(file.vehicle, configurations={"only": shape}))
+
+
+def fit(dive, damping="both", method="likelihood", **changes):
+    return estimator(method)(dive, file_with(damping, **changes), "only", network_tasks.quiet)
+
+
+def names(found):
+    return [one.name for one in found.parameters]
+
+
+@pytest.fixture
+def squared(monkeypatch) -> Identification:
+    """A hull with quadratic damping alone, whose vehicle file says so."""
+    monkeypatch.setattr(closed_loop, "DAMPING", 0.0)
+    return fit(closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=200.0), "quadratic")
+
+
+@pytest.fixture(scope="module")
+def both() -> Identification:
+    return fit(closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC))
+
+
+@pytest.fixture(scope="module")
+def without() -> Identification:
+    """A hull that has no quadratic damping, with a vehicle file that lets it have some."""
+    return fit(closed_loop.dive(np.random.default_rng(1), 120.0))
+
+
+def test_both_dampings_come_with_intervals_that_hold_the_truth_and_in_the_covariance(both):
+    truth = {"M_u": closed_loop.MASS, "D_u": closed_loop.DAMPING, "X_uu": QUADRATIC}
+    assert both.outcome is Outcome.CONVERGED
+    for name, value in truth.items():
+        assert both[name].low95 < value < both[name].high95
+        assert both[name].identifiable
+    assert both["X_uu"].unit == "N s2/m2"
+    assert both.covariance_of == ("M_u", "D_u", "X_uu")
+    assert np.sqrt(both.covariance[2, 2]) == pytest.approx(both["X_uu"].std, rel=0.01)
+    assert both["D_u"].partner.name == "X_uu"
+
+
+def test_of_twenty_dives_seventeen_intervals_or_more_hold_each_truth():
+    inside = dict.fromkeys(("M_u", "D_u", "X_uu"), 0)
+    for seed in range(20):
+        found = fit(closed_loop.dive(np.random.default_rng(100 + seed), 60.0, quadratic=QUADRATIC))
+        truth = {"M_u": closed_loop.MASS, "D_u": closed_loop.DAMPING, "X_uu": QUADRATIC}
+        for name, value in truth.items():
+            inside[name] += found[name].low95 <= value <= found[name].high95
+    assert min(inside.values()) >= 17
+
+
+def test_dampings_that_trade_are_both_kept_and_their_sum_is_told(both):
+    (force,) = both.drag_forces
+    truth = closed_loop.DAMPING * force.speed + QUADRATIC * force.speed**2
+    assert force.correlation < -0.9
+    assert force.low95 < truth < force.high95
+    assert force.relative_std < 0.02
+    assert any("D_u and X_uu hold together (correlation -0.9" in note for note in both.notes)
+    told = both.to_json()["drag_forces"][0]
+    assert (told["linear"], told["quadratic"]) == ("D_u", "X_uu")
+    assert told["force"] == force.force
+
+
+def test_a_hull_without_quadratic_damping_may_as_well_have_none_and_is_no_fault(without):
+    assert without.outcome is Outcome.CONVERGED
+    assert without["X_uu"].low95 == 0.0
+    assert without["X_uu"].high95 < 15.0
+    assert without["X_uu"].identifiable
+    assert without["D_u"].low95 < closed_loop.DAMPING < without["D_u"].high95
+    assert all(math.isfinite(one.value) for one in without.parameters if one.name in ("D_u", "X_uu"))
+
+
+def test_where_drag_is_linear_there_is_no_row_of_quadratic():
+    found = fit(closed_loop.dive(np.random.default_rng(3), 60.0), "linear")
+    assert "X_uu" not in names(found)
+    assert found.drag_forces == ()
+
+
+def test_a_hull_whose_damping_is_quadratic_has_no_linear_one_and_says_so(squared):
+    found = squared
+    assert found["X_uu"].low95 < 200.0 < found["X_uu"].high95
+    assert found.outcome is Outcome.CONVERGED
+    assert math.isnan(found["D_u"].value)
+    assert found["D_u"].reason == "the vehicle file's damping is quadratic: its hull has no linear damping"
+    assert "D_u" not in found.covariance_of
+    assert not any("surge damping" in direction.sentence for direction in found.null_directions)
+
+
+def test_a_linear_damping_that_a_quadratic_hull_lacks_is_missed():
+    found = fit(closed_loop.dive(np.random.default_rng(5), 300.0, quadratic=QUADRATIC), "quadratic")
+    (doubt,) = [one for one in found.doubts if "grows as the speed itself" in one.sentence]
+    assert doubt.about == ("M_u", "X_uu")
+    assert "write damping: both" in doubt.sentence
+
+
+@pytest.mark.parametrize("method", ["pinn", "paper"])
+def test_a_method_without_quadratic_damping_refuses_and_names_the_one_that_has_it(method):
+    with pytest.raises(FitError, match=r"damping: both, and the model of method .* take --method likelihood"):
+        fit(closed_loop.dive(np.random.default_rng(3), 60.0), method=method)
+
+
+def test_a_prior_of_quadratic_damping_is_part_of_the_value(both):
+    prior = {"X_uu": Prior(QUADRATIC, 0.5, rests_on="thrust")}
+    told = fit(closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC), priors=prior)
+    assert told["X_uu"].std < 0.6 < both["X_uu"].std
+    assert told["D_u"].std < 0.5 * both["D_u"].std
+    assert told["X_uu"].share_from_prior > 0.9
+
+
+def test_all_that_was_identified_goes_to_the_vehicle(both):
+    assert set(parameters_from_identification(both.to_json(), 0)) == {"FF0_M_U", "FF0_D_U", "FF0_X_UU"}
+
+
+def test_a_hull_with_quadratic_damping_alone_takes_its_earlier_linear_one_back(squared):
+    values = parameters_from_identification(squared.to_json(), 0)
+    assert values["FF0_D_U"] == 0.0
+    assert values["FF0_X_UU"] > 0.0
+    assert "FF0_D_U" not in parameters_from_identification(squared.to_json(), 0, ("M_u", "X_uu"))
+
+
+def test_of_a_sum_that_is_known_loosely_nothing_is_kept(both):
+    places = [both.covariance_of.index(name) for name in ("D_u", "X_uu")]
+    covariance = both.covariance.copy()
+    covariance[np.ix_(places, places)] = np.diag([40.0**2, 80.0**2])
+    loose = [replace(one, identifiable=False, reason="too little") for one in both.parameters]
+    found = with_drag_forces(replace(both, covariance=covariance, parameters=tuple(loose)))
+    assert not found["D_u"].identifiable
+    assert not found["X_uu"].identifiable
+    kept = with_drag_forces(replace(both, parameters=tuple(loose)))
+    assert kept["D_u"].identifiable
+    assert kept["X_uu"].reason == ""
+
+
+@pytest.mark.parametrize("middle", [3.0, 1.0, -0.5, -4.0])
+def test_what_is_left_without_the_negative_part_is_that_of_a_truncated_normal_distribution(middle):
+    std = 2.0
+    exact = truncnorm(-middle / std, np.inf, middle, std)
+    mean, covariance = drags._without_negative(
+        np.array([middle, 5.0]), std**2 * np.array([[1.0, -0.8], [-0.8, 1.0]]), 0
+    )
+    assert mean[0] == pytest.approx(exact.mean())
+    assert covariance[0, 0] == pytest.approx(exact.var(), rel=1e-6)
+    assert mean[1] == pytest.approx(5.0 - 0.8 * (exact.mean() - middle))
+    low, high = drags._interval(middle, std)
+    assert high == pytest.approx(exact.ppf(0.975), rel=1e-6)
+    assert low == 0.0
+
+
+def test_a_drag_that_is_surely_there_keeps_its_normal_interval():
+    low, high = drags._interval(10.0, 2.0)
+    assert (low, high) == pytest.approx((10.0 - 1.96 * 2.0, 10.0 + 1.96 * 2.0), abs=1e-3)
+
+
+def test_an_exported_model_has_what_was_identified_and_no_linear_damping_where_the_hull_has_none():
+    values = {"M_u": 100.0, "X_uu": 40.0}
+    model = model_of(values, file_with("quadratic"), "only")
+    assert model.quadratic[0] == 40.0
+    assert model.linear[0] == 0.0
+    assert "D_u" not in model.unknown
+
+
+def test_a_prior_of_quadratic_damping_is_of_a_hull_that_has_it():
+    with pytest.raises(ValueError, match="priors: unknown coefficient 'X_uu'"):
+        file_with("linear", priors={"X_uu": Prior(40.0, 4.0)})
+    assert file_with("both", priors={"X_uu": Prior(40.0, 4.0)})
+
+
+def test_where_an_autopilot_may_have_steered_by_what_its_log_lacks_the_values_are_doubted(both):
+    dive = closed_loop.dive(np.random.default_rng(3), 120.0, quadratic=QUADRATIC)
+    log = replace(dive, velocity_is_filtered=True, nu_fb=None, tau_pid=None, nu_ref=None)
+    (doubt,) = steered_doubts(both, log, file_with("both"))
+    assert doubt.about == ("M_u", "D_u", "X_uu")
+    assert doubt.outcome is Outcome.CONVERGED
+    assert steered_doubts(both, dive, file_with("both")) == ()
+    by_stick = np.zeros_like(dive.tau_cmd.value)
+    by_stick[len(by_stick) // 2 :, 0] = 10.0
+    stuck = replace(log, tau_cmd=Signal(dive.tau_cmd.time_s, by_stick))
+    assert steered_doubts(both, stuck, file_with("both")) == ()
+
+
+def test_the_list_of_what_can_be_identified_has_each_name_once():
+    assert len(OF_HULL) == 18
+    assert [one.dof for one in OF_HULL.values()] == [*range(6)] * 3

@@ -1,0 +1,112 @@
+"""Thrust that acts later than the vehicle file says: found over a grid, with an interval, and the values with it."""
+
+import math
+from dataclasses import replace
+
+import closed_loop
+import network_tasks
+import numpy as np
+import pytest
+
+from identify.dive import Signal
+from identify.estimators import delay
+from identify.estimators.axes import build_axes, delayed, later
+from identify.estimators.likelihood import estimate
+from identify.forces import wrench
+from identify.identification import Outcome, ThrustDelay
+
+FILE = closed_loop.vehicle_file()
+
+
+def recorded(late_s, seed=3, seconds=120.0):
+    """A dive whose commands are stamped so much earlier than they acted."""
+    dive = closed_loop.dive(np.random.default_rng(seed), seconds)
+    return replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s - late_s, dive.tau_cmd.value))
+
+
+def with_curve(**changes):
+    curve = replace(FILE.vehicle.thrust_curve, **changes)
+    return replace(FILE, vehicle=replace(FILE.vehicle, thrust_curve=curve))
+
+
+@pytest.mark.parametrize("late_s", [0.03, 0.12, 0.33, 0.8])
+def test_a_delay_up_to_a_second_is_found_and_the_values_are_those_with_it(late_s):
+    found = estimate(recorded(late_s), FILE, "only", network_tasks.quiet)
+    told = found.thrust_delay
+    assert told is not None
+    assert told.low95_s < late_s < told.high95_s
+    assert told.high95_s - told.low95_s < 0.02
+    assert found["M_u"].low95 < closed_loop.MASS < found["M_u"].high95
+    assert found["D_u"].low95 < closed_loop.DAMPING < found["D_u"].high95
+    assert found.outcome is Outcome.CONVERGED
+
+
+def test_what_is_told_says_what_to_write_into_the_vehicle_file():
+    found = estimate(recorded(0.12), with_curve(delay_s=0.05), "only", network_tasks.quiet)
+    told = found.thrust_delay
+    assert told.later_s == pytest.approx(0.07, abs=0.01)
+    assert told.delay_s == pytest.approx(0.12, abs=0.01)
+    assert found.to_json()["thrust_delay"]["delay_s"] == told.delay_s
+    (doubt,) = [one for one in found.doubts if "Thrust acts" in one.sentence]
+    assert doubt.about == ("M_u", "D_u")
+    assert "beyond the vehicle file's lag and its delay of 0.05 s" in doubt.sentence
+    assert f"write delay_s: {told.delay_s:.3g} into the vehicle file" in doubt.sentence
+
+
+def test_with_that_delay_in_the_vehicle_file_the_same_values_come_without_a_word():
+    found = estimate(recorded(0.12), FILE, "only", network_tasks.quiet)
+    mended = with_curve(delay_s=found.thrust_delay.delay_s)
+    again = estimate(recorded(0.12), mended, "only", network_tasks.quiet)
+    assert again.thrust_delay is None
+    assert again.doubts == ()
+    assert again["M_u"].value == pytest.approx(found["M_u"].value, rel=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_thrust_at_its_own_time_has_no_delay(seed):
+    assert estimate(recorded(0.0, seed), FILE, "only", network_tasks.quiet).thrust_delay is None
+
+
+def test_a_dive_that_doubts_no_lag_of_its_vehicle_file_is_not_searched(monkeypatch):
+    monkeypatch.setattr(delay, "_profile", lambda *_: pytest.fail("searched"))
+    found = estimate(recorded(0.0), with_curve(lag_s=1e-3), "only", network_tasks.quiet)
+    assert found.thrust_delay is None
+
+
+def test_the_interval_of_a_mass_holds_what_its_delay_is_unsure_by():
+    found = estimate(recorded(0.12), FILE, "only", network_tasks.quiet)
+    known = estimate(
+        recorded(0.12), with_curve(delay_s=found.thrust_delay.delay_s), "only", network_tasks.quiet
+    )
+    assert found["M_u"].std > 1.02 * known["M_u"].std
+
+
+def test_axes_that_are_moved_are_those_of_a_vehicle_file_with_that_delay():
+    dive = recorded(0.0)
+    plain, slow = (build_axes(dive, file, "only") for file in (FILE, with_curve(delay_s=0.13)))
+    (moved,) = delayed(plain, wrench(dive, FILE, "only"), 0.13).axes
+    (right,) = slow.axes
+    shared = np.intersect1d(moved.time_s, right.time_s)[1:]
+    one, other = (axis.force[np.isin(axis.time_s, shared)] for axis in (moved, right))
+    assert len(shared) > 1000
+    assert one == pytest.approx(other, abs=1e-7)
+    (same,) = (later(axis, plain, wrench(dive, FILE, "only"), 0.0) for axis in plain.axes)
+    assert same.force == pytest.approx(plain.axes[0].force)
+
+
+def test_a_parabola_says_where_it_has_fallen_by_that_of_a_95_percent_interval():
+    at = np.array([0.1, 0.12, 0.15])
+    vertex, half = delay._parabola(at, 7.0 - 0.5 * ((at - 0.13) / 0.004) ** 2)
+    assert vertex == pytest.approx(0.13)
+    assert half == pytest.approx(1.96 * 0.004, rel=1e-3)
+
+
+def test_where_there_is_no_top_the_best_is_kept():
+    vertex, _ = delay._parabola(np.array([0.1, 0.2, 0.3]), np.array([3.0, 1.0, 2.0]))
+    assert vertex == 0.1
+
+
+def test_a_delay_is_told_in_plain_data():
+    one = ThrustDelay(0.1, 0.09, 0.11, 0.02)
+    assert one.to_json()["delay_s"] == pytest.approx(0.12)
+    assert math.isclose(one.std_s, 0.01 / 1.959963984540054)
