@@ -27,7 +27,7 @@ from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
-PASSES = 8
+PASSES = 16
 """Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
 
 SETTLED = 0.02
