@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
+from bridge.vehicle.config import Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY

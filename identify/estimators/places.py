@@ -160,8 +160,8 @@ def restoring_force(
 
 
 def stiffness_of(dive: Dive, configuration: Configuration, dof: int) -> float:
-    """Righting moment by angle, N m/rad; 0 where the recorded attitude tells all of it: of a vehicle that tumbles, which
-    is righted by no multiple of what it turned by."""
+    """Righting moment by angle, N m/rad; 0 where the recorded attitude tells all of it, of a vehicle that tumbles: no
+    multiple of what it turned by rights it."""
     if dof not in (ROLL, PITCH) or tumbles(dive):
         return 0.0
     return configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2

@@ -1,4 +1,4 @@
-"""A vehicle that tumbles: its righting arm is weak, its thrusters turn it over in roll, and in pitch too if asked to."""
+"""A vehicle that tumbles: its righting arm is weak, its thrusters turn it over in roll, in pitch too if asked to."""
 
 from pathlib import Path
 
