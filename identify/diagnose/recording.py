@@ -26,6 +26,7 @@ from identify.diagnose.gap import (
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
+from identify.estimators.loud import loud, loud_note
 from identify.fed_velocity import stamp_doubts
 from identify.feedback import frozen_doubts
 from identify.forces import tells_thrusters
@@ -158,7 +159,9 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
         "of the evidence."
         for dof in nominal.doubted
     ]
-    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
+    noisy = loud(nominal.joint, nominal.theta, nominal.built.pushed)
+    loudest = (*(one.sentence for one in noisy if one.inflated), *loud_note(noisy))
+    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *loudest, *nominal.built.notes, *dive.notes)))
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
