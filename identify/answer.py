@@ -9,7 +9,7 @@ from identify.bounds import with_bounds
 from identify.dates import utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
-from identify.fed_velocity import stamp_doubts
+from identify.fed_velocity import filtered_doubts, stamp_doubts
 from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
@@ -28,7 +28,8 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         *levelling_doubts(dive),
         *depthless_doubts(fit, dive, file),
     )
-    doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
+    of_sensors = (*filtered_doubts(dive), *frozen_doubts(dive), *stamp_doubts(dive))
+    doubts = (*fit.doubts, *of_sensors, *contradicted)
     notes = (*fit.notes, *unchecked(dive))
     found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:

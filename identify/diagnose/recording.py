@@ -27,7 +27,7 @@ from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
 from identify.estimators.loud import loud, loud_note
-from identify.fed_velocity import stamp_doubts
+from identify.fed_velocity import filtered_doubts, stamp_doubts
 from identify.feedback import frozen_doubts
 from identify.forces import tells_thrusters
 from identify.identification import Z95, Doubt
@@ -281,21 +281,10 @@ def doubts_of_recording(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     """Doubts about fitted values from the recording itself: contradicting sensors, late stamps, frozen readings,
     filtered velocities."""
     return (
-        *_filtered(dive),
+        *filtered_doubts(dive),
         *frozen_doubts(dive),
         *stamp_doubts(dive),
         *descent_doubts(dive, water),
         *turning_doubts(dive),
         *levelling_doubts(dive),
     )
-
-
-def _filtered(dive: Dive) -> tuple[Doubt, ...]:
-    """A warning about the masses if velocity comes from an autopilot's filter."""
-    if not dive.velocity_is_filtered:
-        return ()
-    sentence = (
-        "Velocity comes from the autopilot's own filter, which smooths and delays it: the masses in surge, sway and "
-        "heave may be off by more than their intervals; record the DVL's own readings."
-    )
-    return (Doubt(tuple(mass.name for mass in MASSES[:3]), sentence),)
