@@ -78,8 +78,8 @@ def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
         return ()
     sentence = (
         "Velocity comes from the autopilot's own filter, which smooths and delays it: by how much is fitted, but "
-        "masses in surge, sway and heave may come out up to a fifth too large, beyond their intervals; record the DVL's "
-        "own readings."
+        "masses in surge, sway and heave may come out up to a fifth too large, beyond their intervals; record the "
+        "DVL's own readings."
     )
     return (Doubt(tuple(mass.name for mass in MASSES[:3]), sentence),)
 
