@@ -10,7 +10,7 @@ from identify.dates import utc
 from identify.descent import descent_doubts
 from identify.dive import Dive
 from identify.drag_force import with_drag_forces
-from identify.fed_velocity import stamp_doubts
+from identify.fed_velocity import filtered_doubts, stamp_doubts
 from identify.feedback import depthless_doubts, feedback_doubts, frozen_doubts, steered_doubts, unchecked
 from identify.identifiability import with_identifiability
 from identify.identification import Doubt, Estimate, Identification, Outcome, added_mass, outcome_of, worst
@@ -28,9 +28,10 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         *turning_doubts(dive),
         *levelling_doubts(dive),
         *depthless_doubts(fit, dive, file),
-        *steered_doubts(fit, dive, file),
     )
-    doubts = (*fit.doubts, *frozen_doubts(dive), *stamp_doubts(dive), *contradicted)
+    of_autopilot = steered_doubts(fit, dive, file) or filtered_doubts(dive)
+    of_sensors = (*of_autopilot, *frozen_doubts(dive), *stamp_doubts(dive))
+    doubts = (*fit.doubts, *of_sensors, *contradicted)
     notes = (*fit.notes, *unchecked(dive))
     found = replace(fit, dived=_date(dive), dive_opening=dive.opening, doubts=doubts, notes=notes)
     if fit.weighed_by_others is None:

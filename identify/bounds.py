@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bridge.vehicle.coefficients import OF_HULL, Coefficient
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, OF_HULL, Coefficient
 from bridge.vehicle.config import Configuration
 from identify.drag_force import trades
 from identify.identification import Z95, Doubt, Estimate, Identification, Outcome
@@ -22,8 +22,16 @@ MOST_ADDED = 3.0
 times its own water where it is a seventh as thick as it is wide. Vehicles have less: open frames, two in heave."""
 
 
+FARTHEST = 10.0
+"""Times the rigid body's own, or that part of it: a mass or inertia beyond is no statement about this vehicle."""
+
+WIDEST = 5.0
+"""Upper over lower end of a mass's interval: a wider one is no statement either."""
+
+
 def with_bounds(found: Identification, configuration: Configuration) -> Identification:
-    """The identification with values at a bound named, and held to it; and masses below the rigid body's doubted.
+    """The identification with values at a bound named, and held to it; masses below the rigid body's doubted; and axes
+    whose mass is out of all reason called not identifiable.
 
     A bound of 0 can't be reached by a logarithm: a damping stands there where the dive knows it well in N/(m/s), and
     none at all is within its interval. Of two dampings of one axis either may well be none.
@@ -35,7 +43,43 @@ def with_bounds(found: Identification, configuration: Configuration) -> Identifi
         )
         parameters.append(held)
         doubts += [] if doubt is None else [doubt]
-    return replace(found, parameters=tuple(parameters), doubts=tuple(doubts))
+    absurd = {
+        BY_NAME[one.name].dof: told
+        for one in parameters
+        if one.name in BY_NAME and (told := _no_statement(one, configuration))
+    }
+    doubted = {name for doubt in doubts for name in doubt.about}
+    for dof, told in absurd.items():
+        if MASSES[dof].name not in doubted:
+            sentence = (
+                f"{told}; check the vehicle file's thrusters and mass, and the sensors' axes and units."
+            )
+            doubts.append(Doubt((MASSES[dof].name, DAMPINGS[dof].name), sentence, Outcome.DISAGREES))
+    left = tuple(
+        replace(one, identifiable=False, reason=absurd[BY_NAME[one.name].dof])
+        if one.identifiable and one.name in BY_NAME and BY_NAME[one.name].dof in absurd
+        else one
+        for one in parameters
+    )
+    return replace(found, parameters=left, doubts=tuple(doubts))
+
+
+def _no_statement(one: Estimate, configuration: Configuration) -> str:
+    """Why a mass is out of all reason for this vehicle, empty where it is not, or is not told anyway."""
+    coefficient = BY_NAME[one.name]
+    if coefficient.kind != "mass" or not one.identifiable or not math.isfinite(one.value):
+        return ""
+    rigid, axis = configuration.rigid_body(coefficient.dof)[0], DOFS[coefficient.dof]
+    came_out = f"{one.name} came out at {_written_out(one.value)} {one.unit}"
+    if one.low95 > FARTHEST * rigid or one.high95 < rigid / FARTHEST:
+        return (
+            f"{came_out}, where the rigid body's own is {rigid:g}: the fit of {axis} is none of this vehicle's, and "
+            "tells neither its mass nor its damping"
+        )
+    if one.high95 > WIDEST * one.low95:
+        ends = f"{_written_out(one.low95)} to {_written_out(one.high95)}"
+        return f"{came_out}, with an interval from {ends}, which tells nothing of {axis}"
+    return ""
 
 
 def _held(one: Estimate, configuration: Configuration, traded: bool) -> tuple[Estimate, Doubt | None]:

@@ -68,6 +68,19 @@ def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
     return (Doubt(about, sentence, Outcome.DISAGREES),)
 
 
+def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
+    """A warning about the masses where velocity comes from an autopilot's filter: its lateness and smoothing are fitted,
+    and what is left of them goes into the masses."""
+    if not dive.velocity_is_filtered:
+        return ()
+    sentence = (
+        "Velocity comes from the autopilot's own filter, which smooths and delays it: by how much is fitted, but "
+        "masses in surge, sway and heave may be off by a few per cent more than their intervals; record the DVL's own "
+        "readings."
+    )
+    return (Doubt(tuple(mass.name for mass in MASSES[:3]), sentence),)
+
+
 def frozen_velocity(dive: Dive, dof: int) -> tuple[tuple[float, float], ...]:
     """From when to when the recorded velocity of an axis stood still, by itself or with all others."""
     return dive.frozen.get("velocity", ()) + dive.frozen.get(axis_key("velocity", DOFS[dof]), ())

@@ -180,14 +180,15 @@ def _at(signal: Signal | None, time_s: Array) -> Array:
 
 
 def _euler(dive: Dive, time_s: Array) -> Array:
-    """Roll, pitch and heading (n, 3); zeros without an attitude."""
+    """Roll and heading as they run on over all turns, pitch between them, (n, 3); zeros without an attitude."""
     if dive.attitude is None or not len(dive.attitude):
         return np.zeros((len(time_s), 3))
     attitude = attitude_at(dive.attitude, time_s)
     down_x, down_y, down_z = down_axis(attitude)
     w, x, y, z = attitude.T
     heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-    return np.column_stack([np.arctan2(down_y, down_z), np.arcsin(np.clip(-down_x, -1.0, 1.0)), heading])
+    roll = np.unwrap(np.arctan2(down_y, down_z))
+    return np.column_stack([roll, np.arcsin(np.clip(-down_x, -1.0, 1.0)), heading])
 
 
 def _position(motion: Motion, euler: Array) -> Array:

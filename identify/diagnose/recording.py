@@ -26,7 +26,8 @@ from identify.diagnose.gap import (
 from identify.diagnose.nominal import Nominal, nominal_of
 from identify.diagnose.regression import PIECE_S
 from identify.dive import Dive, Signal
-from identify.fed_velocity import stamp_doubts
+from identify.estimators.loud import loud, loud_note
+from identify.fed_velocity import filtered_doubts, stamp_doubts
 from identify.feedback import frozen_doubts
 from identify.forces import tells_thrusters
 from identify.identification import Z95, Doubt
@@ -158,7 +159,9 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
         "of the evidence."
         for dof in nominal.doubted
     ]
-    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *nominal.built.notes, *dive.notes)))
+    noisy = loud(nominal.joint, nominal.theta, nominal.built.pushed)
+    loudest = (*(one.sentence for one in noisy if one.inflated), *loud_note(noisy))
+    return tuple(dict.fromkeys((*doubted, *_wild(nominal), *loudest, *nominal.built.notes, *dive.notes)))
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
@@ -278,21 +281,10 @@ def doubts_of_recording(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     """Doubts about fitted values from the recording itself: contradicting sensors, late stamps, frozen readings,
     filtered velocities."""
     return (
-        *_filtered(dive),
+        *filtered_doubts(dive),
         *frozen_doubts(dive),
         *stamp_doubts(dive),
         *descent_doubts(dive, water),
         *turning_doubts(dive),
         *levelling_doubts(dive),
     )
-
-
-def _filtered(dive: Dive) -> tuple[Doubt, ...]:
-    """A warning about the masses if velocity comes from an autopilot's filter."""
-    if not dive.velocity_is_filtered:
-        return ()
-    sentence = (
-        "Velocity comes from the autopilot's own filter, which smooths and delays it: the masses in surge, sway and "
-        "heave may be off by more than their intervals; record the DVL's own readings."
-    )
-    return (Doubt(tuple(mass.name for mass in MASSES[:3]), sentence),)

@@ -17,6 +17,7 @@ from bridge.effects.shaft import thrust_by_shaft
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
+from identify.estimators.places import tumbles
 from identify.estimators.readings import steers_unheard
 
 Array = NDArray[np.float64]
@@ -201,7 +202,13 @@ def _by_pulses(pwm: Signal, file: VehicleFile, count: int, lag_s: float) -> Call
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     """Turn of the heading in a window, less the gyros'."""
     turn = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
-    if dive.attitude is None or turn is None or len(turn) < LEAST_ROWS or steers_unheard(dive):
+    if (
+        dive.attitude is None
+        or turn is None
+        or len(turn) < LEAST_ROWS
+        or steers_unheard(dive)
+        or tumbles(dive)
+    ):
         return
     rate = turn.value[:, -1]
     w, x, y, z = dive.attitude.value.T

@@ -17,6 +17,7 @@ from identify.estimators.likelihood_joint import alone
 from identify.estimators.readings import YAW
 from identify.estimators.scoring import climb
 from identify.estimators.shared import shared
+from identify.estimators.starts import rough_maximum
 from identify.ingest.rotation import attitude_at, to_body
 from identify.side_by_side import side_by_side
 from identify.unpushed import refuse_unpushed
@@ -165,7 +166,7 @@ def _fitted(
         try:
             theta = starts.get(axis.dof)
             if theta is None:
-                theta = climb(problem, problem.prior_mean, ENOUGH, alone).theta
+                theta = rough_maximum(problem, rigid_mass(shape, axis.dof), shape.model, ENOUGH).theta
             maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
             place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
             covariance = np.linalg.inv(maximum.precision)[place, place]

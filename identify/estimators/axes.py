@@ -12,13 +12,20 @@ from numpy.typing import NDArray
 
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
-from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
+from bridge.vehicle.config import Vehicle, VehicleFile
 from bridge.vehicle.dynamics import coriolis as _coriolis
 from identify.dive import Dive, Signal
 from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
 from identify.estimators.lateness import FilteredForce, Timing, behind_filter, timing_of
 from identify.estimators.motion import NO_MOTION, Motion
-from identify.estimators.places import at_origin, places_of, restoring_force, stiffness, with_rates_of_places
+from identify.estimators.places import (
+    at_origin,
+    places_of,
+    restoring_force,
+    stiffness_of,
+    tumbles,
+    with_rates_of_places,
+)
 from identify.estimators.readings import FEWEST, HEAVE, PITCH, ROLL, YAW, Channel, channels
 from identify.forces import WrenchHistory, wrench
 from identify.ingest.rotation import attitude_at
@@ -158,8 +165,9 @@ def build_axes(dive: Dive, file: VehicleFile, name: str, dofs: Sequence[int] = r
         elif (events := _events(dof, found, (start, end))) is None:
             missing[dof] = f"{DOFS[dof]} was recorded only while no thruster command was"
         else:
-            held[dof] = restoring_force(configuration, dof, motion, attitude, place)
-            axis = _pushed(events, configuration, forces, motion, held[dof])
+            stiffness = stiffness_of(dive, configuration, dof)
+            held[dof] = restoring_force(configuration, dof, motion, attitude, place, stiffness)
+            axis = _pushed(events, forces, motion, held[dof], stiffness)
             axis = replace(axis, white_force=float(forces.hidden[dof]))
             if axis.is_coloured:
                 axis = _behind_filter(axis, forces, grid, held[dof], dive.velocity_smoothing_s)
@@ -194,6 +202,8 @@ def _unread(dive: Dive, dof: int) -> str:
         )
     place = {2: dive.depth if dive.depth is not None else dive.pressure}.get(dof, dive.attitude)
     told = "depth" if dof == HEAVE else "attitude"
+    if dof == HEAVE and place is not None and tumbles(dive):
+        return f"no {what} was recorded, and the depth of a vehicle that turns over tells none; record the {sensor}"
     beside = "" if dof < 2 or place is None else f", and {told} alone says too little of it"
     return f"no {what} was recorded{beside}; record the {sensor}"
 
@@ -283,13 +293,13 @@ def _dividing(time_s: Array) -> Array:
 
 
 def _pushed(
-    events: Axis, configuration: Configuration, forces: WrenchHistory, motion: Motion, restoring_n: Array
+    events: Axis, forces: WrenchHistory, motion: Motion, restoring_n: Array, stiffness: float
 ) -> Axis:
     """The events with the thrust less restoring of each step."""
     before = np.concatenate([events.time_s[:1], events.time_s[:-1]])
     force = forces.halves_between(before, events.time_s)[:, :, events.dof]
     held = motion.mean_between(restoring_n, before, events.time_s)
-    return replace(events, force=force - held[:, None], stiffness=stiffness(configuration, events.dof))
+    return replace(events, force=force - held[:, None], stiffness=stiffness)
 
 
 def _behind_filter(

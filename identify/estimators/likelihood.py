@@ -31,6 +31,7 @@ from identify.estimators.likelihood_axis import (
     AxisFit,
 )
 from identify.estimators.likelihood_fit import JointFit, fit_axes
+from identify.estimators.loud import loud, loud_doubts, loud_note
 from identify.estimators.said import (
     delay_doubt,
     drag_doubts,
@@ -115,9 +116,11 @@ def estimate(
     )
     names, covariance = _covariance((*totals, *squared), joint, let_in)
     by_others = tuple(_of_others(one, totals[dof]) for dof, one in spoilt.items())
+    noisy = loud(joint.joint, joint.theta, built.pushed)
     told = (
         *strange_doubts(built.strange),
         *crossed_doubts(crossed(joint.joint, joint.theta)),
+        *loud_doubts(noisy),
         *unseen_doubts(built),
         *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
@@ -139,7 +142,13 @@ def estimate(
         covariance,
         names,
         _nuisance(fits),
-        (*dive.notes, *built.notes, *_rests_on_gravity(totals, built, shape), *_rests_on_lag(totals, doubts)),
+        (
+            *dive.notes,
+            *built.notes,
+            *loud_note(noisy),
+            *_rests_on_gravity(totals, built, shape),
+            *_rests_on_lag(totals, doubts),
+        ),
         time.perf_counter() - began,
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
         _information(joint, [dof for dof in spoilt if not totals[dof].identifiable]),

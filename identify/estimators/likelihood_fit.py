@@ -26,13 +26,14 @@ from identify.estimators.marginal import integrated
 from identify.estimators.profile import stretches
 from identify.estimators.scoring import MOST_STEPS, Maximum, climb
 from identify.estimators.shared import shared
+from identify.estimators.starts import rough_maximum
 from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
 ROWS = len(OF_HULL)
 
-PASSES = 8
+PASSES = 16
 """Fits at most; each makes the Coriolis forces of the velocities that the one before came to."""
 
 SETTLED = 0.02
@@ -77,7 +78,7 @@ def _begin(built: Axes, configuration: Configuration, doubted: tuple[int, ...]) 
         loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in doubted else unmeasured
         damped = "linear" if axis.dof in built.unpushed else configuration.damping
         problem = likelihood_of(axis, configuration, masses, loose, damped)
-        theta = climb(problem, problem.prior_mean, ROUGHLY, alone).theta
+        theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
         if damped != "linear":
             # The measured speed knows what it is to explain, and drag made of it seems too small.
             problem = problem.slowed(theta)

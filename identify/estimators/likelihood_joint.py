@@ -129,7 +129,9 @@ class JointLikelihood:
         better = Motion(motion.time_s, nu)
 
         def moved(i: int) -> AxisLikelihood:
-            moving = problems[i].moving(better, problems[i].expected_speed(own[i]))
+            # Half of the way: all of it overshoots, and the passes would swing to and fro about what they come to.
+            speed = 0.5 * (problems[i].axis.speed + problems[i].expected_speed(own[i]))
+            moving = problems[i].moving(better, speed)
             return replace(moving, reading=problems[i].without_wild(own[i]))
 
         return replace(self, problems=tuple(side_by_side(moved, range(len(own)))))

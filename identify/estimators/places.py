@@ -11,11 +11,30 @@ from identify.dive import Dive, Signal
 from identify.estimators.motion import Motion
 from identify.estimators.readings import HEAVE, PITCH, ROLL, YAW
 from identify.estimators.smoothing import FEWEST, smoothed, smoothed_velocity
+from identify.ingest.rotation import to_body_turn
 
 Array = NDArray[np.float64]
 
 LEAST_COSINE = 0.1
 """Of pitch: nearer to upright than that no heading tells how a vehicle turns."""
+
+TILTED, OFTEN = 0.5, 5
+"""Cosine of the tilt, below which a vehicle lies on its side, and in how many readings one that tumbles does."""
+
+
+def tumbles(dive: Dive) -> bool:
+    """Whether a vehicle turns over: the angles of roll, pitch and heading then run on, fold and change places, and none
+    of them is the integral of a rate of turn."""
+    if dive.attitude is None or not len(dive.attitude):
+        return False
+    return bool(np.count_nonzero(down_axis(dive.attitude.value)[2] < TILTED) >= OFTEN)
+
+
+def turned_by(attitude: Signal) -> Signal:
+    """The integrals of the rates of turn (n, 3) about the body's own axes: what it turned by from reading to reading,
+    added up. Whatever the attitude, they neither wrap nor fold."""
+    turns = to_body_turn(attitude.value[:-1], attitude.value[1:])
+    return Signal(attitude.time_s, np.vstack([np.zeros((1, 3)), np.cumsum(turns, axis=0)]))
 
 
 def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, Motion]:
@@ -33,10 +52,16 @@ def at_origin(dive: Dive, time_s: Array, lever: Array) -> tuple[Signal | None, M
 def with_rates_of_places(dive: Dive, file: VehicleFile, motion: Motion) -> Motion:
     """The motion with what depth and attitude tell of the velocities that nothing else read (Fossen 2011, eq. 2.28)."""
     nu = motion.nu.copy()
-    depth = dive.depth_by(file.vehicle.water)
-    if depth is not None and len(depth) >= FEWEST and not nu[:, HEAVE].any():
+    depth, over = dive.depth_by(file.vehicle.water), tumbles(dive)
+    if depth is not None and len(depth) >= FEWEST and not nu[:, HEAVE].any() and not over:
         nu[:, HEAVE] = _rate(depth, 0, motion.time_s)
     if dive.attitude is not None and len(dive.attitude) >= FEWEST and not nu[:, 3:].all(axis=1).any():
+        if over:
+            turned = turned_by(dive.attitude)
+            for i in range(3):
+                if not nu[:, ROLL + i].any():
+                    nu[:, ROLL + i] = _rate(turned, i, motion.time_s)
+            return Motion(motion.time_s, nu)
         w, x, y, z = dive.attitude.value.T
         down_x, down_y, down_z = down_axis(dive.attitude.value)
         heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
@@ -71,10 +96,17 @@ class Place:
 
 
 def places_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | None) -> dict[int, Place]:
-    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18, 2.26)."""
+    """Depth, roll, pitch and heading by degree of freedom, as far as they are recorded (Fossen 2011, 2.18, 2.26).
+
+    Of a vehicle that tumbles, what it turned by about each of its own axes; its depth is the integral of no one axis.
+    """
+    still = np.zeros(len(motion.time_s))
+    if tumbles(dive) and dive.attitude is not None:
+        turned = turned_by(dive.attitude)
+        parts = (Signal(turned.time_s, turned.value[:, i : i + 1]) for i in range(3))
+        return {dof: Place(part, still) for dof, part in zip((ROLL, PITCH, YAW), parts, strict=True)}
     depth = dive.depth_by(file.vehicle.water)
     found: dict[int, tuple[Signal, Array]] = {}
-    still = np.zeros(len(motion.time_s))
     if attitude is None or dive.attitude is None:
         if depth is not None:
             found[HEAVE] = depth, still
@@ -108,20 +140,27 @@ def down_axis(attitude: Array) -> tuple[Array, Array, Array]:
 
 
 def restoring_force(
-    configuration: Configuration, dof: int, motion: Motion, attitude: Array | None, place: Place | None
+    configuration: Configuration,
+    dof: int,
+    motion: Motion,
+    attitude: Array | None,
+    place: Place | None,
+    stiffness: float,
 ) -> Array:
-    """The restoring force (m,) at the times of the motion; of roll and pitch what the stiffness does not make."""
+    """The restoring force (m,) at the times of the motion; of roll and pitch what the `stiffness` does not make."""
     if attitude is None:
         return np.full(len(motion.time_s), configuration.net_buoyancy_n if dof == HEAVE else 0.0)
     g = np.asarray(restoring(configuration, tuple(attitude.T))[dof])
-    if dof not in (ROLL, PITCH) or place is None:
+    if stiffness == 0.0 or place is None:
         return g
     down_x, down_y, down_z = down_axis(attitude)
     angle = np.arctan2(down_y, down_z) if dof == ROLL else np.arcsin(np.clip(-down_x, -1.0, 1.0))
-    return g - stiffness(configuration, dof) * (angle - place.carried)
+    return g - stiffness * (angle - place.carried)
 
 
-def stiffness(configuration: Configuration, dof: int) -> float:
-    if dof not in (ROLL, PITCH):
+def stiffness_of(dive: Dive, configuration: Configuration, dof: int) -> float:
+    """Righting moment by angle, N m/rad; 0 where the recorded attitude tells all of it, of a vehicle that tumbles: no
+    multiple of what it turned by rights it."""
+    if dof not in (ROLL, PITCH) or tumbles(dive):
         return 0.0
     return configuration.centre_of_gravity_below_buoyancy_m * configuration.dry_mass_kg * GRAVITY_M_S2

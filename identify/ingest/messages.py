@@ -24,6 +24,7 @@ LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
 MOST_RUNS = 20  # looked at; a recording of two vehicles' messages seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
+NEAR_S, NEARLY_ALL = 1.0, 0.95  # a driver's stamps that are on the vehicle's clock
 
 # Sent by what is aboard alone, so that whoever sends them is a vehicle.
 TELEMETRY = (
@@ -104,11 +105,17 @@ class Messages:
         return batches
 
     def get_from_anyone(self, name: str) -> Batch | None:
-        """As `get`, from any system, timed by arrival: a driver may speak under a ground station's name."""
+        """As `get`, from any system: a driver may speak under a ground station's name.
+
+        Timed by arrival, unless nearly all state times that are the vehicle's own of about then.
+        """
         rows = self._rows(name)
         if len(rows) == 0:
             return None
-        return _rising(self._arrival_boot_s(rows), Fields(self.frames, name, rows))
+        fields = Fields(self.frames, name, rows)
+        arrived, stated = self._arrival_boot_s(rows), stated_s(fields)
+        near = np.abs(stated - arrived) < NEAR_S
+        return _rising(np.where(near, stated, arrived) if near.mean() > NEARLY_ALL else arrived, fields)
 
     def _own(self, name: str) -> Fields:
         rows = self._rows(name)
@@ -147,9 +154,10 @@ def stated_s(fields: Fields) -> Array:
     """The boot time that each message states, in s; NaN where it states none, or a Unix time."""
     if "time_boot_ms" in fields:
         return fields["time_boot_ms"].astype(np.float64) * 1e-3
-    if "time_usec" not in fields:
+    name = next((name for name in ("time_usec", "usec") if name in fields), None)
+    if name is None:
         return np.full(len(fields), np.nan)
-    time_s = fields["time_usec"].astype(np.float64) * 1e-6
+    time_s = fields[name].astype(np.float64) * 1e-6
     return np.where(time_s < LONGEST_BOOT_S, time_s, np.nan)
 
 

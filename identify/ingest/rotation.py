@@ -42,6 +42,15 @@ def to_body(quaternion: Array, north_east_down: Array) -> Array:
     return north_east_down + w * turned + np.cross(r, turned)
 
 
+def turned_by(turn: Array, vector: Array) -> Array:
+    """(n, 3) vectors turned by rotation vectors (n, 3), rad, about axes in which both stand (Rodrigues)."""
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    along = np.cross(turn, vector)
+    first, second = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2
+    result: Array = vector + first * along + second * np.cross(turn, along)
+    return result
+
+
 def to_body_turn(before: Array, after: Array) -> Array:
     """(n, 3) rotation vectors in body axes that turn attitudes (n, 4) into others (n, 4), the shorter way, in rad."""
     w0, r0, w1, r1 = before[:, :1], before[:, 1:], after[:, :1], after[:, 1:]

@@ -14,10 +14,10 @@ from identify.ingest.frames import Frames, load_frames, message_name
 from identify.ingest.messages import Batch, Messages, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
 from identify.ingest.unheard import unheard_notes
+from identify.ingest.velocities import velocity_of
 
 CONTRACT_VERSION = 1
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
-FRAME_LOCAL_FRD, FRAME_BODY_FRD = 20, 12
 DOWNWARD = 25
 ARMED = 128
 AUTOPILOTS = (3, 12, 0)  # ArduPilot, PX4, generic
@@ -39,18 +39,15 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     frames = load_frames(paths)
     messages, restart_notes = _most_driven(vehicle_runs(frames, source))
     signals: dict[str, Signal | None] = _contract(messages)
-    filtered = False
     for field, signal in _ardusub(messages).items():
         if signals.get(field) is None:
             signals[field] = signal
-    if signals.get("velocity") is None:
-        signals["velocity"] = _velocity_from_deltas(messages)
-    if signals.get("velocity") is None:
-        signals["velocity"] = _velocity_from_local_position(messages, signals.get("attitude"))
-        filtered = signals["velocity"] is not None
+    told = velocity_of(messages, signals.get("attitude"))
+    if told is not None:
+        signals["velocity"] = told.signal
     return {
         **{field: signal for field, signal in signals.items() if signal is not None},
-        "velocity_is_filtered": filtered,
+        "velocity_is_filtered": told is not None and told.filtered,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": _counts(frames, messages.system),
@@ -80,7 +77,6 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
     named = messages.by_name("NAMED_VALUE_FLOAT")
     pwm = _outputs(messages.get("ACTUATOR_OUTPUT_STATUS"))
     signals = {
-        "velocity": _velocity_from_odometry(messages.get("ODOMETRY")),
         "gyro": _updated(imu, GYRO_BITS, ("xgyro", "ygyro", "zgyro")),
         "specific_force": _updated(imu, ACCELERATION_BITS, ("xacc", "yacc", "zacc")),
         "fog": _updated(messages.get("HIGHRES_IMU", id=1), FOG_BIT, ("zgyro",)),
@@ -133,37 +129,6 @@ def _updated(batch: Batch | None, bits: int, names: tuple[str, ...]) -> Signal |
     if batch is None:
         return None
     return _where(batch.time_s, batch.columns(*names), batch.fields["fields_updated"] & bits == bits)
-
-
-def _velocity_from_odometry(batch: Batch | None) -> Signal | None:
-    if batch is None:
-        return None
-    velocity = batch.columns("vx", "vy", "vz")
-    velocity[batch.fields["quality"] < 0] = np.nan
-    agreed = (batch.fields["frame_id"] == FRAME_LOCAL_FRD) & (
-        batch.fields["child_frame_id"] == FRAME_BODY_FRD
-    )
-    return _where(batch.time_s, velocity, agreed)
-
-
-def _velocity_from_deltas(messages: Messages) -> Signal | None:
-    """Mean velocity over each VISION_POSITION_DELTA, at the middle of it; a DVL driver's own word."""
-    batch = messages.get_from_anyone("VISION_POSITION_DELTA")
-    if batch is None:
-        return None
-    step_s = batch.fields["time_delta_usec"].astype(np.float64) * 1e-6
-    with np.errstate(divide="ignore", invalid="ignore"):
-        velocity = batch.fields["position_delta"].astype(np.float64) / step_s[:, None]
-    return _where(batch.time_s - step_s / 2, velocity, step_s > 0)
-
-
-def _velocity_from_local_position(messages: Messages, attitude: Signal | None) -> Signal | None:
-    batch = messages.get("LOCAL_POSITION_NED")
-    if batch is None or attitude is None or len(attitude) < 2:
-        return None
-    inside = (batch.time_s >= attitude.time_s[0]) & (batch.time_s <= attitude.time_s[-1])
-    quaternion = rotation.attitude_at(attitude, batch.time_s)
-    return _where(batch.time_s, rotation.to_body(quaternion, batch.columns("vx", "vy", "vz")), inside)
 
 
 def _attitude(messages: Messages) -> Signal | None:

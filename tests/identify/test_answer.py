@@ -109,3 +109,11 @@ def test_the_json_has_what_each_parameter_hangs_on():
     assert mass["scale_std"] == pytest.approx(10.0)
     assert data["parameters"][1]["partner"] is None
     assert data["thrust_scale"]["in_intervals"] is False
+
+
+def test_masses_by_an_autopilots_own_velocity_are_warned_of_and_those_by_a_dvl_are_not():
+    made = fitted.fit({"M_u": 100.0, "D_u": 40.0}, 1e-4 * np.eye(2))
+    by_filter = answered(made, replace(fitted.dive(), velocity_is_filtered=True), fitted.vehicle_file())
+    assert [doubt.about for doubt in by_filter.doubts] == [("M_u", "M_v", "M_w")]
+    assert by_filter.outcome is Outcome.CONVERGED
+    assert answered(made, fitted.dive(), fitted.vehicle_file()).doubts == ()

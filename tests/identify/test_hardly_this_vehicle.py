@@ -9,6 +9,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from identify.answer import answered
+from identify.bounds import with_bounds
 from identify.descent import LARGEST_OFF, descent, descent_doubts
 from identify.dive import Signal
 from identify.estimators.axes import build_axes
@@ -236,3 +237,33 @@ def test_a_recording_without_the_controllers_own_signals_says_that_it_can_not_be
         "NU_REF is not recorded: it can't be checked whether the controller used recorded readings"
     )
     assert unchecked(replace(dive, velocity=None, nu_fb=None)) == ()
+
+
+@pytest.mark.parametrize(("mass_kg", "told"), [(32_900.0, False), (0.52, False), (90.0, True)])
+def test_a_mass_out_of_all_reason_tells_neither_itself_nor_the_damping_of_its_axis(mass_kg, told):
+    values = {"M_u": mass_kg, "D_u": 40.0, "M_v": 100.0, "D_v": 60.0}
+    found = answered(fitted.fit(values, 1e-4 * np.eye(4)), fitted.dive(), fitted.vehicle_file())
+    assert set(found.values()) == {"M_v", "D_v"} | ({"M_u", "D_u"} if told else set())
+    if not told:
+        assert found.outcome is Outcome.DISAGREES
+        for name in ("M_u", "D_u"):
+            assert "the rigid body's own is 72" in found[name].reason
+
+
+@pytest.mark.parametrize(("inertia", "told"), [(0.9, False), (11.0, True), (110.0, False)])
+def test_an_inertia_out_of_all_reason_is_doubted_and_tells_nothing(inertia, told):
+    found = answered(
+        fitted.fit({"I_r": inertia, "D_r": 4.0}, 1e-4 * np.eye(2)), fitted.dive(), fitted.vehicle_file()
+    )
+    assert set(found.values()) == ({"I_r", "D_r"} if told else set())
+    assert bool(found.doubts) is not told
+
+
+def test_an_interval_of_a_mass_that_spans_a_factor_of_five_is_no_statement():
+    made = fitted.fit({"M_u": 100.0, "D_u": 40.0}, 1e-4 * np.eye(2))
+    for high, told in ((240.0, True), (260.0, False)):
+        wide = replace(made, parameters=(replace(made["M_u"], low95=50.0, high95=high), *made.parameters[1:]))
+        found = with_bounds(wide, fitted.shape())
+        assert found["M_u"].identifiable is told
+        assert found["D_u"].identifiable is told
+    assert "from 50 to 260" in found["D_u"].reason

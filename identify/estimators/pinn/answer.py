@@ -14,6 +14,7 @@ from identify.estimators.autopilot_velocity import shared_axes
 from identify.estimators.crossed import crossed, crossed_doubts
 from identify.estimators.doubts import Doubts, doubts_of
 from identify.estimators.innovations import POSITION
+from identify.estimators.loud import loud, loud_doubts, loud_note
 from identify.estimators.multiplier import Tested
 from identify.estimators.pinn.fit import Fit, Progress, fit_network
 from identify.estimators.pinn.training import MOST_PASSES
@@ -63,9 +64,11 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
     totals = tuple(
         _one(row, c, fit, let_in, missing, built.missing) for row, c in enumerate((*MASSES, *DAMPINGS))
     )
+    noisy = () if fit is None else loud(fit.filters.joint, fit.filters.theta, built.pushed)
     doubts = (
         *strange_doubts(built.strange),
         *(() if fit is None else crossed_doubts(crossed(fit.filters.joint, fit.filters.theta))),
+        *loud_doubts(noisy),
         *unseen_doubts(built),
         *late_doubts(late, built.pushed),
         *drag_doubts(lacking),
@@ -86,7 +89,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progre
         covariance,
         names,
         {} if fit is None else _nuisance(fit),
-        (*dive.notes, *built.notes),
+        (*dive.notes, *built.notes, *loud_note(noisy)),
         time.perf_counter() - began,
         information=None if fit is None else _information(fit),
         doubts=doubts,

@@ -1,0 +1,144 @@
+"""Velocities that others tell an autopilot, each in its own axes and over its own time, of a vehicle on a circle."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from built_recordings import NAN, recording, write
+from pymavlink.dialects.v20 import ardupilotmega as mav
+
+from identify.ingest.open import read_dive
+from identify.ingest.rotation import quaternions_from_euler, turned_by
+
+SURGE, SWAY, SINK, RATE = 0.5, -0.1, 0.05, 0.8
+EVERY_S = 0.2
+TIMES_S = 5.0 + 0.1 * np.arange(200)
+
+
+def heading(time_s):
+    return 0.3 + RATE * time_s
+
+
+def north_east_down(time_s):
+    """Velocity of the circle."""
+    cos, sin = np.cos(heading(time_s)), np.sin(heading(time_s))
+    return np.array([SURGE * cos - SWAY * sin, SURGE * sin + SWAY * cos, SINK])
+
+
+def place(time_s):
+    """Its integral."""
+    cos, sin = np.cos(heading(time_s)), np.sin(heading(time_s))
+    return np.array([(SURGE * sin + SWAY * cos) / RATE, (SWAY * sin - SURGE * cos) / RATE, SINK * time_s])
+
+
+def in_body_at(time_s, vector):
+    cos, sin = np.cos(heading(time_s)), np.sin(heading(time_s))
+    return [cos * vector[0] + sin * vector[1], cos * vector[1] - sin * vector[0], vector[2]]
+
+
+def attitude(t):
+    wrapped = float(np.remainder(heading(t) + np.pi, 2 * np.pi) - np.pi)
+    return mav.MAVLink_attitude_message(round(t * 1e3), 0, 0, wrapped, 0, 0, RATE)
+
+
+def read(tmp_path: Path, told, late_s: float = 0.0, system: int = 255):
+    said = [(t, 1, 1, attitude(t)) for t in TIMES_S]
+    said += [(t + late_s, system, 0 if system == 255 else 1, told(t)) for t in TIMES_S[2:-2]]
+    return read_dive(write(tmp_path / "circle.tlog", recording(sorted(said, key=lambda one: one[0]))))
+
+
+def odometry(t, velocity, frame=20, child=12, quaternion=(1.0, 0.0, 0.0, 0.0), kind=0):
+    none = [NAN] * 21
+    return mav.MAVLink_odometry_message(
+        round(t * 1e6), frame, child, NAN, NAN, NAN, list(quaternion), *velocity, NAN, NAN, NAN, none, none, 0, kind, 90
+    )  # fmt: skip
+
+
+def position_delta(t, stated=True, turned=True):
+    moved = (
+        in_body_at(t, place(t) - place(t - EVERY_S)) if turned else np.array([SURGE, SWAY, SINK]) * EVERY_S
+    )
+    return mav.MAVLink_vision_position_delta_message(
+        round(t * 1e6) if stated else 0, round(EVERY_S * 1e6), [0.0, 0.0, RATE * EVERY_S], [*map(float, moved)], 100
+    )  # fmt: skip
+
+
+def test_a_position_delta_is_the_mean_velocity_over_its_own_time_in_the_axes_of_its_middle(tmp_path):
+    dive = read(tmp_path, position_delta)
+    chord = np.sinc(RATE * EVERY_S / 2 / np.pi)
+    assert dive.velocity.value == pytest.approx(
+        np.tile([SURGE * chord, SWAY * chord, SINK], (196, 1)), abs=1e-6
+    )
+    assert dive.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-5)
+    assert not dive.velocity_is_filtered
+
+
+def test_a_position_delta_of_a_driver_that_states_no_time_was_never_turned(tmp_path):
+    dive = read(tmp_path, lambda t: position_delta(t, stated=False, turned=False))
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-6)
+    assert dive.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-3)
+
+
+def test_a_driver_on_the_vehicles_clock_is_dated_by_its_own_stamps_and_another_by_arrival(tmp_path):
+    own = read(tmp_path, position_delta, late_s=0.08)
+    assert own.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-5)
+    other = read(tmp_path, lambda t: position_delta(t + 3600.0), late_s=0.08)
+    assert other.velocity.time_s == pytest.approx(TIMES_S[2:-2] + 0.08 - EVERY_S / 2, abs=1e-3)
+
+
+def test_a_vision_speed_is_north_east_down(tmp_path):
+    def told(t):
+        return mav.MAVLink_vision_speed_estimate_message(round(t * 1e6), *map(float, north_east_down(t)))
+
+    dive = read(tmp_path, told, late_s=0.08)
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-4)
+    assert dive.velocity.time_s == pytest.approx(TIMES_S[2:-2], abs=1e-5)
+    assert not dive.velocity_is_filtered
+
+
+@pytest.mark.parametrize("child", [8, 9, 12])
+def test_an_odometry_whose_child_is_the_body_has_body_axes_whatever_frame_its_pose_is_in(tmp_path, child):
+    dive = read(tmp_path, lambda t: odometry(t, (SURGE, SWAY, SINK), frame=1, child=child), system=1)
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-6)
+
+
+def test_an_odometry_in_the_frame_of_its_pose_is_turned_by_its_own_attitude(tmp_path):
+    """A local frame that is turned off north by 1 rad, as LOCAL_FRD may be."""
+
+    def told(t):
+        off = heading(t) - 1.0
+        velocity = [SURGE * np.cos(off) - SWAY * np.sin(off), SURGE * np.sin(off) + SWAY * np.cos(off), SINK]
+        own = quaternions_from_euler(np.zeros(1), np.zeros(1), np.array([off]))[0]
+        return odometry(t, [*map(float, velocity)], 20, 20, [*map(float, own)])
+
+    dive = read(tmp_path, told, system=1)
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-6)
+
+
+@pytest.mark.parametrize("child", [1, 4, 7])
+def test_an_odometry_in_axes_of_the_earth_without_an_attitude_is_turned_by_the_recorded_one(tmp_path, child):
+    def told(t):
+        n, e, d = map(float, north_east_down(t))
+        return odometry(t, (e, n, -d) if child == 4 else (n, e, d), 20, child, [NAN] * 4)
+
+    dive = read(tmp_path, told, system=1)
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-4)
+
+
+def test_an_odometry_of_axes_that_nobody_knows_is_left_for_the_next_best(tmp_path):
+    def told(t):
+        return odometry(t, (SURGE, SWAY, SINK), frame=20, child=13)
+
+    assert read(tmp_path, told, system=1).velocity is None
+
+
+@pytest.mark.parametrize(("kind", "filtered"), [(0, False), (2, False), (3, True), (8, True)])
+def test_an_odometry_of_an_estimator_that_fuses_accelerations_is_a_filters(tmp_path, kind, filtered):
+    dive = read(tmp_path, lambda t: odometry(t, (SURGE, SWAY, SINK), kind=kind), system=1)
+    assert dive.velocity_is_filtered is filtered
+
+
+def test_a_quarter_turn_about_each_axis_is_the_next_axis():
+    found = turned_by(np.eye(3) * np.pi / 2, np.roll(np.eye(3), 1, axis=1))
+    assert found == pytest.approx(np.roll(np.eye(3), 2, axis=1), abs=1e-12)
+    assert turned_by(np.zeros((1, 3)), np.ones((1, 3))) == pytest.approx(np.ones((1, 3)))
