@@ -69,8 +69,8 @@ def stamp_doubts(dive: Dive) -> tuple[Doubt, ...]:
 
 
 def filtered_doubts(dive: Dive) -> tuple[Doubt, ...]:
-    """A warning about the masses where velocity comes from an autopilot's filter: its lateness and smoothing are fitted,
-    and what is left of them goes into the masses."""
+    """A warning about the masses where velocity comes from an autopilot's filter: its lateness and smoothing are
+    fitted, and what is left of them goes into the masses."""
     if not dive.velocity_is_filtered:
         return ()
     sentence = (

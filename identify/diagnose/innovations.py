@@ -176,9 +176,11 @@ def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | 
     angle = None if act.attitude is None or axis.dof < 3 else act.attitude[:, axis.dof - 3]
     out = np.zeros(len(axis.time_s))
     if rate is not None and rate.any():
-        at = value_before(course.time_s, rate, axis.time_s)
-        summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
-        out += np.where(axis.state_read == INCREMENT, summed * axis.scale, at) * (axis.state_read != POSITION)
+        added = axis.state_read == INCREMENT
+        out += value_before(course.time_s, rate, axis.time_s) * (axis.state_read == VELOCITY)
+        if added.any():
+            summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
+            out += summed * axis.scale * added
     if angle is not None and angle.any():
         out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
     return out if out.any() else None

@@ -19,6 +19,7 @@ from identify.diagnose.innovations import AxisInnovations, autoregression_of
 from identify.diagnose.witnesses import WeighedWitness, Witness, weighed_witness
 from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
+from identify.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 
@@ -52,7 +53,7 @@ class Regression:
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
         """Response to each act: a block for each axis and each witness."""
-        blocks = [axis.block(acts, course) for axis in self.axes]
+        blocks = side_by_side(lambda axis: axis.block(acts, course), self.axes)
         return Blocks((*blocks, *(_witness_block(one, acts, course) for one in self.witnesses)), len(acts))
 
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
@@ -138,9 +139,11 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
             [problem.by_theta(own_theta), axis.coriolis[:, all_dofs] * problem.masses[all_dofs]]
         )
         # A force in the model subtracts its response from the innovations.
-        by_theta = innovations.prewhitened(
-            np.hstack([innovations.by_motion(), -innovations.by_force(forces)])
-        )
+        slopes = np.hstack([innovations.by_motion(), -innovations.by_force(forces)])
+        if problem.damped != "linear":
+            share = problem.quadratic(own_theta) * problem.brisk / np.exp(own_theta[DAMPING])
+            slopes[:, 2 + problem.quadratic_place - FORCES] += share * slopes[:, 1]
+        by_theta = innovations.prewhitened(slopes)
         of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))
         for at, column in zip((*of, *masses), by_theta.T, strict=True):

@@ -191,7 +191,7 @@ class Weighing:
         return inverse(self._square)
 
     @cached_property
-    def _moving(self) -> tuple[Blocks, Array]:
+    def moving(self) -> tuple[Blocks, Array]:
         """The nominal columns on the axes' rows, and their products (m, m)."""
         own = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
         return own, own.products(np.zeros(own.places[-1].stop, dtype=np.intp))[0]
@@ -318,7 +318,7 @@ class Weighing:
             out = np.arange(len(products)) % FOLDS == fold
             size = inverse(square[~out].sum(axis=0) + scarce) @ right[~out].sum(axis=0)
             gains[out] += right[out] @ size - 0.5 * np.einsum("i,pij,j->p", size, square[out], size)
-        nominal, in_motion = self._moving
+        nominal, in_motion = self.moving
         moved, lean = columns[: nominal.places[-1].stop, -2:], taken[:, -2:]
         left = (moved**2).sum(axis=0) - 2.0 * (lean * nominal.crossed(moved)).sum(axis=0)
         left += (lean * (in_motion @ lean)).sum(axis=0)
@@ -345,25 +345,25 @@ class FormRemainder:
         """Nats of the fit's causes that a further cause could share: same axes, same pieces."""
         course = self.weighing.now.course
         acts = [cause.act(course), *(one.act(course) for one in self.fit.causes)]
-        own, *before = self._taken_out(
-            self._nominal, self.weighing.rows.columns(acts, course)[self._moving]
-        ).T
+        columns = self.weighing.rows.columns(acts, course)[: self._count]
+        own, *before = self._taken_out(self._nominal, columns).T
         return self._shared(own, *before)
 
     def saved_overlap(self, cause: Cause) -> float:
         """Nats saved by other forms of the causes that a further cause could share, its own share of these forms
         projected out."""
         course = self.weighing.now.course
-        column = self.weighing.rows.columns([cause.act(course)], course)[self._moving]
+        column = self.weighing.rows.columns([cause.act(course)], course)[: self._count]
         return self._shared(self._taken_out(self._all, column)[:, 0], self._saved)
 
-    @cached_property
-    def _moving(self) -> NDArray[np.bool_]:
-        return np.asarray(self.weighing.rows.dof >= 0)
+    @property
+    def _count(self) -> int:
+        """Of the axes' rows, which come before those of the witnesses."""
+        return len(self.weighing.rows.dof) - int(np.count_nonzero(self.weighing.rows.dof < 0))
 
     @cached_property
     def _known(self) -> Array:
-        return self.weighing.nuisance(self.fit)
+        return self.weighing.nuisance(self.fit)[: self._count]
 
     @cached_property
     def _nominal(self) -> tuple[Array, Array]:
@@ -376,25 +376,31 @@ class FormRemainder:
     @cached_property
     def _saved(self) -> Array:
         """(rows,): the part of the residual that other forms absorb."""
-        value = self.fit.value[self._moving, None]
+        value = self.fit.value[: self._count, None]
         own = self._regressors(self.fit.slopes.shape[1])
         return (self._taken_out(own, value) - self._taken_out(self._all, value))[:, 0]
 
     def _regressors(self, known: int) -> tuple[Array, Array]:
-        """The nominal columns with the first `known` nuisance columns, on the axes' rows; their inverse square."""
-        rows = self.weighing.rows
-        columns = np.hstack([rows.nominal, self._known[:, :known]])[self._moving]
-        precision = np.concatenate([rows.nominal_precision, np.zeros(known)])
-        return columns, inverse(columns.T @ columns + np.diag(precision))
+        """The first `known` nuisance columns on the axes' rows, and the inverse square of the nominal columns and
+        these."""
+        nominal, own = self.weighing.moving
+        more = self._known[:, :known]
+        cross = nominal.crossed(more)
+        square = np.block(
+            [[own + np.diag(self.weighing.rows.nominal_precision), cross], [cross.T, more.T @ more]]
+        )
+        return more, inverse(square)
 
     def _taken_out(self, regressors: tuple[Array, Array], columns: Array) -> Array:
-        by, square = regressors
-        return np.asarray(columns - by @ (square @ (by.T @ columns)))
+        more, square = regressors
+        nominal, m = self.weighing.rows.nominal[: self._count], self.weighing.rows.nominal.shape[1]
+        size = square @ np.vstack([self.weighing.moving[0].crossed(columns), more.T @ columns])
+        return np.asarray(columns - nominal @ size[:m] - more @ size[m:])
 
     def _shared(self, own: Array, *before: Array) -> float:
         """Cauchy-Schwarz bound, in nats, of a column's overlap with others, cell by cell."""
         rows = self.weighing.rows
-        cell = (rows.piece * len(DOFS) + rows.dof)[self._moving]
+        cell = (rows.piece * len(DOFS) + rows.dof)[: self._count]
         mine, *others = (np.bincount(cell, one**2) for one in (own, *before))
         both = np.sqrt(mine * np.sum(others, axis=0)).sum()
         return 0.5 * float(both**2 / max(mine.sum(), 1e-300))

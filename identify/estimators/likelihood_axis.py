@@ -112,6 +112,11 @@ class AxisLikelihood:
         )
         order = np.argsort(np.r_[curved, FORCES:noise, len(theta) : len(theta) + len(dofs)])
         gradient, information = gradient[order], information[np.ix_(order, order)]
+        if self.damped != "linear":
+            # Quadratic damping is a force of the expected speed, and part of the damping.
+            whole = np.eye(len(gradient))
+            whole[self.quadratic_place, DAMPING] = self.quadratic(theta) * self.brisk / np.exp(theta[DAMPING])
+            gradient, information = whole @ gradient, whole @ information @ whole.T
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)
@@ -130,12 +135,15 @@ class AxisLikelihood:
 
     def means(self, theta: Array) -> Array:
         """The filter's mean of velocity, its integral and the disturbance after each event, (n, 3)."""
+        return self._means(theta)[0]
+
+    def _means(self, theta: Array) -> tuple[Array, Array]:
+        """The same, and what each event's reading changed them by, (n, 3)."""
         table, force, axis = self.transition_table(theta), self.mean_force(theta), self.axis
         error, _, gain = self.run_filter(theta, table, force, np.inf)
-        means = filtered_means(
-            table, axis.step, force, np.nan_to_num(error), gain, axis.state_read, axis.initial
-        )
-        return np.asarray(means, dtype=np.float64)
+        error = np.nan_to_num(error)
+        means = filtered_means(table, axis.step, force, error, gain, axis.state_read, axis.initial)
+        return np.asarray(means, dtype=np.float64), gain[:, :3] * error[:, None]
 
     def expected_speed(self, theta: Array) -> Array:
         """The velocity (n,) over each step as the readings before it let expect it.
@@ -143,8 +151,9 @@ class AxisLikelihood:
         What brakes a vehicle must not know the readings that are to be explained: a velocity smoothed over the whole
         dive does, and the drag made of it would seem too small.
         """
-        after = self.means(theta)[:, 0]
-        return np.concatenate([after[:1], after[:-1]])
+        means, by_reading = self._means(theta)
+        after, before = means[:, 0], means[:, 0] - by_reading[:, 0]
+        return 0.5 * (np.concatenate([after[:1], after[:-1]]) + before)
 
     def slowed(self, theta: Array) -> "AxisLikelihood":
         """The same with the drag of the speed that is expected at theta."""
@@ -167,7 +176,8 @@ class AxisLikelihood:
 
     def transition_table(self, theta: Array) -> Array:
         """One transition for each of the axis's different steps; an event's is the row that `axis.step` names."""
-        mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
+        mass, _, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
+        damping = self.whole_damping(theta)
         axis, coloured = self.axis, self.coloured(theta)
         return np.asarray(
             transitions(
@@ -178,7 +188,7 @@ class AxisLikelihood:
 
     def mean_force(self, theta: Array) -> Array:
         """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
-        by_shapes = self.shapes @ self.factors(theta)
+        by_shapes = self.shapes @ self.factors(theta) + self.quadratic(theta) * self.brisk * self.axis.speed
         return np.asarray(self.axis.force + (self.axis.coriolis @ self.masses + by_shapes)[:, None])
 
     @property
@@ -189,6 +199,18 @@ class AxisLikelihood:
     def quadratic(self, theta: Array) -> float:
         """N/(m/s)2 or N m/(rad/s)2."""
         return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_place]))
+
+    @property
+    def brisk(self) -> float:
+        """The damping of a unit of quadratic damping about the usual speed, m/s or rad/s: the mean slope of the speed
+        times its amount. The filter's own dynamics have it, for a force of expected speeds alone brakes no error; the
+        rest of the drag is a force."""
+        through = self.axis.speed - self.axis.water
+        return 0.0 if self.damped == "linear" else 2.0 * float(np.mean(np.abs(through)))
+
+    def whole_damping(self, theta: Array) -> float:
+        """Of the filter's own dynamics: the linear one, and what the quadratic one comes to at the usual speed."""
+        return float(np.exp(theta[DAMPING])) + self.quadratic(theta) * self.brisk
 
     def factors(self, theta: Array) -> Array:
         """Of the shapes, (k,)."""
@@ -202,7 +224,8 @@ class AxisLikelihood:
         if self.damped == "linear":
             return self.shapes
         out = self.shapes.copy()
-        out[:, self.quadratic_place - FORCES] *= self.quadratic(theta)
+        column = out[:, self.quadratic_place - FORCES]
+        column[:] = self.quadratic(theta) * (column + self.brisk * self.axis.speed)
         return out
 
     def noise_variance(self, theta: Array) -> Array:

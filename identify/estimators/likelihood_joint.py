@@ -44,7 +44,7 @@ class JointLikelihood:
     def places(self) -> tuple[slice, ...]:
         """Where each axis's own theta stands in that of all."""
         ends = np.cumsum([len(problem.prior_mean) for problem in self.problems])
-        starts = [0, *ends[:-1]]
+        starts = [0, *ends][:-1]
         return tuple(slice(int(a), int(b)) for a, b in zip(starts, ends, strict=True))
 
     @property
