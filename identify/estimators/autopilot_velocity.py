@@ -41,7 +41,7 @@ DELAY_SPREAD_S = 0.1
 ENOUGH = 0.5
 """Nats: as far as an axis is climbed here."""
 
-TURNS, SETTLED_S = 5, 0.005
+TURNS, SETTLED_S = 8, 0.005
 
 
 def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
@@ -60,16 +60,16 @@ def dated(dive: Dive, file: VehicleFile, name: str) -> Dive:
     rough_s, of_yaw = _rough_delay(dive, file, name)
     rough_late_s, fits = _rough_lateness(dive, rough_s, file, name)
     fits, timing = [*of_yaw, *fits], np.array([rough_late_s, 0.5 * rough_late_s, rough_s])
-    best, likeliest = -np.inf, timing
+    best, likeliest, known = -np.inf, timing, fits
     for _ in range(TURNS):
         late_s, smoothing_s, delay_s = timing.tolist()
         early = dated_back(dive, late_s - smoothing_s, smoothing_s)
-        fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), fits)
-        if (log_posterior := _of_velocity(fits)) < best:
+        fits = _fitted(early, delay_s, file, name, (SURGE, SWAY, YAW), known)
+        if (log_posterior := _of_velocity(fits)) < best - ENOUGH:
             # Far from where they agree, a step by the slope may lead further off.
             timing = 0.5 * (likeliest + timing)
             continue
-        best, likeliest = log_posterior, timing
+        best, likeliest, known = log_posterior, timing, fits
         further = _further(fits)
         timing = np.clip(timing + further, LEAST, MOST)
         if np.all(np.abs(further) < SETTLED_S):
@@ -163,12 +163,15 @@ def _fitted(
             own = Timing(by_lateness(axis.force, 0.5 * axis.step_s), DELAY_SPREAD_S)
             axis = replace(axis, timing=(own,))
         problem = likelihood_of(axis, shape, masses, (), "both")
+        place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
         try:
             theta = starts.get(axis.dof)
             if theta is None:
                 theta = rough_maximum(problem, rigid_mass(shape, axis.dof), shape.model, ENOUGH).theta
+            # What was near was as late by its own timing, which the dive is dated by since.
+            theta = theta.copy()
+            theta[place] = 0.0
             maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
-            place = slice(problem.noise_place - len(axis.timing), problem.noise_place)
             covariance = np.linalg.inv(maximum.precision)[place, place]
         except np.linalg.LinAlgError:
             # An axis without a solution says nothing of timing; the fit of all axes says why.
