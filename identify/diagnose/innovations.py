@@ -128,15 +128,17 @@ class AxisInnovations:
         )
 
     def by_motion(self) -> Array:
-        """Normalised innovations (rows, 2) per unit of log mass and log damping."""
+        """Normalised innovations (rows, 2) per unit of log mass and of the log of the whole damping."""
         force = self.problem.mean_force(self.theta)
 
-        def under_that_force(moved: Array) -> tuple[Array, Array]:
-            table = self.problem.transition_table(moved)
+        def under_that_force(more: Array) -> tuple[Array, Array]:
+            moved = self.theta.copy()
+            moved[MASS] += more[0]
+            table = self.problem.transition_table(moved, float(np.exp(more[1])))
             error, variance, _ = self.problem.run_filter(moved, table, force, np.inf)
             return error[self.read], variance[self.read]
 
-        slope, _ = slopes(under_that_force, self.theta, self.problem.difference, (MASS, DAMPING))
+        slope, _ = slopes(under_that_force, np.zeros(2), self.problem.difference[[MASS, DAMPING]], range(2))
         return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Array) -> Array:

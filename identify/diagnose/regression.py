@@ -141,8 +141,9 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
         # A force in the model subtracts its response from the innovations.
         slopes = np.hstack([innovations.by_motion(), -innovations.by_force(forces)])
         if problem.damped != "linear":
-            share = problem.quadratic(own_theta) * problem.brisk / np.exp(own_theta[DAMPING])
-            slopes[:, 2 + problem.quadratic_place - FORCES] += share * slopes[:, 1]
+            linear, quadratic = problem.damping_shares(own_theta)
+            slopes[:, 2 + problem.quadratic_place - FORCES] += quadratic * slopes[:, 1]
+            slopes[:, 1] *= linear
         by_theta = innovations.prewhitened(slopes)
         of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))

@@ -96,8 +96,11 @@ class AxisLikelihood:
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
         columns = np.hstack([self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
+        tables = [self.transition_table(one) for one in runs]
+        # A linear damping next to nothing moves the whole by less than rounding.
+        tables[1 + DAMPING] = self.transition_table(theta, 1.0 + STEP)
         gradient, information = gradient_and_information(
-            np.array([self.transition_table(one) for one in runs]),
+            np.array(tables),
             axis.step,
             self.mean_force(theta),
             columns,
@@ -113,10 +116,10 @@ class AxisLikelihood:
         order = np.argsort(np.r_[curved, FORCES:noise, len(theta) : len(theta) + len(dofs)])
         gradient, information = gradient[order], information[np.ix_(order, order)]
         if self.damped != "linear":
-            # Quadratic damping is a force of the expected speed, and part of the damping.
-            whole = np.eye(len(gradient))
-            whole[self.quadratic_place, DAMPING] = self.quadratic(theta) * self.brisk / np.exp(theta[DAMPING])
-            gradient, information = whole @ gradient, whole @ information @ whole.T
+            # Quadratic damping is a force of the expected speed, and part of the whole damping.
+            parts = np.eye(len(gradient))
+            parts[[DAMPING, self.quadratic_place], DAMPING] = self.damping_shares(theta)
+            gradient, information = parts @ gradient, parts @ information @ parts.T
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)
@@ -174,10 +177,11 @@ class AxisLikelihood:
         """Where in theta the noise of the first channel stands."""
         return FORCES + int(self.shapes.shape[1])
 
-    def transition_table(self, theta: Array) -> Array:
-        """One transition for each of the axis's different steps; an event's is the row that `axis.step` names."""
+    def transition_table(self, theta: Array, damped_times: float = 1.0) -> Array:
+        """One transition for each of the axis's different steps; an event's is the row that `axis.step` names.
+        damped_times: the whole damping is so many times what it is at theta."""
         mass, _, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
-        damping = self.whole_damping(theta)
+        damping = damped_times * self.whole_damping(theta)
         axis, coloured = self.axis, self.coloured(theta)
         return np.asarray(
             transitions(
@@ -211,6 +215,11 @@ class AxisLikelihood:
     def whole_damping(self, theta: Array) -> float:
         """Of the filter's own dynamics: the linear one, and what the quadratic one comes to at the usual speed."""
         return float(np.exp(theta[DAMPING])) + self.quadratic(theta) * self.brisk
+
+    def damping_shares(self, theta: Array) -> tuple[float, float]:
+        """Of the linear and of the quadratic one in the whole damping."""
+        linear = float(np.exp(theta[DAMPING])) / self.whole_damping(theta)
+        return linear, 1.0 - linear
 
     def factors(self, theta: Array) -> Array:
         """Of the shapes, (k,)."""
