@@ -1,10 +1,15 @@
 """The order in which `make test` begins files: long ones first, folders mixed, the same in every worker."""
 
+import importlib.util
 import itertools
 from pathlib import Path
 from types import SimpleNamespace
 
-from conftest import mixed
+# By its path, for other folders of tests have a module of that name too.
+SPEC = importlib.util.spec_from_file_location("conftest_of_all", Path(__file__).with_name("conftest.py"))
+CONFTEST = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(CONFTEST)
+mixed = CONFTEST.mixed
 
 
 def item(file: str, name: str, slow: bool = False) -> SimpleNamespace:
