@@ -8,6 +8,7 @@ from soak import rows_rest_in_soak
 MOVE = 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "kind", "fog_gap_s"),
     rows_rest_in_soak([(100_002, "rocking", (8.0, 10.0)), (100_009, "spin", None)]),

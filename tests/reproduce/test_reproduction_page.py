@@ -62,6 +62,7 @@ def text(done):
     return render_report(page.report(done))
 
 
+@pytest.mark.slow
 def test_every_table_and_figure_of_the_campaign_and_validation_is_on_the_page(text):
     for number in (3, 4, 5):
         assert f"Table {number}" in text
