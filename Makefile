@@ -43,9 +43,9 @@ demo: $(STAMP)
 	@$(BIN)/seatrial demo
 
 # Libraries that each take every core would mostly wait for each other: a thread for each worker. Of three, one mostly
-# waits, for a terminal, a browser or a link: enough for two cores, and for 4 GB.
+# waits, for a terminal, a browser or a link: enough for two cores, and for 4 GB. Bytecode is kept, for what they start.
 test: $(COMPILED)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
 
 $(COMPILED): $(STAMP) $(KERNELS) tests/kernels.py
 	@OMP_NUM_THREADS=1 $(BIN)/python tests/kernels.py
