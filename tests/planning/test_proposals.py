@@ -75,6 +75,12 @@ def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
     assert all(0 < part.drift_m < part.needs_m <= space_m for part in found.parts)
 
 
+def test_the_room_up_and_down_is_as_given_or_as_across_and_ends_at_the_surface() -> None:
+    assert Limits(space_m=0.2).heave_m == 0.2
+    assert Limits(depth_space_m=0.3).heave_m == 0.3
+    assert Limits(depth_space_m=9.0).heave_m == 1.5
+
+
 @pytest.mark.parametrize(
     ("limits", "room_m"),
     rows_rest_in_soak(
