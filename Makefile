@@ -13,7 +13,7 @@ PYTHON ?= python3
 PIP_FLAGS ?=
 MACHINES ?= x86_64 aarch64
 PYTHONS ?= 3.11 3.12 3.13
-PYTEST_FLAGS ?= -n 2 --dist loadfile --no-loadscope-reorder
+PYTEST_FLAGS ?= -n 3 --dist loadfile --no-loadscope-reorder
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -42,9 +42,10 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	@$(BIN)/seatrial demo
 
-# Libraries that each take every core would mostly wait for each other: two workers, a thread each.
+# Libraries that each take every core would mostly wait for each other: a thread for each worker. Of three, one mostly
+# waits, for a terminal, a browser or a link: enough for two cores, and for 4 GB. Bytecode is kept, for what they start.
 test: $(COMPILED)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest -rs $(PYTEST_FLAGS)
 
 $(COMPILED): $(STAMP) $(KERNELS) tests/kernels.py
 	@OMP_NUM_THREADS=1 $(BIN)/python tests/kernels.py

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from soak import rows_rest_in_soak
 
 CONFTEST = Path(__file__).with_name("conftest.py")
 
@@ -35,13 +36,16 @@ def run_suite(folder, reason, ci, shared):
 
 @pytest.mark.parametrize(
     ("reason", "ci", "shared", "code"),
-    [
-        ("needs a browser", "", True, 0),
-        ("needs a browser", "true", True, 1),
-        ("needs a browser", "true", False, 1),
-        ("needs ../shared/data", "true", False, 0),
-        ("needs ../shared/data", "true", True, 1),
-    ],
+    rows_rest_in_soak(
+        [
+            ("needs a browser", "", True, 0),
+            ("needs a browser", "true", False, 1),
+            ("needs ../shared/data", "true", False, 0),
+            ("needs ../shared/data", "true", True, 1),
+            ("needs a browser", "true", True, 1),
+        ],
+        keep=4,
+    ),
 )
 def test_a_skip_fails_ci_unless_it_lacks_the_data_beside_the_checkout(tmp_path, reason, ci, shared, code):
     assert run_suite(tmp_path, reason, ci, shared) == code

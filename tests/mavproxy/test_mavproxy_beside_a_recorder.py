@@ -42,6 +42,7 @@ def folder_now():
     return None if holding is None else Path(holding.folder)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(MAVPROXY is None, reason="MAVProxy is not installed: pip install -e '.[dev]'")
 def test_it_says_who_records_where_and_the_next_dive_and_notes_go_there(recorder, tmp_path):
     running, hub = recorder

@@ -1,5 +1,6 @@
 """The module in a real MAVProxy: two vehicles, an armed one, and the whole way from a dive to a verified upload."""
 
+import pytest
 from console import upload, write
 
 from gcs_plugin.params.files import read_parameters
@@ -62,6 +63,7 @@ def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_
         mavproxy.ask("seatrial vehicle 1", "vehicle: 1")
 
 
+@pytest.mark.slow
 def test_from_a_dive_to_a_verified_upload_with_mavproxy_answering_all_along(mavproxy, folder, dive):
     path = dive.relative_to(folder)
     mavproxy.ask("seatrial file ruvifist:hovering", r"vehicle file: .*\(ruvifist\), configuration: hovering")

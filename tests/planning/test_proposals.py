@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from soak import rest_in_soak
+from soak import rest_in_soak, rows_rest_in_soak
 
 from bridge.errors import FitError
 from bridge.simulator.missions import load_mission
@@ -70,15 +70,24 @@ def test_a_proposal_keeps_within_time_space_speed_and_thrust() -> None:
 
 @pytest.mark.parametrize("space_m", rest_in_soak([0.6, 3.0]))
 def test_every_manoeuvre_keeps_the_space_with_its_drift(space_m: float) -> None:
-    found = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 300.0, [SURGE, SWAY])
-    assert 250.0 < found.duration_s <= 300.0
+    found = propose(FILE, "hovering", KNOWN, Limits(space_m=space_m), 200.0, [SURGE, SWAY])
+    assert 150.0 < found.duration_s <= 200.0
     assert all(0 < part.drift_m < part.needs_m <= space_m for part in found.parts)
+
+
+def test_the_room_up_and_down_is_as_given_or_as_across_and_ends_at_the_surface() -> None:
+    assert Limits(space_m=0.2).heave_m == 0.2
+    assert Limits(depth_space_m=0.3).heave_m == 0.3
+    assert Limits(depth_space_m=9.0).heave_m == 1.5
 
 
 @pytest.mark.parametrize(
     ("limits", "room_m"),
-    [(Limits(space_m=0.2), 0.2), (Limits(depth_space_m=0.2), 0.2), (Limits(depth_space_m=9.0), 1.5)],
-    ids=["as across", "as given", "not to the surface"],
+    rows_rest_in_soak(
+        [(Limits(depth_space_m=9.0), 1.5), (Limits(depth_space_m=0.2), 0.2), (Limits(space_m=0.2), 0.2)],
+        keep=2,
+    ),
+    ids=["not to the surface", "as given", "as across"],
 )
 def test_every_manoeuvre_keeps_the_room_up_and_down(limits: Limits, room_m: float) -> None:
     found = propose(FILE, "hovering", KNOWN, limits, 120.0, [HEAVE])

@@ -51,7 +51,7 @@ async def ended(app, pilot):
     await pilot.pause()
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 @pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_diagnose_looks_as_it_was_kept(theme, size, tmp_path):
     async def look(app, pilot):

@@ -62,7 +62,7 @@ async def ended(app, pilot):
     await shown(app, pilot)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 @pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_a_run_and_its_result_look_as_they_were_kept(theme, size, identified):
     async def look(app, pilot):

@@ -7,6 +7,7 @@ import pytest
 from made_dives import DECK, DIVES, HOVERING, OUT, FakeVerbs, desk, dive
 from made_view import FixedViews, view
 from screen_text import made, pressed, run, settled, text
+from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
 from tui.app.aside import aside
@@ -169,7 +170,8 @@ def lie(folder):
 
 
 @pytest.mark.parametrize(
-    ("screen", "key", "verb"), [("3", "i", "identify"), ("4", "d", "diagnose"), ("6", "v", "validate")]
+    ("screen", "key", "verb"),
+    rows_rest_in_soak([("3", "i", "identify"), ("4", "d", "diagnose"), ("6", "v", "validate")]),
 )
 @pytest.mark.parametrize("by_key", [True, False])
 def test_a_dive_that_is_worked_on_keeps_its_screens_whatever_ends_meanwhile(screen, key, verb, by_key, dives):

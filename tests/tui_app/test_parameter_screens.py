@@ -10,7 +10,7 @@ from gcs_plugin.watch.picture import Armed
 from tui.app.themes import ORDER
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 @pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_parameters_look_as_they_were_kept(theme, size):
     async def look(app, pilot):

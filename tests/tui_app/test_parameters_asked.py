@@ -4,13 +4,17 @@ import pytest
 from made_parameters import BEFORE, FakeVehicle, plan
 from parameters_shown import line_of, on_screen, typed, views
 from screen_text import text
+from soak import rest_in_soak
 from textual.widgets import Input
 
 from gcs_plugin.watch.picture import Armed
 
 
 @pytest.mark.parametrize(
-    "keys", [("enter",), ("6", "enter"), ("7", "7", "enter"), ("enter", "enter"), ("y", "enter")]
+    "keys",
+    rest_in_soak(
+        [("enter",), ("7", "7", "enter"), ("6", "enter"), ("enter", "enter"), ("y", "enter")], keep=2
+    ),
 )
 def test_an_enter_alone_or_another_number_writes_nothing(keys):
     vehicle = FakeVehicle()

@@ -4,6 +4,7 @@ import pytest
 from made_parameters import FakeVehicle, desk, plan
 from parameters_shown import SIZES, line_of, on_screen, typed, views
 from screen_text import check, made, run, text
+from soak import rest_in_soak
 
 
 def staged(changed=(), active_crc=0.0):
@@ -56,7 +57,7 @@ def test_an_upload_that_was_cut_is_still_told_as_staged_once_the_vehicle_is_read
     )
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_what_is_staged_looks_as_it_was_kept(size):
     async def look(app, pilot):
         await typed(app, pilot, "5", "u")

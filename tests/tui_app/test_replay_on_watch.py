@@ -144,7 +144,7 @@ def test_the_line_is_as_wide_as_the_screen_and_inverse_throughout(cells):
     assert {role for _, role in line} == {"lost"}
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 @pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_a_replay_looks_as_it_was_kept(theme, size):
     async def look(app, pilot):

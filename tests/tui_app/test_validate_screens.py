@@ -46,7 +46,7 @@ def seen(app):
     return " ".join(text(app).split())
 
 
-@pytest.mark.parametrize("size", [NARROW, WIDE])
+@pytest.mark.parametrize("size", rest_in_soak([NARROW, WIDE]))
 @pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_validate_looks_as_it_was_kept(theme, size, tmp_path):
     async def look(app, pilot):

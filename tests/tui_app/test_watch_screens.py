@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from made_view import UNIX_S, FixedViews, view
 from screen_text import check, looks, made, pressed, run, strips, text
+from soak import rest_in_soak
 
 from gcs_plugin.watch.picture import Armed, Freshness, Said
 from tui.app.themes import ORDER
@@ -14,7 +15,7 @@ SIZES = ((80, 24), (160, 50))
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("theme", ORDER)
+@pytest.mark.parametrize("theme", rest_in_soak(ORDER))
 def test_watch_looks_as_it_was_kept(theme, size):
     async def look(app, _):
         check(f"watch-{size[0]}x{size[1]}-{theme}", app)
@@ -22,7 +23,7 @@ def test_watch_looks_as_it_was_kept(theme, size):
     run(made(FixedViews(), theme=theme), size, look)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_watch_without_colour_looks_as_it_was_kept(size, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
 
@@ -42,7 +43,7 @@ def test_the_second_page_of_charts_and_all_words_look_as_they_were_kept():
     run(made(FixedViews()), (80, 24), look)
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", rest_in_soak(SIZES))
 def test_what_is_drawn_again_in_part_is_what_would_be_drawn_anew(size):
     before = view()
     lost = replace(before.picture.sensors[1], age_s=40.0, freshness=Freshness.GONE)

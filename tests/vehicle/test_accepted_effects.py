@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from soak import rest_in_soak
 
 from bridge.navigation import Navigation
 from bridge.simulator.direct import simulate_truth
@@ -238,7 +239,7 @@ def test_with_its_effects_accepted_a_worn_vehicle_follows_as_well_as_one_without
     assert abs(after - as_built) < 0.1
 
 
-@pytest.mark.parametrize("name", list(PLANTED))
+@pytest.mark.parametrize("name", rest_in_soak(PLANTED))
 def test_each_effect_alone_costs_tracking_and_is_made_up_for(name: str) -> None:
     calm = load_truth(FILE, "hovering").calm()
     worn = replace(calm, effects={name: PLANTED[name]})
