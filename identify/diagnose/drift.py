@@ -104,7 +104,7 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         coloured = rng.normal(size=len(axis.time_s)) if axis.is_coloured else np.zeros(len(axis.time_s))
         true, angle, pushed, reading = _coloured_motion(
             table,
-            axis.step,
+            problem.step,
             problem.reading,
             axis.state_read,
             np.sqrt(variance),
@@ -116,7 +116,7 @@ def drawn(noise: Nominal, rng: np.random.Generator) -> tuple[Array, Array]:
         still = np.concatenate([np.zeros(2), axis.initial[2:]])
         no_force = np.zeros((len(true), 2))
         found = smoothed_velocity(
-            table, axis.step, no_force, reading, axis.state_read, variance, sigma, slow, still
+            table, problem.step, no_force, reading, axis.state_read, variance, sigma, slow, still
         )
         errors[:, axis.dof] = np.interp(time_s, axis.time_s, found - true)
         force[:, axis.dof] = np.interp(time_s, axis.time_s, pushed)

@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 ORDER = 10
 LEAST_ROWS = 20 * ORDER
 
+DIFFERENCE = 1e-4
+"""Of the logarithm of a coefficient."""
+
 NARROW = 4
 """Up to this many columns are prewhitened one by one; more go faster side by side."""
 
@@ -124,21 +127,25 @@ class AxisInnovations:
     def _answer(self, force: Array, off: Array) -> Array:
         axis = self.problem.axis
         return np.asarray(
-            _responses(self.table, axis.step, force, off, self.read, axis.state_read, self.gain, self.std)
+            _responses(
+                self.table, self.problem.step, force, off, self.read, axis.state_read, self.gain, self.std
+            )
         )
 
     def by_motion(self) -> Array:
-        """Normalised innovations (rows, 2) per unit of log mass and of the log of the whole damping."""
+        """Normalised innovations (rows, 3) per unit of log mass, log damping, and the log of the quadratic damping in
+        the filter's own dynamics."""
         force = self.problem.mean_force(self.theta)
 
         def under_that_force(more: Array) -> tuple[Array, Array]:
             moved = self.theta.copy()
-            moved[MASS] += more[0]
-            table = self.problem.transition_table(moved, float(np.exp(more[1])))
+            moved[[MASS, DAMPING]] += more[:2]
+            table = self.problem.transition_table(moved, float(np.exp(more[2])))
             error, variance, _ = self.problem.run_filter(moved, table, force, np.inf)
             return error[self.read], variance[self.read]
 
-        slope, _ = slopes(under_that_force, np.zeros(2), self.problem.difference[[MASS, DAMPING]], range(2))
+        of = range(2 if self.problem.damped == "linear" else 3)
+        slope, _ = slopes(under_that_force, np.zeros(3), np.full(3, DIFFERENCE), of)
         return np.asarray(slope.T / self.std[:, None])
 
     def by_course(self, course: Course, forces: Array) -> Array:

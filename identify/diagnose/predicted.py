@@ -15,7 +15,7 @@ from bridge.errors import FitError
 from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.likelihood_axis import MASS
+from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.places import down_axis
@@ -53,8 +53,9 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         # A step that ends later may hold a command that responds to a reading at this time.
         force = problem.mean_force(own).mean(axis=1)
         step = np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)
-        now = force[np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))]
-        mass, damping = np.exp(own[MASS]), problem.whole_damping(own)
+        step = np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))
+        now, mass = force[step], np.exp(own[MASS])
+        damping = np.exp(own[DAMPING]) + problem.quadratic(own) * problem.slope[step]
         speed, place_, disturbance = state[last].T
         rate = (now - damping * speed - problem.axis.stiffness * place_ + disturbance) / mass
         since = np.clip(motion.time_s - time_s[last], 0.0, 5 * step_s)

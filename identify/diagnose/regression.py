@@ -139,11 +139,10 @@ def regression_of(joint: JointLikelihood, theta: Array, unheard: Sequence[int]) 
             [problem.by_theta(own_theta), axis.coriolis[:, all_dofs] * problem.masses[all_dofs]]
         )
         # A force in the model subtracts its response from the innovations.
-        slopes = np.hstack([innovations.by_motion(), -innovations.by_force(forces)])
-        if problem.damped != "linear":
-            linear, quadratic = problem.damping_shares(own_theta)
-            slopes[:, 2 + problem.quadratic_place - FORCES] += quadratic * slopes[:, 1]
-            slopes[:, 1] *= linear
+        mass, damping, *quadratic = innovations.by_motion().T
+        slopes = np.column_stack([mass, damping, -innovations.by_force(forces)])
+        for slope in quadratic:
+            slopes[:, 2 + problem.quadratic_place - FORCES] += slope
         by_theta = innovations.prewhitened(slopes)
         of = [place.start + at for at in (MASS, DAMPING, *range(FORCES, problem.noise_place))]
         rows = np.zeros((len(std), len(kept)))

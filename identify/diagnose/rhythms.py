@@ -313,7 +313,7 @@ def scores(innovations: AxisInnovations, left: Array) -> Array:
     return np.asarray(
         _backwards(
             innovations.table,
-            axis.step,
+            innovations.problem.step,
             freed / innovations.std,
             innovations.read,
             axis.state_read,

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,9 @@ COLOURED_S, COLOURED_SPREAD = 1.0, 0.7
 QUADRATIC_RATIO, QUADRATIC_SPREAD = 4.0, 1.5
 """A quadratic drag beforehand: so many rigid-body masses a metre, or inertias a radian, and how far from there, in its
 logarithm, it may well be."""
+
+BRACKETS, SMALLEST_SPEED = 12, 1e-3
+"""Of speed, within which the slope of quadratic drag is taken to be one; m/s or rad/s."""
 
 NO_DAMPING = 1e-3
 """Of the rigid body's mass or inertia: the linear damping of a hull whose model has none."""
@@ -95,13 +99,15 @@ class AxisLikelihood:
         axis, noise = self.axis, self.noise_place
         curved = np.r_[0:FORCES, noise : len(theta)]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
-        columns = np.hstack([self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
         tables = [self.transition_table(one) for one in runs]
-        # A linear damping next to nothing moves the whole by less than rounding.
-        tables[1 + DAMPING] = self.transition_table(theta, 1.0 + STEP)
+        if self.damped != "linear":
+            # Quadratic damping is both a force of the expected speed and the slope about it.
+            runs = np.vstack([runs, theta])
+            tables.append(self.transition_table(theta, 1.0 + STEP))
+        columns = np.hstack([self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]])
         gradient, information = gradient_and_information(
             np.array(tables),
-            axis.step,
+            self.step,
             self.mean_force(theta),
             columns,
             self.reading,
@@ -113,13 +119,11 @@ class AxisLikelihood:
             np.array([self.coloured(one)[0] for one in runs]),
             axis.initial,
         )
-        order = np.argsort(np.r_[curved, FORCES:noise, len(theta) : len(theta) + len(dofs)])
-        gradient, information = gradient[order], information[np.ix_(order, order)]
-        if self.damped != "linear":
-            # Quadratic damping is a force of the expected speed, and part of the whole damping.
-            parts = np.eye(len(gradient))
-            parts[[DAMPING, self.quadratic_place], DAMPING] = self.damping_shares(theta)
-            gradient, information = parts @ gradient, parts @ information @ parts.T
+        slope = [] if self.damped == "linear" else [self.quadratic_place]
+        of = np.r_[curved, slope, FORCES:noise, len(theta) : len(theta) + len(dofs)].astype(np.intp)
+        parts = np.zeros((len(theta) + len(dofs), len(of)))
+        parts[of, range(len(of))] = 1.0
+        gradient, information = parts @ gradient, parts @ information @ parts.T
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)
@@ -131,7 +135,7 @@ class AxisLikelihood:
         axis = self.axis
         return np.asarray(
             smoothed_velocity(
-                self.transition_table(theta), axis.step, self.mean_force(theta), self.reading, axis.state_read,
+                self.transition_table(theta), self.step, self.mean_force(theta), self.reading, axis.state_read,
                 self.noise_variance(theta), float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial,
             )
         )  # fmt: skip
@@ -145,7 +149,7 @@ class AxisLikelihood:
         table, force, axis = self.transition_table(theta), self.mean_force(theta), self.axis
         error, _, gain = self.run_filter(theta, table, force, np.inf)
         error = np.nan_to_num(error)
-        means = filtered_means(table, axis.step, force, error, gain, axis.state_read, axis.initial)
+        means = filtered_means(table, self.step, force, error, gain, axis.state_read, axis.initial)
         return np.asarray(means, dtype=np.float64), gain[:, :3] * error[:, None]
 
     def expected_speed(self, theta: Array) -> Array:
@@ -177,22 +181,40 @@ class AxisLikelihood:
         """Where in theta the noise of the first channel stands."""
         return FORCES + int(self.shapes.shape[1])
 
-    def transition_table(self, theta: Array, damped_times: float = 1.0) -> Array:
-        """One transition for each of the axis's different steps; an event's is the row that `axis.step` names.
-        damped_times: the whole damping is so many times what it is at theta."""
-        mass, _, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
-        damping = damped_times * self.whole_damping(theta)
+    @cached_property
+    def _brackets(self) -> tuple[Array, NDArray[np.int64]]:
+        """Brackets of speed through the water, and which one each event (n,) is in: the slope (k,) of the speed times
+        its amount in the middle of each. One of no slope for linear damping."""
+        through = np.abs(self.axis.speed - self.axis.water)
+        count = 1 if self.damped == "linear" else BRACKETS
+        width = max(float(np.max(through)), SMALLEST_SPEED) / count
+        slope = 0.0 if self.damped == "linear" else 2.0 * width
+        slopes = np.asarray(slope * (np.arange(count) + 0.5), dtype=np.float64)
+        return slopes, np.minimum(through / width, count - 1).astype(np.int64)
+
+    @cached_property
+    def step(self) -> NDArray[np.int64]:
+        """(n,): the row of `transition_table` that leads to each event, -1 for none."""
+        slopes, bracket = self._brackets
+        return np.where(self.axis.step < 0, -1, self.axis.step * len(slopes) + bracket)
+
+    def transition_table(self, theta: Array, quadratic_times: float = 1.0) -> Array:
+        """A transition for each of the axis's different steps and brackets of speed. quadratic_times: the quadratic
+        damping is so many times what it is at theta."""
+        mass, damping, disturbance, time_constant = np.exp(theta[:FORCES]).tolist()
         axis, coloured = self.axis, self.coloured(theta)
-        return np.asarray(
+        tables = [
             transitions(
-                axis.different_s, mass, damping, axis.stiffness, disturbance, time_constant,
-                self.white_force(theta), *coloured, axis.smoothing_s,
+                axis.different_s, mass, damping + quadratic_times * self.quadratic(theta) * slope, axis.stiffness,
+                disturbance, time_constant, self.white_force(theta), *coloured, axis.smoothing_s,
             )
-        )  # fmt: skip
+            for slope in self._brackets[0].tolist()
+        ]  # fmt: skip
+        return np.stack(tables, axis=1).reshape(-1, tables[0].shape[1])
 
     def mean_force(self, theta: Array) -> Array:
         """What drives both halves of every step (n, 2), N or N m: thrust, Coriolis forces, and all shapes."""
-        by_shapes = self.shapes @ self.factors(theta) + self.quadratic(theta) * self.brisk * self.axis.speed
+        by_shapes = self.shapes @ self.factors(theta) + self.quadratic(theta) * self.slope * self.axis.speed
         return np.asarray(self.axis.force + (self.axis.coriolis @ self.masses + by_shapes)[:, None])
 
     @property
@@ -205,21 +227,11 @@ class AxisLikelihood:
         return 0.0 if self.damped == "linear" else float(np.exp(theta[self.quadratic_place]))
 
     @property
-    def brisk(self) -> float:
-        """The damping of a unit of quadratic damping about the usual speed, m/s or rad/s: the mean slope of the speed
-        times its amount. The filter's own dynamics have it, for a force of expected speeds alone brakes no error; the
-        rest of the drag is a force."""
-        through = self.axis.speed - self.axis.water
-        return 0.0 if self.damped == "linear" else 2.0 * float(np.mean(np.abs(through)))
-
-    def whole_damping(self, theta: Array) -> float:
-        """Of the filter's own dynamics: the linear one, and what the quadratic one comes to at the usual speed."""
-        return float(np.exp(theta[DAMPING])) + self.quadratic(theta) * self.brisk
-
-    def damping_shares(self, theta: Array) -> tuple[float, float]:
-        """Of the linear and of the quadratic one in the whole damping."""
-        linear = float(np.exp(theta[DAMPING])) / self.whole_damping(theta)
-        return linear, 1.0 - linear
+    def slope(self) -> Array:
+        """(n,): of a unit of quadratic damping by the speed, about that over each step; the filter's own dynamics have
+        it, for a force of expected speeds alone brakes no error (Jazwinski 1970, section 8.3)."""
+        slopes, bracket = self._brackets
+        return slopes[bracket]
 
     def factors(self, theta: Array) -> Array:
         """Of the shapes, (k,)."""
@@ -234,7 +246,7 @@ class AxisLikelihood:
             return self.shapes
         out = self.shapes.copy()
         column = out[:, self.quadratic_place - FORCES]
-        column[:] = self.quadratic(theta) * (column + self.brisk * self.axis.speed)
+        column[:] = self.quadratic(theta) * (column + self.slope * self.axis.speed)
         return out
 
     def noise_variance(self, theta: Array) -> Array:
@@ -264,7 +276,7 @@ class AxisLikelihood:
         """Innovations (n,), their variances (n,) and gains under a `table` and a `force` already made of `theta`."""
         axis = self.axis
         error, variance, gain = innovations(
-            table, axis.step, force, self.reading, axis.state_read, self.noise_variance(theta),
+            table, self.step, force, self.reading, axis.state_read, self.noise_variance(theta),
             float(np.exp(theta[DISTURBANCE])), self.coloured(theta)[0], axis.initial, gate_sigma,
         )  # fmt: skip
         return error, variance, gain
