@@ -12,7 +12,7 @@ from identify.diagnose.candidates import Cause, natural_scale
 from identify.diagnose.confidence import ambiguity_of
 from identify.diagnose.gap import Missing
 from identify.diagnose.nominal import Nominal
-from identify.diagnose.probability import LIKELY, TAKEN_UP, probability
+from identify.diagnose.probability import LIKELY, probability
 from identify.diagnose.result import Found, Gain, Tried, Value
 from identify.diagnose.search import (
     LEAST_GAIN,
@@ -112,21 +112,19 @@ def findings_of(
 ) -> tuple[Found, ...]:
     """The causes with parameters and intervals by their covariance (k, k), strongest first.
 
-    unexplained_nats: of the significant generic forces beside them. A cause of a wrong form may take up part of an
-    unknown force, so its margin counts less by TAKEN_UP of these nats.
+    unexplained_nats: of the significant generic forces beside them.
     """
     told = replace(found.fit, covariance=covariance)
     out, braking = [], braking_of(found.causes, found.now)
     for k, cause in enumerate(found.causes):
         others = _without(found, k)
         alike = ambiguity_of(found, k)
-        margin_nats = alike.margin_nats - TAKEN_UP * unexplained_nats
         out.append(
             Found(
                 cause,
                 alike.names,
                 alike.likeness,
-                probability(margin_nats),
+                probability(alike.margin_nats, unexplained_nats),
                 _with_period_interval(cause, parameters_of(told, k), found),
                 found.fit.gain - others.gain,
                 feedforward_gain(cause, _others(found, k), missing, found.now, braking),

@@ -9,13 +9,18 @@ MOST_PROBABLE, HALF_NATS = 0.98, 6.0
 """Probability at infinite margin, and the margin for half of it."""
 
 TAKEN_UP = 0.25
-"""Share of the nats of unexplained forces that a cause may have taken up by its wrong form: no evidence for it."""
+"""Share of the nats of unexplained forces that a cause may have taken up by its wrong form."""
 
 LIKELY = 0.5
 """A less probable cause is called possible: neither asserted nor accepted."""
 
 
-def probability(margin_nats: float) -> float:
-    """That a cause, or one of its ambiguity group, is present."""
+def probability(margin_nats: float, unexplained_nats: float = 0.0) -> float:
+    """That a cause, or one of its ambiguity group, is present, beside unexplained forces of so many nats.
+
+    A margin counts by its share of what it and they may both be about: next to a large unknown force a small margin
+    tells little, and a large one is no smaller for what is left.
+    """
     margin = min(max(margin_nats, 0.0), 1e6)
+    margin *= margin / max(margin + TAKEN_UP * unexplained_nats, 1e-9)
     return MOST_PROBABLE * margin / (margin + HALF_NATS)

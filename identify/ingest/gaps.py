@@ -37,11 +37,6 @@ def _velocity(dive: Dive) -> list[str]:
     share = float(np.mean(unknown))
     if share > 0.01:
         notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
-    if dive.velocity_is_filtered:
-        notes.append(
-            "Velocity comes from the autopilot's own filter, which smooths and delays it: masses are less "
-            "certain than the intervals say."
-        )
     return notes
 
 

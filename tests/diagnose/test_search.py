@@ -13,7 +13,7 @@ from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.diagnose import confidence, findings, search
 from identify.diagnose.candidates import Cause
 from identify.diagnose.nominal import nominal_of, refitted
-from identify.diagnose.probability import HALF_NATS, MOST_PROBABLE
+from identify.diagnose.probability import HALF_NATS, MOST_PROBABLE, probability
 from identify.diagnose.search import LEAST_GAIN, LEAST_SHARE, SHADOW, explain, required_gain
 from identify.diagnose.unexplained import unexplained_of
 from identify.diagnose.weighing import FormRemainder, weighing_of
@@ -131,14 +131,19 @@ def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable
     assert doubtful.probability < 0.6 < sure.probability
 
 
-def test_an_unknown_force_takes_a_quarter_of_its_nats_from_a_cause_and_halves_none(nominal, monkeypatch):
+def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     found = explain(with_drag(nominal)[0], LIBRARY, quiet)
-    told = [findings.findings_of(found, found.fit.covariance, None, nats)[0] for nats in (0.0, 40.0, 1e6)]
+    told = [findings.findings_of(found, found.fit.covariance, None, nats)[0] for nats in (0.0, 40.0, 1e9)]
     margins = [HALF_NATS * one.probability / (MOST_PROBABLE - one.probability) for one in told]
-    assert margins[0] - margins[1] == pytest.approx(10.0)
+    assert margins[1] == pytest.approx(margins[0] ** 2 / (margins[0] + 10.0))
     assert told[1].probability > 0.8 * told[0].probability
-    assert told[2].probability == 0.0
+    assert told[2].probability < 0.01
+
+
+def test_what_is_left_halves_no_cause_of_many_nats():
+    assert probability(1831.0, 7300.0) > 0.95
+    assert probability(20.0, 7300.0) < 0.05
 
 
 def test_a_force_of_no_effect_in_the_library_is_told_in_its_degree_of_freedom(nominal):
