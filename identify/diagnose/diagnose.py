@@ -40,7 +40,8 @@ from identify.diagnose.gap import (
     slices_of,
     with_unexplained,
 )
-from identify.diagnose.nominal import Nominal, mounted_otherwise
+from identify.diagnose.mounting import mounted_otherwise
+from identify.diagnose.nominal import Nominal
 from identify.diagnose.probability import LIKELY
 from identify.diagnose.recording import (
     LEAST_CHECK_S,

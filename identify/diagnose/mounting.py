@@ -1,0 +1,103 @@
+"""Whether velocity follows thrust. A sensor mounted the other way round, or with swapped axes, breaks that, and no cause
+can be relied on until it is mended.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bridge.vehicle.coefficients import DOFS
+from identify.estimators.axes import Axis
+from identify.estimators.innovations import POSITION
+
+Array = NDArray[np.float64]
+
+AGAINST = -0.5
+"""Correlation of a speed with its own lagged thrust: near 1 with thruster signs as in the file."""
+
+LAGS_S = (0.5, 1.0, 3.0, 10.0)
+"""Candidate time constants of a vehicle, mass over damping."""
+
+SWAPPED = 0.3
+"""Margin in correlation by which each of two velocities follows the other's thrust if the axes are swapped."""
+
+PUSHED = (0, 1, 2, 5)
+"""Degrees of freedom driven by thrust: roll and pitch right themselves."""
+
+
+def mirrored(axes: Sequence[Axis]) -> tuple[int, ...]:
+    """The degrees of freedom whose velocity or rate of turn runs against the thrust."""
+    return tuple(axis.dof for axis in axes if axis.dof in PUSHED and _runs_against(axis))
+
+
+def swapped(axes: Sequence[Axis]) -> tuple[tuple[int, int], ...]:
+    """Pairs of degrees of freedom whose velocities each follow the other's thrust."""
+    read = [axis for axis in axes if axis.dof < 3]
+    return tuple(
+        (one.dof, other.dof)
+        for i, one in enumerate(read)
+        for other in read[i + 1 :]
+        if min(_rather(one, other), _rather(other, one)) > SWAPPED
+    )
+
+
+def mounted_otherwise(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """Warnings that precede any verdict on a dive with such a mounting; empty if motion follows thrust."""
+    hints = mounting_hints(dofs, pairs)
+    if not hints:
+        return ()
+    return (
+        "The recorded motion does not go the way the thrust pushes, and no cause can be relied on until that is "
+        "mended.",
+        *hints,
+    )
+
+
+def mounting_hints(dofs: Sequence[int], pairs: Sequence[tuple[int, int]]) -> tuple[str, ...]:
+    """A sentence for each mirrored degree of freedom and each swapped pair."""
+    crossed = tuple(
+        f"The recorded velocity in {DOFS[one]} goes with the thrust in {DOFS[other]}, and that in {DOFS[other]} with "
+        f"the thrust in {DOFS[one]}: the axes of the DVL, or of the thrusters, are not as the vehicle file has them; "
+        "check both (seatrial doctor --wet tells of them)."
+        for one, other in pairs
+    )
+    return crossed + tuple(
+        f"In {DOFS[dof]} the recorded {'velocity' if dof < 3 else 'rate of turn'} runs against the thrust: the "
+        f"mounting of the {'DVL' if dof < 3 else 'gyro'}, or the sign of the thrusters, is not as the vehicle file has "
+        "it; check both (seatrial doctor --wet tells of them)."
+        for dof in dofs
+    )
+
+
+def _runs_against(axis: Axis) -> bool:
+    return _goes_with(axis, axis) < AGAINST
+
+
+def _rather(axis: Axis, other: Axis) -> float:
+    """Correlation of a velocity with another axis' thrust, less that with its own."""
+    return abs(_goes_with(axis, other)) - abs(_goes_with(axis, axis))
+
+
+def _goes_with(axis: Axis, pushed: Axis) -> float:
+    """Correlation of an axis' velocity with a thrust behind its best lag; 0 without readings."""
+    moving = np.isfinite(axis.reading) & (axis.state_read != POSITION)
+    force, speed = pushed.force.mean(axis=1), axis.reading[moving]
+    if len(speed) < 2 or np.std(speed) == 0.0:
+        return 0.0
+    at_s = axis.time_s[moving]
+    behind = [np.interp(at_s, pushed.time_s, _behind(force, pushed.step_s, lag_s)) for lag_s in LAGS_S]
+    found = [float(np.corrcoef(speed, one)[0, 1]) for one in behind if np.std(one) > 0.0]
+    return max(found, key=abs, default=0.0)
+
+
+@njit(cache=True, nogil=True)
+def _behind(force: Array, step_s: Array, lag_s: float) -> Array:
+    """Forces (n,) over steps, behind a first-order lag."""
+    out = np.empty(len(force))
+    state = 0.0
+    for i in range(len(force)):
+        state = force[i] + (state - force[i]) * np.exp(-step_s[i] / lag_s)
+        out[i] = state
+    return out
