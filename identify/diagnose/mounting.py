@@ -1,6 +1,6 @@
 """Whether velocity follows thrust.
 
-A sensor mounted the other way round, or with swapped axes, breaks that, and no cause can be relied on until it is mended.
+A sensor mounted the other way round, or with swapped axes, breaks that: no cause can be relied on until it is mended.
 """
 
 from collections.abc import Sequence
