@@ -97,7 +97,7 @@ def test_the_feed_forward_would_gain_by_it(found):
 
 def test_what_is_told_as_less_probable_than_not_is_not_accepted(case, found, monkeypatch):
     assert [one.name for one in found.accepted.effects] == ["quadratic_drag"]
-    monkeypatch.setattr(module, "unexplained_nats", lambda _left: 1e5)
+    monkeypatch.setattr(module, "unexplained_nats", lambda _left: 1e9)
     unsure = diagnose(dive_of(case), case.file, case.configuration, effects=SMALL, progress=quiet)
     assert unsure.found[0].probability < 0.5
     assert unsure.accepted.effects == ()
