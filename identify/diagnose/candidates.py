@@ -13,7 +13,7 @@ alone, so that a second cause keeps its evidence, but beside a sea.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -156,9 +156,11 @@ def _at(effect: Effect, step: Array) -> Array:
 
 
 def other_forms(course: Course, cause: Cause) -> Iterator[Act]:
-    """Acts of the cause at other sizes, bent, late, and growing over the dive; of moving water the moments too."""
+    """Acts of the cause at other sizes, bent, late, and growing over the dive; of moving water the moments too, and of
+    what goes with accelerations the part that thrust makes of them."""
     own = cause.act(course)
     yield from _possible(course, cause)
+    yield from _by_thrust(course, cause, own)
     if cause.effect.place == "water" and own.wrench is not None:
         yield from _moments(course, own.wrench[:, :3])
     for power in POWERS:
@@ -182,6 +184,23 @@ def _possible(course: Course, cause: Cause) -> Iterator[Act]:
             yield effect.act(course, origin + size * (cause.values - origin))
     growing = course.since_s[:, None] / course.since_s[-1] - 0.5
     yield own.each(lambda part: growing * part)
+
+
+def _by_thrust(course: Course, cause: Cause, own: Act) -> Iterator[Act]:
+    """Its act at the accelerations that each axis's thrust alone makes: a mass that a closed loop bends is off there,
+    and a thruster that pushes elsewhere would stand in for it."""
+    if own.wrench is None:
+        return
+    still = cause.act(replace(course, nu_dot=np.zeros_like(course.nu_dot))).wrench
+    if still is None or not np.any(own.wrench - still):
+        return
+    pushed = course.wrench_of(course.thrust_n) / np.maximum(course.mass, 1e-9)
+    for dof in range(3):
+        alone = np.zeros_like(course.nu_dot)
+        alone[:, dof] = pushed[:, dof]
+        moved = cause.act(replace(course, nu_dot=alone)).wrench
+        if moved is not None and np.any(moved - still):
+            yield Act(wrench=moved - still)
 
 
 def _bent(part: Array, power: float) -> Array:
