@@ -11,7 +11,8 @@ from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.nominal import mounting_hints, nominal_of
+from identify.diagnose.mounting import mounting_hints
+from identify.diagnose.nominal import nominal_of
 from identify.diagnose.recording import mass_hints, without_spikes, without_still_velocity
 from identify.diagnose.wording_verdict import verdict_sentence
 from identify.dive import Dive, Signal
