@@ -5,6 +5,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.actuators import DEAD_ZONE, SATURATION
+from bridge.effects.rigid_body import CG_OFFSET_IN_SPACE
 from identify.diagnose.candidates import OTHER_SIZES, Cause, other_forms
 from identify.diagnose.nominal import nominal_of
 
@@ -29,3 +30,13 @@ def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):
     for act in other_forms(course, Cause(SATURATION, SATURATION.none())):
         assert np.isfinite(act.wrench).all()
         assert not act.wrench.any()
+
+
+def test_a_centre_of_mass_has_a_form_of_the_acceleration_that_vertical_thrust_makes(course):
+    cause = Cause(CG_OFFSET_IN_SPACE, np.array([0.05, 0.0]))
+    heave = course.wrench_of(course.thrust_n)[:, 2] / course.mass[2]
+    # M = x m w_dot (Fossen 2011, eq. 3.60).
+    expected = course.configuration.dry_mass_kg * 0.05 * heave
+    forms = [act.wrench for act in other_forms(course, cause)]
+    assert heave.any()
+    assert any(np.allclose(form[:, 4], expected) and not form[:, [0, 1, 2, 3]].any() for form in forms)
