@@ -118,9 +118,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     if from_pwm is not None and dive.pwm is not None:
         if commanded is not None:
             notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
-        # Where the wrench that was asked for is recorded, too, the readings that it answers are as well.
-        told = commanded is None
-        variance = _rounding(dive.pwm, vehicle, directory, configuration_name) * told
+        variance = _hidden(dive, vehicle, directory, configuration_name)
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
         if sampled_slowly(dive.pwm):
@@ -171,6 +169,25 @@ def _sampled(
     )
     history = _history(evenly_between(asked), curve, source, (*notes, note))
     return replace(history, hidden=hidden, sampled_s=step_s)
+
+
+def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, name: str) -> Signal:
+    """What each thruster is asked for (n, k), by the least change that makes it the likeliest wrench behind a rounded
+    one (`unrounded`)."""
+    variance = _hidden(dive, file.vehicle, file.path.parent, name)
+    allocation = allocation_matrix(file.vehicle.configurations[name])
+    told = asked.value @ allocation.T
+    return Signal(
+        asked.time_s, asked.value + (unrounded(told, variance) - told) @ np.linalg.pinv(allocation).T
+    )
+
+
+def _hidden(dive: Dive, vehicle: Vehicle, directory: Path, name: str) -> Array:
+    """(n, 6): the variance of what whole microseconds hide of each pulse's wrench. None where the wrench that was asked
+    for is recorded, too: the readings that it answers are as well."""
+    if dive.pwm is None or (dive.tau_cmd is not None and len(dive.tau_cmd)):
+        return np.zeros((0 if dive.pwm is None else len(dive.pwm), 6))
+    return _rounding(dive.pwm, vehicle, directory, name)
 
 
 def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, name: str) -> Array:

@@ -17,7 +17,7 @@ FeedForward = Literal[
 """The groups of parameters by which the feed-forward on board makes up for an effect."""
 
 
-PULSES, QUICK_COMMANDS = "pulses", "quick commands"
+PULSES, QUICK_COMMANDS, OWN_VELOCITY = "pulses", "quick commands", "a sensor's own velocity"
 """What effects need of the thruster commands: each thruster's own, and known all the time."""
 
 SIZES = (0.5, 1.0, 2.0, 4.0)
@@ -107,9 +107,10 @@ class Effect:
 
     sentence: what it is, for a crew. told_apart: what tells it from those that look like it. linear: what it adds is
     proportional to its parameters less what they are at `none`. number: which thruster it is about, from 1; 0 for all.
-    needs: what the recording must hold beside motion and thrust; `PULSES`, `QUICK_COMMANDS`: without it the effect
-    is not tried. seen_in_rpm: it happens before the shaft, which
-    turns otherwise than its pulse asks for (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds alone.
+    needs: what the recording must hold beside motion and thrust (`PULSES`, `QUICK_COMMANDS`, `OWN_VELOCITY`): without
+    it the effect is not tried. seen_in_rpm: it happens before the shaft, which turns otherwise than its pulse asks for
+    (`Act.shaft_n`); any other effect of a thruster leaves shaft speeds alone. growth_is_apart: where it grows over a
+    dive, that is another effect.
     feedforward: by which parameters the feed-forward makes up for it, "" where it can't. variant: which of several
     forms under one name; they are one cause. refit_absorbs: a refit of the nominal model takes it up, all but nothing
     is left of it. telling: from its values to the parameters of an answer, where these are others. sizes: at how
@@ -127,6 +128,7 @@ class Effect:
     number: int = 0
     needs: tuple[str, ...] = field(default=())
     seen_in_rpm: bool = False
+    growth_is_apart: bool = False
     feedforward: FeedForward = ""
     variant: str = ""
     refit_absorbs: bool = False

@@ -32,6 +32,7 @@ QUADRATIC_DRAG = Effect(
     ),
     _drag,
     "three steady speeds and a coast-down",
+    growth_is_apart=True,
     feedforward="quadratic_drag",
 )
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.effects.course import Course, delayed
-from bridge.effects.effect import SIZES, Act, Effect, Parameter
+from bridge.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter
 from bridge.vehicle.config import GRAVITY_M_S2
 
 Array = NDArray[np.float64]
@@ -89,6 +89,7 @@ DVL_DELAY = Effect(
     _late,
     "the DVL beside the integrated accelerometer",
     linear=False,
+    needs=(OWN_VELOCITY,),
     sizes=SIZES,
 )
 

@@ -182,6 +182,8 @@ def _possible(course: Course, cause: Cause) -> Iterator[Act]:
         origin = np.where(np.isfinite(none), none, 0.0)
         for size in OTHER_SIZES:
             yield effect.act(course, origin + size * (cause.values - origin))
+    if effect.growth_is_apart:
+        return
     growing = course.since_s[:, None] / course.since_s[-1] - 0.5
     yield own.each(lambda part: growing * part)
 

@@ -27,6 +27,7 @@ from identify.diagnose.search import (
     LOOKED_AT,
     Explanation,
     explained_by,
+    nats_apart,
     ranked_candidates,
     remainder_nats,
 )
@@ -52,21 +53,18 @@ NEAR = 1e-3
 LEAST_CONFIDENCE = 0.95
 """Confidence with which all of a cause's parameters together must exclude absence."""
 
-AMBIGUOUS_NATS = 3.0
-"""Held-out nats within which two causes are ambiguous: odds of twenty to one."""
-
-SAME_FORM = 1e-3
-"""Share of a cause's nats that may come from its form alone. At tens of thousands of nats no form is exact enough for a
-smaller margin to exclude a nearly equal cause."""
-
 LEAST_LIKENESS = 0.5
 """Causes less alike than this are no ambiguity group even if either fits: both may be present."""
 
 
 def covariance_of(weighing: Weighing, fit: Fitted) -> Array:
     """(k, k): of the parameters of a fit's causes."""
+    return _covariance(weighing, fit, coupled_nominal(weighing, fit.causes))
+
+
+def _covariance(weighing: Weighing, fit: Fitted, nominal: Array) -> Array:
+    """The same beside these nominal columns (rows, m)."""
     rows, m = weighing.rows, weighing.rows.nominal.shape[1]
-    nominal = coupled_nominal(weighing, fit.causes)
     whole = np.hstack([nominal, fit.slopes])
     known = np.concatenate([rows.nominal_precision, np.zeros(len(fit.at))])
     within = inverse(whole.T @ whole + np.diag(known))[m:, m:]
@@ -202,14 +200,15 @@ def without_doubtful(
     """An explanation without causes that may be absent, least confident first; and the covariance (k, k) of the
     remaining parameters."""
     while found.causes:
-        covariance = covariance_of(found.weighing, found.fit)
+        # An absent cause hangs on no mass or damping, however much its size does.
+        absent = _covariance(found.weighing, found.fit, found.weighing.rows.nominal)
         shares = [
-            1.0 if cause.effect.name in SEAS else _confidence(found.fit, covariance, k)
+            1.0 if cause.effect.name in SEAS else _confidence(found.fit, absent, k)
             for k, cause in enumerate(found.causes)
         ]
         k = int(np.argmin(shares))
         if shares[k] > LEAST_CONFIDENCE:
-            return found, covariance
+            return found, covariance_of(found.weighing, found.fit)
         found = explained_by((*found.causes[:k], *found.causes[k + 1 :]), nominal, library)
     return found, np.zeros((0, 0))
 
@@ -244,7 +243,7 @@ def ambiguity_of(found: Explanation, k: int) -> AmbiguityGroup:
     likeness: dict[str, float] = {}
     # What the others' forms may leave speaks against its presence, not against its name.
     best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), own)
-    nearly = max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))
+    nearly = nats_apart(fit, others)
     for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)[:LOOKED_AT]:
         if cause.effect.name == own.effect.name:
             continue

@@ -49,7 +49,7 @@ from identify.diagnose.recording import (
     MANY,
     Spikes,
     fitted_nominal,
-    lacking_commands,
+    lacking,
     mass_hints,
     recording_notes,
     refuse_short,
@@ -132,7 +132,7 @@ def diagnose(
     progress(0.0, "fitting the nominal model")
     shape = file.vehicle.configurations[configuration]
     dives = [one for one in (dive, check) if one is not None]
-    lacks = lacking_commands(dives, shape)
+    lacks = lacking(dives, shape)
     whole = _judged(library(shape, file.vehicle.thrust_curve.lag_s), lacks)
     holds, not_held = accepted_causes(effects_accepted, whole)
     fitted = fitted_nominal(dive, file, configuration)

@@ -137,10 +137,13 @@ def products_of(columns: Array, pieces: Pieces, others: Array | None = None) -> 
 
 def equations_from_products(square: Array, right: Array, precision: Array) -> NormalEquations:
     """Normal equations from the products (P, m + c, m + c) of all columns, nominal ones first, and theirs with the
-    value (P, m + c); precision (m,): prior precision of the nominal sizes."""
+    value (P, m + c); precision (m,): prior precision of the nominal sizes, as good as a reading of each, of which every
+    piece has a part: what a candidate saves them in going there is its own."""
     m, count = len(precision), len(square)
     every = np.arange(count)
-    base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), np.diag(precision))
+    square = square.copy()
+    square[:, :m, :m] += np.diag(precision) / count
+    base, leaning = _nominal(square.sum(axis=0), right.sum(axis=0), m)
     lean = square[:, :m, :m] @ leaning
     both = square[:, m:, :m] @ leaning
     # Candidate columns with the nominal ones projected out.
@@ -162,10 +165,9 @@ def equations_from_products(square: Array, right: Array, precision: Array) -> No
     )
 
 
-def _nominal(square: Array, right: Array, known: Array) -> tuple[Array, Array]:
+def _nominal(square: Array, right: Array, m: int) -> tuple[Array, Array]:
     """The nominal sizes (m,) without candidates, and their change per unit of each candidate (m, c)."""
-    m = len(known)
-    inner = inverse(square[:m, :m] + known)
+    inner = inverse(square[:m, :m])
     return inner @ right[:m], inner @ square[:m, m:]
 
 

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from bridge.effects.course import Course
 from bridge.errors import FitError
-from bridge.vehicle.config import Configuration, VehicleFile
+from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.likelihood_axis import DAMPING, MASS
 from identify.estimators.likelihood_joint import JointLikelihood
 from identify.estimators.motion import Motion
 from identify.estimators.places import down_axis
-from identify.forces import evenly_between, tells_thrusters
+from identify.forces import evenly_between, tells_thrusters, unrounded_thrusts
 from identify.ingest.commands import sampled_slowly
 from identify.ingest.rotation import attitude_at
 
@@ -54,6 +54,9 @@ def predicted(joint: JointLikelihood, theta: Array, motion: Motion) -> Predicted
         force = problem.mean_force(own).mean(axis=1)
         step = np.minimum(np.searchsorted(time_s, just_before, side="left"), len(time_s) - 1)
         step = np.where(time_s[step] <= motion.time_s + APART_S, step, np.maximum(step - 1, 0))
+        # Of several readings at one time only the first ends a step, during which something pushed.
+        lasting = np.maximum.accumulate(np.where(problem.axis.step_s > 0, np.arange(len(time_s)), 0))
+        step = lasting[step]
         now, mass = force[step], np.exp(own[MASS])
         damping = np.exp(own[DAMPING]) + problem.quadratic(own) * problem.slope[step]
         speed, place_, disturbance = state[last].T
@@ -123,7 +126,7 @@ def course_of(
     nominal model.
     """
     shape = file.vehicle.configurations[configuration]
-    time_s, asked = at.time_s, _asked(dive, file, shape)
+    time_s, asked = at.time_s, _asked(dive, file, configuration)
     count = asked.value.shape[1]
     by_wrench = not tells_thrusters(dive, shape)
     # A step ago: an angle must not explain its own reading.
@@ -150,13 +153,16 @@ def course_of(
     )
 
 
-def _asked(dive: Dive, file: VehicleFile, shape: Configuration) -> Signal:
+def _asked(dive: Dive, file: VehicleFile, configuration: str) -> Signal:
     """What each thruster is asked for (n, k); the wrench (n, 6) where no pulses tell of each."""
+    shape = file.vehicle.configurations[configuration]
     if dive.pwm is not None and tells_thrusters(dive, shape):
         pulses = dive.pwm.value[:, : len(shape.thrusters)]
         sent = np.where(pulses > 0, pulses, NEUTRAL_US)
         curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
         asked = Signal(dive.pwm.time_s, curve.thrust(sent))
+        if not sampled_slowly(asked):
+            return unrounded_thrusts(asked, dive, file, configuration)
     elif dive.tau_cmd is not None and len(dive.tau_cmd):
         asked = dive.tau_cmd
     else:

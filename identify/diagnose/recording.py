@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from bridge.effects.effect import PULSES, QUICK_COMMANDS
+from bridge.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile, Water
@@ -90,20 +90,25 @@ def without_still_velocity(dive: Dive) -> tuple[Dive, tuple[str, ...]]:
     )
 
 
-def lacking_commands(dives: Sequence[Dive], shape: Configuration) -> frozenset[str]:
-    """What effects need of the thruster commands (`Effect.needs`) and some dive lacks."""
-    pulses = all(tells_thrusters(dive, shape) for dive in dives)
-    quick = not any(_seldom(dive, shape) for dive in dives)
-    return frozenset(name for name, has in ((PULSES, pulses), (QUICK_COMMANDS, quick)) if not has)
+def lacking(dives: Sequence[Dive], shape: Configuration) -> frozenset[str]:
+    """What effects need (`Effect.needs`) and some dive lacks."""
+    has = {
+        PULSES: all(tells_thrusters(dive, shape) for dive in dives),
+        QUICK_COMMANDS: not any(_seldom(dive, shape) for dive in dives),
+        OWN_VELOCITY: not any(dive.velocity_is_filtered for dive in dives),
+    }
+    return frozenset(name for name, there in has.items() if not there)
 
 
 def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
-    """Sentences on the causes that can't be judged without these commands, and what to record."""
+    """Sentences on the causes that can't be judged without these, and what to record."""
     words = {
         PULSES: "No pulses tell what each thruster did: causes in a single thruster, or in the thrusters' curve, were "
         "not judged; record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW.",
         QUICK_COMMANDS: "Thruster commands come too seldom: a delay or a lag of the thrusters was not judged; record "
         "them at 10 Hz or more.",
+        OWN_VELOCITY: "The velocity is that of an autopilot's filter. How late it is was fitted with the nominal "
+        "model, and a late DVL was not judged; record the DVL's own readings for that.",
     }
     return tuple(sentence for name, sentence in words.items() if name in lacks)
 

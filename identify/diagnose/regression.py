@@ -30,6 +30,19 @@ PIECE_S = 20.0
 LEVELLED = (3, 4)
 """Roll and pitch."""
 
+YAW = 5
+
+DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
+"""By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk 1924).
+"""
+
+MASS_OFF = 0.02
+"""How far off, as a share, a mass may be that was fitted to the velocity of an autopilot's filter. Its lateness and
+smoothing leave so much, and the moments of drift are made of small differences of masses."""
+
+SCALE_SPREAD = 1.5
+"""How far the logarithm of a thrust's scale may be off: as far as that of a mass."""
+
 THRUST_DELAYS_S = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2)
 """Delays allowed for thrust that answers an unrecorded disturbance."""
 
@@ -59,6 +72,36 @@ class Regression:
     def columns(self, acts: Sequence[Act], course: Course) -> Array:
         """The same as a dense matrix (rows, acts)."""
         return self.blocks(acts, course).dense()
+
+    def with_thrust_scale(self) -> "Regression":
+        """With a nuisance column for the thrust in yaw. Where a controller holds a heading against a disturbance, the
+        inertia and that disturbance scale together, and the column of the inertia leaves the disturbance as it is."""
+        columns = [
+            axis.prewhitened(axis.by_force(axis.problem.axis.force.mean(axis=1)[:, None]))
+            for axis in self.axes
+            if axis.problem.axis.dof == YAW
+        ]
+        out = np.zeros((len(self.value), len(columns)))
+        for column in columns:
+            out[self.dof == YAW] = column
+        return self._with_nuisances(out, SCALE_SPREAD)
+
+    def with_drift_moments(self, course: Course) -> "Regression":
+        """With nuisance columns for moments of drift: as large as masses through an autopilot's filter may be off."""
+        acts = []
+        for dof, (one, other) in DRIFT_MOMENTS.items():
+            wrench = np.zeros_like(course.nu)
+            size = np.hypot(course.mass[one], course.mass[other])
+            wrench[:, dof] = size * course.nu[:, one] * course.nu[:, other]
+            acts.append(Act(wrench=wrench))
+        return self._with_nuisances(self.columns(acts, course), MASS_OFF)
+
+    def _with_nuisances(self, columns: Array, spread: float) -> "Regression":
+        return replace(
+            self,
+            nominal=np.hstack([self.nominal, columns]),
+            nominal_precision=np.append(self.nominal_precision, np.full(columns.shape[1], spread**-2.0)),
+        )
 
     def with_witnesses(
         self, witnesses: Sequence[Witness], acts: Sequence[Act], course: Course
@@ -193,7 +236,7 @@ def steady_trims(joint: JointLikelihood) -> list[int]:
 def _feedback_columns(innovations: AxisInnovations, dof: NDArray[np.intp]) -> Array:
     """Nuisance columns (rows, k): an axis' thrust at each delay."""
     out = np.zeros((len(dof), len(THRUST_DELAYS_S)))
-    out[dof == innovations.problem.axis.dof] = delayed_thrust(innovations)
+    out[dof == innovations.problem.axis.dof] = innovations.prewhitened(delayed_thrust(innovations))
     return out
 
 

@@ -38,6 +38,14 @@ LEAST_MOTION_NATS = 3.0
 a cause, but one that the motion does not show is an artefact of telemetry."""
 
 LEAST_SWAP = 1.0
+
+AMBIGUOUS_NATS = 3.0
+"""Held-out nats within which two causes are ambiguous: odds of twenty to one."""
+
+SAME_FORM = 1e-3
+"""Share of a cause's nats that may come from its form alone. At tens of thousands of nats no form is exact enough for a
+smaller margin to exclude a nearly equal cause."""
+
 LOOKED_AT = 5
 """Best candidates fitted in full at fixed noise levels."""
 
@@ -167,7 +175,7 @@ def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
     """Without causes that other forms of the remaining ones replace."""
     for k in range(len(fit.causes) - 1, -1, -1):
         if len(fit.causes) > 1:
-            others = weighing.fitted(_without(fit.causes, k))
+            others = _others_at_their_best(weighing, fit, k)
             remainder = FormRemainder(weighing, others)
             tried = ranked_candidates(weighing.candidates_beyond_forms(others), others)
             own = [
@@ -184,6 +192,23 @@ def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
     return fit
 
 
+def _others_at_their_best(weighing: Weighing, fit: Fitted, k: int) -> Fitted:
+    """All causes but one, each in the variant that does best without it."""
+    others = weighing.fitted(_without(fit.causes, k))
+    for cause in others.causes:
+        variants = {
+            effect.label
+            for effect in weighing.library
+            if (effect.name, effect.number) == cause.key and effect.label != cause.effect.label
+        }
+        if variants:
+            rest = weighing.fitted(tuple(one for one in others.causes if one.key != cause.key))
+            tried = ranked_candidates(weighing.candidates_beside(rest), rest)
+            fits = _fits(weighing, rest, [one for _, _, one in tried if one.effect.label in variants])
+            others = max((others, *fits), key=lambda one: one.gain)
+    return others
+
+
 def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
     """Each cause replaced by a better one beside the others, if any."""
     for k in range(len(fit.causes)):
@@ -196,12 +221,17 @@ def swapped(weighing: Weighing, fit: Fitted) -> Fitted:
             for _, _, cause in ranked_candidates(weighing.candidates_beside(others), others)
             if cause.effect.label != mine
         ]
-        best = _best(weighing, others, tried)
-        if best is not None:
-            handicap = max(_least_gain(best.causes[-1]) - _least_gain(fit.causes[k]), 0.0)
-            if best.gain > fit.gain + handicap + LEAST_SWAP:
-                fit = best
+        able = [one for one in _fits(weighing, others, tried) if _replaces(one, fit, fit.causes[k], others)]
+        fit = _simplest(able, others) or fit
     return fit
+
+
+def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
+    """Whether the last cause of `one` does better than that one of `fit`, or as well and is simpler."""
+    new = one.causes[-1]
+    handicap = max(_least_gain(new) - _least_gain(cause), 0.0)
+    by_form = nats_apart(fit, others) * np.sign(_complexity(new) - _complexity(cause))
+    return one.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
 
 
 def with_one_more(weighing: Weighing, fit: Fitted) -> Fitted:
@@ -212,10 +242,10 @@ def with_one_more(weighing: Weighing, fit: Fitted) -> Fitted:
         for gain, sigma, cause in ranked_candidates(weighing.candidates_beyond_forms(fit), fit)
         if gain > _least_gain(cause) and sigma > LEAST_SIGMA and gain > required_gain(remainder, cause)
     ]
-    best = _best(weighing, fit, tried)
-    return (
-        best if best is not None and best.gain > fit.gain + required_gain(remainder, best.causes[-1]) else fit
-    )
+    best = _simplest(_fits(weighing, fit, tried), fit)
+    if best is not None and best.gain <= fit.gain + required_gain(remainder, best.causes[-1]):
+        best = None
+    return best or fit
 
 
 def required_gain(remainder: FormRemainder, cause: Cause) -> float:
@@ -241,12 +271,33 @@ def _shows_in_motion(fit: Fitted, others: Fitted, cause: Cause) -> bool:
     return cause.effect.name in WITNESSED or fit.motion_nats - others.motion_nats > LEAST_MOTION_NATS
 
 
-def _best(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> Fitted | None:
+def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fitted]:
+    """Of the first causes beside the others, those that show as they are fitted."""
     fits = [weighing.fitted((*others.causes, cause)) for cause in tried[:LOOKED_AT]]
     fits = [one for one in fits if len(one.causes) == len(others.causes) + 1 and one.causes[-1].shows]
     fits = [one for one in fits if not one.causes[-1].at_bound]
-    fits = [one for one in fits if _shows_in_motion(one, others, one.causes[-1])]
-    return max(fits, key=lambda one: one.gain, default=None)
+    return [one for one in fits if _shows_in_motion(one, others, one.causes[-1])]
+
+
+def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
+    """The best, or the simplest of those that the dive can't tell from it: a weight rather than a push that has three
+    more directions to choose from."""
+    best = max(fits, key=lambda one: one.gain, default=None)
+    if best is None:
+        return None
+    least = best.gain - nats_apart(best, others)
+    return min(
+        (one for one in fits if one.gain > least), key=lambda one: (_complexity(one.causes[-1]), -one.gain)
+    )
+
+
+def nats_apart(fit: Fitted, others: Fitted) -> float:
+    """Nats within which another cause is as good as the one that `fit` has beyond others."""
+    return max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))
+
+
+def _complexity(cause: Cause) -> int:
+    return len(cause.effect.parameters)
 
 
 def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:

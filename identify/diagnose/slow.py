@@ -55,9 +55,4 @@ def _slow(problem: AxisLikelihood, theta: Array, now: Nominal) -> Slow:
     precision[TIME_CONSTANT] = HELD
     held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY).theta
     force = np.interp(now.course.time_s, problem.axis.time_s, problem.means(free)[:, 2])
-    return Slow(problem.axis.dof, force, _log_likelihood(problem, free) - _log_likelihood(problem, held))
-
-
-def _log_likelihood(problem: AxisLikelihood, theta: Array) -> float:
-    error, variance = problem.innovations(theta)
-    return -0.5 * float(np.sum(np.log(variance) + error**2 / variance))
+    return Slow(problem.axis.dof, force, problem.log_likelihood(free) - problem.log_likelihood(held))

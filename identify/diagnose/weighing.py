@@ -178,13 +178,14 @@ class Weighing:
 
     @cached_property
     def _by_piece(self) -> Array:
-        """(P, m, m): the products of the nominal columns."""
-        return self._nominal.products(self.rows.piece)
+        """(P, m, m): the products of the nominal columns, with a part of their prior precision in every piece."""
+        products = self._nominal.products(self.rows.piece)
+        return np.asarray(products + np.diag(self.rows.nominal_precision) / len(products))
 
     @cached_property
     def _square(self) -> Array:
-        """Normal equations of the nominal columns, with their prior precision."""
-        return np.asarray(self._by_piece.sum(axis=0) + np.diag(self.rows.nominal_precision))
+        """Normal equations of the nominal columns."""
+        return np.asarray(self._by_piece.sum(axis=0))
 
     @cached_property
     def _inverse_square(self) -> Array:
@@ -192,9 +193,10 @@ class Weighing:
 
     @cached_property
     def moving(self) -> tuple[Blocks, Array]:
-        """The nominal columns on the axes' rows, and their products (m, m)."""
+        """The nominal columns on the axes' rows, and their products (m, m) with their prior precision."""
         own = Blocks(self._nominal.parts[: len(self.rows.axes)], self._nominal.width)
-        return own, own.products(np.zeros(own.places[-1].stop, dtype=np.intp))[0]
+        products = own.products(np.zeros(own.places[-1].stop, dtype=np.intp))[0]
+        return own, products + np.diag(self.rows.nominal_precision)
 
     @cached_property
     def _found(self) -> dict[tuple[Key, ...], Fitted]:
@@ -327,9 +329,10 @@ class Weighing:
 
 def weighing_of(now: Nominal, library: tuple[Effect, ...]) -> Weighing:
     """The weighing by the filters of `now`."""
-    rows = regression_of(now.joint, now.theta, now.unheard).with_witnesses(
-        now.witnesses, now.acts, now.course
-    )
+    rows = regression_of(now.joint, now.theta, now.unheard).with_thrust_scale()
+    if now.filtered:
+        rows = rows.with_drift_moments(now.course)
+    rows = rows.with_witnesses(now.witnesses, now.acts, now.course)
     back = rows.columns(now.acts, now.course).sum(axis=1)
     return Weighing(now, replace(rows, value=rows.value + back), library)
 

@@ -87,6 +87,11 @@ class AxisLikelihood:
         off = (np.exp(theta[MASS]) - mean) * np.sqrt(precision)
         return np.append(error[read], off), np.append(variance[read], 1.0)
 
+    def log_likelihood(self, theta: Array) -> float:
+        """Of the readings, but for a constant."""
+        error, variance = self.innovations(theta)
+        return -0.5 * float(np.sum(np.log(variance) + error**2 / variance))
+
     def filtered(self, theta: Array, gate_sigma: float) -> tuple[Array, Array]:
         """Innovations and variances of all events, (n,); beyond the gate they are clipped and change nothing."""
         error, variance, _ = self.run_filter(
