@@ -292,10 +292,12 @@ def _likeness(shift: Shift, one: int, other: int) -> float:
 
 
 def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
-    """Covariance of the nominal parameters beside the causes' parameters, and their places in theta."""
+    """Covariance of the nominal parameters beside the causes' parameters, and their places in theta, where the thrust
+    is that of its curve."""
     joint = weighing.now.joint
     places = sorted({*joint.mass_places, *mean_places(joint)})
     columns = np.column_stack([-weighing.rows.nominal, fit.slopes])
+    columns[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
     return inverse(columns.T @ columns + np.diag(known))[: len(places), : len(places)], places
 

@@ -52,8 +52,8 @@ class Regression:
     """The regression of a fit: the rows of all its axes, one after another.
 
     value (rows,): normalised innovations. nominal (rows, m): nuisance columns of the nominal parameters, with prior
-    precision nominal_precision (m,). piece (rows,): piece of the dive. dof (rows,): degree of freedom, -1 for rows of
-    `witnesses`, which come last.
+    precision nominal_precision (m,); scales: those of a thrust that may be of another scale. piece (rows,): piece of
+    the dive. dof (rows,): degree of freedom, -1 for rows of `witnesses`, which come last.
     """
 
     axes: tuple[AxisInnovations, ...]
@@ -63,6 +63,7 @@ class Regression:
     piece: NDArray[np.intp]
     dof: NDArray[np.intp]
     witnesses: tuple[WeighedWitness, ...] = ()
+    scales: tuple[int, ...] = ()
 
     def blocks(self, acts: Sequence[Act], course: Course) -> Blocks:
         """Response to each act: a block for each axis and each witness."""
@@ -84,7 +85,9 @@ class Regression:
         out = np.zeros((len(self.value), len(columns)))
         for column in columns:
             out[self.dof == YAW] = column
-        return self._with_nuisances(out, SCALE_SPREAD)
+        first = self.nominal.shape[1]
+        scaled = self._with_nuisances(out, SCALE_SPREAD)
+        return replace(scaled, scales=tuple(range(first, first + len(columns))))
 
     def with_drift_moments(self, course: Course) -> "Regression":
         """With nuisance columns for moments of drift: as large as masses through an autopilot's filter may be off."""

@@ -5,6 +5,7 @@ import pytest
 
 from bench.missions.mission import draw_one
 from bridge.effects.actuators import DEAD_ZONE, SATURATION
+from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from bridge.effects.rigid_body import CG_OFFSET_IN_SPACE
 from identify.diagnose.candidates import OTHER_SIZES, Cause, other_forms
 from identify.diagnose.nominal import nominal_of
@@ -30,6 +31,15 @@ def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):
     for act in other_forms(course, Cause(SATURATION, SATURATION.none())):
         assert np.isfinite(act.wrench).all()
         assert not act.wrench.any()
+
+
+def test_drag_that_grows_is_no_form_of_a_quadratic_one_and_growth_one_of_any_other_cause(course):
+    growing = (course.since_s / course.since_s[-1] - 0.5)[:, None]
+    for effect, grows in ((QUADRATIC_DRAG, False), (COUPLED_DAMPING, True)):
+        cause = Cause(effect, effect.start())
+        own = growing * cause.act(course).wrench
+        forms = [act.wrench for act in other_forms(course, cause)]
+        assert any(np.allclose(form, own) for form in forms) == grows
 
 
 def test_a_centre_of_mass_has_a_form_of_the_acceleration_that_vertical_thrust_makes(course):

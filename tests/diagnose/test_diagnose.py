@@ -164,6 +164,13 @@ def test_commands_sampled_seldom_leave_a_delay_and_a_lag_unjudged(case):
     assert any("a delay or a lag of the thrusters was not judged" in one for one in said.provisos)
 
 
+def test_how_late_an_autopilots_own_velocity_is_is_no_late_dvl(case):
+    dive = replace(dive_of(case), velocity_is_filtered=True)
+    said = told(case, dive, effects=(DVL_DELAY, QUADRATIC_DRAG))
+    assert {one.name for one in said.tried} == {"quadratic_drag"}
+    assert any("a late DVL was not judged" in one for one in said.provisos)
+
+
 def with_pulses(dive, of_neutral):
     """The dive with other pulses (n, k), as made from how far they were off neutral; the wrench not recorded."""
     off = dive.pwm.value - 1500.0

@@ -10,7 +10,7 @@ from bridge.effects.effect import Act
 from identify.diagnose.evidence import equations_of
 from identify.diagnose.nominal import nominal_of
 from identify.diagnose.predicted import mean_before, predicted, value_before
-from identify.diagnose.regression import regression_of
+from identify.diagnose.regression import MASS_OFF, regression_of
 from identify.estimators.motion import Motion
 
 
@@ -94,6 +94,55 @@ def test_nor_does_it_know_a_thrust_that_a_controller_gives_in_answer_to_a_readin
     known = near < at + 1e-6
     np.testing.assert_array_equal(after.nu_dot[known], before.nu_dot[known])
     assert np.abs(after.nu_dot - before.nu_dot).max() > 0
+
+
+def test_an_acceleration_between_readings_is_that_of_a_step_during_which_something_pushed(nominal):
+    """Of several readings at one time all but the first end an empty step, in which no force means anything."""
+    empty = [one.axis.step_s[1:] <= 0 for one in nominal.joint.problems]
+    assert any(one.any() for one in empty)
+    problems = tuple(
+        replace(
+            one,
+            axis=replace(one.axis, force=np.where(one.axis.step_s[:, None] > 0, one.axis.force, 1e6)),
+        )
+        for one in nominal.joint.problems
+    )
+    joint = replace(nominal.joint, problems=problems)
+    clean, spoilt = (predicted(one, nominal.theta, nominal.motion) for one in (nominal.joint, joint))
+    # The first event of all ends no step.
+    np.testing.assert_array_equal(spoilt.nu_dot[10:], clean.nu_dot[10:])
+
+
+def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopilots_filter_bends(
+    nominal, rows
+):
+    course, size = nominal.course, 0.1
+    wrench = np.zeros_like(course.nu)
+    wrench[:, 5] = np.hypot(course.mass[0], course.mass[1]) * course.nu[:, 0] * course.nu[:, 1]
+    loose = rows.with_drift_moments(course)
+    column = loose.columns([Act(wrench=wrench)], course)
+    only = np.column_stack([loose.nominal[:, -1]])
+    np.testing.assert_allclose(only, column, atol=1e-9)
+    told = equations_of(
+        size * column[:, 0], 0.0 * only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
+    )
+    beside = equations_of(
+        size * column[:, 0], only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
+    )
+    information = float(column[:, 0] @ column[:, 0])
+    assert told.fitted([0]) == pytest.approx(0.5 * size**2 * information)
+    # Evidence of a size beside one that is known to MASS_OFF.
+    assert beside.fitted([0]) == pytest.approx(0.5 * size**2 / (1.0 / information + MASS_OFF**2))
+
+
+def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):
+    scaled = rows.with_thrust_scale()
+    (yaw,) = (axis for axis in rows.axes if axis.problem.axis.dof == 5)
+    column = scaled.nominal[:, -1]
+    assert scaled.nominal.shape[1] == rows.nominal.shape[1] + 1
+    assert not column[rows.dof != 5].any()
+    force = yaw.problem.axis.force.mean(axis=1)[:, None]
+    np.testing.assert_allclose(column[rows.dof == 5], yaw.prewhitened(yaw.by_force(force))[:, 0])
 
 
 def test_a_mean_up_to_a_time_is_the_same_whatever_comes_after_and_exact_for_straight_lines():

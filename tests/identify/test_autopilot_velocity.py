@@ -7,10 +7,11 @@ import pytest
 
 from bench.field.draw import NONE, draw
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.estimators.autopilot_velocity import dated, dated_back
 from identify.estimators.lateness import FilteredForce, behind_filter, timing_of
-from identify.forces import LAST, unrounded
+from identify.forces import LAST, unrounded, unrounded_thrusts, wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body
 
@@ -124,3 +125,20 @@ def test_no_command_is_changed_by_a_later_one() -> None:
 def test_commands_that_are_not_rounded_stay_as_they_are() -> None:
     _, told, _ = rounded()
     assert unrounded(columns(told), np.zeros((len(told), 6))) == pytest.approx(columns(told), abs=0.0)
+
+
+def test_thrusts_make_the_wrench_behind_rounded_pulses(tmp_path: Path) -> None:
+    case = draw(11, 4, NONE, seconds=60.0)
+    for name, data in case.files().items():
+        (tmp_path / name).write_bytes(data)
+    file = load_vehicle(str(tmp_path / "vehicle.yaml"))
+    dive = read_dive(tmp_path / "dive.tlog.gz", None, file)
+    (kind,) = file.vehicle.configurations
+    shape = file.vehicle.configurations[kind]
+    assert dive.pwm is not None
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    asked = Signal(dive.pwm.time_s, curve.thrust(dive.pwm.value[:, : len(shape.thrusters)]))
+    found = unrounded_thrusts(asked, dive, file, kind)
+    history = wrench(dive, file, kind)
+    assert np.allclose(found.value @ allocation_matrix(shape).T, history.asked)
+    assert not np.allclose(asked.value @ allocation_matrix(shape).T, history.asked, atol=1e-3)
