@@ -55,6 +55,10 @@ WEIGHED = 30
 WITNESSED = {"imu_gravity_leak", "gyro_bias"}
 """Effects that a sensor of their own identifies, without the motion, and that no other form can mimic."""
 
+SIMPLER_SHARE = 5e-3
+"""Share of a cause's nats that its form may leave to one with more parameters: an attitude that is off by two degrees
+tilts a weight by as much."""
+
 MOST_CAUSES, MOST_TURNS, MOST_REFITS = 3, 7, 5
 SETTLED = 1.0
 LEAST_Z = 1.5
@@ -230,7 +234,7 @@ def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
     """Whether the last cause of `one` does better than that one of `fit`, or as well and is simpler."""
     new = one.causes[-1]
     handicap = max(_least_gain(new) - _least_gain(cause), 0.0)
-    by_form = nats_apart(fit, others) * np.sign(_complexity(new) - _complexity(cause))
+    by_form = _nats_for_simplicity(fit, others) * np.sign(_complexity(new) - _complexity(cause))
     return one.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
 
 
@@ -285,7 +289,7 @@ def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
     best = max(fits, key=lambda one: one.gain, default=None)
     if best is None:
         return None
-    least = best.gain - nats_apart(best, others)
+    least = best.gain - _nats_for_simplicity(best, others)
     return min(
         (one for one in fits if one.gain > least), key=lambda one: (_complexity(one.causes[-1]), -one.gain)
     )
@@ -294,6 +298,11 @@ def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
 def nats_apart(fit: Fitted, others: Fitted) -> float:
     """Nats within which another cause is as good as the one that `fit` has beyond others."""
     return max(AMBIGUOUS_NATS, SAME_FORM * (fit.gain - others.gain))
+
+
+def _nats_for_simplicity(fit: Fitted, others: Fitted) -> float:
+    """Nats that a cause with more parameters has to save beyond a simpler one."""
+    return max(AMBIGUOUS_NATS, SIMPLER_SHARE * (fit.gain - others.gain))
 
 
 def _complexity(cause: Cause) -> int:

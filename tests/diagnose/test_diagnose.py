@@ -12,6 +12,7 @@ from bridge.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
 from bridge.effects.environment import STEADY_CURRENT
 from bridge.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from bridge.effects.rigid_body import NET_BUOYANCY
+from bridge.effects.sensors import DVL_DELAY
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
