@@ -56,8 +56,8 @@ WITNESSED = {"imu_gravity_leak", "gyro_bias"}
 """Effects that a sensor of their own identifies, without the motion, and that no other form can mimic."""
 
 SIMPLER_SHARE = 5e-3
-"""Share of a cause's nats that its form may leave to one with more parameters: an attitude that is off by two degrees
-tilts a weight by as much."""
+"""Share of the nats of a cause of one number that its form may leave to one of several: an attitude that is off by two
+degrees tilts a weight by as much."""
 
 MOST_CAUSES, MOST_TURNS, MOST_REFITS = 3, 7, 5
 SETTLED = 1.0
@@ -185,6 +185,9 @@ def pruned(weighing: Weighing, fit: Fitted) -> Fitted:
             own = [
                 gain for gain, sigma, cause in tried if cause.key == fit.causes[k].key and sigma > LEAST_SIGMA
             ]
+            if fit.causes[k].act(weighing.now.course).water is not None:
+                # The other causes' drag goes by the velocity through this water, also without it.
+                own.append(fit.gain - others.gain)
             if max(own, default=0.0) < required_gain(remainder, fit.causes[k]) or not _shows_in_motion(
                 fit, others, fit.causes[k]
             ):
@@ -234,7 +237,7 @@ def _replaces(one: Fitted, fit: Fitted, cause: Cause, others: Fitted) -> bool:
     """Whether the last cause of `one` does better than that one of `fit`, or as well and is simpler."""
     new = one.causes[-1]
     handicap = max(_least_gain(new) - _least_gain(cause), 0.0)
-    by_form = _nats_for_simplicity(fit, others) * np.sign(_complexity(new) - _complexity(cause))
+    by_form = _nats_for_simplicity(fit, others) * (_is_one_number(cause) - _is_one_number(new))
     return one.gain > fit.gain + handicap + (by_form or LEAST_SWAP)
 
 
@@ -284,14 +287,14 @@ def _fits(weighing: Weighing, others: Fitted, tried: Sequence[Cause]) -> list[Fi
 
 
 def _simplest(fits: Sequence[Fitted], others: Fitted) -> Fitted | None:
-    """The best, or the simplest of those that the dive can't tell from it: a weight rather than a push that has three
-    more directions to choose from."""
+    """The best, or one of a single number that does nearly as well: a weight rather than a push in any direction."""
     best = max(fits, key=lambda one: one.gain, default=None)
     if best is None:
         return None
     least = best.gain - _nats_for_simplicity(best, others)
     return min(
-        (one for one in fits if one.gain > least), key=lambda one: (_complexity(one.causes[-1]), -one.gain)
+        (one for one in fits if one.gain > least),
+        key=lambda one: (not _is_one_number(one.causes[-1]), -one.gain),
     )
 
 
@@ -301,12 +304,12 @@ def nats_apart(fit: Fitted, others: Fitted) -> float:
 
 
 def _nats_for_simplicity(fit: Fitted, others: Fitted) -> float:
-    """Nats that a cause with more parameters has to save beyond a simpler one."""
+    """Nats that a cause of several numbers has to save beyond one of a single number."""
     return max(AMBIGUOUS_NATS, SIMPLER_SHARE * (fit.gain - others.gain))
 
 
-def _complexity(cause: Cause) -> int:
-    return len(cause.effect.parameters)
+def _is_one_number(cause: Cause) -> bool:
+    return len(cause.effect.parameters) == 1
 
 
 def _without(causes: tuple[Cause, ...], k: int) -> tuple[Cause, ...]:
