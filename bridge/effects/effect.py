@@ -18,7 +18,8 @@ FeedForward = Literal[
 
 
 PULSES, QUICK_COMMANDS, OWN_VELOCITY = "pulses", "quick commands", "a sensor's own velocity"
-"""What effects need of the thruster commands: each thruster's own, and known all the time."""
+"""What effects need of a recording: each thruster's own command, commands that are known all the
+time, and a velocity that no autopilot has filtered."""
 
 SIZES = (0.5, 1.0, 2.0, 4.0)
 """Of an effect whose shape changes with its size."""
